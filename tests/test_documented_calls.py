@@ -23,7 +23,7 @@ def test_every_function_for_users_has_an_example(name):
     assert f"sparsurf.{name}(" in getattr(sparsurf, name).__doc__
 
 
-def test_what_is_not_there_is_told():
+def test_what_is_not_there_is_reported():
     with pytest.raises(AttributeError, match="no attribute 'surfce'"):
         sparsurf.surfce  # noqa: B018
     assert set(sparsurf.FUNCTIONS) <= set(dir(sparsurf))

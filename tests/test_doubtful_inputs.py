@@ -113,7 +113,7 @@ CHANGES = {  # of points and normals, and what is said
 
 @pytest.mark.parametrize("name", CHANGES)
 @pytest.mark.parametrize("form", ["file", "arrays"])
-def test_dots_that_cannot_be_a_molecular_surface_are_told(dots, caplog, tmp_path, name, form):
+def test_dots_that_cannot_be_a_molecular_surface_are_reported(dots, caplog, tmp_path, name, form):
     change, words = CHANGES[name]
     points, normals = change(dots.points, dots.normals)
     if form == "file":
@@ -295,13 +295,13 @@ def one_place(xyz):
         (one_place, "lie in one place (1 such pair)"),
     ],
 )
-def test_a_structure_that_is_stretched_or_damaged_is_told(molecule, tmp_path, caplog, change, words):
+def test_a_structure_that_is_stretched_or_damaged_is_reported(molecule, tmp_path, caplog, change, words):
     said = answer(read, caplog, tmp_path, changed_molecule(molecule, tmp_path, change))
     assert words in said if words else said == "", said
 
 
 @pytest.mark.parametrize("code", ["", "A"])
-def test_a_residue_twice_under_two_names_is_told(molecule, tmp_path, caplog, code):
+def test_a_residue_twice_under_two_names_is_reported(molecule, tmp_path, caplog, code):
     lines = lines_of(molecule, tmp_path)
     twin = [
         line
@@ -314,7 +314,7 @@ def test_a_residue_twice_under_two_names_is_told(molecule, tmp_path, caplog, cod
     assert "GLN 213" in said and f"ALA 213{code}" in said and "lie in one place; keep one of them" in said
 
 
-def test_wrong_elements_are_told_from_the_first_on(molecule, tmp_path, caplog):
+def test_wrong_elements_are_reported_from_the_first_on(molecule, tmp_path, caplog):
     lines = lines_of(molecule, tmp_path)
     for k in (1, 20, 33):
         lines[k] = f"{lines[k][:76]} S{lines[k][78:]}"
@@ -373,7 +373,7 @@ def test_each_frame_is_checked_chain_by_chain(molecule, tmp_path, caplog, name, 
     assert words in said if words else said == "", said
 
 
-def test_a_box_that_is_too_small_is_told(molecule, tmp_path, caplog):
+def test_a_box_that_is_too_small_is_reported(molecule, tmp_path, caplog):
     """The second chain is moved by a vector of the wrong box, next to the first, and meets it."""
     mdtraj = pytest.importorskip("mdtraj")
     both, n = two_chains(molecule), molecule.n_atoms
@@ -533,7 +533,7 @@ SILENT = {  # good, or what no check can notice
 }  # fmt: skip
 
 
-def test_each_doubtful_file_is_refused_or_told(shared, caplog, molecule, tmp_path):
+def test_each_doubtful_file_is_refused_or_reported(shared, caplog, molecule, tmp_path):
     folder = shared / "data" / "bad" / "third"
     if not folder.is_dir():
         pytest.skip("no folder bad/third in the reference data")

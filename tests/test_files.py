@@ -56,7 +56,7 @@ def test_a_file_is_read_up_to_the_limit_and_refused_beyond_it(tmp_path, monkeypa
         (gzip.compress(b"text" * 99, mtime=0)[:-9], "is cut short or damaged inside its gzip"),
     ],
 )
-def test_what_is_no_whole_gzip_is_told(tmp_path, content, words):
+def test_what_is_no_whole_gzip_is_reported(tmp_path, content, words):
     (tmp_path / "a.gz").write_bytes(content)
     with pytest.raises(InputError, match=words):
         read_bytes(tmp_path / "a.gz")

@@ -1,4 +1,4 @@
-"""Sites of bound cofactors sought on proteins that bind one, of another fold as well: is the cofactor laid where it lies?
+"""Sites of bound cofactors sought on proteins that bind one, of another fold as well: is the cofactor placed where it lies?
 
 Every method says where the middle of the target's cofactor is. It is right within `RIGHT` of the true one.
 """
@@ -19,7 +19,7 @@ from sparsurf.sites.describing import Sites
 from sparsurf.sites.finding import find_site
 from sparsurf.surfaces.surface import Surface
 
-RIGHT = 6.0  # Å between the middle of a laid cofactor and that of the target's
+RIGHT = 6.0  # Å between the middle of a placed cofactor and that of the target's
 OTHER_FOLD = 0.5  # TM-score below which two proteins do not share a fold
 REACH = 10.0  # Å, of the atoms that count for composition and for the depth of a pocket
 ABOVE = 3.0  # Å above a dot, where the middle of something bound could be
@@ -58,12 +58,12 @@ def measure(
     rows = []
     for i, query in enumerate(names):
         others = [k for k in range(len(names)) if k != i]
-        laid = _laid_by_find(sites[i], residues[i], [sites[k] for k in others], middles[i])
+        placed = _placed_by_find(sites[i], residues[i], [sites[k] for k in others], middles[i])
         own = residues_around(molecules[i], middles[i][None], REACH)
         for k in others:
             rotation, shift, tm = tm_align(molecules[i], molecules[k])
             alike = np.linalg.norm(around[k] - own, axis=1).argmin()
-            answers = {FIND: laid[names[k]], COMPOSITION: above[k][alike], POCKET: pockets[k]}
+            answers = {FIND: placed[names[k]], COMPOSITION: above[k][alike], POCKET: pockets[k]}
             answers[TM] = middles[i] @ rotation + shift
             row = {
                 "query": query,
@@ -88,10 +88,10 @@ def read_sites(path: str) -> tuple[pd.DataFrame, list[Molecule], list[np.ndarray
     return entries, molecules, [np.loadtxt(folder / f"{name}.lig.gz", ndmin=2) for name in entries["name"]]
 
 
-def _laid_by_find(
+def _placed_by_find(
     site: Sites, residues: Sequence[str], targets: list[Sites], middle: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return where `find` lays the middle of the query's cofactor on each target."""
+    """Return where `find` places the middle of the query's cofactor on each target."""
     own = (site.labels["chain"] + ":" + site.labels["residue"]).isin(residues).to_numpy()
     hits = find_site(site.take(own), targets, len(targets))
     return {

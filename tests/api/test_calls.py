@@ -38,7 +38,7 @@ def ready(blob):
     return sparsurf.prepare(blob, d_link=D_LINK, seed=4)
 
 
-def test_what_is_prepared_is_what_was_wished(blob, ready):
+def test_what_is_prepared_is_what_was_requested(blob, ready):
     assert (ready.r_patch, ready.r_zernike, ready.d_link, ready.seed) == (4.0, 6.0, D_LINK, 4)
     assert sparsurf.prepare(ready) is ready
     other = sparsurf.prepare(blob, r_patch=3.0, r_zernike=5.0, d_link=0.9)
@@ -252,7 +252,7 @@ def test_the_help_names_every_sampler():
     assert {name.strip() for name in named.split(",")} == set(SAMPLERS)
 
 
-def test_a_sample_has_the_wished_number(ready):
+def test_a_sample_has_the_requested_number(ready):
     assert len(sparsurf.sample(ready, percent=10)) == 300
     assert len(sparsurf.sample(ready, n_dots=1)) == 1
     assert sorted(sparsurf.sample(ready, n_dots=3000, sampler="uniform")) == list(range(3000))
@@ -280,7 +280,7 @@ def test_a_sample_has_the_wished_number(ready):
     )
 
 
-def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, caplog, capsys):
+def test_a_number_of_dots_that_was_not_requested_is_reported(ready, dots, tmp_path, caplog, capsys):
     n = len(sparsurf.sample(ready, n_dots=1, sampler="paper"))
     assert n > 1 and caplog.messages == [
         f"paper keeps {n} dots instead of 1: its number of dots is random, and limited by its combinations"
@@ -296,7 +296,7 @@ def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, cap
     assert capsys.readouterr().err.startswith(f"sparsurf: warning: paper keeps {n} dots instead of 1: ")
 
 
-def test_places_without_a_patch_are_told(blob, caplog):
+def test_places_without_a_patch_are_reported(blob, caplog):
     places = np.array([blob[0][5], [0, 0, 99], [0, 99, 0]])
     z = sparsurf.descriptors(blob, places, d_link=D_LINK)
     assert z[0].any() and not z[1:].any()
@@ -339,7 +339,7 @@ def test_what_is_no_subset_is_refused(ready, subset):
         sparsurf.compare(ready, {"wrong": subset})
 
 
-def test_patches_are_cut_as_wished(blob):
+def test_patches_are_cut_as_requested(blob):
     index = build_index(*blob, D_LINK)
     assert np.array_equal(sparsurf.roughness(blob, radius=3, d_link=D_LINK), roughness(index, 3.0, 1))
     z = sparsurf.descriptors(blob, [5, 2999], radius=4, d_link=D_LINK)
@@ -363,7 +363,7 @@ def test_patches_are_cut_as_wished(blob):
             sparsurf.descriptors(blob, at, d_link=D_LINK)
 
 
-def test_a_ball_has_the_dots_that_are_wished():
+def test_a_ball_has_the_dots_that_are_requested():
     for density, probe in ((5.0, 1.4), (20.0, 1.0)):
         dots = sparsurf.surface(BALL, density=density, probe_radius=probe, d_link=1.0)
         assert len(dots) == pytest.approx(16 * np.pi * density, rel=0.1)
@@ -398,7 +398,7 @@ def test_a_frame_is_taken_by_its_place():
         sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb", frame=5)
 
 
-def test_dots_come_back_first_and_as_dense_as_wished(blob):
+def test_dots_come_back_first_and_as_dense_as_requested(blob):
     few = tuple(x[::6] for x in blob)
     sparse, dense = (sparsurf.recover(few, density=d) for d in (3.0, 6.0))
     assert np.array_equal(dense.points[:500], few[0]) and np.allclose(dense.normals[:500], few[1])
@@ -457,7 +457,7 @@ def test_dots_of_other_atoms_are_refused(tmp_path):
     assert not (tmp_path / "x.dms").exists()
 
 
-def test_a_path_names_the_molecule_wherever_one_is_asked_for(tmp_path):
+def test_a_path_names_the_molecule_wherever_one_is_requested(tmp_path):
     dots = sparsurf.surface(PEPTIDE)
     sparsurf.write(dots, tmp_path / "a.dms", PEPTIDE)
     sparsurf.write(dots, tmp_path / "b.dms")
@@ -476,7 +476,7 @@ def test_areas_of_a_part_of_the_dots_are_refused(blob):
         sparsurf.components(dots.origin.molecule, few)
 
 
-def test_what_is_wrong_with_numbers_is_told_in_the_words_of_the_call(blob):
+def test_what_is_wrong_with_numbers_is_reported_in_the_words_of_the_call(blob):
     dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-210"))
     with pytest.raises(InputError, match=rf"^minimal: n_dots is 100000, more than the {len(dots)} dots"):
         sparsurf.minimal(dots, n_dots=100_000)
@@ -484,7 +484,7 @@ def test_what_is_wrong_with_numbers_is_told_in_the_words_of_the_call(blob):
         sparsurf.residues(dots, roughness_values=["a"] * len(dots))
 
 
-def test_triangles_that_are_left_out_are_told(blob, tmp_path, monkeypatch, caplog):
+def test_triangles_that_are_left_out_are_reported(blob, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(writing, "MAX_DOTS_TO_TRIANGULATE", 100)
     sparsurf.write(Surface(*blob), tmp_path / "a.ply")
     assert caplog.messages == [
@@ -796,7 +796,7 @@ def ran(*words, d_link=D_LINK):
     assert command.main([*map(str, words), "--d-link", str(d_link)]) == 0
 
 
-def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
+def test_minimal_keeps_the_share_that_is_requested(dots, ready, tmp_path):
     ran("minimal", dots, "--percent", 5, "-o", tmp_path / "m.csv")
     table = pd.read_csv(tmp_path / "m.csv")
     assert list(table) == ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]
@@ -869,7 +869,7 @@ def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_pa
     assert np.allclose(rough, sparsurf.roughness(blob, radius=3, d_link=D_LINK), atol=6e-5)
 
 
-def test_a_closed_mesh_of_a_structure_is_as_fine_as_wished(tmp_path):
+def test_a_closed_mesh_of_a_structure_is_as_fine_as_requested(tmp_path):
     line = "ATOM      1  N   GLY A   1       0.000   0.000   0.000  1.00  0.00           N  \n"
     (tmp_path / "one.pdb").write_text(line + line.replace("1  N ", "2  CA").replace("0.000   0.000   0.0", "1.450   0.000   0.0")
                                       .replace("           N", "           C"))  # fmt: skip

@@ -171,7 +171,7 @@ def test_an_archive_gives_the_tables_of_its_folder(many, tmp_path, kind):
     ]
 
 
-def test_a_structure_that_is_mended_changes_its_own_batch_only(many, tmp_path):
+def test_a_structure_that_is_repaired_changes_its_own_batch_only(many, tmp_path):
     folder = tmp_path / "mended"
     shutil.copytree(many, folder)
     write(folder / "structures/empty.pdb", peptide(RESIDUES) + "END\n")
@@ -327,7 +327,7 @@ def test_a_folder_without_tables_is_refused(tmp_path):
         tables.read_parquet(tmp_path, "surfaces")
 
 
-def test_a_defect_becomes_a_row_and_models_and_warnings_are_told(tmp_path, monkeypatch, caplog):
+def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, monkeypatch, caplog):
     config = check_config(config_of(tmp_path))
     lines = peptide(RESIDUES)
     two = write(tmp_path / "two.pdb", f"MODEL        1\n{lines}ENDMDL\nMODEL        2\n{lines}ENDMDL\nEND\n")

@@ -175,7 +175,7 @@ def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, 
 
 
 @pytest.mark.parametrize(("interval", "hint"), [((20, 50), False), ((20, 51), True)])
-def test_a_wide_interval_is_told_what_keeps_a_fixed_number(
+def test_a_wide_interval_is_reported_what_keeps_a_fixed_number(
     folder, tmp_path, monkeypatch, capsys, interval, hint
 ):
     few = replace(sparsurf.minimal(folder / "protein.pdb", n_dots=40), interval=interval)
@@ -204,7 +204,7 @@ def test_formats_hold_the_same_dots(folder, tmp_path):
     assert f"element vertex {len(dots)}\n".encode() in files["ply"].read_bytes()
 
 
-def test_cavities_are_told_and_removed(tmp_path, capsys):
+def test_cavities_are_reported_and_removed(tmp_path, capsys):
     """All commands that make dots of a structure take --cavities."""
     place = ROOT / "data" / "tdp43" / "topology.pdb"
     for asked, words in (
@@ -460,7 +460,7 @@ def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
     assert abs(len(of_mesh) - len(dense)) < 0.01 * len(dense)
 
 
-def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):
+def test_a_mesh_is_made_where_it_is_requested(folder, tmp_path):
     known = sparsurf.mesh(folder / "protein.pdb")
     for options in ([], ["--mesh"], ["--binary"]):
         assert ended("surface", folder / "protein.pdb", *options, "-o", tmp_path / "x.ply") == 0
@@ -475,7 +475,7 @@ def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):
         assert found == pytest.approx(n, abs=8)
 
 
-def test_normals_that_point_inward_are_told_of(folder, tmp_path, capfd):
+def test_normals_that_point_inward_are_reported_of(folder, tmp_path, capfd):
     table = pd.read_csv(folder / "minimal.csv")
     assert ended("recover", folder / "minimal.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
     assert "point inward" not in capfd.readouterr().err
@@ -497,7 +497,7 @@ def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
     assert len(pd.read_csv(tmp_path / "o.csv")) == len(sparsurf.surface(own))
 
 
-def test_places_off_the_surface_are_told(folder, tmp_path, capfd):
+def test_places_off_the_surface_are_reported(folder, tmp_path, capfd):
     table = pd.read_csv(folder / "minimal.csv").head(3)
     table[["x", "y", "z"]] /= 10  # nm
     table.to_csv(tmp_path / "nm.csv", index=False)
@@ -750,7 +750,7 @@ def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code,
         (".", ". is a folder; name a file."),
     ],
 )
-def test_where_nothing_can_be_written_is_told_before_anything_is_read(
+def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
     tmp_path, monkeypatch, capsys, words, out, told
 ):
     """The file that is read is not there, which would be told otherwise."""
@@ -787,7 +787,7 @@ def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, wor
     assert {path.read_text() for path in tmp_path.iterdir()} == {"as_coded"}
 
 
-def test_a_folder_that_may_not_be_written_is_told(tmp_path, monkeypatch, capsys):
+def test_a_folder_that_may_not_be_written_is_reported(tmp_path, monkeypatch, capsys):
     # not by its mode: root may write anywhere
     monkeypatch.setattr(
         os, "access", lambda path, mode: (str(path), mode) != (str(tmp_path), os.W_OK | os.X_OK)
@@ -913,7 +913,7 @@ def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["published", "rotation_robust"])
-def test_descriptors_are_of_the_kind_that_is_asked_for(tmp_path, kind):
+def test_descriptors_are_of_the_kind_that_is_requested(tmp_path, kind):
     call = [
         "descriptors",
         str(ROOT / "data" / "tdp43" / "topology.pdb"),

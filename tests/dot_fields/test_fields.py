@@ -268,7 +268,7 @@ def test_a_pdb2pqr_that_fails_or_is_absent_is_a_sentence(tmp_path, monkeypatch, 
         ("0.9 0 0 0.1 1.5", None),
     ],
 )
-def test_a_line_of_a_pqr_file_that_no_atom_has_is_told(tmp_path, line, words):
+def test_a_line_of_a_pqr_file_that_no_atom_has_is_reported(tmp_path, line, words):
     (tmp_path / "a.pqr").write_text(f"ATOM 1 N ALA 1 {line}\n")
     molecule = made((1, "ALA", "N", (0, 0, 0)), (1, "ALA", "H", (5, 0, 0)), (1, "ALA", "H2", (9, 0, 0)))
     if words is None:
@@ -299,7 +299,7 @@ def pqr(molecule, charge=lambda k: (-1) ** k * 0.3, radius=1.5, scale=1.0, shift
 @pytest.mark.parametrize(
     ("shift", "told"), [(0.1, []), (0.4, ["its atoms lie 0.7 Å from those of the molecule"])]
 )
-def test_charges_that_may_be_of_another_frame_are_told(tmp_path, molecule, caplog, shift, told):
+def test_charges_that_may_be_of_another_frame_are_reported(tmp_path, molecule, caplog, shift, told):
     path = tmp_path / "a.pqr"
     path.write_text(pqr(molecule, shift=shift))
     pqr_charges(path, molecule)

@@ -84,7 +84,7 @@ def test_only_pairs_of_other_folds_count():
     assert table.loc["the same", ["pairs", "queries"]].to_list() == [2, 2]
 
 
-def test_a_cofactor_is_laid_where_it_was_on_the_same_protein_turned(both):
+def test_a_cofactor_is_placed_where_it_was_on_the_same_protein_turned(both):
     pytest.importorskip("tmtools")
     query, target = both
     near = ["A:235", "A:236", "A:237", "A:238", "A:239", "A:240"]

@@ -45,7 +45,7 @@ def test_the_figure_has_a_panel_for_each_reading_and_both_lines():
     assert np.allclose(best, [[5, 0.2], [10, 0.4]]) and np.allclose(control, [[5, 0.1], [10, 0.1]])
 
 
-def test_dense_surfaces_are_told_by_kind_with_the_factor_of_one_density():
+def test_dense_surfaces_are_summarised_by_kind_with_the_factor_of_one_density():
     columns = ["hydrogens", "requested_density", "density", "N", "n_S", "n_S_at_5.35"]
     rows = [
         ("keep", "auto", 5.4, 1000, 50, 50),

@@ -45,7 +45,7 @@ def pair(molecules):
     return out
 
 
-def test_another_form_is_laid_on_and_takes_the_labels(molecules):
+def test_another_form_is_placed_on_and_takes_the_labels(molecules):
     straight = molecules[0]
     bend = 5 * np.sin(
         straight.xyz[..., :1] / [8.0, 3.0, 5.0]
@@ -190,7 +190,7 @@ def test_centres_are_spread(pair):
         centres_of(pair[0], 50, "fathest")
 
 
-def test_surfaces_of_complexes_are_laid_by_the_published_rules(molecules):
+def test_surfaces_of_complexes_are_placed_by_the_published_rules(molecules):
     partner = partners.ready(molecules[0], "A")
     rules = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reentrant": "exact"}
     wanted, _ = surface_for_d_link(molecules[0], 0, radii(molecules[0], "dms"), rules, 0.5, "A")

@@ -99,7 +99,7 @@ def test_the_cost_of_a_call_is_its_time_and_the_memory_that_it_adds():
     assert np.isnan(cost.megabytes) or cost.megabytes == pytest.approx(191, abs=20)  # 200 million bytes
 
 
-def test_memory_is_not_told_where_the_system_ignores_the_reset_of_its_peak(monkeypatch, tmp_path):
+def test_memory_is_not_reported_where_the_system_ignores_the_reset_of_its_peak(monkeypatch, tmp_path):
     monkeypatch.setattr(thinned_costs, "CLEAR_REFS", tmp_path / "ignored")
     in_use = int(thinned_costs.STATM.read_text().split()[1]) * thinned_costs.resource.getpagesize()
     monkeypatch.setattr(thinned_costs, "peak_memory", lambda: in_use + 30 * 2**20)

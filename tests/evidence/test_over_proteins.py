@@ -44,7 +44,7 @@ def test_the_numbers_of_recovered_surfaces_are_collected_with_their_protein():
     assert found["n_S_percent"].tolist() == [4.0, 1.0] and found["bound"].tolist() == ["", "at most"]
 
 
-def test_the_spread_over_proteins_is_told_from_the_error_of_each():
+def test_the_spread_over_proteins_is_reported_from_the_error_of_each():
     # ln n_S is 0, 1 and 2: its standard deviation is 1; the error of each is 0.3 in ln n_S
     n, error = np.exp([0.0, 1, 2]), np.exp(1.959964 * 0.3)
     rows = [required_of(x, x / error, x * error) for x in n] + [required_of(1.0, np.nan, np.nan)]
@@ -203,7 +203,7 @@ def test_confidence_sets_over_proteins_hold_the_best(made_up):
     assert over_proteins.coverage_of_set(alike, "as_coded", 3, 3, rng, resampled=60) > 0.85
 
 
-def test_coverage_tells_normal_numbers_from_skewed_ones():
+def test_coverage_says_normal_numbers_from_skewed_ones():
     rng = np.random.default_rng(4)
     normal = over_proteins.coverage_of_mean(rng.normal(size=40), rng)
     skewed = over_proteins.coverage_of_mean(np.append(np.zeros(39), 1.0), rng)

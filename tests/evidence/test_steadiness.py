@@ -114,7 +114,7 @@ def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeyp
     assert first["percent_above_0"] == 50 * (d > 0).sum()
 
 
-def test_the_grid_is_told_by_its_mean_and_its_ends():
+def test_the_grid_is_reported_by_its_mean_and_its_ends():
     rows = [
         ("rotation_robust", "as_written", percent, d, 0.5)
         for percent, d in ((1.0, 0.1), (3.0, 0.4), (8.0, 0.1))

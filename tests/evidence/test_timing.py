@@ -8,7 +8,7 @@ import pytest
 from measures import timing
 
 
-def test_the_peak_of_memory_is_told_in_bytes():
+def test_the_peak_of_memory_is_reported_in_bytes():
     status = Path("/proc/self/status")
     if not status.is_file():
         pytest.skip("only Linux tells it")
@@ -42,7 +42,7 @@ def test_a_time_is_the_median_after_one_call_in_vain(monkeypatch):
     assert timing.timed(run, 3) == (2.0, 4.0) and len(calls) == 4
 
 
-def test_a_time_is_told_in_its_unit(monkeypatch):
+def test_a_time_is_reported_in_its_unit(monkeypatch):
     monkeypatch.setattr(timing, "timed", lambda run, repeats: (0.5, 0.75))
     table = timing.Table()
     assert table.time("a", 10, None, 3) == 0.5 and table.time("b", 10, None, 3, "ms", 1e3, 400) == 500

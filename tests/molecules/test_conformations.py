@@ -217,7 +217,7 @@ def test_conformations_are_ranked_by_population(moving):
     assert choice.index[2] == 10  # both frames of the pair are as near to their mean: the earlier
 
 
-def test_all_frames_may_be_one_cluster_told_apart_by_some_atoms(moving):
+def test_all_frames_may_be_one_cluster_distinguished_by_some_atoms(moving):
     choice = choose_frames(moving, clusters=1, atoms="name CA O", rng=np.random.default_rng(1))
     assert choice.table.population.tolist() == [12]
 
@@ -287,7 +287,7 @@ def test_impossible_wishes_are_sentences(moving, keys, words):
     ("numbers", "words"),
     [([3], "3 to 3"), ([4, 5], "4 to 5"), ([4, 6, 8], r"4 to 8 in steps of 2 \(frames.stride\)")],
 )
-def test_the_frames_read_are_told(numbers, words):
+def test_the_frames_read_are_reported(numbers, words):
     molecule = SimpleNamespace(frame_number=np.array(numbers), n_frames=len(numbers))
     with pytest.raises(InputError, match=rf"\[9\] are not among the frames read, {words}\.$"):
         conformations._selected_frames(molecule, [9])

@@ -205,13 +205,13 @@ def warned(caplog, *arguments, **keys):
     return caplog.text
 
 
-def test_residues_that_are_not_there_are_told(caplog):
+def test_residues_that_are_not_there_are_reported(caplog):
     assert "has no residue 1 of '1-222'" in warned(caplog, TOPOLOGY, residues="1-222")
     assert "has no residue 200 and 300 of '200-300'" in warned(caplog, TOPOLOGY, residues="200-300")
     assert "has no residue" not in warned(caplog, TOPOLOGY, residues="209-222,240")
 
 
-def test_alternate_locations_that_are_not_there_are_told(caplog):
+def test_alternate_locations_that_are_not_there_are_reported(caplog):
     assert "altloc Q changes nothing" in warned(caplog, TOPOLOGY, altloc="Q")
     assert "altloc" not in warned(caplog, TOPOLOGY, altloc="highest")
 
@@ -226,7 +226,7 @@ def test_atoms_that_stand_twice_are_counted(tmp_path, caplog, again, words):
     assert f"a.pdb: {words}" in warned(caplog, write(tmp_path / "a.pdb", text))
 
 
-def test_models_that_are_announced_and_missing_are_told(tmp_path, caplog):
+def test_models_that_are_announced_and_missing_are_reported(tmp_path, caplog):
     models = "".join(f"MODEL        {k}\n{peptide()}ENDMDL\n" for k in (1, 2)) + "END\n"
     path = write(tmp_path / "a.pdb", f"NUMMDL    3\n{models}")
     assert "a.pdb announces 3 models and holds 2" in warned(caplog, path)
@@ -234,7 +234,7 @@ def test_models_that_are_announced_and_missing_are_told(tmp_path, caplog):
 
 
 @pytest.mark.parametrize("kind", ["nc", "xtc", "trr", "dcd", "xyz"])
-def test_a_trajectory_that_is_written_twice_is_told(tmp_path, caplog, kind):
+def test_a_trajectory_that_is_written_twice_is_reported(tmp_path, caplog, kind):
     every = mdtraj.load(str(TOPOLOGY))
     once = mdtraj.join([every] * 3)
     once.xyz = once.xyz + 0.01 * np.arange(3)[:, None, None]
@@ -249,7 +249,7 @@ def test_a_trajectory_that_is_written_twice_is_told(tmp_path, caplog, kind):
     assert "its second half repeats the first" in warned(caplog, TOPOLOGY, tmp_path / f"odd.{kind}")
 
 
-def test_time_that_goes_back_is_told(tmp_path, caplog):
+def test_time_that_goes_back_is_reported(tmp_path, caplog):
     frames = mdtraj.join([mdtraj.load(str(TOPOLOGY))] * 4)
     frames.xyz = frames.xyz + 0.01 * np.arange(4)[:, None, None]
     frames.time = np.array([0.0, 1, 0, 1])
@@ -335,7 +335,7 @@ def test_more_than_a_tenth_of_ten_elements_or_more_is_refused(molecule, atoms, w
         geometry._refuse_other_elements(given, "a.pdb")
 
 
-def test_one_bond_of_another_length_is_told_with_its_frame(molecule, caplog):
+def test_one_bond_of_another_length_is_reported_with_its_frame(molecule, caplog):
     ca = int(np.flatnonzero((molecule.name == "CA") & (molecule.residue == "214"))[0])
     n = int(np.flatnonzero((molecule.name == "N") & (molecule.residue == "214"))[0])
     along = molecule.xyz[4, ca] - molecule.xyz[4, n]
@@ -347,7 +347,7 @@ def test_one_bond_of_another_length_is_told_with_its_frame(molecule, caplog):
         assert [text.partition(";")[0] for text in caplog.messages] == [bond] * bool(words)
 
 
-def test_coordinates_that_were_changed_a_little_are_told(molecule, caplog):
+def test_coordinates_that_were_changed_a_little_are_reported(molecule, caplog):
     """All bonds 5 % long, and noise of 0.2 Å."""
     shaken = molecule.xyz + np.random.default_rng(0).normal(0, 0.2 / 3**0.5, molecule.xyz.shape)
     for xyz, words in (
@@ -360,7 +360,7 @@ def test_coordinates_that_were_changed_a_little_are_told(molecule, caplog):
         assert words in caplog.text and bool(words) == bool(caplog.text)
 
 
-def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
+def test_what_is_hardly_ever_meant_is_reported(molecule, caplog):
     def told(given):
         caplog.clear()
         with caplog.at_level(logging.WARNING):

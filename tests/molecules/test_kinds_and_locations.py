@@ -285,7 +285,7 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
     ],
 )
 @pytest.mark.parametrize("suffix", ["pdb", "cif"])
-def test_an_occupancy_that_is_no_share_is_told(tmp_path, caplog, occupancies, words, suffix):
+def test_an_occupancy_that_is_no_share_is_reported(tmp_path, caplog, occupancies, words, suffix):
     first, second = occupancies
     text = peptide(["ALA"], occupancy=1) + atom_line("CA", "ALA", "A", "2", STEP, occupancy=first)
     text += atom_line("C", "ALA", "A", "2", np.add(STEP, (1.5, 0, 0)), occupancy=second) + "END\n"
@@ -305,7 +305,7 @@ def test_the_highest_occupancy_is_not_chosen_among_impossible_ones(occupancy):
     assert len(choose_altlocs(located(("N", "", 7.0), *ROWS), "highest", "a.pdb")) == 5
 
 
-def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
+def test_mmcif_says_the_box_and_each_place_of_the_sequence_once():
     cell = {
         "length_a": 30,
         "length_b": 40,
@@ -340,7 +340,7 @@ def test_of_two_blocks_with_atoms_the_first_is_read(caplog):
     assert caplog.messages == ["a.cif has 2 data blocks with atoms: the first is read"]
 
 
-def test_mmcif_tells_which_residues_a_covalent_bond_beside_the_backbone_joins():
+def test_mmcif_says_which_residues_a_covalent_bond_beside_the_backbone_joins():
     """Bonds to metals and hydrogens, and those to what is no polymer, take no atom away from a residue."""
     ends = [f"ptnr{k}_auth_{item}_id" for k in (1, 2) for item in ("asym", "seq", "comp")]
     items = ["conn_type_id", *ends, "pdbx_ptnr2_PDB_ins_code"]

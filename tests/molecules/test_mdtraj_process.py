@@ -83,7 +83,7 @@ def test_one_frame_of_some_atoms(whole, tmp_path):
     assert load_frames(path, whole.n_atoms, np.array([5]), first=True)[0].shape == (1, whole.n_atoms, 3)
 
 
-def test_a_trajectory_of_other_atoms_tells_how_many_it_has(whole, tmp_path):
+def test_a_trajectory_of_other_atoms_says_how_many_it_has(whole, tmp_path):
     whole.save_dcd(str(tmp_path / "a.dcd"))
     xyz, _, box = load_frames(tmp_path / "a.dcd", 3, first=True)
     assert xyz.shape == (1, whole.n_atoms, 3) and len(box) == 0

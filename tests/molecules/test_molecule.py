@@ -46,14 +46,14 @@ def test_hydrogen_and_deuterium_are_not_heavy(molecule):
     assert replace(molecule, element=elements).heavy.tolist() == [False, True, False, True, True]
 
 
-def test_taken_atoms_count_their_residues_anew(molecule):
+def test_taken_atoms_count_their_residues_again(molecule):
     part = molecule.take(np.array([2, 3, 4]))
     assert part.residue_index.tolist() == [0, 0, 1] and part.name.tolist() == ["N", "CA", "ZN"]
     assert np.array_equal(part.xyz, molecule.xyz[:, [2, 3, 4]]) and part.time_ps.tolist() == [10, 20]
     assert molecule.take(molecule.name == "N").chain.tolist() == ["A", "A"]
 
 
-def test_by_default_the_protein_is_selected_and_what_is_left_out_is_told(molecule, caplog):
+def test_by_default_the_protein_is_selected_and_what_is_left_out_is_reported(molecule, caplog):
     other = replace(molecule, kind=np.array(["protein", "protein", "other", "other", "other"]))
     assert other.select(chains="A").name.tolist() == ["N", "CA"]
     assert caplog.messages == ["the molecule: left out 1 GLY"]
@@ -66,7 +66,7 @@ def test_one_frame_keeps_its_time_and_number(molecule):
     assert molecule.frame(0).frame_number.tolist() == [3]
 
 
-def test_what_was_read_stays_as_it_is_and_is_told_apart_by_itself(molecule):
+def test_what_was_read_stays_as_it_is_and_is_distinguished_by_itself(molecule):
     for each in (Molecule, AtomFile, Frames, FrameChoice):
         with pytest.raises(FrozenInstanceError):
             object.__new__(each).box = None
@@ -127,7 +127,7 @@ def test_chains_keep_their_ids_if_all_have_two_letters_or_less():
     assert _short_chain_ids(np.array([f"L{k:02}" for k in range(64)])) == [*letters, "AA", "AB"]
 
 
-def test_only_ids_that_do_not_fit_get_other_names_which_is_told(caplog):
+def test_only_ids_that_do_not_fit_get_other_names_which_is_reported(caplog):
     """A chain keeps the name by which the user asks for its residues."""
     assert _short_chain_ids(np.array(["AAA", "AAA", "A", "C", "BBB"])) == ["B", "B", "A", "C", "D"]
     assert "have other names in its results: AAA is B, BBB is D" in caplog.text
@@ -179,7 +179,7 @@ def test_every_format_stands_in_one_list_alone():
     assert {".rst7", ".restrt", ".crd", ".inpcrd", ".ncrst"} <= set(formats.TRAJECTORIES)
 
 
-def test_the_content_tells_the_format_not_the_name(tmp_path):
+def test_the_content_says_the_format_not_the_name(tmp_path):
     path = tmp_path / "dots.dms"
     path.write_text("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n")
     found = read_surface(path)

@@ -95,7 +95,7 @@ def test_frames_at_some_times_are_read_without_the_others(example, monkeypatch):
     assert np.array_equal(few.xyz, whole.xyz[few.frame_number]) and equal_names(few, whole)
 
 
-def test_times_that_no_frame_has_are_told(example, tmp_path, caplog):
+def test_times_that_no_frame_has_are_reported(example, tmp_path, caplog):
     topology, trajectory = example
     read_molecule(topology, trajectory, times=[7])
     assert not caplog.messages
@@ -337,7 +337,7 @@ def test_c_alphas_of_whole_residues_may_be_chosen(tmp_path, caplog):
     assert "lack heavy atoms" not in caplog.text
 
 
-def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_told(tmp_path, caplog):
+def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_reported(tmp_path, caplog):
     chains = peptide() + "TER\n" + peptide(chain="B", origin=(0, 30, 0))
     sequence = "SEQRES   1 B    6  ALA ALA ALA ALA ALA ALA\n"
     path = write(tmp_path / "a.pdb", sequence + chains + "END\n")
@@ -650,7 +650,7 @@ def test_a_dummy_box_is_none(cell, caplog):
 @pytest.mark.parametrize(
     "angles", [(60, 60, 150), (0, 90, 90), (90, 180, 90), (120, 120, 120), (170, 170, 170), (90, 90, 180)]
 )
-def test_an_impossible_box_is_told_and_none(angles, caplog):
+def test_an_impossible_box_is_reported_and_none(angles, caplog):
     assert box_vectors(30, 40, 50, *angles) is None
     told = f"a box of 30, 40, 50 Å with angles of {', '.join(map(str, angles))}° is impossible"
     assert told in caplog.text
@@ -729,7 +729,7 @@ def test_a_trajectory_is_left_as_it_is_where_asked_and_a_gro_file_may_give_the_n
     assert read_first_frame(tmp_path / "a.xtc", 20, path) == pytest.approx(cut[0], abs=0.006)
 
 
-def test_what_is_left_out_is_told_of_the_first_model_alone(tmp_path, caplog):
+def test_what_is_left_out_is_reported_of_the_first_model_alone(tmp_path, caplog):
     water = [atom_line("O", "HOH", residue=str(k), place=(k, 9, 9), record="HETATM") for k in (8, 9)]
     models = (f"MODEL {k}\n{peptide()}{''.join(water[:k])}ENDMDL\n" for k in (1, 2))
     path = write(tmp_path / "a.pdb", "".join(models))

@@ -92,7 +92,7 @@ def test_a_line_of_three_numbers_is_a_box_only_behind_a_longer_one(tmp_path, n_a
 
 
 @pytest.mark.parametrize(("count", "stride", "read"), [(3, 1, [0, 1]), (3, 2, [0]), (4, 2, [0, 2])])
-def test_a_torn_last_frame_is_left_out_and_told(frames, tmp_path, caplog, count, stride, read):
+def test_a_torn_last_frame_is_left_out_and_reported(frames, tmp_path, caplog, count, stride, read):
     """mdtraj takes the last frame for whole where only a digit is missing."""
     path = tmp_path / "a.xyz"
     mdtraj.join([frames, frames[1:]])[:count].save(str(path))
@@ -171,7 +171,7 @@ def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, c
         ("aa", False),
     ],
 )
-def test_a_second_half_that_repeats_the_first_is_told_where_anything_moves(caplog, order, told):
+def test_a_second_half_that_repeats_the_first_is_reported_where_anything_moves(caplog, order, told):
     places = {"a": [[0, 0, 0], [1, 0, 0]], "b": [[0, 0, 0], [1, 1, 0]]}
     xyz = np.array([places[each] for each in order])
     warn_of_repeats("a.dcd", xyz, np.full(len(order), np.nan))

@@ -198,7 +198,7 @@ def test_residues_without_a_chain_are_residues():
     assert table[["dots", "propensity_smoothed", "interface"]].to_numpy().tolist() == [[2, 2, 0.5]]
 
 
-def test_references_belong_to_the_dots_that_are_asked_for():
+def test_references_belong_to_the_dots_that_are_requested():
     # five atoms of three residues 20 Å apart, one of them a hydrogen; two dots above each residue
     dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
     surface = Surface(dots, np.tile([0.0, 0, 1], (6, 1)), atom=np.array([0, 1, 2, 2, 4, 4]))

@@ -121,7 +121,7 @@ def test_the_number_of_centres_is_a_test_of_its_own():
     assert (same["p"] > 0.2).all() and same["measure"].tolist() == 2 * ["d", "Z_tS", "centres", "together"]
 
 
-def test_power_is_the_share_of_other_runs_that_are_told_apart():
+def test_power_is_the_share_of_other_runs_that_are_distinguished():
     """Shifted by three standard deviations in every row nearly all, unshifted about one in twenty, by centres alone all."""
     centres, same = np.array([178, 180, 182, 180]), np.array([181, 179])
     cases = [(0.3, same, "d", 0.9, 1.0), (0.0, same, "d", 0.0, 0.3), (0.0, same, "centres", 0, 0)]
@@ -308,7 +308,7 @@ def test_patches_lie_around_kept_dots_or_any(blob):
     assert np.allclose(any_dots.z["as_coded"][:, 1], z)
 
 
-def test_the_family_is_tuned_to_the_wished_number(blob):
+def test_the_family_is_tuned_to_the_requested_number(blob):
     prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
     )

@@ -29,7 +29,7 @@ def test_a_tenth_of_a_sphere_gives_it_back(sphere):
     assert off.max() < 0.05
 
 
-def test_a_dot_off_the_surface_is_told_by_how_much(sphere):
+def test_a_dot_off_the_surface_is_reported_by_how_much(sphere):
     points, normals = sphere
     moved = points.copy()
     moved[5] += 0.3 * normals[5]

@@ -81,7 +81,7 @@ def test_a_grid_of_another_reading_has_no_cloud():
     assert not any("combinations" in words for words in names_in(figure))
 
 
-def test_the_answer_is_that_of_the_floor_that_is_asked_for():
+def test_the_answer_is_that_of_the_floor_that_is_requested():
     tables = surface_tables()
     other = tables.required_dots.assign(n_S_percent=[8.0, 3.0, 1.4], Z=[0.5, 0.7, 0.9])
     wrong = other.assign(reading="as_written", n_S_percent=60.0)

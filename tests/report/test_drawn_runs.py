@@ -183,7 +183,7 @@ def test_one_frame_has_a_mean_and_no_spread():
 @pytest.mark.parametrize(
     "step, label, last", [(200.0, "time (ns)", 19.8), (50.0, "time (ps)", 4950), (np.nan, "frame", 297)]
 )
-def test_time_is_told_in_the_unit_that_reads_best(step, label, last):
+def test_time_is_reported_in_the_unit_that_reads_best(step, label, last):
     values, words = over_time.time_axis(trajectory(step=step))
     assert words == label and values.iloc[-1] == pytest.approx(last)
 

@@ -98,7 +98,7 @@ def test_at_most_five_samplers_are_drawn_in_the_figure_of_one_panel():
     assert "mine" not in names and "empty patches: 9.00" not in names and len(names) == 7
 
 
-def test_an_arrow_tells_how_many_times_fewer_dots():
+def test_an_arrow_says_how_many_times_fewer_dots():
     ax = comparison_figure.comparison_figure(comparison(), "q").axes[0]
     (said,) = [t for t in ax.texts if t.get_text().startswith("same Z")]
     z = 1.6 * 10 / np.sqrt(20)

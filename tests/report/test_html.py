@@ -155,7 +155,7 @@ def test_the_cards_hold_what_the_tables_say(tmp_path):
     ]
 
 
-def test_the_card_of_d_tells_what_z_it_stands_for(tmp_path):
+def test_the_card_of_d_says_what_z_it_stands_for(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder, [("p", "c1"), ("p", "c2")])
     assert "mean patch" not in Page(first(folder, files)).text["card coded"]
@@ -174,7 +174,7 @@ def test_the_card_of_d_tells_what_z_it_stands_for(tmp_path):
     assert "gives 1.7, two different patches 2.4." in Page(first(folder, files)).text["card coded"]
 
 
-def test_z_is_told_by_the_first_physical_floor_that_was_measured(tmp_path):
+def test_z_is_reported_by_the_first_physical_floor_that_was_measured(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder, [("p", "c1"), ("p", "c2")])
     assert "give Z =" not in first(folder, files)
@@ -301,7 +301,7 @@ def test_a_run_begins_with_what_failed_and_its_warnings(tmp_path):
     assert "50 warnings" in text and '<details class="note">' in text and 'href="warnings.csv"' in text
 
 
-def test_warnings_that_differ_in_numbers_only_are_told_once(tmp_path):
+def test_warnings_that_differ_in_numbers_only_are_reported_once(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder)
     sentences = [("p", "c1", "p/c1: 5.6 dots, A/7: few"), ("q", "c1", "q/c1: 5.71 dots, A/12: few")]
@@ -370,7 +370,7 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
         ("more than", "1.8 times fewer dots, or more, are"),
     ],
 )
-def test_a_factor_that_is_a_bound_is_told_as_one(tmp_path, bound, said):
+def test_a_factor_that_is_a_bound_is_reported_as_one(tmp_path, bound, said):
     files = write_run(tmp_path)
     own = {"factor": "1.8", "bound": bound, "percent": "11"}
     text = render(TEMPLATE, **first_page(tmp_path, files, ()) | {"compared": own})
@@ -399,7 +399,7 @@ def test_one_frame_has_no_spread(tmp_path):
     assert "d = 2.0 over 1 frame of p" in card
 
 
-def test_only_readings_that_were_tried_are_told(tmp_path):
+def test_only_readings_that_were_tried_are_reported(tmp_path):
     files = write_run(tmp_path)
     assert "so both were tried" in first(tmp_path, files)
     for name in ("summary", "relation"):
@@ -569,7 +569,7 @@ def test_a_pair_has_the_numbers_of_its_tables():
     assert none["sides"] == [] and "interface" in Page(render(pair_page.TEMPLATE, **none)).text["answer"]
 
 
-def test_a_partner_without_an_interval_is_told_without_one():
+def test_a_partner_without_an_interval_is_reported_without_one():
     one = AGREEMENT[AGREEMENT["partner"] == 1].assign(low=np.nan, high=np.nan)
     known = pair_page.pair_page("one", one, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"))
     assert known["sides"][0]["place"] == "unknown"
@@ -578,7 +578,7 @@ def test_a_partner_without_an_interval_is_told_without_one():
     )
 
 
-def test_means_over_pairs_are_told_with_their_interval():
+def test_means_over_pairs_are_reported_with_their_interval():
     means = pd.DataFrame(
         {
             "score": ["propensity_smoothed", "flatness", "planarity", "similarity"],
@@ -598,7 +598,7 @@ def test_means_over_pairs_are_told_with_their_interval():
     assert "None of the 3 pairs" in Page(nothing).text["answer"]
 
 
-def test_frames_are_told_by_mean_and_spread():
+def test_frames_are_summarised_by_mean_and_spread():
     columns = {
         "N": [100, 200, 200],
         "area": 10.0,

@@ -234,7 +234,7 @@ def test_roughness_weighting_prefers_rough_dots(surface):
     assert surface.roughness[kept].mean() < surface.roughness.mean() - 0.01
 
 
-def test_alpha_is_tuned_to_the_wished_number(surface):
+def test_alpha_is_tuned_to_the_requested_number(surface):
     combination = tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 400)
     assert published.expected_n_s(surface.cover, [combination])[0] == pytest.approx(400, abs=0.01)
     assert tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 10**6)[0] == pytest.approx(1.0)

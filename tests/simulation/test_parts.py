@@ -81,7 +81,7 @@ def test_only_protein_of_the_first_model_is_simulated(tmp_path):
     assert set(everything.kind) == {"protein"}
 
 
-def test_of_several_models_the_first_is_simulated_which_is_told(tmp_path, caplog):
+def test_of_several_models_the_first_is_simulated_which_is_reported(tmp_path, caplog):
     one = peptide(("ALA", "GLY"))
     many = "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n"
     path = write(tmp_path / "x.pdb", many)
@@ -129,7 +129,7 @@ def asked(monkeypatch):
     return calls
 
 
-def test_a_stage_runs_once_and_anew_where_its_inputs_change(asked, tmp_path):
+def test_a_stage_runs_once_and_again_where_its_inputs_change(asked, tmp_path):
     built, before, own = (tmp_path / name for name in ("system", "nvt", "npt"))
     for folder in (built, before):
         folder.mkdir()

@@ -146,7 +146,7 @@ def test_the_interval_of_a_mean_is_made_of_blocks():
 
 
 @pytest.mark.parametrize("shift, near", [(0.0, True), (0.99, True), (1.01, False), (-1.01, False)])
-def test_a_mean_off_its_target_is_told(shift, near):
+def test_a_mean_off_its_target_is_reported(shift, near):
     table = pd.DataFrame(
         {
             "stage": ["npt"] * 100 + ["production"] * 100,

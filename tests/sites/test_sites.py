@@ -54,7 +54,7 @@ def test_the_search_in_blocks_is_the_whole_sort():
     np.testing.assert_allclose(distance, np.sort(whole, axis=1)[:, :5], rtol=1e-4)
 
 
-def test_places_far_from_the_origin_are_told_apart_and_equal_ones_come_in_order():
+def test_places_far_from_the_origin_are_distinguished_and_equal_ones_come_in_order():
     """At 1,000 from the origin, squares in float32 have errors of 0.1; the distances here are 0, 0.001, 0.002, ..."""
     targets = np.full((3 * BLOCK, 4), 1000.0)
     targets[:, 0] += 1e-3 * np.arange(3 * BLOCK)[::-1]
@@ -175,7 +175,9 @@ def test_a_site_is_found_as_a_whole_with_its_pose(turned, tmp_path):
     assert np.sqrt(((laid.xyz - there.xyz) ** 2).sum(axis=2).mean()) < 1.0
 
 
-def test_a_site_is_laid_on_each_of_several_targets_and_targets_of_one_name_are_told_apart(tmp_path, capsys):
+def test_a_site_is_placed_on_each_of_several_targets_and_targets_of_one_name_are_distinguished(
+    tmp_path, capsys
+):
     molecule = sparsurf.read_molecule(PEPTIDE, residues="209-216")
     molecule.write_pdb(tmp_path / "q.pdb")
     there = {}
@@ -203,7 +205,7 @@ def test_a_site_is_laid_on_each_of_several_targets_and_targets_of_one_name_are_t
 
 
 @pytest.mark.parametrize("hits", [1, 2])
-def test_as_many_hits_are_written_as_asked_for(tmp_path, sites, hits):
+def test_as_many_hits_are_written_as_requested(tmp_path, sites, hits):
     for name in ("query", "a", "b", "c"):
         replace(sites, name=name).save(tmp_path / f"{name}.sites")
     files = [str(tmp_path / f"{name}.sites") for name in ("query", "a", "b", "c")]
@@ -212,7 +214,7 @@ def test_as_many_hits_are_written_as_asked_for(tmp_path, sites, hits):
     assert pd.read_csv(tmp_path / "h.csv")["target"].tolist() == ["a", "b"][:hits]
 
 
-def test_nothing_is_told_of_a_target_on_which_nothing_fits(sites, caplog):
+def test_nothing_is_reported_of_a_target_on_which_nothing_fits(sites, caplog):
     few = sites.take(np.flatnonzero(sites.labels["residue"] == "215"))
     one = few.take([0])
     far = replace(one, name="far", points=one.points + 500, numbers=one.numbers + 50)
@@ -243,7 +245,7 @@ def test_names_of_fields_may_come_in_any_order(small, tmp_path, monkeypatch, cap
         (1e6, "peptide: a field has numbers of 10,000 and more"),
     ],
 )
-def test_a_field_that_cannot_be_described_is_told(values, said, recwarn):
+def test_a_field_that_cannot_be_described_is_reported(values, said, recwarn):
     dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-216"))
     odd = replace(dots, fields={"volume": np.full(len(dots), values) * dots.points[:, 0]})
     with pytest.raises(InputError, match=said):
@@ -251,7 +253,7 @@ def test_a_field_that_cannot_be_described_is_told(values, said, recwarn):
     assert not recwarn.list
 
 
-def test_each_place_gets_as_many_hits_as_asked_for_where_places_lie_densely(small):
+def test_each_place_gets_as_many_hits_as_requested_where_places_lie_densely(small):
     dense = sparsurf.describe_sites(small / "a.pdb", percent=60)
     few = sparsurf.find(dense, dense, at=range(5), n=10, percent=60)
     assert few.groupby("query")["rank"].apply(list).tolist() == [list(range(1, 11))] * 5
@@ -401,7 +403,7 @@ def test_sites_are_searched_by_the_settings_they_were_described_with(small):
         sparsurf.find(known, known, at=[0], percent=5)
 
 
-def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_path, caplog, capsys):
+def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_reported(small, tmp_path, caplog, capsys):
     fields = ["--fields", ",".join(FIELDS)]
     for name, percent in (("few.csv", "12"), ("many.csv", "100")):
         assert (
@@ -457,7 +459,7 @@ def test_one_name_or_many_in_any_sequence(small):
     assert [list(each) for each in found] == [["charge"]] * 3
 
 
-def test_places_with_hardly_a_dot_around_are_left_out_and_told(small, caplog):
+def test_places_with_hardly_a_dot_around_are_left_out_and_reported(small, caplog):
     dots = sparsurf.surface(small / "a.pdb")
     at = np.array([dots.points[7], dots.points[7] + 1000, dots.points[90]])
     sites = sparsurf.describe_sites(dots, percent=100, fields=(), at=at, name="mine")

@@ -169,7 +169,7 @@ def test_one_warning_per_surface(prepared, caplog):
     assert record.endswith(": as_coded at 10 % (uniform, voxel, farthest)")
 
 
-def test_a_warning_tells_where_patches_break_up(caplog):
+def test_a_warning_says_where_patches_break_up(caplog):
     rows = [(rule, name, p, value) for rule, name, values in (
         ("as_coded", "uniform", (10, 20)), ("as_coded", "voxel", (10, 30)), ("as_coded", "poisson", (5, 40)),
         ("scaled", "voxel", (29, 31)), ("scaled", "uniform", (30, 30)),
@@ -323,7 +323,7 @@ def test_a_factor_beyond_what_was_measured_is_a_bound():
     assert [row["factor"] for row in equal_error.values()] == pytest.approx([1.0, 16.0, 4.0])
 
 
-def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
+def test_a_bound_counts_the_dots_that_were_kept_not_those_requested():
     table = curves(uniform=4.0, paper=0.9)  # at its fewest dots better than uniform anywhere
     table.loc[table["sampler"] == "paper", "n_S_percent"] *= 2
     assert times_fewer(table, "paper", "uniform", 40) == (pytest.approx(40 / 5), "more than ")
@@ -437,7 +437,7 @@ def test_ranking_on_analytic_surfaces(path, request):
     assert (z.diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
 
-def test_minimal_has_the_wished_size_in_order_of_choice(prepared):
+def test_minimal_has_the_requested_size_in_order_of_choice(prepared):
     for name in samplers.SAMPLERS:
         dots, weight = find_subset(prepared, name, 300)
         assert weight.sum() == 3000 and (weight > 0).all() and len(dots) == len(weight)
@@ -456,7 +456,7 @@ def test_minimal_has_the_wished_size_in_order_of_choice(prepared):
 
 
 @pytest.mark.parametrize("name", ["farthest", "uniform", "voxel", "paper"])
-def test_minimal_for_a_wished_z(prepared, name):
+def test_minimal_for_a_requested_z(prepared, name):
     tests = prepared.draw_tests(100)
     z_tot, _ = prepared.describe(tests)
 

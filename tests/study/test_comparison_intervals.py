@@ -100,7 +100,7 @@ def test_the_interval_of_times_fewer_holds_95_percent():
     assert (row["factor"], row["low"], row["high"]) == pytest.approx((16 / 9, 16 / 25, 4.0))
 
 
-def test_a_surface_is_dotted_with_the_wished_number():
+def test_a_surface_is_dotted_with_the_requested_number():
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     xyz, r = molecule.xyz[0], radii(molecule)
     points, normals = dotted_surface(xyz, r, 150, np.random.default_rng(0))

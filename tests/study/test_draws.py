@@ -96,7 +96,7 @@ def test_number_of_test_dots(requested, n_dots, number):
     assert number_of_tests(requested, n_dots) == number
 
 
-def test_all_dots_are_tests_where_more_are_wished(prepared):
+def test_all_dots_are_tests_where_more_are_requested(prepared):
     n = len(prepared.points)
     assert np.array_equal(prepared.draw_tests(n + 1), np.arange(n))
 
@@ -125,7 +125,7 @@ def test_a_share_of_the_dots_is_one_dot_at_least():
     assert minimal_subset._n_s({"n_S": 7}, 300) == 7 and minimal_subset._n_s({}, 300) is None
 
 
-def test_a_wished_z_is_told_with_its_interval(prepared, caplog):
+def test_a_requested_z_is_reported_with_its_interval(prepared, caplog):
     with caplog.at_level(logging.INFO, "sparsurf"):
         find_subset(prepared, "farthest", z=3.0, n_tests=20)
     mean, low, high = map(float, re.search(r"Z = (.*) \(95 %: (.*) to (.*)\)", caplog.text).groups())
@@ -142,7 +142,7 @@ def test_fragments_are_medians_over_draws_and_test_dots(prepared):
 
 
 @pytest.mark.parametrize(("shared", "told"), [(True, [63, 72, 96, 120, 144]), (False, range(6, 145, 6))])
-def test_a_grid_tells_how_many_subsets_are_done(prepared, shared, told):
+def test_a_grid_says_how_many_subsets_are_done(prepared, shared, told):
     combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 24)], []
     grid.evaluate_grid(
         prepared, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts)

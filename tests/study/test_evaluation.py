@@ -116,7 +116,7 @@ def test_cores_and_order_change_nothing(blob, shared):
     assert np.allclose(one.z_ts, back.z_ts[:, ::-1], rtol=1e-6)
 
 
-def test_another_seed_or_conformation_draws_anew(blob):
+def test_another_seed_or_conformation_draws_again(blob):
     one = prepared(blob)
     pair, tests = one.pair(GRID[0], 0), one.draw_tests(600)
     for other in (prepared(blob, name="other"), prepared(blob, seed=43)):

@@ -400,7 +400,7 @@ def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
         assert row.d == pytest.approx(np.mean(d)) and row.d_sd == pytest.approx(np.std(d, ddof=1))
 
 
-def test_a_surface_without_combinations_in_a_range_tells_nothing_of_it():
+def test_a_surface_without_combinations_in_a_range_says_nothing_of_it():
     results = study(lambda r, s: s % 3, ROUGHS[:5])
     table = summary.summary_table(results)
     first = (table["reading"] == "as_coded") & (table["range"] == 1)

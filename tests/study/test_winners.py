@@ -46,7 +46,7 @@ def against_the_best(gap):
 
 
 @pytest.mark.parametrize(("gap", "equal"), [(0.0, True), (1.5, True), (1.8, False), (5.0, False)])
-def test_who_may_be_the_best_is_told_from_paired_differences(gap, equal):
+def test_who_may_be_the_best_is_reported_from_paired_differences(gap, equal):
     """One other can be told from the best at 1.645 errors, on one side of the paired difference."""
     assert best_set(against_the_best(gap)).tolist() == [True, equal]
 

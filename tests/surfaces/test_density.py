@@ -82,7 +82,7 @@ def test_a_density_that_is_sought_rolls_the_probe_once(tmp_path, monkeypatch):
         assert np.array_equal(getattr(sought, name), getattr(given, name))
 
 
-def test_a_linking_distance_that_no_density_suits_is_told(tmp_path):
+def test_a_linking_distance_that_no_density_suits_is_reported(tmp_path):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
     with pytest.raises(
         InputError, match=r"a: D_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.D_link"
@@ -125,7 +125,7 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     assert outputs["structure"].read_bytes() == path.read_bytes()
 
 
-def test_dots_are_laid_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_path, caplog):
+def test_dots_are_placed_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_path, caplog):
     molecule, sizes = without_hydrogens(tmp_path, 3)
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
     for settings in (SETTINGS, SETTINGS | {"density": 2.0}):
@@ -200,7 +200,7 @@ def test_the_nearest_dot_is_found_beyond_the_edge_of_a_cube():
         np.testing.assert_array_equal(nearest_distances(points), cKDTree(points).query(points, k=2)[0][:, 1])
 
 
-def test_the_area_is_the_sum_of_those_of_the_dots_or_told_from_their_distances():
+def test_the_area_is_the_sum_of_those_of_the_dots_or_reported_from_their_distances():
     points = np.random.default_rng(6).normal(size=(4000, 3))
     points *= 20 / np.linalg.norm(points, axis=1)[:, None]
     assert area_of(SimpleNamespace(points=points, area=np.full(len(points), 0.25))) == (1000.0, False)

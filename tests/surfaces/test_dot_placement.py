@@ -339,7 +339,7 @@ def test_a_band_too_narrow_for_a_dot_still_counts():
     assert surface.area[of_contact].sum() == pytest.approx(2 * contact - 4 * math.pi * 1.7**2, rel=1e-6)
 
 
-def test_spheres_without_arcs_are_told_by_one_dot():
+def test_spheres_without_arcs_are_summarised_by_one_dot():
     """Buried ones, ones alone, and one that holds another; all dots of all spheres give the same."""
     rng = np.random.default_rng(5)
     heap, alone = rng.uniform(0, 9, (150, 3)), np.array([[30.0, 0, 0], [60, 0, 0], [60.1, 0, 0]])

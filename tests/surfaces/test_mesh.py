@@ -218,7 +218,7 @@ def test_a_place_is_seen_from_the_dots_of_its_own_side():
     assert height == pytest.approx([0.2]) and across == pytest.approx(np.array([[0, 0, 1.0]]))
 
 
-def test_holes_are_closed_and_an_end_is_told(caplog):
+def test_holes_are_closed_and_an_end_is_reported(caplog):
     """Dots of a ball without those of a cap: the inside stays one; a sheet has none."""
     k = np.arange(700) + 0.5
     z, turn = 1 - 2 * k / len(k), np.pi * (1 + 5**0.5) * k

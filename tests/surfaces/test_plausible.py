@@ -138,7 +138,7 @@ def test_directions_are_judged(dots, caplog):
     assert "normals point inwards" in judged(caplog, dots.points, -dots.normals)
 
 
-def test_a_surface_that_does_not_close_is_told_once(dots, caplog, tmp_path):
+def test_a_surface_that_does_not_close_is_reported_once(dots, caplog, tmp_path):
     """The first half of the dots, which are in the order of the atoms; a study's own file repeats nothing."""
     half = slice(len(dots) // 2)
     assert "do not close around a molecule" in judged(caplog, dots.points[half], dots.normals[half])

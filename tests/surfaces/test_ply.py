@@ -202,7 +202,7 @@ def test_a_ply_file_that_cannot_be_read_is_a_sentence(tmp_path, content, words):
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_a_vertex_more_than_the_header_tells_of_is_told_and_an_end_of_a_line_is_not(tmp_path):
+def test_a_vertex_more_than_the_header_says_of_is_reported_and_an_end_of_a_line_is_not(tmp_path):
     head = "ply\nformat binary_little_endian 1.0\nelement vertex 2\n"
     head += "".join(f"property float {axis}\n" for axis in AXES) + "end_header\n"
     rows = np.column_stack([POINTS, NORMALS]).astype("<f4").tobytes()

@@ -348,7 +348,7 @@ def test_columns_that_mean_nothing_else_are_fields(tmp_path):
     }
 
 
-def test_columns_of_numbers_that_are_left_out_are_told(tmp_path, caplog):
+def test_columns_of_numbers_that_are_left_out_are_reported(tmp_path, caplog):
     """By their name, or by a cell that is no number; not those of words, and not what pandas writes of its rows."""
     rows = [f"{k},{k},2,3,0,0,1,{k / 2},{'n.d.' if k == 3 else k},{k},{k},CA,{k}\n" for k in range(9)]
     header = ",x,y,z,nx,ny,nz,good,potential,pot (kT/e),points,word,area\n"
@@ -363,7 +363,7 @@ def test_columns_of_numbers_that_are_left_out_are_told(tmp_path, caplog):
     assert (found.points[:, 0] == np.arange(9)).all()
 
 
-def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
+def test_normals_far_from_unit_length_are_scaled_and_reported(tmp_path, caplog):
     kept = written(tmp_path, "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,1.001,0\n", "a.csv")
     assert read_surface(kept).normals.tolist() == [[0, 0, 1], [0, 1.001, 0]]  # what three decimals leave
     said = "normals of length {} are scaled to 1".format
@@ -374,7 +374,7 @@ def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
         caplog.clear()
 
 
-def test_normals_in_the_columns_of_the_places_are_told(tmp_path, caplog):
+def test_normals_in_the_columns_of_the_places_are_reported(tmp_path, caplog):
     rows = "x,y,z,nx,ny,nz\n0,0,1,5,6,7\n0,0.6,0.8,5,6,8\n"
     with pytest.raises(
         InputError, match=r"has normals of length 10.5 to 11.2 and positions of length 1: exchange"
@@ -412,7 +412,7 @@ def test_what_numpy_saves_is_read(tmp_path):
 
 @pytest.mark.parametrize("header", ["X,Y,Z,nx,ny,nz", "x,y,z"])
 @pytest.mark.parametrize("sign", [";", "\t", " ", " ; ", '";"'])
-def test_columns_without_commas_are_told(tmp_path, sign, header):
+def test_columns_without_commas_are_reported(tmp_path, sign, header):
     path = written(tmp_path, f"{header}\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
     words = "a.csv has no commas in its header: put commas between columns, and points into numbers.$"
     for read in (read_surface, read_points):
@@ -664,7 +664,7 @@ def test_every_format_has_its_file_and_its_own_suffixes():
 
 
 @pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply", "a.minimal"])
-def test_formats_are_told_apart_by_content_packed_or_not(tmp_path, small, name):
+def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, name):
     """Whatever a file is called, one format takes it, and gives the dots back."""
     as_csv = "\n".join(
         ["x,y,z,nx,ny,nz", *(",".join(map(str, row)) for row in np.hstack([small.points, small.normals]))]
@@ -722,7 +722,7 @@ def test_numbers_of_a_dms_file_do_not_touch_the_names(tmp_path, small):
     assert {len(line.split()) for line in lines} == {7, 11}
 
 
-def test_every_format_tells_what_it_can_do():
+def test_every_format_says_what_it_can_do():
     known = {each.name: each for each in FORMATS}
     assert {name: each.suffixes for name, each in known.items()} == {
         "npz": (".npz",), "CSV": (".csv",), "DMS": (".dms",), "PLY": (".ply",), "compact": (".minimal",), "VTP": (".vtp",),
@@ -738,7 +738,7 @@ def test_every_format_tells_what_it_can_do():
     }
 
 
-def test_a_table_of_dots_tells_of_their_atoms_and_of_their_components_where_all_are_there():
+def test_a_table_of_dots_says_of_their_atoms_and_of_their_components_where_all_are_there():
     dots = Surface(
         np.eye(3) * 4, np.eye(3), [1.0, 2, 3], [0, 1, 2], [5, 6, 7], {"b": [7, 8, 9], "more": [0, 0, 0]}
     )

@@ -472,7 +472,7 @@ def test_a_combination_stands_without_another_sampler():
         )
 
 
-def test_the_grid_is_the_papers_unless_told():
+def test_the_grid_is_the_papers_unless_reported():
     values = (
         [0.1, 0.2, 0.4, 0.6, 0.8, 1.0],
         [0, 0.2, 0.4, 0.6, 0.8, 1.0],
@@ -523,7 +523,7 @@ def test_exponents_stay_as_they_are():
     assert str(check_config(changed("sampling.gamma", [2.0]))["sampling"]["gamma"]) == "[2.0]"
 
 
-def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypatch):
+def test_more_memory_than_the_machine_has_is_reported_before_anything_runs(monkeypatch):
     monkeypatch.setattr(memory, "memory_of_machine", lambda: 2.0**30)
     evaluation = {"draws": 3, "test_dots": 400}
     check_config(DEFAULT | {"evaluation": evaluation})
@@ -568,7 +568,7 @@ def test_names_are_those_of_the_library():
     assert {"fresh dots", "turned"} < {*names.FLOORS}
 
 
-def test_a_protein_tells_where_it_is_from_how_it_is_read():
+def test_a_protein_says_where_it_is_from_how_it_is_read():
     config = {"proteins": {"a": {"pdb": "1ubi", "chains": ["A"], "ligands": True}, "b": {"surface": "x.dms"}}}
     a, b = proteins(config).values()
     assert a.source.endswith("/1UBI.cif.gz") and a.download == "1UBI.cif.gz" and a.files == {}
@@ -662,7 +662,7 @@ def test_all_mistakes_are_reported_at_once():
     assert str(error.value).count("\n") == 4
 
 
-def test_of_many_mistakes_the_first_are_told():
+def test_of_many_mistakes_the_first_are_reported():
     with pytest.raises(InputError) as error:
         check_config(DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}})
     assert str(error.value).count("\n") == 20 and str(error.value).endswith(" 79 more mistakes.")

@@ -42,7 +42,7 @@ def test_a_job_is_a_line_with_its_warnings(said, tmp_path):
     assert said((LogEvent.JOB_FINISHED, {"job_id": 2}), (LogEvent.PROGRESS, {"done": 4, "total": 12})) == ""
 
 
-def test_a_job_that_failed_is_told_with_its_sentence_and_noted(said, tmp_path, monkeypatch):
+def test_a_job_that_failed_is_reported_with_its_sentence_and_noted(said, tmp_path, monkeypatch):
     monkeypatch.setenv(partial_runs.FAILED_JOBS, str(tmp_path / "failed"))
     (tmp_path / "a.log").write_text("ERROR x.pdb holds no atoms.\n")
     (tmp_path / "b.log").write_text("USED 1 MB\n")
