@@ -187,6 +187,22 @@ def test_a_wide_interval_is_reported_what_keeps_a_fixed_number(
     assert f"95 % interval {ends} %)" in told and ("--percent keeps a fixed share" in told) == hint
 
 
+def test_a_table_of_frames_names_them_by_their_numbers_in_the_file(folder, tmp_path):
+    assert ended("surface", folder / "models.pdb", "--frames", "2,1", "-o", tmp_path / "dots.csv") == 0
+    table = pd.read_csv(tmp_path / "dots.csv")
+    assert table["frame"].unique().tolist() == [2, 1]
+    one = sparsurf.surface(folder / "models.pdb", frame=2)
+    assert np.allclose(table.loc[table["frame"] == 2, ["x", "y", "z"]], one.points, atol=6e-5)
+
+
+def test_an_output_for_each_frame_does_not_replace_the_file_that_is_read(folder, tmp_path, capsys):
+    shutil.copy(folder / "models.pdb", tmp_path / "dots_12.pdb")
+    for out, code in (("dots_{frame}.pdb", 1), ("other_{frame}.pdb", 0)):
+        assert ended("surface", tmp_path / "dots_12.pdb", "--frames", "0,1", "-o", tmp_path / out) == code
+    assert "dots_{frame}.pdb is a file that is read; name another" in capsys.readouterr().err
+    assert (tmp_path / "dots_12.pdb").read_bytes() == (folder / "models.pdb").read_bytes()
+
+
 def test_formats_hold_the_same_dots(folder, tmp_path):
     files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
     for path in files.values():
