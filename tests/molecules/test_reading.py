@@ -313,6 +313,8 @@ def test_a_model_is_a_whole_number_and_a_chain_has_a_name(tmp_path):
         read_molecule(path, chains="A,B,C")
     nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
     assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
+    with pytest.raises(InputError, match=r"b\.pdb has one chain, without a name: leave out `chains`\.$"):
+        read_molecule(nameless, chains="A")
 
 
 @pytest.mark.parametrize(

@@ -49,10 +49,10 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     assert ring.get_xydata().tolist() == [[8.0, 0.5]]
     assert names_in(figure) == [
         "paper's sampling, all combinations", "farthest point dots as they are",
-        "the surface recovered from the same dots", "uniform subset",
+        "the surface recovered from the same dots", "uniform subset", "enough",
         "atoms moved 0.1 Å: 0.90", "the molecule rotated: 0.70", "fresh dots of the same surface: 0.50",
     ]  # fmt: skip
-    floors = figure.legends[0].legend_handles[4:]
+    floors = figure.legends[0].legend_handles[5:]
     drawn = sorted((line for line in ax.lines if line.is_dashed()), key=lambda line: -line.get_ydata()[0])
     for line, entry in zip(drawn, floors, strict=True):
         assert line._dash_pattern == entry._dash_pattern and colour_of(line) == colour_of(entry)
@@ -178,6 +178,7 @@ def test_the_answer_shows_its_interval():
     (ax,) = figure.axes
     assert ax.get_title() == "8 % of the dots are enough (6 to 12 %)"
     assert ax.collections[-1].get_segments()[0].tolist() == [[6.04, 0.5], [11.6, 0.5]]
+    assert "enough, bar: 95 % interval" in names_in(figure)
 
 
 def test_without_a_grid_there_is_no_cloud():

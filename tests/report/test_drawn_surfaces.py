@@ -398,7 +398,10 @@ def test_the_book_shows_propensity_above_the_interface():
         left.shape[1] - 1 - other, abs=2
     )
     assert abs(column - other) > 50
-    assert words_of(figure)[0] == "x" and "interface: dots\nclose to the\nother partner" in words_of(figure)
+    assert (
+        words_of(figure)[0] == "x: do matching patches lie at the interface?"
+        and "interface: dots\nclose to the\nother partner" in words_of(figure)
+    )
 
 
 def test_the_book_of_partners_apart_shows_the_similarity():

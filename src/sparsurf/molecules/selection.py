@@ -124,6 +124,8 @@ def _in_chains(
         raise InputError(
             f"chains: a name is missing or empty: name some of the chains of {path}, {_chains(molecule)}."
         )
+    if absent and not any(molecule.chain):
+        raise InputError(f"{path} has one chain, without a name: leave out `chains`.")
     if absent:
         raise InputError(
             f"{path} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."

@@ -55,7 +55,9 @@ def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.Data
     ]
     scale = min(camera.scale for camera in cameras)
     cameras = [camera._replace(scale=scale) for camera in cameras]
-    figure = layout.sheet(layout.PAGE, 148, name)
+    figure = layout.sheet(
+        layout.PAGE, 148, layout.headed(name, "do matching patches lie at the interface?" if both else "")
+    )
     layout.text(figure, 4, 1, "partner 1 left, partner 2 right, each seen from the other")
     _row(
         figure,

@@ -242,6 +242,11 @@ def _legend_handles(panels: dict[str, Panel], floor: str) -> list[Line2D]:
         handles.append(
             Line2D([], [], color=colour, linewidth=1.5, marker=marker, markersize=2.5, label=words)
         )
+    bar = any(np.isfinite(panel.interval[0]) for panel in panels.values())
+    words = "enough, bar: 95 % interval" if bar else "enough"
+    handles.append(
+        Line2D([], [], color=BACK, marker="o", mfc="white", markersize=5, linestyle="", label=words)
+    )
     for k, name in enumerate(_floors_of(panels, floor)):
         z = next(iter(panels.values())).floors.get(name, np.nan)
         words = FLOORS.get(name, name) + (f": {z:.2f}" if len(panels) == 1 else "")

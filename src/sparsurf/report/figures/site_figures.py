@@ -229,7 +229,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
     ax.set_xticks(shown, np.asarray(names)[shown])
     ax.set(
-        xlabel="residue (no bar: buried in a form)",
+        xlabel="residues of both forms (no bar: buried)",
         ylabel="change / standard deviation",
         xlim=(-0.5, len(table) - 0.5),
         ylim=(0, None),
