@@ -606,7 +606,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["find", "bound.pdb", "--residues", "Z:1", "no.pdb", "-o", "x.csv"], 1, "'Z:1' is not in bound"),
         (["surface", "protein.pdb", "-o", f"{'é' * 126}.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "-o", "a\0.csv"], 1, "cannot name a file"),
-        (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has no chain Q"),
+        (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has one chain, without a name"),
         (["surface", "protein.pdb", "--probe", "-1", "-o", "x.csv"], 2, "'-1' must be a number, more than 0"),
         (["surface", "protein.pdb"], 2, "-o/--output"),
         (["surfaces", "protein.pdb"], 2, "surfaces"),
