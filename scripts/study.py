@@ -178,12 +178,13 @@ def answers_of_sites(run: Path, sites: Iterable[str]) -> Iterator[str]:
     """Yield a sentence for each pair of forms that was compared, and for each site that was sought."""
     for name in sites:
         if changes := rows_of(run / "sites" / name / "changes.csv"):
+            from sparsurf.report.numbers import most_of  # here, as it imports pandas
+
             n_known, n_moved = (
                 sum(row[key] not in ("", "0") for row in changes) for key in ("total", "above_moved")
             )
-            advice = (
-                " They differ all over: go by the order of the residues." if 2 * n_moved > n_known else ""
-            )
+            all_over = most_of(n_moved, n_known)
+            advice = " They differ all over: go by the order of the residues." if all_over else ""
             yield f"{name}: {n_moved} of {n_known} residues change more than if all atoms moved by 0.3 Å.{advice}"
         if hits := rows_of(run / "sites" / name / "hits.csv"):
             from sparsurf.report.site_page import MAX_EXPECTED  # here, as it imports pandas

@@ -51,6 +51,19 @@ def test_pymol_opens_the_dots_on_their_molecule(few, tmp_path):
     assert lines == ["hide everything, structure", "show cartoon, structure", "bg_color white", "orient"]
 
 
+def test_a_molecule_that_is_given_is_drawn_where_the_dots_know_none(tmp_path):
+    molecule = sparsurf.read_molecule(PEPTIDE, residues="209-214")
+    dots = sparsurf.surface(molecule)
+    few = sparsurf.minimal((dots.points, dots.normals), n_dots=40)
+    assert few.surface.origin is None
+    for result in (few, sparsurf.mesh(few)):
+        sparsurf.write(result, tmp_path / "few.pml", molecule=molecule)
+        structure = gemmi.read_pdb_string(in_pymol(tmp_path / "few.pml")[0]["structure"])
+        assert structure[0].count_atom_sites() == molecule.n_atoms
+        with pytest.raises(InputError, match=r"cannot be written as '\.dms'"):
+            sparsurf.write(result, tmp_path / "few.dms", molecule=molecule)
+
+
 def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
     mesh = sparsurf.mesh(([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5]), density=1)
     sparsurf.write(mesh, tmp_path / "mesh.pml")

@@ -174,6 +174,14 @@ def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, 
     assert colours[-1] == ".color 0.99 0.91 0.14"  # the bright end of viridis
 
 
+def test_recovered_dots_are_scenes_without_a_molecule(folder, tmp_path):
+    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.csv") == 0
+    for suffix, mark in (("pml", "cgo.SPHERE"), ("pdb", "HETATM"), ("bild", ".sphere")):
+        assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / f"dense.{suffix}") == 0
+        text = (tmp_path / f"dense.{suffix}").read_text()
+        assert mark in text and "read_pdbstr" not in text
+
+
 @pytest.mark.parametrize(("interval", "hint"), [((20, 50), False), ((20, 51), True)])
 def test_a_wide_interval_is_reported_what_keeps_a_fixed_number(
     folder, tmp_path, monkeypatch, capsys, interval, hint

@@ -446,6 +446,8 @@ def test_residues_of_nucleic_acids_alone_are_answered_with_their_chain(tmp_path)
     for keys in ({"selection": "name XX", "residues": "402"}, {"residues": "1", "selection": "name XX"}):
         with pytest.raises(InputError, match=r" 4 nucleic residues\.$"):
             read_molecule(path, **keys)
+    with pytest.raises(InputError, match="the selection holds no atoms"):
+        read_molecule(path, chains=np.array(["C", "D"]), residues="1")
     write(path, dna + "END\n")
     with pytest.raises(
         InputError, match=r"there is no protein; .*: name the chains of the nucleic acids, as `chains` C,D\.$"

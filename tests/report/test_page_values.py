@@ -114,20 +114,6 @@ def test_a_row_of_the_relation_says_who_won_and_what_roughness_gains():
     assert [len(line) for line in untested["relations"]["as_coded"]] == [5, 5] and untested["related"] == 0
 
 
-def test_samplers_that_do_not_differ_significantly_from_the_best():
-    rows = [
-        ("a", "best", 10.0, -0.1, 0.1),
-        ("best", "b", 10.0, -0.2, 0.0),
-        ("c", "best", 10.0, 0.1, 0.2),
-        ("d", "best", 10.0, -0.2, -0.1),
-        ("a", "e", 10.0, -0.1, 0.1),
-        ("f", "best", 20.0, -0.1, 0.1),
-    ]
-    pairs = pd.DataFrame(rows, columns=["sampler", "than", "percent", "low", "high"])
-    pairs = pairs.assign(measure="Z as_written")
-    assert comparison_page.alike(pairs, "best", 10.0) == ["a", "b"]
-
-
 def test_subsets_alone_are_shown_at_the_middle_scale_by_their_z():
     alone = pd.DataFrame(
         [
@@ -165,14 +151,6 @@ def test_factors_are_shown_the_largest_first_and_recovered_dots_with_the_mean_fl
         ("b", [2.0, 2.0, 3.0]),
         ("a", [1.0, 3.0, 1.0]),
     ]
-
-
-def test_ranges_that_win_lose_or_err_more_than_the_mean_patch():
-    rows = pd.DataFrame(
-        {"d_cv_low": [0.1, -0.2, -0.9, NAN, 0.2], "d_cv_high": [0.5, 0.3, -0.1, NAN, 0.6]}
-        | {"Z_tS": [1.0, 2.0, 1.6, 9.0, 1.5], "Z_tR": [2.0, 2.0, 2.0, 9.0, 2.0]}
-    )
-    assert ranges_page.counts(rows, 1.5) == {"n": 4, "above": 2, "below": 1, "above_null": 2}
 
 
 def test_a_row_of_ranges_has_the_numbers_of_its_columns():

@@ -10,7 +10,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +67,12 @@ class Dots:
     frame: int = 0
     faces: np.ndarray | None = None
     words: str = ""
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights and no triangles."""
+        has_atoms = self.molecule is not None and self.shown != "weight" and self.faces is None
+        return DOTS if has_atoms else DOTS_ALONE
 
     @property
     def numbers(self) -> dict[str, np.ndarray]:
@@ -221,7 +227,7 @@ def write_dots(
         ".vtp": vtp,
     }
     writers |= dict.fromkeys(BY_TRIMESH, solid) | dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
-    write_file(output, format_given, DOTS if dots.molecule is not None else DOTS_ALONE, writers)
+    write_file(output, format_given, dots.formats, writers)
 
 
 def mesh_dots(mesh: Mesh) -> Dots:
@@ -294,11 +300,11 @@ def write(
         refuse_other_atoms(result, atoms, frame, "write")
     source: Any = result
     if is_subset(source):
-        dots = Dots(source.surface, source.table, "weight")
+        dots = Dots(source.surface, source.table, "weight", atoms, frame)
     elif isinstance(source, Surface):
         dots = Dots(source, source.to_frame(atoms), molecule=atoms, frame=frame)
     elif hasattr(source, "triangles"):
-        dots = mesh_dots(source)
+        dots = replace(mesh_dots(source), molecule=atoms, frame=frame)
     else:
         raise InputError(
             f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."

@@ -51,10 +51,12 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Exit with the sentence, the name that the user may have meant, and where to read more."""
-        choice = re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message)
-        hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2])) if choice else ""
-        end = "" if message.endswith("?") else "."
-        self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or end} See {self.prog} --help.\n")
+        hint = ""
+        if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
+            hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
+        elif option := re.search(r"^unrecognized arguments: (?:.*? )??(-[^\s=]*)", message):
+            hint = did_you_mean(option[1], re.findall(r"--?[a-z][\w-]*", self.format_usage()))
+        self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or '.'} See {self.prog} --help.\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -75,10 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser, options = build_parser(next((word for word in arguments if not word.startswith("-")), None))
     args, others = parser.parse_known_args(arguments)
     if others and not (hasattr(args, "targets") and all(word[:1] != "-" for word in others)):
-        wrong = next((word.partition("=")[0] for word in others if word.startswith("-")), None)
-        hint = " (one file at a time; a study takes a folder of them)"
-        if wrong:
-            hint = did_you_mean(wrong, re.findall(r"--?[a-z][\w-]*", (options or parser).format_usage()))
+        several = not any(word.startswith("-") for word in others)
+        hint = " (one file at a time; a study takes a folder of them)" if several else ""
         (options or parser).error(f"unrecognized arguments: {' '.join(others)}{hint}")
     if others:  # files after an option, which argparse has given to no list that may be empty
         args.targets += others

@@ -118,7 +118,7 @@ def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.Dots:
         area = np.full(n, area_of(dense)[0] / n)
         dense = Surface(dense.points, dense.normals, area, np.zeros(n), np.zeros(n))
     kept = pd.DataFrame({"kept": (np.arange(n) < n_kept).astype(int)})
-    return writing.Dots(dense, kept, "kept", atom)
+    return writing.Dots(dense, kept, "kept", atom if is_dms else None)
 
 
 def _describe(args: argparse.Namespace, dense: Surface, points_at: np.ndarray) -> None:

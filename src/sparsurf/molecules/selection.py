@@ -95,8 +95,8 @@ def select_atoms(
     elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
     if not selected.any():
-        keys = (selection, chains, residues)
-        nothing = "there is no protein" if keys == (None, None, None) else "the selection holds no atoms"
+        by_default = all(key is None for key in (selection, chains, residues))
+        nothing = "there is no protein" if by_default else "the selection holds no atoms"
         nucleic = np.flatnonzero(within & (molecule.kind == "nucleic"))
         remedy = _remedy_for_nucleic(molecule, nucleic, ranges) if selection is None and len(nucleic) else ""
         raise InputError(f"{path}: {nothing}; the file has {_inventory(molecule)}{remedy}.")

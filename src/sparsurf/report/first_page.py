@@ -14,6 +14,7 @@ import pandas as pd
 from sparsurf.recovery.readings import RECOVERED, readings_of_columns
 from sparsurf.report.numbers import against_zero, combination, interval, number, share, short_names, span
 from sparsurf.report.page import embedded_figures
+from sparsurf.report.pair_page import MAIN_SCORE, means_by_score
 from sparsurf.report.site_page import by_rarity, found_on
 
 TEMPLATE = "first.html.j2"
@@ -360,13 +361,11 @@ def of_paper(places: pd.DataFrame) -> dict[str, int]:
 def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]:
     """Collect how well the maps of the pairs that touch find the interface."""
     card: dict[str, Any] = {"n": n, "touching": table["complex"].nunique(), "auc": None}
-    rows = means[means["score"] == "propensity_smoothed"]
-    if len(rows):
-        row = rows.iloc[0]
+    by_score = means_by_score(means)
+    if MAIN_SCORE in by_score.index:
+        row: Any = by_score.loc[MAIN_SCORE]
         card |= {
-            "auc": interval(
-                row["mean"], *row[["low", "high"]].clip(0, 1)
-            ),  # Student's t of few pairs exceeds them
+            "auc": interval(row["mean"], row["low"], row["high"]),
             "place": against_zero(row["low"] - 0.5, row["high"] - 0.5),
         }
     return card

@@ -71,6 +71,11 @@ def against_zero(low: float, high: float) -> str:
     return "above" if low > 0 else "below" if high < 0 else "around"
 
 
+def most_of(n: int, total: int) -> bool:
+    """Return whether n of a total are most: if so many residues change, go by their order instead of their number."""
+    return 2 * n > total
+
+
 def short_names(places: Iterable[Iterable[str]]) -> dict[str, str]:
     """Name places (protein, conformation) for pages: protein/conformation, or the protein alone if it is a single structure."""
     names = ["/".join(place) for place in places]

@@ -27,6 +27,7 @@ FORMATS = (
     "combination",
     "signed",
     "p_value",
+    "most_of",
 )  # filters of templates
 WEBP_QUALITY = 85  # a figure of 1 MB becomes one of 0.15 MB that looks the same
 

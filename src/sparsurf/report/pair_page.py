@@ -93,6 +93,13 @@ def _main_and_baseline(by_score: pd.DataFrame, column: str) -> dict[str, Any]:
     }
 
 
+def means_by_score(means: pd.DataFrame) -> pd.DataFrame:
+    """Return means.csv by score, with limits from 0 to 1, which Student's t of few pairs exceeds."""
+    by_score = means.set_index("score")
+    by_score[["low", "high"]] = by_score[["low", "high"]].clip(0, 1)
+    return by_score
+
+
 def pairs_page(
     run: str, means: pd.DataFrame, n_pairs: int, n_touching: int, table: pd.DataFrame
 ) -> dict[str, Any]:
@@ -108,8 +115,7 @@ def pairs_page(
     table : DataFrame
         pairs.csv: the AUC of each pair, partner and score.
     """
-    by_score = means.set_index("score")
-    by_score[["low", "high"]] = by_score[["low", "high"]].clip(0, 1)  # Student's t of few pairs exceeds them
+    by_score = means_by_score(means)
     known = _main_and_baseline(by_score, "mean") if len(by_score) else {"auc": None}
     of_pair = table[table["score"] == MAIN_SCORE].groupby("complex", sort=False)["auc"].mean()
     return known | {

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from sparsurf.pairs.changes import superpose_forms
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import PALETTE, styled
+from sparsurf.report.numbers import most_of
 from sparsurf.sites.pose_search import rigid_fit
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ def changes_figure(
     known = table["over_floor"].dropna()
     n_above = (known > 1).sum()
     message = f"{n_above} of {len(known)} residues change more than their floor"
-    if 2 * n_above > len(known):
+    if most_of(n_above, len(known)):
         message = f"the forms differ all over ({n_above} of {len(known)} residues exceed their floor)"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
