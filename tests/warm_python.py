@@ -7,6 +7,7 @@
 
 import atexit
 import functools
+import gc
 import importlib
 import json
 import os
@@ -19,6 +20,8 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
+import traceback
 from contextlib import suppress
 from pathlib import Path
 
@@ -96,6 +99,7 @@ def serve(command, address):
     import_snakemake()
     for part in compile_kernels.PARTS.values():
         part()
+    gc.freeze()  # no fork searches what it shares with the others, which would copy it
     listener = socket.socket(socket.AF_UNIX)
     listener.bind(address)
     listener.listen(64)
@@ -130,12 +134,32 @@ def serve(command, address):
     return arguments
 
 
+def run(arguments):
+    """Run a script or Snakemake as the main program; return the exit code."""
+    sys.argv[:] = arguments
+    try:
+        if sys.argv[0] == "-m":
+            del sys.argv[0]
+            sys.path[0] = os.getcwd()
+            runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+        else:
+            sys.path[0] = os.path.dirname(os.path.abspath(sys.argv[0]))
+            runpy.run_path(sys.argv[0], run_name="__main__")
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            return end.code or 0
+        print(end.code, file=sys.stderr)
+        return 1
+    except BaseException:
+        traceback.print_exc()
+        return 1
+    return 0
+
+
 if __name__ == "__main__":
-    sys.argv[:] = serve(*sys.argv[1:])
-    if sys.argv[0] == "-m":
-        del sys.argv[0]
-        sys.path[0] = os.getcwd()
-        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
-    else:
-        sys.path[0] = os.path.dirname(os.path.abspath(sys.argv[0]))
-        runpy.run_path(sys.argv[0], run_name="__main__")
+    code = run(serve(*sys.argv[1:]))
+    threading._shutdown()
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code % 256)  # without taking apart what was imported, which would copy it
