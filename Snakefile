@@ -292,6 +292,7 @@ rule draw_view:
         structure=structure_of_conformation,
         grid=if_sampled("grid.csv"),
         best=if_sampled("best.json"),
+        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
     output:
         page=in_report("results/{run}/{protein}/{conformation}/view.html", "Turn, sample and pick dots"),
         picture="results/{run}/{protein}/{conformation}/view.png",
@@ -305,6 +306,7 @@ rule draw_view:
         patches=config["patches"],
         distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
         chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        minimal=config["minimal"],
         seed=config["seed"],
         title=title_of_page,
         code=REPORT,

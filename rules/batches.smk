@@ -60,6 +60,7 @@ rule summarise_batches:
         exclude=config["exclude"],
         logs="results/{run}/logs",
         jobs=log_names(workflow.rules),
+        floor=config["minimal"].get("floor"),
         code=[METHOD, REPORT],
     message:
         "First page of the run"

@@ -83,6 +83,7 @@ rule draw_pair:
     input:
         unpack(partner_files),
         dots="results/{run}/pairs/{pair}/propensity.csv",
+        agreement="results/{run}/pairs/{pair}/agreement.csv",
     output:
         png=in_report("results/{run}/pairs/{pair}/book.png", "{pair}", "Pairs"),
         svg="results/{run}/pairs/{pair}/book.svg",

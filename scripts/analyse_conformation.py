@@ -92,8 +92,10 @@ def main(
         structure=outputs["structure"],
         grid=None,
         best=None,
+        required_dots=outputs["required_dots"],
         page=outputs["page"],
         picture=outputs["picture"],
+        minimal_settings=minimal,
         title=title,
         **rules,
     )

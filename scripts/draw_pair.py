@@ -18,6 +18,7 @@ def main(
     structure_1: str | None,
     structure_2: str | None,
     dots: str,
+    agreement: str,
     png: str,
     view_1: str,
     view_2: str,
@@ -36,7 +37,7 @@ def main(
     dot_table = pd.read_csv(dots, low_memory=False)
     surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
     tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
-    layout.save(book_figure(name, surfaces, tables), png.removesuffix(".png"))
+    layout.save(book_figure(name, surfaces, tables, pd.read_csv(agreement)), png.removesuffix(".png"))
     files = (structure_1, view_1), (structure_2, view_2)
     for side, (surface, table, (structure, view)) in enumerate(zip(surfaces, tables, files, strict=True), 1):
         propensity, gap = table["propensity_smoothed"].to_numpy(), table["gap"].to_numpy()
@@ -59,6 +60,7 @@ if __name__ == "__main__":
             structure_1=snakemake.input.get("structure_1"),
             structure_2=snakemake.input.get("structure_2"),
             dots=snakemake.input.dots,
+            agreement=snakemake.input.agreement,
             png=snakemake.output.png,
             view_1=snakemake.output.view_1,
             view_2=snakemake.output.view_2,

@@ -9,7 +9,7 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import carried, distance_from, facing, site_figure
-from sparsurf.report.numbers import p_value
+from sparsurf.report.numbers import p_value, short_names
 from sparsurf.report.site_page import by_rarity, is_found, residue_text
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.sites.describing import load_sites, numbered_residues, places_of_residues
@@ -57,16 +57,19 @@ def main(
     residue_of_dot = numbered_residues(molecule.labels(query_dots.atom), residues)
     on_site = residue_of_dot >= 0
     site_dots = query_dots.points[on_site], residue_of_dot[on_site]
-    panels = [(f"the site on {places.name}", query_dots.points, query_dots.normals, residue_of_dot)]
+    short = short_names(path.split("/") for path in path_of_surface)
+    panels = [(f"the site on {short[places.name]}", query_dots.points, query_dots.normals, residue_of_dot)]
     found = is_found(all_hits)
     for index, row, numbers in zip(best_hits.index, best_hits.to_dict("records"), best_poses, strict=True):
         pose = numbers[:9].reshape(3, 3), numbers[9:]
         points, normals, residue = carried(dots[row["target"]], site_dots, pose)
         p = f"p {p_value(float(row['p']))}"
         if found[index]:
-            panels.append((f"found on {row['target']}, {p}", points, normals, residue))
+            panels.append((f"found on {short[row['target']]}, {p}", points, normals, residue))
         else:  # a hit by chance is not painted as one
-            panels.append((f"not found on {row['target']}, {p}", points, normals, np.full_like(residue, -1)))
+            panels.append(
+                (f"not found on {short[row['target']]}, {p}", points, normals, np.full_like(residue, -1))
+            )
     rotation = facing(query_dots.points, query_dots.normals, on_site).T
     shown = (places.name, view_1), (best_hits["target"].iloc[0], view_2)
     for side, ((conformation, view), panel) in enumerate(zip(shown, panels, strict=False), 1):
@@ -76,7 +79,7 @@ def main(
         values = [Values("distance from the site", "distance", " Å", distance, "on it", "far")]
         names_of_atoms = residue_labels(path_of_structure.get(conformation))
         page = coloured_page(
-            f"{name}, {conformation}", f"{name}/{side}", surface, patches, seed, values, names_of_atoms
+            f"{name}, {short[conformation]}", f"{name}/{side}", surface, patches, seed, values, names_of_atoms
         )
         Path(view).write_text(page, encoding="utf-8")
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]

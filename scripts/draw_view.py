@@ -4,12 +4,15 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from PIL import Image  # matplotlib takes longer to import than all of this to draw
 
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.recovery.errors import distance_to_recovered
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import render
+from sparsurf.report.numbers import enough_dots
 from sparsurf.report.viewer.page import MAX_DOTS, Values
 from sparsurf.report.viewer.page import page as viewer_page
 from sparsurf.sampling.samplers import farthest
@@ -21,6 +24,7 @@ from sparsurf.surfaces.formats.ply import viridis
 from sparsurf.workflow.jobs import job
 
 PICTURE_PIXELS = 180, 240  # rows and columns
+SCALE_BAR, MARGIN = 10, 6  # Å, and pixels from the corner
 
 
 def main(
@@ -31,11 +35,13 @@ def main(
     structure: str | None,
     grid: str | None,
     best: str | None,
+    required_dots: str,
     page: str,
     picture: str,
     patches: dict,
     distance_from_moved_centre: bool,
     chance_in_every_patch: bool,
+    minimal_settings: dict,
     seed: int,
     name: str,
     title: str,
@@ -47,7 +53,7 @@ def main(
     ----------
     structure : names the residues of the dots; None for a ready surface
     grid, best : results of the sampling; None where it was left out
-    patches : dict, the section `patches` of the config
+    patches, minimal_settings : dict, the sections `patches` and `minimal` of the config
     name : protein/conformation
     title : its name on the page
     """
@@ -85,13 +91,26 @@ def main(
         residue_labels(structure),
         shown,
         subset["dot"].tolist() if "dot" in subset else [],
+        enough=_enough(read_table(required_dots), minimal_settings.get("floor")),
     )
     Path(page).write_text(text, encoding="utf-8")
     camera = render.aim(dots.points, render.along_smallest_axis(dots.points), PICTURE_PIXELS)
     # two values more, so that the colours have the same range on every surface
     colours = viridis(np.append(rough.clip(*render.ROUGHNESS_LIMITS), render.ROUGHNESS_LIMITS))[:-2] / 255
     scene = render.draw_surface(dots.points, dots.normals, colours, camera)
-    Image.fromarray(render.picture(scene)).save(picture)
+    image = render.picture(scene)
+    left, bottom, length = MARGIN, image.shape[0] - MARGIN, round(SCALE_BAR * camera.scale)
+    image[bottom - 2 : bottom, left : left + length] = 0
+    Image.fromarray(image).save(picture)
+
+
+def _enough(required_dots: pd.DataFrame, floor: str | None) -> str:
+    """Say how many dots are enough; empty if no floor sets the size of the minimal subset."""
+    rows = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)]
+    if rows.empty:
+        return ""
+    row = rows.iloc[0]
+    return enough_dots(row["n_S_percent"], row["n_S_percent_low"], row["n_S_percent_high"], row["bound"])
 
 
 if __name__ == "__main__":
@@ -104,11 +123,13 @@ if __name__ == "__main__":
             structure=snakemake.input.structure or None,
             grid=snakemake.input.grid or None,
             best=snakemake.input.best or None,
+            required_dots=snakemake.input.required_dots,
             page=snakemake.output.page,
             picture=snakemake.output.picture,
             patches=snakemake.params.patches,
             distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
             chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            minimal_settings=snakemake.params.minimal,
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             title=snakemake.params.title,

@@ -42,7 +42,9 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
         np.testing.assert_array_equal(drawn[COLOURS[key]], rows[["n_S_percent", "Z"]])
     assert len(drawn) == 3 and ax.get_xscale() == "log" and ax.get_ylim()[0] == 0
     floors = {line.get_ydata()[0]: line.get_linewidth() for line in ax.lines if line.is_dashed()}
-    assert sorted(floors) == sorted(tables.floors["Z"]) and max(floors, key=floors.get) == 0.5
+    assert (
+        sorted(floors) == [0.5, 0.9] and max(floors, key=floors.get) == 0.5
+    )  # the molecule rotated is not shown
     assert words_of(figure)[0] == "p/c1"
     assert ax.get_title() == "8 % of the dots are enough"
     ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
@@ -50,27 +52,37 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     assert names_in(figure) == [
         "paper's sampling, all combinations", "farthest point dots as they are",
         "the surface recovered from the same dots", "uniform subset", "enough",
-        "atoms moved 0.1 Å: 0.90", "the molecule rotated: 0.70", "fresh dots of the same surface: 0.50",
+        "atoms moved 0.1 Å: 0.90", "fresh dots of the same surface: 0.50",
     ]  # fmt: skip
     floors = figure.legends[0].legend_handles[5:]
     drawn = sorted((line for line in ax.lines if line.is_dashed()), key=lambda line: -line.get_ydata()[0])
     for line, entry in zip(drawn, floors, strict=True):
         assert line._dash_pattern == entry._dash_pattern and colour_of(line) == colour_of(entry)
-    assert [colour_of(line) for line in drawn] == ["#777777", "#777777", "#000000"]
+    assert [colour_of(line) for line in drawn] == ["#777777", "#000000"]
 
 
 def test_the_combinations_as_coded_have_their_own_panel():
+    """Beside their uniform subsets; the mean patch is shown for both readings."""
     tables = surface_tables()
-    tables = tables._replace(grid=tables.grid.assign(Z_tS_as_coded=tables.grid["Z_tS_as_written"] + 7.0))
-    written, coded = required_dots.figure([tables]).axes
-    for ax, reading in ((written, "as written"), (coded, "as coded")):
-        column = f"Z_tS_{reading.replace(' ', '_')}"
-        np.testing.assert_array_equal(ax.collections[0].get_offsets(), tables.grid[["n_S_percent", column]])
-        assert ax.get_ylabel().endswith(reading)
+    grid = tables.grid.assign(Z_tS_as_coded=tables.grid["Z_tS_as_written"] + 7.0)
+    d = np.where(np.arange(len(grid)) < 30, 1.0, -2.0)
+    grid = grid.assign(d_as_coded=d, Z_tR_as_coded=grid["Z_tS_as_coded"] + d)
+    tables = tables._replace(grid=grid, mean_patch=1.7)
+    figure = required_dots.figure([tables])
+    written, coded = figure.axes
+    for cloud, column in (
+        (written.collections[0], "Z_tS_as_written"),
+        (coded.collections[0], "Z_tR_as_coded"),
+        (coded.collections[1], "Z_tS_as_coded"),
+    ):
+        np.testing.assert_array_equal(cloud.get_offsets(), grid[["n_S_percent", column]])
+    assert coded.get_title() == "as coded, 30 of 200 beat uniform dots"
+    assert [ax.get_ylabel()[-10:] for ax in (written, coded)] == ["as written", ", as coded"]
     assert coded.get_xlim() == written.get_xlim()
-    assert curves_in(coded) == {} and coded.get_ylim()[1] > 7
-    floors = [line.get_ydata()[0] for line in coded.lines if line.is_dashed()]
-    assert sorted(floors) == sorted(tables.floors["Z"])
+    assert curves_in(coded) == {} and coded.get_ylim()[1] > grid["Z_tR_as_coded"].max()
+    floors = [sorted(line.get_ydata()[0] for line in ax.lines if line.is_dashed()) for ax in figure.axes]
+    assert floors == [[0.5, 0.9, 1.7], [0.5, 1.7]]
+    assert names_in(figure)[-1] == "the mean patch in place of every patch: 1.70"
 
 
 def test_a_grid_of_another_reading_has_no_cloud():
@@ -109,29 +121,43 @@ def test_a_few_surfaces_have_a_panel_each_on_one_scale():
         )
 
 
-def test_side_by_side_each_kind_of_floor_is_drawn_once():
-    """The lowest of the frames, and the floor that defines what is enough though it is not the lowest of its kind."""
+def test_few_noise_floors_are_drawn():
+    """The closest frames, the atoms that moved farthest, and the one that defines what is enough."""
     names = [
         "frames 100 ps apart",
         "atoms moved 0.3 Å",
-        "frames 1 ps apart",
+        "frames 2 ps apart",
         "turned",
         "atoms moved 0.1 Å",
         "fresh dots",
     ]
     floors = pd.DataFrame({"floor": names, "Z": [1.4, 1.2, 1.1, 0.9, 0.7, 0.5]})
     two = [surface_tables(f"{name}/c1")._replace(floors=floors) for name in "pq"]
-    moved = two[0].required_dots.assign(floor="atoms moved 0.3 Å")
+    two[0] = two[0]._replace(floors=floors[3:])  # a single structure has no frames
+    moved = two[0].required_dots.assign(floor="atoms moved 0.1 Å")
     two = [tables._replace(required_dots=pd.concat([tables.required_dots, moved])) for tables in two]
     for floor, drawn in (
-        ("fresh dots", [1.1, 0.9, 0.7, 0.5]),
-        ("atoms moved 0.3 Å", [1.2, 1.1, 0.9, 0.7, 0.5]),
+        ("fresh dots", [[0.5], [1.2, 1.1, 0.5]]),
+        ("atoms moved 0.1 Å", [[0.7], [1.2, 1.1, 0.7]]),
     ):
         figure = required_dots.figure(two, floor)
-        for ax in figure.axes:
-            assert [line.get_ydata()[0] for line in ax.lines if line.is_dashed()] == drawn
+        for ax, wanted in zip(figure.axes, drawn, strict=True):
+            assert (
+                sorted((line.get_ydata()[0] for line in ax.lines if line.is_dashed()), reverse=True) == wanted
+            )
         assert [ax.get_title().split("\n")[0] for ax in figure.axes] == ["p", "q"]
-    assert len([line for line in required_dots.figure(two[:1]).axes[0].lines if line.is_dashed()]) == 6
+    assert [handle.get_label() for handle in figure.legends[0].legend_handles][-3:] == [
+        "atoms moved 0.3 Å",
+        "frames 2 ps apart",
+        "atoms moved 0.1 Å",
+    ]
+
+
+def test_four_surfaces_stand_two_by_two():
+    axes = required_dots.figure([surface_tables(f"p/c{k}") for k in range(4)]).axes
+    corners = [ax.get_position().p0.round(3) for ax in axes]
+    assert corners[0][0] == corners[2][0] < corners[1][0] == corners[3][0]
+    assert corners[0][1] == corners[1][1] > corners[2][1] == corners[3][1]
 
 
 def test_many_surfaces_share_a_panel_of_medians_with_a_band():
@@ -161,12 +187,12 @@ def test_the_tables_of_a_surface_are_read_from_its_folder(tmp_path):
     folder = tmp_path / "p" / "c1"
     folder.mkdir(parents=True)
     written = []
-    for name, table in zip(required_dots.Tables._fields[1:], surface_tables()[1:], strict=True):
+    for name, table in zip(required_dots.Tables._fields[1:5], surface_tables()[1:5], strict=True):
         written.append(table.assign(**dict.fromkeys(missing_columns(f"{name}.csv", table), 0)))
         written[-1].to_csv(folder / f"{name}.csv", index=False)
     found = required_dots.read(folder)
     assert found.name == "p/c1"
-    for table, wanted in zip(found[1:], written, strict=True):
+    for table, wanted in zip(found[1:5], written, strict=True):
         pd.testing.assert_frame_equal(table, wanted.reset_index(drop=True))
     assert required_dots.read(folder, sampled=False).grid is None  # that of an earlier study
 

@@ -102,7 +102,10 @@ def test_few_surfaces_are_drawn_against_n_s():
     for j, reading in enumerate(("as_coded", "as_written")):
         panels = figure.axes[5 * j : 5 * j + 5]
         for ax, column, label in zip(
-            panels, [*PARAMETERS, "d_cv"], [*"αβγδ", "$d$, cross-validated"], strict=True
+            panels,
+            [*PARAMETERS, "d_cv"],
+            [*"αβγδ", "$d$, cross-validated\n(bars: 95 % intervals)"],
+            strict=True,
         ):
             lines = [line for line in ax.lines if line.get_marker() in "os^"]
             for s, (line, name) in enumerate(zip(lines, names, strict=True)):
@@ -113,6 +116,13 @@ def test_few_surfaces_are_drawn_against_n_s():
                 assert colour_of(line) == layout.PALETTE[s] and line.get_marker() == "os"[s]
             assert ax.get_xlim() == (0, 100)
             assert ax.get_ylabel() == (label if j == 0 else "")
+        for bars, name in zip(panels[-1].collections, names, strict=True):
+            own = table[(table["reading"] == reading) & (table["protein"] == name)]
+            drawn = sorted(map(tuple, np.array(bars.get_segments()).reshape(-1, 4)[:, [0, 1, 3]]))
+            wanted = own[["n_S_percent", "d_cv_low", "d_cv_high"]].dropna()
+            assert drawn == sorted(wanted.itertuples(index=False, name=None))
+            low, high = panels[-1].get_ylim()
+            assert low < wanted["d_cv_low"].min() and wanted["d_cv_high"].max() < high
     rough = table.groupby("protein")["mean_roughness"].first()
     wanted = [f"{name}, mean roughness {rough[name]:.2f}" for name in names]
     assert legend_of(figure) == list(zip(wanted, layout.PALETTE, strict=False))

@@ -281,3 +281,28 @@ def test_every_pair_has_its_dot_beside_the_mean_of_all():
     drawn = [line.get_xydata().tolist() for line in ax.lines[:6]]
     assert drawn[:3] == [[[0.55, 0], [0.75, 0]], [[0.5, 0], [0.8, 0]], [[0.65, 0]]]
     assert np.allclose(drawn[3], [[0.65, 1], [0.85, 1]]) and drawn[5] == [[0.75, 1]]
+
+
+def test_a_single_pair_shows_both_partners_with_their_intervals():
+    """The title compares complementarity with the baseline that is farthest from 0.5."""
+    rows = [("propensity_smoothed", 0.3, 0.2, 0.45), ("propensity_smoothed", 0.5, 0.4, 0.6),
+            ("flatness", 0.55, 0.5, 0.6), ("flatness", 0.55, 0.5, 0.6),
+            ("hydropathy", 0.2, 0.1, 0.3), ("hydropathy", 0.3, 0.2, 0.4)]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["score", "auc", "low", "high"]).assign(complex="a")
+    means = table.groupby("score", sort=False)["auc"].mean().rename("mean").reset_index()
+    figure = over_pairs("run", table, means.assign(low=np.nan, high=np.nan))
+    assert words_of(figure)[0] == "AUC of complementarity 0.40, of hydropathy over 10 Å 0.25"
+    ax = figure.axes[0]
+    main = [label.get_text() for label in ax.get_yticklabels()].index("complementarity, smoothed")
+    bars = np.array(ax.collections[main].get_segments())
+    assert bars[:, :, 0].tolist() == [[0.2, 0.45], [0.4, 0.6]]
+    assert bars[:, 0, 1] == pytest.approx([main + 0.15, main - 0.15])
+    assert [words for words, _ in legend_of(figure)] == ["each partner with its 95 % interval", "their mean"]
+    two = pd.concat([table, table.assign(complex="b")])
+    figure = over_pairs("run", two, means.assign(low=0.1, high=0.35))
+    assert words_of(figure)[0] == "AUC of complementarity 0.40 (0.10 to 0.35), of hydropathy over 10 Å 0.25"
+    assert [words for words, _ in legend_of(figure)] == ["each pair", "mean with its 95 % interval"]
+    assert (
+        words_of(over_pairs("run", two[two["score"] == "flatness"], means[1:2].assign(low=0.1, high=0.35)))[0]
+        == "run"
+    )

@@ -30,6 +30,7 @@ from sparsurf.report.figures import (
     roughness,
     subsets,
 )
+from sparsurf.report.pair_page import side_of
 from sparsurf.sampling.combination import Combination
 from sparsurf.study.prepared_surface import prepare_surface
 from sparsurf.study.rough_and_flat import by_roughness
@@ -61,7 +62,10 @@ def test_frames_are_coloured_by_cluster_and_the_chosen_ones_ringed():
     plane = np.array([[0.0, 0, 9], [1, 1, 9], [20, 0, 9], [21, 1, 9], [0, 20, 9]])
     labels, chosen = np.array([3, 3, 5, 5, 9]), [1, 2]
     shares = [0.5, 0.3, 0.1, 0.06]
-    figure = frames.frames_projection(plane, labels, chosen, ["c1", "c2"], shares, {2: 0.4, 3: 0.6, 4: 0.5})
+    figure = frames.frames_projection(
+        plane, labels, chosen, ["c1", "c2"], shares, {2: 0.4, 3: 0.6, 4: 0.5}, "p"
+    )
+    assert words_of(figure)[0] == "p: 2 of 5 frames chosen"
     ax, explained, silhouette = figure.axes
     every, ringed = ax.collections
     np.testing.assert_array_equal(every.get_offsets(), plane[:, :2])
@@ -349,7 +353,8 @@ def test_every_subset_stands_in_its_cell_with_its_number_and_colour():
     counts = [bar.get_height() for bar in histogram.patches]
     assert sum(counts) == 900 and counts[-1] == (distance >= subsets.MAX_DISTANCE * 39.5 / 40).sum()
     assert histogram.lines[0].get_xdata()[0] == pytest.approx(distance.mean())
-    assert [w for w in words_of(figure) if len(w) == 1] == list("ABCDEF") and words_of(figure)[0] == "p/c1"
+    assert [w for w in words_of(figure) if len(w) == 1] == list("ABCDEF")
+    assert words_of(figure)[0] == "p/c1: 75 dots recover the surface to 0.16 Å on average"
     without = subsets.figure(whole, cells)
     assert [w for w in words_of(without) if len(w) == 1] == list("ABCD") and len(pictures(without)) == 4
 
@@ -365,6 +370,22 @@ def plates(distance=2.0):
     return lower, Surface(np.column_stack([x, y, 0 * x + distance]), -up)
 
 
+def agreement(*limits):
+    """agreement.csv of the smoothed map and a baseline, by the limits of the AUC of each partner."""
+    rows = [
+        {
+            "partner": side,
+            "score": "propensity_smoothed",
+            "auc": np.nan_to_num(low + high) / 2,
+            "low": low,
+            "high": high,
+        }
+        for side, (low, high) in enumerate(limits, 1)
+    ]
+    table = pd.DataFrame(rows, columns=["partner", "score", "auc", "low", "high"])
+    return pd.concat([table, table.assign(score="flatness")])
+
+
 def tables(surfaces, touching=True):
     """propensity.csv of each partner: low where y is small, and an interface there."""
     out = []
@@ -378,10 +399,10 @@ def tables(surfaces, touching=True):
 def test_the_book_shows_propensity_above_the_interface():
     surfaces = plates()
     both = tables(surfaces)
-    figure = pair_figures.book_figure("x", surfaces, both)
+    figure = pair_figures.book_figure("x", surfaces, both, agreement((0.5, 0.9), (0.1, 0.4)))
     bar = figure.axes[2]
     values = np.concatenate([each["propensity_smoothed"] for each in both])
-    assert bar.get_ylim() == pytest.approx(tuple(np.quantile(values, [0.01, 0.99])))
+    assert bar.get_ylim() == pytest.approx(tuple(np.quantile(values, [0.05, 0.95])))
     first, second, left, right = pictures(figure)
     blue, yellow = "#440154", "#FDE725"
     # the second partner's values are the higher half of the common scale
@@ -398,18 +419,37 @@ def test_the_book_shows_propensity_above_the_interface():
         left.shape[1] - 1 - other, abs=2
     )
     assert abs(column - other) > 50
-    assert (
-        words_of(figure)[0] == "x: do matching patches lie at the interface?"
-        and "interface: dots\nclose to the\nother partner" in words_of(figure)
-    )
+    assert words_of(figure)[:3] == [
+        "x: matching patches do not mark the interface",
+        "partner 1, seen from partner 2: AUC 0.70 (0.50 to 0.90)",
+        "partner 2, seen from partner 1: AUC 0.25 (0.10 to 0.40)",
+    ]
+    assert "interface: dots\nclose to the\nother partner" in words_of(figure)
+
+
+def test_the_title_of_a_pair_says_where_matching_patches_lie():
+    above, below, around, unknown = (0.6, 0.8), (0.2, 0.4), (0.4, 0.6), (np.nan, np.nan)
+    for limits, words in (
+        ((above, above), "matching patches lie at the interface"),
+        ((around, above), "matching patches lie at the interface of partner 2 only"),
+        ((above, below), "matching patches lie at the interface of partner 1 only"),
+        ((below, below), "matching patches lie away from the interface"),
+        ((below, around), "matching patches do not mark the interface"),
+        ((unknown, unknown), "matching patches do not mark the interface"),
+        ((), ""),
+    ):
+        rows = agreement(*limits).groupby("partner")
+        assert pair_figures.where_matches_lie([side_of(*each) for each in rows]) == words
 
 
 def test_the_book_of_partners_apart_shows_the_similarity():
     surfaces = plates(60.0)
-    figure = pair_figures.book_figure("x", surfaces, tables(surfaces, touching=False))
+    figure = pair_figures.book_figure("x", surfaces, tables(surfaces, touching=False), agreement())
     bars = [ax for ax in figure.axes if not ax.images]
     assert ["similarity" in ax.get_ylabel() for ax in bars] == [False, True]
-    assert bars[1].get_ylim() == pytest.approx((80.5, 100), abs=0.6)
+    assert bars[1].get_ylim() == pytest.approx(
+        tuple(np.quantile(100 - surfaces[0].points[:, 1], [0.05, 0.95]))
+    )
     assert not any("interface" in words for words in words_of(figure))
 
 
@@ -418,7 +458,7 @@ def test_both_pages_have_one_scale(larger):
     both = list(plates())
     small = both[1 - larger]
     both[1 - larger] = Surface(small.points[:100], small.normals[:100])
-    figure = pair_figures.book_figure("x", both, tables(both))
+    figure = pair_figures.book_figure("x", both, tables(both), agreement((0.5, 0.9), (0.1, 0.4)))
     widths = [ax.get_xlim()[1] - ax.get_xlim()[0] for ax in figure.axes if ax.images]
     assert widths == pytest.approx([widths[0]] * 4)
     assert widths[0] > 19.5  # Å: the larger one has room
@@ -490,6 +530,8 @@ def test_ticks_leave_out_what_has_no_room():
         layout.ticks(ax.xaxis, values, room)
         assert ax.get_xticks().tolist() == values[::shown].tolist()
         assert [t.get_text() for t in ax.get_xticklabels()] == [f"{v}" for v in values[::shown]]
+    layout.ticks(ax.yaxis, np.array([0.1, 0.2, 0.4, 0.6, 1.0]), 18)  # 0.2 lies 2 mm above 0.1
+    assert ax.get_yticks().tolist() == [0.1, 0.4, 0.6, 1.0]
 
 
 def test_a_figure_draws_its_part_of_the_results():
@@ -504,7 +546,7 @@ def test_a_figure_draws_its_part_of_the_results():
     assert drawn == ["as_written", "recovered"]
     assert any("highest $d$ = 0.00, as selected\nat" in w for w in words)
     for module, head in (
-        (roughness, "p/c1"),
+        (roughness, "p/c1: mean roughness 0.60"),
         (d_over_grid, "p/c1: 0 of 27 combinations beat a uniform subset as written, 0 recovered"),
         (number_of_dots, "p/c1: the parameters set $n_S$"),
         (number_of_dots_panels, "p/c1"),

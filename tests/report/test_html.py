@@ -18,7 +18,7 @@ import write_crate
 import write_front_page
 from browser import Browser, programs
 from sparsurf.report import ensemble_page, pair_page, summary_page
-from sparsurf.report.first_page import TEMPLATE, first_page, main_figure
+from sparsurf.report.first_page import TEMPLATE, first_page, main_figure, of_pairs
 from sparsurf.report.numbers import against_zero, interval, number, share, short_names, span
 from sparsurf.report.page import TEMPLATES, code, embedded, embedded_figures, render
 
@@ -351,7 +351,20 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     known = first_page(folder, files, ())
     assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
     assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
-    assert known["pairs"] == {"n": 3, "touching": 2, "auc": "0.57 (0.52 to 1.00)", "place": "above"}
+    assert known["pairs"] == {
+        "n": 3,
+        "touching": 2,
+        "auc": "0.57 (0.52 to 1.00)",
+        "place": "above",
+        "partners": [],
+    }
+    alone = pd.DataFrame(
+        {"complex": "b", "score": ["flatness", "propensity_smoothed", "propensity_smoothed"]}
+    ).assign(auc=[0.9, 0.4, 0.7], low=[0.8, 0.3, 0.6], high=[1, 0.5, 0.8])
+    card = of_pairs(means.assign(low=np.nan, high=np.nan), alone, 1)
+    assert card["partners"] == ["0.40 (0.30 to 0.50)", "0.70 (0.60 to 0.80)"]
+    said = " ".join(render(TEMPLATE, **known | {"pairs": card}).split())
+    assert "By partner: 0.40 (0.30 to 0.50), 0.70 (0.60 to 0.80); a coin gives 0.5." in said
     assert known["ensembles"] == [("p", {"frames": 2, "reading": "as_coded", "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
     assert {"compare.html", "verdict.html", "pairs/pairs.html", "p/ensemble.html"} <= set(Page(text).links)

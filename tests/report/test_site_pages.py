@@ -16,6 +16,7 @@ from sparsurf.report.figures.site_figures import (
     BELOW,
     MAX_DISTANCE,
     REST,
+    _positions,
     carried,
     change_colours,
     distance_from,
@@ -101,6 +102,24 @@ def test_every_residue_of_a_site_has_its_own_colour(blob, n):
     labels = [text for text in figure.texts if text.get_text() in names]
     assert [text.get_text() for text in labels] == names and len({*colours}) == len(colours) == n
     assert {text.get_color() for text in labels} == {"black"}  # yellow words cannot be read
+
+
+def test_the_key_says_which_residues_of_a_site_cannot_be_seen(blob):
+    """The site is seen from above its dots, most of which point up; one residue lies on the far side."""
+    points, normals = blob
+    up = np.argsort(-normals[:, 2])
+    residue = np.full(len(points), -1)
+    residue[up[:40]], residue[up[-5:]] = 0, 1
+    figure = site_figure("s", [("the site", points, normals, residue)], ["ALA1", "GLY2"])
+    words = [text.get_text() for text in figure.texts]
+    assert "ALA1" in words and "GLY2 (hidden)" in words
+
+
+def test_missing_residues_leave_a_gap_along_the_axis():
+    """Of at most 20 residues; an insertion code and a new chain go on by one."""
+    residue = ["-3", "-2", "1", "1A", "100", "7", "9"]
+    table = pd.DataFrame({"chain": list("AAAAABB"), "residue": residue})
+    assert _positions(table).tolist() == [0, 1, 4, 5, 25, 26, 28]
 
 
 def test_no_molecule_of_a_site_is_cut_by_the_frame(blob):

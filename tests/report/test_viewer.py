@@ -10,12 +10,13 @@ import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 import draw_pair
 import draw_view
 from browser import Browser, programs
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import layout
+from sparsurf.report.figures import layout, render
 from sparsurf.report.viewer import packing
 from sparsurf.report.viewer import page as viewer
 from sparsurf.sampling import published
@@ -633,10 +634,24 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     with open(inputs["fields"], "wb") as stream:
         np.savez(stream, charge=charge)
     Path(inputs["best"]).write_text('{"combinations": 3}')
+    required_dots = [
+        ("turned", "recovered", 2),
+        ("fresh dots", "as_written", 50),
+        ("fresh dots", "recovered", 8.2),
+    ]
+    inputs["required_dots"] = str(tmp_path / "required_dots")
+    pd.DataFrame(required_dots, columns=["floor", "reading", "n_S_percent"]).assign(
+        n_S_percent_low=7.5, n_S_percent_high=9.3, bound=""
+    ).to_csv(inputs["required_dots"], index=False)
     shown = []
     monkeypatch.setattr(draw_view, "residue_labels", lambda _: RESIDUES)
     monkeypatch.setattr(draw_view, "distance_to_recovered", lambda dots, kept, *_: len(dots) / len(kept))
-    monkeypatch.setattr(draw_view, "viewer_page", lambda *given: shown.append(given) or "the page")
+    words = []
+    monkeypatch.setattr(
+        draw_view,
+        "viewer_page",
+        lambda *given, enough: shown.append(given) or words.append(enough) or "the page",
+    )
     draw, drawn = draw_view.render.draw_surface, []
     monkeypatch.setattr(
         draw_view.render, "draw_surface", lambda *given: drawn.append(given[2]) or draw(*given)
@@ -648,11 +663,19 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
         structure=None,
         **outputs,
         patches=SETTINGS["patches"],
+        minimal_settings={"floor": "fresh dots"},
         **rules,
         name="p/c1",
         title="p",
         threads=1,
     )
+    assert words == ["8.2 % of the dots are enough (7.5 to 9.3 %)"]
+    image = np.asarray(Image.open(tmp_path / "view.png"))
+    black = np.argwhere((image == 0).all(axis=2))
+    camera = render.aim(
+        prepared.points, render.along_smallest_axis(prepared.points), draw_view.PICTURE_PIXELS
+    )
+    assert np.ptp(black[:, 1]) + 1 == round(10 * camera.scale) and np.ptp(black[:, 0]) == 1  # 10 Å
     assert (tmp_path / "view.html").read_text() == "the page"
     assert shown[0][0] == "p"
     (values, field), dots = shown[0][-2:]
@@ -666,20 +689,25 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
 
 
 def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeypatch):
-    inputs = {name: str(tmp_path / name) for name in ("surface_1", "surface_2", "dots")}
+    inputs = {name: str(tmp_path / name) for name in ("surface_1", "surface_2", "dots", "agreement")}
     outputs = {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
     for side in (1, 2):
         write_npz(inputs[f"surface_{side}"], prepared.surface)
     dots = pd.DataFrame({"partner": np.repeat([1, 2], 3000)})
     dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
+    pd.DataFrame({"auc": [0.75]}).to_csv(inputs["agreement"], index=False)
     shown = []
     monkeypatch.setattr(
         draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[4])) or title
     )
-    monkeypatch.setattr(draw_pair, "book_figure", lambda *_: layout.sheet(9, 9))  # seen in test_pairs.py
+    agreements = []  # the figure itself is tested in test_drawn_surfaces.py
+    monkeypatch.setattr(
+        draw_pair, "book_figure", lambda *given: agreements.append(given[3]) or layout.sheet(9, 9)
+    )
     no_atoms = {"structure_1": None, "structure_2": None}
     rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "seed": 1, "name": "pair"}
     draw_pair.main(**inputs, **no_atoms, **outputs, **rest)
+    assert agreements[0]["auc"].tolist() == [0.75]
     for side, (title, values) in enumerate(shown, 1):
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
         found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in values]

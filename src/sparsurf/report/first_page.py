@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -163,24 +164,30 @@ def of_surfaces(
         "two_patches": two_patches(folder, files, names),
         "required_dots": required_dots_card(surfaces, required_dots, floor),
         "d": [],
-        "rows": rows_of(surfaces.drop(sampled.index), files),
+        "rows": rows_of(surfaces.drop(sampled.index), files, floor),
     }
     return known | (numbers(sampled, **tables) if tables else {})
 
 
-def rows_of_surfaces(folder: Path, files: list[str]) -> Rows:
+def rows_of_surfaces(folder: Path, files: list[str], floor: str | None) -> Rows:
     """Format the rows of surfaces.csv, if it is one of the files of a run; see `rows_of`."""
-    return rows_of(read(folder, "surfaces.csv"), files) if "surfaces.csv" in files else []
+    return rows_of(read(folder, "surfaces.csv"), files, floor) if "surfaces.csv" in files else []
 
 
-def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> Rows:
-    """Format a row per surface: its name, its page, the picture of that, files, and its numbers."""
+def rows_of(surfaces: pd.DataFrame, files: Iterable[str], floor: str | None) -> Rows:
+    """Format a row per surface: its name, its page, the picture of that, files, and its numbers.
+
+    The share of the minimal subset has its 95 % interval if `floor` sets its size.
+    """
+    ends = [f"required_percent_{floor}_recovered_{end}".replace(" ", "_") for end in ("low", "high")]
     rows, shown = [], short_names(surfaces[NAMES].itertuples(index=False))
     for row in surfaces.to_dict("records"):
         start = f"{row['protein']}/{row['conformation']}/"
         page, picture, *taken = (f"{start}{name}" for name in ("view.html", "view.png", *FILES_OF_ROW))
         cells = [f"{row['N']:,}", number(row["area"], 0), number(row["mean_roughness"])]
-        cells += [f"{row['minimal_n_S']:,}", share(row["minimal_n_S_percent"])]
+        low, high = (row.get(end, math.nan) for end in ends)
+        limits = "" if math.isnan(low) else f" ({share(low)} to {share(high)})"
+        cells += [f"{row['minimal_n_S']:,}", share(row["minimal_n_S_percent"]) + limits]
         taken = [path for path in taken if path in files]
         rows.append((shown[start[:-1]], page, picture if picture in files else "", taken, cells))
     return rows
@@ -367,7 +374,11 @@ def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]
         card |= {
             "auc": interval(row["mean"], row["low"], row["high"]),
             "place": against_zero(row["low"] - 0.5, row["high"] - 0.5),
+            "partners": [],
         }
+        if card["touching"] == 1:  # no interval over pairs, but one of each partner
+            rows = table[table["score"] == MAIN_SCORE]
+            card["partners"] = [interval(*one) for one in rows[["auc", "low", "high"]].to_numpy()]
     return card
 
 

@@ -40,6 +40,14 @@ def share(percent: float) -> str:
     return f"{percent:.0f}" if 9.95 <= percent < 99.5 else f"{percent:.1f}".removesuffix(".0")
 
 
+def enough_dots(percent: float, low: float, high: float, bound: str = "") -> str:
+    """Say how many dots are enough, with the 95 % interval if it is known; `bound` as in required_dots.csv."""
+    if bound == "more":
+        return "all dots are needed"
+    limits = f" ({share(low)} to {share(high)} %)" if math.isfinite(low) else ""
+    return f"{'≤ ' if bound == 'at most' else ''}{share(percent)} % of the dots are enough{limits}"
+
+
 def span(values: Iterable[float], form: Callable[[float], str] = number) -> str:
     """Format several values as one: the value, or the smallest to the largest."""
     low, high = form(min(values)), form(max(values))

@@ -75,10 +75,10 @@ def pair_page(
 
 def side_of(side: Any, agreement: pd.DataFrame) -> dict[str, Any]:
     """Collect the AUC of the map and the strongest baseline of one partner."""
-    return {"side": side} | _main_and_baseline(agreement.set_index("score"), "auc")
+    return {"side": side} | main_and_baseline(agreement.set_index("score"), "auc")
 
 
-def _main_and_baseline(by_score: pd.DataFrame, column: str) -> dict[str, Any]:
+def main_and_baseline(by_score: pd.DataFrame, column: str) -> dict[str, Any]:
     """Return the main score with its limits and position relative to 0.5, and the baseline farthest from 0.5."""
     baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)][column]
     strongest = str((baselines - 0.5).abs().idxmax())
@@ -116,7 +116,7 @@ def pairs_page(
         pairs.csv: the AUC of each pair, partner and score.
     """
     by_score = means_by_score(means)
-    known = _main_and_baseline(by_score, "mean") if len(by_score) else {"auc": None}
+    known = main_and_baseline(by_score, "mean") if len(by_score) else {"auc": None}
     of_pair = table[table["score"] == MAIN_SCORE].groupby("complex", sort=False)["auc"].mean()
     return known | {
         "run": run,

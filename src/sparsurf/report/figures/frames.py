@@ -58,7 +58,8 @@ def frames_projection(
         return figure
     silhouettes = {k: value for k, value in silhouettes.items() if np.isfinite(value)}  # none of one cluster
     width = layout.PAGE if len(silhouettes) else 136 if len(explained) else layout.COLUMN
-    figure = layout.sheet(width, 66, name)
+    message = f"{len(chosen):,} of {len(projection):,} frames chosen"
+    figure = layout.sheet(width, 66, layout.headed(name, message))
     plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
     ax = layout.axes(figure, 14, 7, 69, 49)
     _clusters(ax, plane, labels, np.asarray(chosen, int), names, explained)

@@ -333,6 +333,11 @@ def thinned(values: np.ndarray, one: float, room: float) -> np.ndarray:
 
 
 def ticks(axis: Axis, values: np.ndarray, room: float) -> None:
-    """Set ticks at `values`, as many as fit into `room` mm."""
-    shown = thinned(values, label_width(values) if axis.axis_name == "x" else 4.0, room)  # type: ignore[attr-defined]
-    axis.set_ticks(shown, [f"{v:g}" for v in shown])
+    """Set ticks at increasing `values` that span `room` mm, without those whose label would touch the one before."""
+    one = label_width(values) if axis.axis_name == "x" else 4.0  # type: ignore[attr-defined]
+    places = room * (np.asarray(values) - values[0]) / (np.ptp(values) or 1)
+    shown = [0]
+    for k, place in enumerate(places):
+        if place - places[shown[-1]] > one - 1e-6:
+            shown.append(k)
+    axis.set_ticks([values[k] for k in shown], [f"{values[k]:g}" for k in shown])

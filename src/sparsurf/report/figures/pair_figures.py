@@ -10,11 +10,14 @@ import numpy as np
 import pandas as pd
 from matplotlib import colormaps, colors
 from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from sparsurf.orientation import principal_axes
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
+from sparsurf.report.numbers import interval, number
+from sparsurf.report.pair_page import MAIN_SCORE, main_and_baseline, means_by_score, side_of
 from sparsurf.report.pair_page import called as called_score
 from sparsurf.sampling.samplers import sampler_label
 
@@ -33,7 +36,9 @@ RECOVERED = (0, (3, 1.5))  # dashes of maps whose patches are cut from the surfa
 
 
 @styled
-def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.DataFrame]) -> Figure:
+def book_figure(
+    name: str, surfaces: Sequence[Surface], tables: Sequence[pd.DataFrame], agreement: pd.DataFrame
+) -> Figure:
     """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch).
 
     Parameters
@@ -41,6 +46,7 @@ def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.Data
     name : str
     surfaces : two Surface
     tables : two DataFrames, the rows of propensity.csv of each partner
+    agreement : DataFrame of agreement.csv; empty if the partners do not touch
 
     Returns
     -------
@@ -55,10 +61,12 @@ def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.Data
     ]
     scale = min(camera.scale for camera in cameras)
     cameras = [camera._replace(scale=scale) for camera in cameras]
-    figure = layout.sheet(
-        layout.PAGE, 148, layout.headed(name, "do matching patches lie at the interface?" if both else "")
-    )
-    layout.text(figure, 4, 1, "partner 1 left, partner 2 right, each seen from the other")
+    sides = [side_of(side, rows) for side, rows in agreement.groupby("partner")]
+    figure = layout.sheet(layout.PAGE, 148, layout.headed(name, where_matches_lie(sides)))
+    auc = {side["side"]: f": AUC {interval(side['auc'], side['low'], side['high'])}" for side in sides}
+    for side in (1, 2):
+        words = f"partner {side}, seen from partner {3 - side}{auc.get(side, '')}"
+        layout.text(figure, 4 + (side - 1) * (PAGE_WIDTH + 2), 1, words)
     _row(
         figure,
         7,
@@ -80,6 +88,20 @@ def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.Data
     return figure
 
 
+def where_matches_lie(sides: Sequence[dict[str, Any]]) -> str:
+    """Say whether matching patches lie at the interface, by the AUC of each partner; see `pair_page.side_of`."""
+    at = [side["side"] for side in sides if side["place"] == "above"]
+    if not sides:
+        return ""
+    if len(at) == len(sides):
+        return "matching patches lie at the interface"
+    if at:
+        return f"matching patches lie at the interface of partner {at[0]} only"
+    if all(side["place"] == "below" for side in sides):
+        return "matching patches lie away from the interface"
+    return "matching patches do not mark the interface"
+
+
 def _row(
     figure: layout.Sheet,
     y: float,
@@ -91,7 +113,7 @@ def _row(
 ) -> None:
     """Draw both partners in the colours of a column, on one scale."""
     values = [table[column].to_numpy() for table in tables]
-    low, high = np.quantile(np.concatenate(values), [0.01, 0.99])
+    low, high = np.quantile(np.concatenate(values), [0.05, 0.95])
     scale = ScalarMappable(colors.Normalize(low, max(high, low + 1e-6), clip=True), colormaps["viridis"])
     for side in (0, 1):
         _page(figure, side, y, surfaces[side], scale.to_rgba(values[side])[:, :3], cameras[side])
@@ -139,9 +161,11 @@ def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray] | None = 
 def over_pairs(run: str, table: pd.DataFrame, means: pd.DataFrame) -> Figure:
     """Draw AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval.
 
+    A single pair has no interval of its mean: then there is a dot for each partner, with its interval.
+
     Parameters
     ----------
-    run : str
+    run : str, the title if no pair touches
     table, means : DataFrames of pairs.csv and means.csv
 
     Returns
@@ -149,18 +173,53 @@ def over_pairs(run: str, table: pd.DataFrame, means: pd.DataFrame) -> Figure:
     matplotlib.figure.Figure
     """
     means = means.sort_values("mean")
-    figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), run)
+    single = table["complex"].nunique() == 1
+    figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), _of_all(means, single) or run)
     ax = figure.subplots()
     by = table.groupby(["score", "complex"], sort=False)["auc"].mean()
     for y, row in enumerate(means.to_dict("records")):
         of_pairs = by[row["score"]]
-        ax.plot(of_pairs, np.full(len(of_pairs), y), ".", color="#999999", markersize=3)
+        if single:
+            rows = table[table["score"] == row["score"]]
+            heights = y + np.linspace(0.15, -0.15, len(rows))
+            ax.hlines(heights, rows["low"], rows["high"], color="#999999", linewidth=0.8)
+            of_pairs, y_pairs = rows["auc"], heights
+        else:
+            y_pairs = np.full(len(of_pairs), y)
+        ax.plot(of_pairs, y_pairs, ".", color="#999999", markersize=3)
         ax.plot([row["low"], row["high"]], [y, y], color="black", linewidth=1.2)
         ax.plot(row["mean"], y, "o", color=INSIDE, markersize=4)
     ax.axvline(0.5, color="black", linewidth=0.5, linestyle=":")
     ax.set_yticks(range(len(means)), map(called_score, means["score"]))
-    ax.set(xlabel="AUC for the interface", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
+    ax.set(xlabel="AUC for the interface (0.5: a coin)", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
+    grey = "each partner with its 95 % interval" if single else "each pair"
+    mean = "their mean" if single else "mean with its 95 % interval"
+    handles = [
+        Line2D([], [], color="#999999", marker=".", linestyle="-" if single else "", label=grey),
+        Line2D(
+            [],
+            [],
+            color="black",
+            marker="o",
+            mfc=INSIDE,
+            mec=INSIDE,
+            linestyle="" if single else "-",
+            label=mean,
+        ),
+    ]
+    figure.legend(handles=handles, loc="outside lower right", ncols=2)
     return layout.fix_layout(figure)
+
+
+def _of_all(means: pd.DataFrame, single: bool) -> str:
+    """Say how well complementarity finds the interfaces, and the strongest baseline; empty if that was not measured."""
+    by_score = means_by_score(means)
+    if MAIN_SCORE not in by_score.index:
+        return ""
+    known = main_and_baseline(by_score, "mean")
+    limits = "" if single else f" ({number(known['low'])} to {number(known['high'])})"
+    opponent = f"{known['baseline'].split(' (')[0]} {number(known['baseline_auc'])}"
+    return f"AUC of complementarity {number(known['auc'])}{limits}, of {opponent}"
 
 
 @styled

@@ -15,9 +15,8 @@ from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
-from sparsurf.report.numbers import share, short_names
+from sparsurf.report.numbers import enough_dots, short_names
 from sparsurf.sampling.samplers import sampler_label
-from sparsurf.study.required_dots import AT_MOST, MORE
 from sparsurf.study.tables import read_table
 
 if TYPE_CHECKING:
@@ -31,23 +30,42 @@ FLOORS = {
     FRESH: "fresh dots of\nthe same surface",
     "turned": "the molecule rotated",
 }  # of the others their keys
+# Kinds of noise floors drawn beside the one that defines what is enough, each at one end; floors.csv has all
+SHOWN = {"frames": "idxmin", "atoms": "idxmax"}
+MEAN_PATCH = "Z_mean_descriptor"  # of best.json
 CLOUD, UNIFORM, AS_THEY_ARE, BACK, GREY = "#D55E00", "#000000", "#56B4E9", "#0072B2", "#777777"
 TICKS = (1, 2, 5, 10, 20, 50, 100)  # % of the dots
 MULTIPLES = 6  # surfaces with a panel each; more share one panel
 ALONG = np.geomspace(1.1, 88, 24)  # % of the dots, where curves of many surfaces are compared
 BAND = 0.1, 0.9  # quantiles over surfaces
 MAX_COMBINATIONS = 4000  # that are drawn of all surfaces
-DASHES = ((4, 3), (1, 2), (6, 2, 1, 2), (3, 1), (6, 2, 1, 2, 1, 2), (9, 2), (1, 4))  # of the noise floors
+DASHES = {"frames": (4, 3), "atoms": (1, 2)}  # of the noise floors by kind
+DASHES_OF_MAIN = (6, 2, 1, 2)
+MEAN_PATCH_STYLE: dict[str, Any] = {"color": "#CC79A7", "linewidth": 0.8, "dashes": (9, 2)}
 
 
 class Tables(NamedTuple):
-    """Tables of one surface: its name, curves.csv, floors.csv, required_dots.csv, and grid.csv if it exists."""
+    """Tables of one surface: its name, curves.csv, floors.csv, required_dots.csv, and grid.csv if it exists.
+
+    `mean_patch` is the Z of the mean patch in place of every patch, if known.
+    """
 
     name: str
     curves: pd.DataFrame
     floors: pd.DataFrame
     required_dots: pd.DataFrame
     grid: pd.DataFrame | None = None
+    mean_patch: float = np.nan
+
+
+class Coded(NamedTuple):
+    """All combinations as coded: n_S in %, Z of the sampling and of the uniform subset, how many have d > 0, the mean patch."""
+
+    n: np.ndarray
+    sampled: np.ndarray
+    uniform: np.ndarray
+    better: int
+    mean_patch: float
 
 
 class Panel(NamedTuple):
@@ -71,13 +89,17 @@ class Panel(NamedTuple):
 
 def read(folder: Path, sampled: bool = True) -> Tables:
     """Read the tables of a surface from its folder, `<protein>/<conformation>`; with its grid if it was `sampled`."""
-    tables = (read_table(folder / f"{name}.csv") for name in Tables._fields[1 : 4 + sampled])
-    return Tables(f"{folder.parent.name}/{folder.name}", *tables)
+    curves, floors, required_dots = (read_table(folder / f"{name}.csv") for name in Tables._fields[1:4])
+    grid = read_table(folder / "grid.csv") if sampled else None
+    return Tables(f"{folder.parent.name}/{folder.name}", curves, floors, required_dots, grid)
 
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
-    tables = Tables(results.name, results.curves, results.floors, results.required_dots, results.grid)
+    mean_patch = results.best.get("references", {}).get(MEAN_PATCH, np.nan)
+    tables = Tables(
+        results.name, results.curves, results.floors, results.required_dots, results.grid, mean_patch
+    )
     return figure([tables], results.floor)
 
 
@@ -103,13 +125,14 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
         panels = {f"{len(panels)} surfaces: median, and a band around 80 % of them": median_panel(panels)}
     single = len(panels) == 1
     coded = _coded_cloud(surfaces) if single and reading == WRITTEN_READING else None
-    columns, rows = 1 + (coded is not None) if single else min(3, len(panels)), -(-len(panels) // 3)
+    most = 2 if len(panels) == 4 else 3
+    columns, rows = 1 + (coded is not None) if single else min(most, len(panels)), -(-len(panels) // most)
     width, height = (134 if coded is None else layout.PAGE, 84) if single else (layout.PAGE, 24 + 56 * rows)
     drawing = layout.constrained(width, height, next(iter(panels)) if single else "")
     for k, (name, panel) in enumerate(panels.items()):
         ax = drawing.add_subplot(rows, columns, k + 1)
         _draw(ax, panel, floor, _floors_of(panels, floor))
-        title = _answer_text(panel)
+        title = enough_dots(panel.answer[0], *panel.interval, panel.bound)
         ax.set_title(title if single else f"{name}\n{title}")
         if single:
             ax.title.set(color=BACK, fontweight="bold", fontsize=8)
@@ -122,10 +145,13 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
         drawing.axes[0].set_ylabel("error Z of the descriptors, as written")
         ax = drawing.add_subplot(rows, columns, 2)
         _draw_coded(ax, coded, next(iter(panels.values())), floor)
+        if np.isfinite(coded.mean_patch):
+            for each in drawing.axes:
+                each.axhline(coded.mean_patch, zorder=0, **MEAN_PATCH_STYLE)
         ticks = drawing.axes[0].get_xticks()
         ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         ax.set_xlim(drawing.axes[0].get_xlim())
-    handles = _legend_handles(panels, floor)
+    handles = _legend_handles(panels, floor, coded)
     if single:
         drawing.legend(handles=handles, loc="outside right upper", labelspacing=0.9, handlelength=2.2)
     else:
@@ -151,19 +177,23 @@ def panel_of(tables: Tables, floor: str = FRESH, reading: str = WRITTEN_READING)
     return Panel(cloud, lines, floors, (answer["n_S_percent"], answer["Z"]), answer["bound"], ends)
 
 
-def _coded_cloud(surfaces: Sequence[Tables]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Collect (n, Z) of all combinations as coded; None unless one surface has them under both readings."""
+def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
+    """Collect all combinations as coded; None unless one surface has them under both readings."""
     grid = surfaces[0].grid
     columns = {f"Z_tS_{reading}" for reading in (CODED_READING, WRITTEN_READING)}
     if len(surfaces) > 1 or grid is None or not columns <= set(grid):
         return None
-    return grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{CODED_READING}"].to_numpy()
+    sampled, uniform, d = (grid[f"{name}_{CODED_READING}"].to_numpy() for name in ("Z_tS", "Z_tR", "d"))
+    return Coded(grid["n_S_percent"].to_numpy(), sampled, uniform, int((d > 0).sum()), surfaces[0].mean_patch)
 
 
-def _draw_coded(ax: Axes, cloud: tuple[np.ndarray, np.ndarray], panel: Panel, floor: str) -> None:
-    """Draw all combinations as coded above the noise floors, on their own scale: there a Z is several times larger."""
-    _draw(ax, Panel(cloud, {}, panel.floors, (np.nan, np.nan)), floor, _floors_of({"": panel}, floor))
-    ax.set(title="the paper's sampling as coded", ylabel="error Z of the descriptors, as coded")
+def _draw_coded(ax: Axes, coded: Coded, panel: Panel, floor: str) -> None:
+    """Draw all combinations as coded and their uniform subsets, on their own scale: there a Z is several times larger."""
+    ax.scatter(coded.n, coded.uniform, s=2.5, color=UNIFORM, alpha=0.35, linewidths=0, rasterized=True)
+    _draw(ax, Panel((coded.n, coded.sampled), {}, panel.floors, (np.nan, np.nan)), floor, [floor])
+    ax.set_title(f"as coded, {coded.better:,} of {len(coded.n):,} beat uniform dots")
+    ax.set_ylim(0, 1.04 * np.nanmax([coded.sampled, coded.uniform]))
+    ax.set_ylabel("error Z of the descriptors, as coded")
 
 
 def median_panel(by_name: dict[str, Panel]) -> Panel:
@@ -182,17 +212,6 @@ def median_panel(by_name: dict[str, Panel]) -> Panel:
     bounds = {panel.bound for panel in panels}
     return Panel(
         (n[::step], z[::step]), lines, floors, (n_answer, z_answer), bounds.pop() if len(bounds) == 1 else ""
-    )
-
-
-def _answer_text(panel: Panel) -> str:
-    """Say how many dots are enough."""
-    if panel.bound == MORE:
-        return "all dots are needed"
-    low, high = panel.interval
-    limits = f" ({share(low)} to {share(high)} %)" if np.isfinite(low) else ""
-    return (
-        f"{'≤ ' if panel.bound == AT_MOST else ''}{share(panel.answer[0])} % of the dots are enough{limits}"
     )
 
 
@@ -216,9 +235,9 @@ def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
             ax.fill_between(x, band[0], band[1], color=colour, alpha=0.15, linewidth=0)
         ax.plot(x, y, color=colour, linewidth=1.5, marker="o" if colour == BACK else "", markersize=2.5)
         lowest, highest = min(lowest, x.min()), max(highest, np.nanmax(y))
-    for k, name in enumerate(floors):
+    for name in floors:
         if name in panel.floors:
-            ax.axhline(panel.floors[name], zorder=0, **_floor_style(name, k, floor))
+            ax.axhline(panel.floors[name], zorder=0, **_floor_style(name, floor))
     n_answer, z_answer = panel.answer
     if np.isfinite(panel.interval[0]):
         ax.hlines(z_answer, *panel.interval, color=BACK, linewidth=3, alpha=0.4)
@@ -230,7 +249,7 @@ def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
     ax.set(xlabel="dots kept (% of the surface)", ylabel="error Z of the descriptors (0: none)")
 
 
-def _legend_handles(panels: dict[str, Panel], floor: str) -> list[Line2D]:
+def _legend_handles(panels: dict[str, Panel], floor: str, coded: Coded | None = None) -> list[Line2D]:
     """Return the entries of the legend: all combinations, every curve, every noise floor with its Z if there is one panel."""
     handles = []
     if any(len(panel.cloud[0]) for panel in panels.values()):
@@ -247,32 +266,29 @@ def _legend_handles(panels: dict[str, Panel], floor: str) -> list[Line2D]:
     handles.append(
         Line2D([], [], color=BACK, marker="o", mfc="white", markersize=5, linestyle="", label=words)
     )
-    for k, name in enumerate(_floors_of(panels, floor)):
+    for name in _floors_of(panels, floor):
         z = next(iter(panels.values())).floors.get(name, np.nan)
         words = FLOORS.get(name, name) + (f": {z:.2f}" if len(panels) == 1 else "")
-        handles.append(Line2D([], [], **_floor_style(name, k, floor), label=words))
+        handles.append(Line2D([], [], **_floor_style(name, floor), label=words))
+    if coded is not None and np.isfinite(coded.mean_patch):
+        words = f"the mean patch in place\nof every patch: {coded.mean_patch:.2f}"
+        handles.append(Line2D([], [], **MEAN_PATCH_STYLE, label=words))
     return handles
 
 
 def _floors_of(panels: dict[str, Panel], floor: str) -> list[str]:
-    """Return the names of the noise floors, the highest of the first panel first.
+    """Return the names of the noise floors that are drawn, the highest first.
 
-    Several panels show the lowest floor of each kind only (`frames ...`, `atoms ...`), and the one that defines what is enough.
+    These are the one that defines what is enough, frames as close as they were measured, and atoms moved as far as they were.
     """
-    names = dict.fromkeys(name for panel in panels.values() for name in panel.floors)
-    first = next(iter(panels.values())).floors
-    ordered = sorted(names, key=lambda name: -first.get(name, 0.0))
-    if len(panels) == 1:
-        return ordered
-    lowest = {name.split()[0]: name for name in ordered}
-    return [name for name in ordered if name == floor or name in lowest.values()]
+    z = pd.DataFrame([panel.floors for panel in panels.values()]).mean()
+    by_kind = {kind: z[z.index.str.startswith(f"{kind} ")] for kind in SHOWN}
+    ends = [str(by_kind[kind].agg(end)) for kind, end in SHOWN.items() if len(by_kind[kind])]
+    return sorted({*ends, floor}, key=lambda name: -z.get(name, 0.0))
 
 
-def _floor_style(name: str, k: int, floor: str) -> dict[str, Any]:
-    """Return the line style of the k-th noise floor; the one that defines what is enough is bold."""
-    main = name == floor
-    return {
-        "color": "black" if main else GREY,
-        "linewidth": 0.8 if main else 0.5,
-        "dashes": DASHES[k % len(DASHES)],
-    }
+def _floor_style(name: str, floor: str) -> dict[str, Any]:
+    """Return the line style of a noise floor; the one that defines what is enough is bold."""
+    if name == floor:
+        return {"color": "black", "linewidth": 0.8, "dashes": DASHES_OF_MAIN}
+    return {"color": GREY, "linewidth": 0.6, "dashes": DASHES[name.split()[0]]}

@@ -36,7 +36,8 @@ def figure(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray, name:
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.COLUMN, 105, name)
+    mean = f"{roughness.mean():.2f}"
+    figure = layout.sheet(layout.COLUMN, 105, layout.headed(name, f"mean roughness {mean}"))
     scale = layout.scale(*render.ROUGHNESS_LIMITS)
     camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
     scene = render.draw_surface(points, normals, layout.colours(scale, roughness), camera)
@@ -44,7 +45,7 @@ def figure(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray, name:
     bar = figure.colorbar(scale, cax=layout.axes(figure, 73.5, 8, 2.5, 45), extend="both")
     bar.set_label("roughness $R_i$ (low: rough, high: flat)")
     ax = layout.axes(figure, 13, 70, 73, 26)
-    layout.histogram(ax, roughness, scale, "roughness $R_i$", f"mean {roughness.mean():.2f}")
+    layout.histogram(ax, roughness, scale, "roughness $R_i$", f"mean {mean}")
     layout.letter(figure, 1, 1, "A")
     layout.letter(figure, 1, 65, "B")
     return figure

@@ -30,6 +30,7 @@ MAX_DISTANCE = 20.0  # Å, end of the colours of distances
 WIDTH, HEIGHT = 86, 60  # mm, of a picture
 MIN_P = 1e-4  # end of the colours of a matrix
 RESIDUES_PER_LINE = 6  # of the legend
+MAX_GAP = 20  # residues, along the axis of changes
 REST = render.PALE
 BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
 MANY = colormaps["turbo"]  # for more residues than the palette has colours
@@ -97,16 +98,18 @@ def site_figure(
         for one in (PALETTE if len(residues) <= len(PALETTE) else MANY(np.linspace(0, 1, len(residues))))
     ]
     palette = np.array([colors.to_rgb(one) for one in colour] + [REST])
+    visible = set()
     for k, (title, points, normals, residue) in enumerate(panels):
         x, y = 2 + (WIDTH + 6) * (k % 2), (HEIGHT + 12) * (k // 2)
         layout.text(figure, x, y + 1, title)
         shown = palette[np.where(residue < 0, len(colour), residue)]
         scene = render.draw_surface(points, normals, shown, camera)
+        visible.update(residue[render.seen(scene, points, normals)].tolist())
         layout.show(layout.axes(figure, x, y + 5, WIDTH, HEIGHT), render.picture(scene), camera, k == 0)
     for k, label in enumerate(residues):
         x, y = 2 + 30 * (k % RESIDUES_PER_LINE), rows * (HEIGHT + 12) + 4 * (k // RESIDUES_PER_LINE)
         layout.text(figure, x, y, "■", color=colour[k])
-        layout.text(figure, x + 3, y, label)
+        layout.text(figure, x + 3, y, label if k in visible else f"{label} (hidden)")
     return figure
 
 
@@ -219,20 +222,27 @@ def changes_figure(
 
 def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     """Draw the change of each residue in its colour, and its floor."""
-    position = np.arange(len(table))
+    position = _positions(table)
     ax.bar(position, table["total"], 1.0, color=change_colours(table["over_floor"].to_numpy(), scale))
     floor = table[["total_floor", "total_moved"]].max(axis=1).where(table["total"].notna())
     words = "floor: fresh dots or moved atoms, the larger one"
-    ax.step(position, floor, where="mid", color="black", linewidth=0.6, label=words)
+    ax.hlines(floor, position - 0.5, position + 0.5, color="black", linewidth=0.8, label=words)
     begin = np.flatnonzero(table["chain"] != table["chain"].shift())
-    shown = layout.thinned(position, 12.0, layout.PAGE - 18)
+    shown = layout.thinned(np.arange(len(table)), 12.0, layout.PAGE - 18)
     shown = shown if len(begin) < 2 else np.unique(np.concatenate([begin, shown]))
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
-    ax.set_xticks(shown, np.asarray(names)[shown])
+    ax.set_xticks(position[shown], np.asarray(names)[shown])
     ax.set(
-        xlabel="residues of both forms (no bar: buried)",
+        xlabel="residue (no bar: buried, or missing from a form)",
         ylabel="change / standard deviation",
-        xlim=(-0.5, len(table) - 0.5),
+        xlim=(-0.5, position[-1] + 0.5),
         ylim=(0, None),
     )
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
+
+
+def _positions(table: pd.DataFrame) -> np.ndarray:
+    """Place residues along an axis by their numbers, (n,) int: what is missing leaves a gap, of at most `MAX_GAP` residues."""
+    numbers = table["residue"].astype(str).str.extract(r"(-?\d+)")[0].astype(int)
+    step = numbers.diff().where(table["chain"] == table["chain"].shift(), 1)
+    return np.append(0, step.clip(1, MAX_GAP)[1:].cumsum()).astype(int)

@@ -51,6 +51,9 @@ def figure(
     """
     cells = len(subsets) + (3 if recovered else 1)
     columns = 2 if cells == 4 else 3
+    if recovered:
+        last = f"{len(subsets[-1][1]):,} dots recover the surface to {np.mean(recovered[2]):.2f} Å on average"
+        name = layout.headed(name, last)
     figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
     corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))

@@ -159,8 +159,9 @@ def _by_range(summary: pd.DataFrame) -> Figure:
     surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
     winners_of_all = summary[summary.d.notna()]
     low_ends = winners_of_all.groupby("reading").d_cv_low
-    margin = 0.05 * np.ptp(winners_of_all.d_cv) + 0.01
-    ends = winners_of_all.d_cv.min() - margin, winners_of_all.d_cv.max() + margin  # the same for all readings
+    limits = winners_of_all[["d_cv", "d_cv_low", "d_cv_high"]].stack().dropna()
+    margin = 0.05 * np.ptp(limits) + 0.01
+    ends = limits.min() - margin, limits.max() + margin  # the same for all readings
     better = {READINGS[str(key)].words: (int((low > 0).sum()), len(low)) for key, low in low_ends}
     message = layout.beats_uniform(better, "best combinations")
     figure = layout.sheet(PAGE, 142, message)
@@ -178,7 +179,9 @@ def _by_range(summary: pd.DataFrame) -> Figure:
             layout.ticks(panel.yaxis, known, 18)
             panel.set_ylim(known[0] - 0.2 * (np.ptp(known) or 1), known[-1] + 0.2 * (np.ptp(known) or 1))
         panels[-1].set_ylim(ends)
-        for panel, words in zip(panels, (*GREEK.values(), "$d$, cross-validated"), strict=True):
+        for panel, words in zip(
+            panels, (*GREEK.values(), "$d$, cross-validated\n(bars: 95 % intervals)"), strict=True
+        ):
             panel.set_ylabel(words if k == 0 else "")
     shown = short_names((str(protein), str(conformation)) for (protein, conformation), _ in surfaces)
     handles = [
@@ -218,3 +221,7 @@ def _surface(panels: list[Axes], rows: pd.DataFrame, s: int) -> None:
     for panel, name in zip(panels, GREEK, strict=False):
         panel.plot(rows.n_S_percent, rows[name], **style)
     panels[-1].plot(rows.n_S_percent, rows.d_cv, **style)
+    colour = style["color"]
+    panels[-1].vlines(
+        rows.n_S_percent, rows.d_cv_low, rows.d_cv_high, color=colour, linewidth=0.6, clip_on=False
+    )

@@ -64,6 +64,7 @@ def page(
     minimal: Sequence[int] = (),
     opens: tuple[str, int | str] | None = None,
     up: str = "../../index.html",
+    enough: str = "",
 ) -> str:
     """Render the page, with everything in one file.
 
@@ -91,6 +92,8 @@ def page(
         The sampler that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'.
     up : str
         Link to the page of the run; empty for none.
+    enough : str
+        How many dots are enough, see `numbers.enough_dots`.
 
     Returns
     -------
@@ -100,7 +103,8 @@ def page(
     values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
     parts = {
         "%TITLE%": escape(title),
-        "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}.",
+        "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}."
+        + (f" {enough[0].upper()}{enough[1:]}." if enough else ""),
         "%UP%": f'<a id="up" href="{escape(up)}">All of this run</a>' if up else "",
         "%STYLE%": _read("page.css"),
         "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
