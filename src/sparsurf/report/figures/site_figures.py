@@ -31,6 +31,8 @@ WIDTH, HEIGHT = 86, 60  # mm, of a picture
 MIN_P = 1e-4  # end of the colours of a matrix
 RESIDUES_PER_LINE = 6  # of the legend
 MAX_GAP = 20  # residues, along the axis of changes
+LABEL_WIDTH = 12.0  # mm
+ROUND = tuple(k * 10**n for n in range(6) for k in (1, 2, 5))  # residues between labels
 REST = render.PALE
 BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
 MANY = colormaps["turbo"]  # for more residues than the palette has colours
@@ -228,8 +230,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     words = "floor: fresh dots or moved atoms, the larger one"
     ax.hlines(floor, position - 0.5, position + 0.5, color="black", linewidth=0.8, label=words)
     begin = np.flatnonzero(table["chain"] != table["chain"].shift())
-    shown = layout.thinned(np.arange(len(table)), 12.0, layout.PAGE - 18)
-    shown = shown if len(begin) < 2 else np.unique(np.concatenate([begin, shown]))
+    shown = _named(table, position, begin if len(begin) > 1 else begin[:0])
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
     ax.set_xticks(position[shown], np.asarray(names)[shown])
     ax.set(
@@ -243,6 +244,22 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
 
 def _positions(table: pd.DataFrame) -> np.ndarray:
     """Place residues along an axis by their numbers, (n,) int: what is missing leaves a gap, of at most `MAX_GAP` residues."""
-    numbers = table["residue"].astype(str).str.extract(r"(-?\d+)")[0].astype(int)
+    numbers = _numbers(table)
     step = numbers.diff().where(table["chain"] == table["chain"].shift(), 1)
     return np.append(0, step.clip(1, MAX_GAP)[1:].cumsum()).astype(int)
+
+
+def _named(table: pd.DataFrame, position: np.ndarray, begin: np.ndarray) -> list[int]:
+    """Choose rows whose residue is named along the axis: where a chain begins, and round numbers with room between them."""
+    room = LABEL_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
+    step = next(step for step in ROUND if step >= room)
+    shown = [int(row) for row in begin]
+    for row in np.flatnonzero(_numbers(table) % step == 0):
+        if all(abs(position[row] - position[other]) >= room for other in shown):
+            shown.append(int(row))
+    return sorted(shown)
+
+
+def _numbers(table: pd.DataFrame) -> pd.Series:
+    """Return the numbers of residues, (n,) int, without insertion codes."""
+    return table["residue"].astype(str).str.extract(r"(-?\d+)")[0].astype(int)
