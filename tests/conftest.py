@@ -1,6 +1,7 @@
 """Fixtures that several test files share."""
 
 import fcntl
+import gc
 import os
 from pathlib import Path
 
@@ -85,6 +86,12 @@ def pytest_collection_modifyitems(items):
         "test_simulation.py",
     ]
     items.sort(key=lambda item: first.index(item.path.name) if item.path.name in first else len(first))
+
+
+def pytest_collection_finish():
+    """Keep what every test shares out of each search of the garbage collector."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -1,5 +1,6 @@
 """A small study in which every rule runs but for those of simulations, and Snakemake as a user runs it."""
 
+import gc
 import hashlib
 import multiprocessing
 import os
@@ -146,6 +147,7 @@ def planned_rules(folder, config, **versions):
 
 def _dry_run(log, options, versions):
     """Plan in this process, whose output goes to a file."""
+    gc.disable()  # it would search, and so copy, what this fork shares with the tests
     with open(log, "w", encoding="utf-8") as stream:
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)

@@ -65,7 +65,10 @@ def replace_once(path, old, new):
 
 def printed(checkout, *arguments):
     """What Python prints with the changed library."""
-    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+    environment = os.environ | {
+        "PYTHONPATH": str(checkout / "src"),
+        "NUMBA_DISABLE_JIT": "1",
+    }  # slower to compile
     done = subprocess.run(
         [sys.executable, *arguments], cwd=checkout, env=environment, capture_output=True, text=True
     )
@@ -161,7 +164,8 @@ import sparsurf
 from sparsurf import columns
 from sparsurf.batches.tables import columns_of
 molecule = sparsurf.read_molecule("topology.pdb", residues="209-210")
-table = sparsurf.residues(sparsurf.surface(molecule), molecule)
+dots = sparsurf.surface(molecule)
+table = sparsurf.residues(dots, molecule, roughness_values=[0.5] * len(dots))
 listed = [column.name for column in columns.tables()["<protein>/<conformation>/residues.csv"].columns]
 print(table["heavy_atoms"].tolist(), list(table) == [name for name in listed if "<" not in name] == [*columns_of("residues")][1:])
 """
