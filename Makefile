@@ -72,7 +72,7 @@ test: setup-test
 	$(BIN)/snakefmt --check Snakefile rules/*.smk
 	$(BIN)/snakemake --lint
 	$(BIN)/mypy
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal  # three workers on two cores
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal
 
 setup-docs: $(READY) $(FOR_TEST) $(FOR_DOCS)
 

@@ -58,7 +58,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "moving": {"structure": "topology.pdb", "trajectory": "trajectory.xtc", "residues": "209-216"}
         | {"table": "scores.csv"},
         "still": {"structure": "still.pdb", "table": "scores.csv"},
-        "loaded": {"url": f"{address}/loaded.pdb", "sha256": digest},
+        "loaded": {"url": f"{address}/loaded.pdb", "sha256": digest, "sampling": False},
         "ready": {"surface": "ready.npz"},
     }
     pairs = {

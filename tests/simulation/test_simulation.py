@@ -267,11 +267,10 @@ def test_the_papers_fragment_gets_the_papers_water(shared, tmp_path):
 
 @needs_gromacs
 def test_a_structure_alone_becomes_a_study(tmp_path):
-    stage = 0.001  # ns of each
     protein = {
         "structure": str(ROOT / "data" / "tdp43" / "topology.pdb"),
-        "residues": "209-222",
-        "simulate": {"ns": stage, "nvt_ns": stage, "npt_ns": stage, "save_ps": 0.1},
+        "residues": "209-212",
+        "simulate": SHORT | {"ns": 0.001},
     }
     study = {
         "run": "simulated",

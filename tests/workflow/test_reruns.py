@@ -66,7 +66,7 @@ KEYS = {
     "pairs.files.files": (["two.pdb", "one.pdb"], {"compute_partner_surfaces"}, COMPUTE),
     "pairs.both.proteins": (["still", "moving"], {"match_partners", "thin_pair", "draw_pair"}, COMPUTE),
     "exclude": (
-        {"loaded/f0": "too small"},
+        {"ready/c1": "too small"},
         {"summarise_surfaces", "summarise_best", "write_front_page"},
         COMPUTE | {"match_partners"},
     ),
