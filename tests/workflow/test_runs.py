@@ -115,7 +115,7 @@ def test_of_one_study_some_proteins_are_sampled_and_others_are_not(tmp_path):
     of_files = write_study(folder)["proteins"] | {"two": {"structure": "two.pdb"}}
     proteins = {name: of_files[name] for name in ("ready", "still", "two")}
     config = SETTINGS | {"frames": {}, "proteins": proteins, "fields": ["hydropathy", "score"]}
-    config["compare"] = {"percents": [20], "samplers": ["uniform"]}
+    config["compare"] = {"percents": [20, 40], "samplers": ["uniform", "farthest"]}
     process = snakemake(folder, config | {"sampling": False})
     assert process.returncode == 0, output(process)
     tables = files_of(results, ("csv", "npz", "ply", "html"))
