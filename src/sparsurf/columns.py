@@ -22,6 +22,9 @@ this page from `src/sparsurf/columns.yaml`, which also checks the tables when th
 `results/<run>/`. A blank cell is a value that is not known or does not apply. Columns with * are absent where they do not
 apply. `<reading>` stands for `as_coded`, `as_written` and `recovered`; `<field>`, `<floor>` and `<sampler>` stand for names in
 the config.
+
+A number has as many digits as its error leaves, two of the error, and at most six where it has none. `grid.csv`, `floors.csv` and
+`roughness.csv` keep all digits, since later steps compute with them.
 """
 PLACEHOLDERS = {
     "<reading>": "(?:as_coded|as_written|recovered)",
