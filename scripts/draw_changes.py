@@ -50,8 +50,12 @@ def main(
     for side, ((form, dots, _, change), (points, normals), (_, structure, view)) in enumerate(
         zip(drawn, seen_alike(drawn), files, strict=True), 1
     ):
-        shown = np.clip(change, 1, highest)
-        values = [Values("change over its floor", "change", "", shown, "at its floor or below", "changed")]
+        shown = np.where(change < 1, np.nan, np.minimum(change, highest))
+        values = [
+            Values(
+                "change over its floor", "change", "", shown, "at its floor", "changed", "below it, or buried"
+            )
+        ]
         page = coloured_page(
             f"{name}, {form}", f"{name}/{side}", replace(dots, points=points, normals=normals), patches, seed, values,
             residue_labels(structure),

@@ -1,12 +1,13 @@
 """Draw both partners of a pair, opened like a book, and a page of each with the binding propensity of its dots."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.pair_figures import book_figure
+from sparsurf.report.figures.pair_figures import book_figure, opened, ranks
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -38,18 +39,23 @@ def main(
     surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
     tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
     layout.save(book_figure(name, surfaces, tables, pd.read_csv(agreement)), png.removesuffix(".png"))
+    touching = [table["interface"].to_numpy() == 1 for table in tables]
+    pages = opened(surfaces, touching if all(mask.any() for mask in touching) else None)
     files = (structure_1, view_1), (structure_2, view_2)
-    for side, (surface, table, (structure, view)) in enumerate(zip(surfaces, tables, files, strict=True), 1):
-        propensity, gap = table["propensity_smoothed"].to_numpy(), table["gap"].to_numpy()
+    for side, (surface, page, table, (structure, view)) in enumerate(
+        zip(surfaces, pages, tables, files, strict=True), 1
+    ):
+        seen = replace(surface, points=surface.points @ page.T, normals=surface.normals @ page.T)
+        rank = ranks(table["propensity_smoothed"])
         values = [
-            Values("binding propensity", "propensity", "", propensity, "good match", "poor match"),
-            Values("distance to the partner", "gap", " Å", gap, "touching", "far"),
+            Values(
+                "rank of the distance to the nearest patch", "rank", " %", rank, "good match", "poor match"
+            ),
+            Values("distance to the partner", "gap", " Å", table["gap"].to_numpy(), "touching", "far"),
         ]
         title = f"{name}, partner {side}"
-        page = coloured_page(
-            title, f"{name}/{side}", surface, patches, seed, values, residue_labels(structure)
-        )
-        Path(view).write_text(page, encoding="utf-8")
+        text = coloured_page(title, f"{name}/{side}", seen, patches, seed, values, residue_labels(structure))
+        Path(view).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -56,13 +56,12 @@ def main(
     residues = molecule.residues[numbered_residues(molecule.residues, labels) >= 0]
     residue_of_dot = numbered_residues(molecule.labels(query_dots.atom), residues)
     on_site = residue_of_dot >= 0
-    site_dots = query_dots.points[on_site], residue_of_dot[on_site]
     short = short_names(path.split("/") for path in path_of_surface)
     panels = [(f"the site on {short[places.name]}", query_dots.points, query_dots.normals, residue_of_dot)]
     found = is_found(all_hits)
     for index, row, numbers in zip(best_hits.index, best_hits.to_dict("records"), best_poses, strict=True):
         pose = numbers[:9].reshape(3, 3), numbers[9:]
-        points, normals, residue = carried(dots[row["target"]], site_dots, pose)
+        points, normals, residue = carried(dots[row["target"]], (query_dots.points, residue_of_dot), pose)
         p = f"p {p_value(float(row['p']))}"
         if found[index]:
             panels.append((f"found on {short[row['target']]}, {p}", points, normals, residue))

@@ -178,19 +178,23 @@ def answers_of_sites(run: Path, sites: Iterable[str]) -> Iterator[str]:
     """Yield a sentence for each pair of forms that was compared, and for each site that was sought."""
     for name in sites:
         if changes := rows_of(run / "sites" / name / "changes.csv"):
-            from sparsurf.report.numbers import most_of  # here, as it imports pandas
+            from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR  # here, as these import pandas
+            from sparsurf.report.numbers import most_of
 
             n_known, n_moved = (
                 sum(row[key] not in ("", "0") for row in changes) for key in ("total", "above_moved")
             )
-            all_over = most_of(n_moved, n_known)
+            all_over, chance = most_of(n_moved, n_known), SHARE_ABOVE_FLOOR * n_known
             advice = " They differ all over: go by the order of the residues." if all_over else ""
-            yield f"{name}: {n_moved} of {n_known} residues change more than if all atoms moved by 0.3 Å.{advice}"
+            more = f"{n_moved} of {n_known} residues change more than if all atoms moved by 0.3 Å"
+            yield f"{name}: {more}; about {chance:.0f} would by chance.{advice}"
         if hits := rows_of(run / "sites" / name / "hits.csv"):
+            from sparsurf.report.numbers import p_value
             from sparsurf.report.site_page import MAX_EXPECTED  # here, as it imports pandas
 
-            n_found = sum(float(row["p"]) * len(hits) < MAX_EXPECTED for row in hits)
-            yield f"{name}: found on {n_found} of {pluralise(len(hits), 'target')}."
+            p = [float(row["p"]) for row in hits]
+            n_found = sum(each * len(hits) < MAX_EXPECTED for each in p)
+            yield f"{name}: found on {n_found} of {pluralise(len(hits), 'target')}, smallest p {p_value(min(p))}."
 
 
 def known(values: list[float]) -> list[float]:

@@ -38,7 +38,7 @@ def main(
     best_of_all = tables.best_combinations(table, result, max_n_s_percent, noise_floors)
     write_table(ranges, best_in_ranges)
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
-    values = ranges_page(title, best_in_ranges, best_of_all, best_of_all["references"])
+    values = ranges_page(title, tables.read_table(ranges), best_of_all, best_of_all["references"])
     write(page, TEMPLATE, **values)
     write(markdown, TWIN, **values)
 

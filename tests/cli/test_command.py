@@ -26,6 +26,7 @@ from sparsurf.batches.places import settings_of_places
 from sparsurf.batches.tables import write_parquet
 from sparsurf.cli import command, surface
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.report.numbers import p_value
 from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.floors import measure_floors as floor_distances
 from sparsurf.surfaces.formats.npz import write_npz
@@ -285,6 +286,7 @@ def test_a_folder_of_targets_leaves_out_what_cannot_be_read(folder, tmp_path, ca
     assert f"{where / 'models.pdb'} has 3 models: the first is taken" in told
     table = pd.read_csv(tmp_path / "hits.csv")
     assert {*table["target"]} == {"a", "b", "models"}
+    assert f"3 targets ranked, smallest p {p_value(table['p'].min())}" in told
     for each in ("a", "b", "models"):
         (where / f"{each}.pdb").unlink()
     assert ended(*call) == 1
@@ -891,6 +893,11 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
             "did you mean '--frame'? See sparsurf surface --help.",
         ),
         (["--qiet"], "See sparsurf --help."),
+        (  # -o is missing, too
+            ["surface", "a.pdb", "--densty", "3", "--radii", "dms"],
+            "unrecognized arguments: --densty; did you mean '--density'? See sparsurf surface --help.",
+        ),
+        (["surface", "a.pdb", "--dens", "3"], "the following arguments are required: -o/--output."),
     ],
 )
 def test_a_misspelt_name_is_answered_with_the_nearest(words, hint, capsys):

@@ -291,7 +291,7 @@ def test_a_single_pair_shows_both_partners_with_their_intervals():
     table = pd.DataFrame(rows, columns=["score", "auc", "low", "high"]).assign(complex="a")
     means = table.groupby("score", sort=False)["auc"].mean().rename("mean").reset_index()
     figure = over_pairs("run", table, means.assign(low=np.nan, high=np.nan))
-    assert words_of(figure)[0] == "AUC of complementarity 0.40, of hydropathy over 10 Å 0.25"
+    assert words_of(figure)[0] == "one pair: AUC of complementarity 0.40, of hydropathy over 10 Å 0.25"
     ax = figure.axes[0]
     main = [label.get_text() for label in ax.get_yticklabels()].index("complementarity, smoothed")
     bars = np.array(ax.collections[main].get_segments())

@@ -47,7 +47,12 @@ def grid(**lists):
     table["n_S_percent"] = table.n_S / 10
     table["d_as_coded"] = np.sin(table.gamma + table.beta) + 0.3 * np.cos(table.delta)
     table["d_as_written"] = -0.2 - 0.01 * table.gamma - 0.01 * table.delta * table.beta
-    return table.assign(d_se_as_coded=0.1, d_se_as_written=0.02)
+    ends = {
+        f"d_{end}_{reading}": table[f"d_{reading}"] + sign * half
+        for reading, half in (("as_coded", 0.2), ("as_written", 0.04))
+        for end, sign in (("low", -1), ("high", 1))
+    }
+    return table.assign(**ends)
 
 
 def frames(f=300, k=3, chosen=None):
@@ -169,7 +174,7 @@ CASES = {
     "3, one gamma": lambda: d_over_grid.figure(grid(gamma=[6])),
     "3, one combination": lambda: d_over_grid.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
     "3, one reading": lambda: d_over_grid.figure(
-        grid().drop(columns=["d_as_coded", "d_se_as_coded", "d_se_as_written"])
+        grid().drop(columns=["d_as_coded", "d_low_as_coded", "d_high_as_coded"])
     ),
     "3, no values": lambda: d_over_grid.figure(LACKING),
     "3, holes": lambda: d_over_grid.figure(HOLES),

@@ -162,16 +162,20 @@ def test_the_card_of_d_says_what_z_it_stands_for(tmp_path):
     summary = pd.read_csv(folder / "summary.csv").assign(Z_tS=4.1, Z_tR=6.6, Z_mean_descriptor=1.7)
     summary.to_csv(folder / "summary.csv", index=False)
     coded = Page(first(folder, files)).text["card coded"]
-    assert "Its Z is 4.1, that of the uniform subset 6.6; the mean patch" in coded and "gives 1.7." in coded
-    assert coded.strip().endswith("gives 1.7. Both describe a patch worse than the mean patch does.")
+    assert "Its Z is 4.1, that of the uniform subset 6.6." in coded and "would be 1.7." in coded
+    assert "95 % intervals lie within 2.4 to 2.6." in " ".join(coded.split())
+    assert coded.strip().endswith("Z would be 1.7. So both subsets are worse than the mean patch.")
     summary.assign(Z_tS=1.1).to_csv(folder / "summary.csv", index=False)
-    assert Page(first(folder, files)).text["card coded"].strip().endswith("gives 1.7.")
+    assert Page(first(folder, files)).text["card coded"].strip().endswith("would be 1.7.")
     summary.to_csv(folder / "summary.csv", index=False)
     for conformation, z in (("c1", 2.0), ("c2", 2.8)):
         best = json.dumps({"references": {"Z_two_patches": z}})
         (folder / "p" / conformation / "best.json").write_text(best)
     files += ["p/c1/best.json", "p/c2/best.json"]
-    assert "gives 1.7, two different patches 2.4." in Page(first(folder, files)).text["card coded"]
+    assert (
+        "would be 1.7; between two different patches it is 2.4."
+        in Page(first(folder, files)).text["card coded"]
+    )
 
 
 def test_z_is_reported_by_the_first_physical_floor_that_was_measured(tmp_path):
@@ -210,9 +214,15 @@ def test_without_a_grid_the_first_page_begins_with_what_changes(tmp_path):
     )
     surfaces.to_csv(folder / "surfaces.csv", index=False)
     alone = first(folder, [path for path in files if path not in ("summary.csv", "relation.csv")])
-    assert "<h1>What changes in opening?</h1>" in alone
+    assert "<h1>run: what changes, where a site is</h1>" in alone
+    one = first(
+        folder,
+        [path for path in files if path not in ("summary.csv", "relation.csv", "sites/pocket/hits.csv")],
+    )
+    assert "<h1>What changes in opening?</h1>" in one
+    assert "all atoms moved by 0.3 Å</a>; about 0 would by chance." in alone
     assert alone.index("2 of 3</b> residues of") < alone.index("of the dots are enough")
-    assert alone.count("2 of 3</b> residues") == 1 and "the clearest hit is on q." in alone
+    assert alone.count("2 of 3</b> residues") == 1 and "1 of 1</b>" in alone and "on q, p 0.001." in alone
 
 
 def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path):
@@ -545,9 +555,9 @@ def test_figures_that_are_missing_or_too_large_stay_outside(tmp_path, monkeypatc
 
 
 AGREEMENT = pd.DataFrame(
-    [(side, score, auc, auc - 0.1, auc + 0.1) for side, aucs in ((1, (0.65, 0.7)), (2, (0.55, 0.5)))
+    [(side, score, auc, auc - 0.1, auc + 0.1, 6 * side) for side, aucs in ((1, (0.65, 0.7)), (2, (0.55, 0.5)))
      for score, auc in zip(("propensity_smoothed", "planarity"), aucs, strict=True)],
-    columns=["partner", "score", "auc", "low", "high"],
+    columns=["partner", "score", "auc", "low", "high", "blocks"],
 )  # fmt: skip
 BEST = pd.DataFrame(
     {"rank": range(1, 13), "dot_1": 5, "dot_2": 6, "residue_1": "A:VAL1", "distance": 0.5, "gap": 8.25}
@@ -563,7 +573,7 @@ def test_a_pair_has_the_numbers_of_its_tables():
         (0.55, "around", "planarity over 10 Å", 0.5),
     ]
     low = AGREEMENT.assign(auc=AGREEMENT["auc"].where(AGREEMENT["partner"] == 1, 0.42))
-    low.loc[len(low)] = [2, "hydropathy", 0.09, 0.0, 0.2]
+    low.loc[len(low)] = [2, "hydropathy", 0.09, 0.0, 0.2, 12]
     text = Page(
         render(pair_page.TEMPLATE, **pair_page.pair_page("one", low, CONTACTS, BEST, SETTINGS, "ab"))
     ).text
@@ -578,6 +588,11 @@ def test_a_pair_has_the_numbers_of_its_tables():
         "partner 2, smoothed complementarity does not find the interface: AUC 0.55 (0.45 to 0.65)." in answer
     )
     assert "residues.csv" not in page.links and "3.5 Å" in page.text["page"]
+    assert "about 10 Å across: 6 on partner 1, 12 on partner 2." in " ".join(page.text["page"].split())
+    away = AGREEMENT.assign(low=0.1, high=AGREEMENT["auc"].where(AGREEMENT["partner"] == 1, 0.4))
+    known = pair_page.pair_page("one", away, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"))
+    said = " ".join(Page(render(pair_page.TEMPLATE, **known)).text["answer"].split())
+    assert "On partner 2, patches that match lie away from the interface: AUC 0.55 (0.10 to 0.40)." in said
     none = pair_page.pair_page("one", AGREEMENT.head(0), CONTACTS.head(0), BEST, SETTINGS, ("a", "b"))
     assert none["sides"] == [] and "interface" in Page(render(pair_page.TEMPLATE, **none)).text["answer"]
 
@@ -602,11 +617,17 @@ def test_means_over_pairs_are_reported_with_their_interval():
     table = pd.DataFrame({"complex": ["a", "a", "b"], "score": "propensity_smoothed", "auc": [0.4, 0.6, 0.7]})
     known = pair_page.pairs_page("run", means, 3, 2, table)
     text = " ".join(Page(render(pair_page.OF_ALL, **known)).text["answer"].split())
-    assert "AUC of 0.550 (0.510 to 1.000) for" in text and "It beats a coin." in text
-    assert "The strongest baseline is roughness of the patch: 0.600." in text
+    assert "AUC of 0.55 (0.51 to 1.00) for" in text and "It beats a coin." in text
+    assert "The strongest baseline is roughness of the patch: 0.60." in text
     assert known["pairs"] == {"a": 0.5, "b": 0.7}
     flatness = known["scores"]["roughness of the patch"]
     assert (flatness["low"], flatness["high"]) == (0.0, 1.0)
+    single = means.assign(low=np.nan, high=np.nan)
+    page = Page(render(pair_page.OF_ALL, **pair_page.pairs_page("run", single, 1, 1, table[:2])))
+    assert ["score", "mean AUC of both partners"] in page.rows and [
+        "complementarity, smoothed",
+        "0.55",
+    ] in page.rows
     nothing = render(pair_page.OF_ALL, **pair_page.pairs_page("run", means.head(0), 3, 0, table.head(0)))
     assert "None of the 3 pairs" in Page(nothing).text["answer"]
 

@@ -69,7 +69,7 @@ PAIRS = pd.DataFrame(
 
 def test_a_site_is_found_where_p_times_targets_is_rare():
     assert found_on(HITS) == 2 and found_on(pd.concat([HITS, HITS.tail(1)])) == 1  # 0.016 x 3 and x 4
-    assert of_site(HITS) == {"n": 2, "targets": 3, "best": "unbound/c1"}
+    assert of_site(HITS) == {"n": 2, "targets": 3, "best": "unbound/c1", "p": "below 0.0001"}
     assert [p_value(p) for p in (0.0161, 0.9, 2e-9, 1e-4)] == ["0.016", "0.9", "below 0.0001", "0.0001"]
 
 
@@ -83,8 +83,8 @@ def test_the_page_of_a_site_has_the_numbers_of_its_tables():
     assert ["1", "unbound/c1", "A:HIS57", "6.89", "below 0.0001", "35", "PDB"] in page.rows
     assert ["2", "other/c1", "B:GLY8A", "2.00", "0.016", "20", "PDB"] in page.rows
     assert ["3", "dots/c1", "–", "0.40", "0.9", "9", "PDB"] in page.rows
-    assert met(PAIRS[::-1]) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]
-    assert met(PAIRS) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]
+    counted = [("A:HIS57", "A:HIS57 (2), A:CYS58 (1)"), ("A:ASP102", "A:ASP102 (1)")]  # most places first
+    assert met(PAIRS[::-1]) == met(PAIRS) == counted
     assert {"superposed/02_other_c1.pdb", "hits.csv", "view_1.html", "view_2.html"} <= {*page.links}
     assert "fitted on sites of" not in render(TEMPLATE, **site_page("a", SITE, "b/c1", HITS, PAIRS, 8))
     few = render(TEMPLATE, **site_page("a", SITE, "b/c1", HITS.assign(p=0.4), PAIRS, 7))
@@ -158,11 +158,15 @@ def test_no_molecule_of_a_site_is_cut_by_the_frame(blob):
 def test_the_clearest_hit_has_the_smallest_p_whatever_its_score():
     """A larger target scores higher by chance."""
     hits = HITS.assign(p=[0.03, 0.001, 0.9])
-    assert of_site(hits) == {"n": 1, "targets": 3, "best": "other/c1"}
+    assert of_site(hits) == {"n": 1, "targets": 3, "best": "other/c1", "p": "0.001"}
     page = site_page("active", SITE, "bound/c1", hits, pd.concat([PAIRS, PAIRS.tail(1).assign(rank=2)]), 40)
     shown = {key: page["best"][key] for key in ("target", "where", "p", "places")}
     assert shown == {"target": "other/c1", "where": "B:GLY8A", "p": 0.001, "places": 20}
-    assert page["met"] == [("A:ASP102", "A:ASP102")] and [row["rank"] for row in page["rows"]] == [1, 2, 3]
+    assert page["met"] == [("A:ASP102", "A:ASP102 (1)")] and [row["rank"] for row in page["rows"]] == [
+        1,
+        2,
+        3,
+    ]
 
 
 def test_a_target_on_which_nothing_agrees_has_no_residue_and_no_file():
@@ -227,7 +231,8 @@ def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
         len(answer.split()) <= 60
         and ["GLY9", "0.30", "0.20", "0.10", "potential, charge", "0.0", "0.0"] in page.rows
     )
-    assert of_changes(table) == {"n": 2, "residues": 2}
+    assert of_changes(table) == {"n": 2, "residues": 2, "chance": 0}
+    assert of_changes(pd.concat([table] * 11))["chance"] == 1  # 5 % of 22
 
 
 def test_sites_and_forms_have_their_pictures_on_the_first_page():

@@ -694,11 +694,14 @@ def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeyp
     for side in (1, 2):
         write_npz(inputs[f"surface_{side}"], prepared.surface)
     dots = pd.DataFrame({"partner": np.repeat([1, 2], 3000)})
-    dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
+    up, down = prepared.points[:, 2] > 5, prepared.points[:, 2] < -5
+    dots["interface"] = np.concatenate([up, down]).astype(int)
+    dots["propensity_smoothed"] = np.tile(np.linspace(9, 6, 3000), 2) * dots["partner"]
+    dots.assign(gap=10 * dots["partner"]).to_csv(inputs["dots"])
     pd.DataFrame({"auc": [0.75]}).to_csv(inputs["agreement"], index=False)
     shown = []
     monkeypatch.setattr(
-        draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[4])) or title
+        draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[4], given[1])) or title
     )
     agreements = []  # the figure itself is tested in test_drawn_surfaces.py
     monkeypatch.setattr(
@@ -708,11 +711,13 @@ def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeyp
     rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "seed": 1, "name": "pair"}
     draw_pair.main(**inputs, **no_atoms, **outputs, **rest)
     assert agreements[0]["auc"].tolist() == [0.75]
-    for side, (title, values) in enumerate(shown, 1):
+    for side, (title, values, turned) in enumerate(shown, 1):
+        front = turned.normals[(up, down)[side - 1]].mean(axis=0)
+        assert front[2] > 0.95 * np.linalg.norm(front)  # the interface faces the viewer
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
         found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in values]
         assert found == [
-            (0.5 * side, 3000, "good match", "poor match"),
+            (100, 3000, "good match", "poor match"),  # the rank, the same for both
             (10 * side, 3000, "touching", "far"),
         ]
 

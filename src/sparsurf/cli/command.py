@@ -49,9 +49,20 @@ examples:
 class Parser(argparse.ArgumentParser):
     """A parser that answers a mistake with one sentence, not with all its options."""
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse as argparse does, and keep the words for `error`."""
+        self.words = sys.argv[1:] if args is None else list(args)
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str) -> NoReturn:
         """Exit with the sentence, the name that the user may have meant, and where to read more."""
         hint = ""
+        if message.startswith("the following arguments are required"):
+            known = self._option_string_actions
+            options = [word.split("=")[0] for word in self.words if word.startswith("--")]
+            unknown = [word for word in options if not any(name.startswith(word) for name in known)]
+            if unknown:  # a misspelt option is told first: it may be the one that is missing
+                message = f"unrecognized arguments: {unknown[0]}"
         if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
             hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
         elif option := re.search(r"^unrecognized arguments: (?:.*? )??(-[^\s=]*)", message):

@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from sparsurf.dot_fields.registry import FIELDS as FIELDS_OF_DOTS
 from sparsurf.files import pluralise, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, suffix
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.report.numbers import p_value
 from sparsurf.sites.describing import FIELDS, Sites, places_of_residues
 from sparsurf.sites.pose_search import Pose
 from sparsurf.surfaces.read_surface import FORMATS
@@ -93,7 +95,9 @@ def run(args: argparse.Namespace) -> None:
         targets += [target] if is_run(target) else _sites_of(target, query)
     table, poses = find_with_poses(query, targets, None, args.residues, args.hits or DEFAULT_HITS)
     writing.write_table(args.output, args.format, table)
-    outputs.report(args, args.output, pluralise(len(table), "hit"))
+    p = table["p"].min()
+    words = pluralise(len(table), "target") + " ranked"
+    outputs.report(args, args.output, words if math.isnan(p) else f"{words}, smallest p {p_value(p)}")
     if args.superpose:
         _superpose(args, table, poses or [])
 

@@ -12,8 +12,18 @@ from typing import Any
 
 import pandas as pd
 
+from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR
 from sparsurf.recovery.readings import RECOVERED, readings_of_columns
-from sparsurf.report.numbers import against_zero, combination, interval, number, share, short_names, span
+from sparsurf.report.numbers import (
+    against_zero,
+    combination,
+    interval,
+    number,
+    p_value,
+    share,
+    short_names,
+    span,
+)
 from sparsurf.report.page import embedded_figures
 from sparsurf.report.pair_page import MAIN_SCORE, means_by_score
 from sparsurf.report.site_page import by_rarity, found_on
@@ -299,11 +309,18 @@ def d_card(summary: pd.DataFrame, reading: str, first: str) -> dict[str, Any]:
         "d": number(rows["d_cv"].median(), 1),
         "n_S": share(rows["n_S_percent"].median()),
         "n": len(rows),
+        "interval": limits(rows),
         "worth": {name: number(rows[name].median(), 1) for name in WORTH}
         if rows.columns.isin(WORTH).sum() == len(WORTH)
         else None,
         "places": {name: places.count(name) for name in ("above", "below", "around", "unknown")},
     }
+
+
+def limits(rows: pd.DataFrame) -> str:
+    """Format the 95 % interval of d; of several surfaces the widest limits; empty if unknown."""
+    low, high = rows["d_cv_low"].min(), rows["d_cv_high"].max()
+    return "" if math.isnan(low) else f"{number(low, 1)} to {number(high, 1)}"
 
 
 def ranges_rows(summary: pd.DataFrame, readings: list[str]) -> list[list[str]]:
@@ -384,13 +401,20 @@ def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]
 
 def of_site(hits: pd.DataFrame, shown: Mapping[str, str] = MappingProxyType({})) -> dict[str, Any]:
     """Collect on how many targets a site is found, and the clearest of them by its name in `shown`."""
-    best = by_rarity(hits)["target"].iloc[0]
-    return {"n": found_on(hits), "targets": len(hits), "best": shown.get(best, best)}
+    best = by_rarity(hits).iloc[0]
+    name = str(best["target"])
+    return {
+        "n": found_on(hits),
+        "targets": len(hits),
+        "best": shown.get(name, name),
+        "p": p_value(float(best["p"])),
+    }
 
 
 def of_changes(table: pd.DataFrame) -> dict[str, int]:
-    """Count the residues that change from one form to another by more than moved atoms do."""
-    return {"n": int(table["above_moved"].sum()), "residues": int(table["total"].count())}
+    """Count the residues that change from one form to another by more than moved atoms do, and how many would by chance."""
+    n = int(table["total"].count())
+    return {"n": int(table["above_moved"].sum()), "residues": n, "chance": round(SHARE_ABOVE_FLOOR * n)}
 
 
 def of_ensemble(table: pd.DataFrame) -> dict[str, Any]:

@@ -75,7 +75,9 @@ def pair_page(
 
 def side_of(side: Any, agreement: pd.DataFrame) -> dict[str, Any]:
     """Collect the AUC of the map and the strongest baseline of one partner."""
-    return {"side": side} | main_and_baseline(agreement.set_index("score"), "auc")
+    by_score = agreement.set_index("score")
+    blocks: Any = by_score.loc[MAIN_SCORE, "blocks"]
+    return {"side": side, "blocks": int(blocks)} | main_and_baseline(by_score, "auc")
 
 
 def main_and_baseline(by_score: pd.DataFrame, column: str) -> dict[str, Any]:

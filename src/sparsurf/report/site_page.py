@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -80,14 +81,15 @@ def residue_text(chain: str, name: str, number: str) -> str:
 
 
 def met(pairs: pd.DataFrame) -> list[tuple[str, str]]:
-    """List, for each residue of the site, the residues that its places match: (residue, residues)."""
+    """List, for each residue of the site, the residues that its places match, with the number of places: (residue, residues)."""
     number_of = pairs["residue"].str.extract(r"(-?\d+)", expand=False).astype(float)
     ordered = pairs.assign(number_of=number_of).sort_values(["chain", "number_of"], kind="stable")
     partners: dict[str, list[str]] = {}
     for row in ordered.to_dict("records"):
         there = residue_text(row["chain_there"], row["residue_name_there"], row["residue_there"])
         partners.setdefault(where(row), []).append(there)
-    return [(residue, ", ".join(dict.fromkeys(filter(None, names)))) for residue, names in partners.items()]
+    counted = {residue: Counter(filter(None, names)).most_common() for residue, names in partners.items()}
+    return [(residue, ", ".join(f"{name} ({n})" for name, n in names)) for residue, names in counted.items()]
 
 
 def read_residues(path: Path | str) -> pd.DataFrame:

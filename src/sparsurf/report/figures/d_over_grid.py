@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
-from sparsurf.report.numbers import share
+from sparsurf.report.numbers import interval, share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,6 +31,7 @@ BEST: dict[str, Any] = {
     "color": "black",
 }
 BEST_OF_ALL: dict[str, Any] = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
+SELECTED = ", before cross-validation"  # chosen and measured on the same test dots
 N_FINE = 101  # values along each side of an interpolated map
 
 
@@ -58,7 +59,7 @@ def best_maps(grid: pd.DataFrame, name: str = "") -> Figure:
     """
     grid, readings, scale, limits, levels, message = _prepared(grid)
     pitch = SIDE + 18
-    figure = layout.sheet(max(96, 22 + pitch * len(readings)), SIDE + 21, layout.headed(name, message))
+    figure = layout.sheet(max(96, 22 + pitch * len(readings)), SIDE + 27, layout.headed(name, message))
     for k, reading in enumerate(readings):
         d, x = grid[f"d_{reading}"], 12 + pitch * k
         row = grid.iloc[int(d.argmax()) if d.notna().any() else 0]
@@ -66,6 +67,7 @@ def best_maps(grid: pd.DataFrame, name: str = "") -> Figure:
         layout.letter(figure, x - 11, 1, ascii_uppercase[k])
         layout.text(figure, x - 6, 1.3, f"{READINGS[reading].words}, α = {row.alpha:g}\n{best}")
     _bar(figure, scale, limits, levels, 4 + pitch * len(readings), 12, SIDE)
+    _key(figure, SIDE + 22, {f"highest $d${SELECTED}": BEST_OF_ALL})
     return figure
 
 
@@ -99,10 +101,15 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
         words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best.replace(chr(10), ' ')}"
         layout.text(figure, 6, y + 0.3, words)
     _bar(figure, scale, limits, levels, used - 17, 10, pitch * (len(readings) - 1) + side)
-    marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
-    handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
-    layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
+    marks = {"highest $d$ at this β": BEST, f"highest $d$ of all{SELECTED}": BEST_OF_ALL}
+    _key(figure, 1 + pitch * len(readings), marks)
     return figure
+
+
+def _key(figure: layout.Sheet, y: float, marks: dict[str, dict[str, Any]]) -> None:
+    """Add the legend of the marks."""
+    handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
+    layout.legend(figure, 12, y, handles, ncols=2, handletextpad=0.2)
 
 
 def _prepared(
@@ -112,7 +119,7 @@ def _prepared(
     readings = readings_of_columns(grid, "d_")
     grid = grid[grid.alpha == grid.alpha.max()].reset_index(drop=True)
     scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
-    better = {READINGS[reading].words: _above_zero(grid, reading) for reading in readings}
+    better = {READINGS[reading].words: layout.better_than_uniform(grid, reading) for reading in readings}
     return grid, readings, scale, limits, levels, layout.beats_uniform(better, "combinations")
 
 
@@ -130,12 +137,6 @@ def _bar(
     bar.set_label("$d = Z_{tR} - Z_{tS}$ (above 0: better)")
     bar.ax.set_ylim(limits)
     bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)
-
-
-def _above_zero(grid: pd.DataFrame, reading: str) -> tuple[int, int]:
-    """Count the combinations whose d lies above 0 by more than its 95 % interval, where that is known, and all."""
-    d, error = grid[f"d_{reading}"], grid.get(f"d_se_{reading}")
-    return int((d > (0 if error is None else 1.96 * error.fillna(0))).sum()), int(d.notna().sum())
 
 
 def _maps(
@@ -179,12 +180,11 @@ def _maps(
     tiles.ticks(deltas, gammas)
     if best is None:
         return "no value"
-    error = best.get(column.replace("d_", "d_se_"), np.nan)
-    error = f" ± {error:.2f}" if np.isfinite(error) else ""
-    value = f"{best[column]:z.2f}".replace("-", "−")
+    low, high = (best.get(column.replace("d_", f"d_{end}_"), np.nan) for end in ("low", "high"))
+    value = interval(best[column], low, high)
     kept = f": {share(best.n_S_percent)} % of the dots" if "n_S_percent" in best else ""
     place = f"β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
-    return f"highest $d$ = {value}{error}, as selected\nat {place}{kept}"
+    return f"highest $d$ = {value}\nat {place}{kept}"
 
 
 def _map(

@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.legend import Legend
@@ -132,6 +133,13 @@ def constrained(width: float, height: float, name: str = "") -> Figure:
 def headed(name: str, message: str) -> str:
     """Return the name of what a figure shows with its message; either may be empty."""
     return ": ".join(filter(None, (name, message)))
+
+
+def better_than_uniform(grid: pd.DataFrame, reading: str) -> tuple[int, int]:
+    """Count the rows of a grid.csv whose d lies above 0 with its 95 % interval, where that is known, and all."""
+    d = grid[f"d_{reading}"]
+    low = grid.get(f"d_low_{reading}", d).fillna(d)
+    return int((low > 0).sum()), int(d.notna().sum())
 
 
 def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
@@ -312,9 +320,9 @@ class Tiles:
         below = [self.places(rows - 1, k, x, np.full(len(x), self.ylim[0])) for k in range(columns)]
         left = [self.places(k, 0, np.full(len(y), self.xlim[0]), y) for k in range(rows)]
         for point, value in zip(np.concatenate(below), np.tile(x, columns), strict=True):
-            self.ax.text(point[0], point[1] + 1.5, f"{value:g}", ha="center", va="top")
+            self.ax.text(point[0], point[1] + 1.8, f"{value:g}", ha="center", va="top")
         for point, value in zip(np.concatenate(left), np.tile(y, rows), strict=True):
-            self.ax.text(point[0] - 0.8, point[1], f"{value:g}", ha="right", va="center")
+            self.ax.text(point[0] - 1.8, point[1], f"{value:g}", ha="right", va="center")
 
 
 def label_width(values: np.ndarray) -> float:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from matplotlib import colormaps, colors
-from matplotlib.cm import ScalarMappable
+from matplotlib import colors
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
@@ -74,7 +73,7 @@ def book_figure(
         cameras,
         tables,
         "propensity_smoothed",
-        "distance to the nearest\npatch, smoothed\n(low: good match)",
+        "rank of the distance\nto the nearest patch (%)\n(low: good match)",
     )
     if both:
         for side in (0, 1):
@@ -83,7 +82,13 @@ def book_figure(
         layout.text(figure, 162, 80, "interface: dots\nclose to the\nother partner", color=INSIDE)
     else:
         _row(
-            figure, 77, surfaces, cameras, tables, "similarity_smoothed", "similarity, smoothed\n(low: alike)"
+            figure,
+            77,
+            surfaces,
+            cameras,
+            tables,
+            "similarity_smoothed",
+            "rank of the smoothed similarity\n(%; low: alike)",
         )
     return figure
 
@@ -111,13 +116,17 @@ def _row(
     column: str,
     label: str,
 ) -> None:
-    """Draw both partners in the colours of a column, on one scale."""
-    values = [table[column].to_numpy() for table in tables]
-    low, high = np.quantile(np.concatenate(values), [0.05, 0.95])
-    scale = ScalarMappable(colors.Normalize(low, max(high, low + 1e-6), clip=True), colormaps["viridis"])
+    """Draw both partners in the colours of the ranks of a column."""
+    scale = layout.scale(0, 100)
     for side in (0, 1):
-        _page(figure, side, y, surfaces[side], scale.to_rgba(values[side])[:, :3], cameras[side])
-    figure.colorbar(scale, cax=layout.axes(figure, 162, y + 5, 2.5, 50), extend="both").set_label(label)
+        colour = layout.colours(scale, ranks(tables[side][column]))
+        _page(figure, side, y, surfaces[side], colour, cameras[side])
+    figure.colorbar(scale, cax=layout.axes(figure, 162, y + 5, 2.5, 50)).set_label(label)
+
+
+def ranks(values: pd.Series) -> np.ndarray:
+    """Return the rank of each value of a partner, (N,) float64, %: its AUC compares only the dots of one partner."""
+    return 100 * values.rank(pct=True).to_numpy()
 
 
 def _page(
@@ -219,7 +228,7 @@ def _of_all(means: pd.DataFrame, single: bool) -> str:
     known = main_and_baseline(by_score, "mean")
     limits = "" if single else f" ({number(known['low'])} to {number(known['high'])})"
     opponent = f"{known['baseline'].split(' (')[0]} {number(known['baseline_auc'])}"
-    return f"AUC of complementarity {number(known['auc'])}{limits}, of {opponent}"
+    return f"{'one pair: ' * single}AUC of complementarity {number(known['auc'])}{limits}, of {opponent}"
 
 
 @styled

@@ -59,7 +59,7 @@ class Tables(NamedTuple):
 
 
 class Coded(NamedTuple):
-    """All combinations as coded: n_S in %, Z of the sampling and of the uniform subset, how many have d > 0, the mean patch."""
+    """All combinations as coded: n_S in %, Z of the sampling and of the uniform subset, how many are better, the mean patch."""
 
     n: np.ndarray
     sampled: np.ndarray
@@ -183,8 +183,9 @@ def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
     columns = {f"Z_tS_{reading}" for reading in (CODED_READING, WRITTEN_READING)}
     if len(surfaces) > 1 or grid is None or not columns <= set(grid):
         return None
-    sampled, uniform, d = (grid[f"{name}_{CODED_READING}"].to_numpy() for name in ("Z_tS", "Z_tR", "d"))
-    return Coded(grid["n_S_percent"].to_numpy(), sampled, uniform, int((d > 0).sum()), surfaces[0].mean_patch)
+    sampled, uniform = (grid[f"{name}_{CODED_READING}"].to_numpy() for name in ("Z_tS", "Z_tR"))
+    better, _ = layout.better_than_uniform(grid, CODED_READING)
+    return Coded(grid["n_S_percent"].to_numpy(), sampled, uniform, better, surfaces[0].mean_patch)
 
 
 def _draw_coded(ax: Axes, coded: Coded, panel: Panel, floor: str) -> None:

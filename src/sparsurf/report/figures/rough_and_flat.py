@@ -56,7 +56,7 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
             readings = [title.rpartition(", ")[2] for title, *_ in panels]
             first, second = (" and ".join(np.array(readings)[np.array(signs) == sign]) for sign in (1, -1))
             if first and second:
-                return f"the sampling errs less {first}, not {second}"
+                return f"less error than a uniform subset {first}, more {second}"
             return "whether the sampling errs less depends on the roughness"
     return (
         f"the sampling errs less on {' and '.join(better)} patches"
@@ -178,7 +178,7 @@ def _boxes(
         ax.axvline(edge, color="#E0E0E0", linewidth=0.4, zorder=0)
     ax.set_xticks(edges, [f"{e:.2f}" if k % 2 == 0 else "" for k, e in enumerate(edges)])
     ax.set(xlim=(edges[0], edges[-1]), xlabel="roughness $R_i$ of the patch (high: flat)")
-    ax.set_ylabel("$Z_{tS}(j)$, $Z_{tR}(j)$")
+    ax.set_ylabel("error $Z$ of a patch")
     ax.set_ylim(bottom=0)
 
 

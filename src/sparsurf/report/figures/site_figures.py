@@ -11,7 +11,7 @@ from matplotlib import colormaps, colors
 from matplotlib.patches import Patch
 from scipy.spatial import cKDTree
 
-from sparsurf.pairs.changes import superpose_forms
+from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR, superpose_forms
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import PALETTE, styled
 from sparsurf.report.numbers import most_of
@@ -25,13 +25,16 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
-OVERLAP = 1.5  # Å; dots of a hit nearer than this to the superposed site take its colour
+OVERLAP = (
+    1.5  # Å; dots of a hit take the residue of the nearest dot of the superposed query within this distance
+)
 MAX_DISTANCE = 20.0  # Å, end of the colours of distances
 WIDTH, HEIGHT = 86, 60  # mm, of a picture
 MIN_P = 1e-4  # end of the colours of a matrix
 RESIDUES_PER_LINE = 6  # of the legend
 MAX_GAP = 20  # residues, along the axis of changes
 LABEL_WIDTH = 12.0  # mm
+N_NAMED, NAME_WIDTH = 5, 11.0  # residues that change most, and mm of a name
 ROUND = tuple(k * 10**n for n in range(6) for k in (1, 2, 5))  # residues between labels
 REST = render.PALE
 BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
@@ -39,14 +42,14 @@ MANY = colormaps["turbo"]  # for more residues than the palette has colours
 
 
 def carried(
-    surface: Surface, site: tuple[np.ndarray, np.ndarray], pose: tuple[np.ndarray, np.ndarray]
+    surface: Surface, query: tuple[np.ndarray, np.ndarray], pose: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transform a hit into the frame of the site, and find the residue of the site on which each of its dots lies.
 
     Parameters
     ----------
     surface : Surface, of the hit
-    site : (points (n, 3), residue (n,) int) of the site's dots
+    query : (points (n, 3), residue (n,) int) of all dots of the query, -1 beside the site
     pose : (rotation (3, 3), shift (3,)), which superposes the site onto the hit
 
     Returns
@@ -55,8 +58,8 @@ def carried(
     """
     rotation, shift = pose
     points, normals = (surface.points - shift) @ rotation.T, surface.normals @ rotation.T
-    gap, nearest = cKDTree(site[0]).query(points, distance_upper_bound=OVERLAP)
-    return points, normals, np.where(np.isfinite(gap), site[1][np.minimum(nearest, len(site[1]) - 1)], -1)
+    gap, nearest = cKDTree(query[0]).query(points, distance_upper_bound=OVERLAP)
+    return points, normals, np.where(np.isfinite(gap), query[1][np.minimum(nearest, len(query[1]) - 1)], -1)
 
 
 def distance_from(points: np.ndarray, site: np.ndarray) -> np.ndarray:
@@ -199,7 +202,8 @@ def changes_figure(
     """
     known = table["over_floor"].dropna()
     n_above = (known > 1).sum()
-    message = f"{n_above} of {len(known)} residues change more than their floor"
+    by_chance = f"about {SHARE_ABOVE_FLOOR * len(known):.0f} would by chance"
+    message = f"{n_above} of {len(known)} residues change more than their floor, {by_chance}"
     if most_of(n_above, len(known)):
         message = f"the forms differ all over ({n_above} of {len(known)} residues exceed their floor)"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
@@ -226,6 +230,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     """Draw the change of each residue in its colour, and its floor."""
     position = _positions(table)
     ax.bar(position, table["total"], 1.0, color=change_colours(table["over_floor"].to_numpy(), scale))
+    _name_most(ax, table, position)
     floor = table[["total_floor", "total_moved"]].max(axis=1).where(table["total"].notna())
     words = "floor: fresh dots or moved atoms, the larger one"
     ax.hlines(floor, position - 0.5, position + 0.5, color="black", linewidth=0.8, label=words)
@@ -240,6 +245,19 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
         ylim=(0, None),
     )
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
+
+
+def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
+    """Write the names of the residues that change most over their floors above their bars, where there is room."""
+    taken: list[int] = []
+    room = NAME_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
+    change = table["over_floor"].to_numpy()
+    for row in np.argsort(-np.nan_to_num(change), kind="stable")[:N_NAMED]:
+        place = int(position[row])
+        if change[row] > 1 and all(abs(place - other) >= room for other in taken):
+            name, residue, height = table[["residue_name", "residue", "total"]].iloc[row]
+            ax.text(place, height, f"{name}{residue}", ha="center", va="bottom", path_effects=layout.HALO)
+            taken.append(place)
 
 
 def _positions(table: pd.DataFrame) -> np.ndarray:

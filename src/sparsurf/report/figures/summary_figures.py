@@ -31,6 +31,7 @@ GAIN: dict[str, Any] = {
     "color": "black",
     "markeredgewidth": 0.6,
 }
+NEARLY_ALL = 99  # % of the dots, from where on every subset is the surface
 MIN_SURFACES = 3  # for parameters against mean roughness
 MARKERS = "os^"
 
@@ -158,12 +159,14 @@ def _by_range(summary: pd.DataFrame) -> Figure:
     pitch = (PAGE - 3) / max(2, len(readings))
     surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
     winners_of_all = summary[summary.d.notna()]
-    low_ends = winners_of_all.groupby("reading").d_cv_low
+    low_ends = winners_of_all[winners_of_all.n_S_percent < NEARLY_ALL].groupby("reading").d_cv_low
     limits = winners_of_all[["d_cv", "d_cv_low", "d_cv_high"]].stack().dropna()
     margin = 0.05 * np.ptp(limits) + 0.01
     ends = limits.min() - margin, limits.max() + margin  # the same for all readings
     better = {READINGS[str(key)].words: (int((low > 0).sum()), len(low)) for key, low in low_ends}
-    message = layout.beats_uniform(better, "best combinations")
+    message = layout.beats_uniform(better, "best combinations") if better else ""
+    if better and (winners_of_all.n_S_percent >= NEARLY_ALL).any():
+        message += f" (below {NEARLY_ALL} % of the dots)"
     figure = layout.sheet(PAGE, 142, message)
     for k, reading in enumerate(readings):
         x = 16 + pitch * k

@@ -123,9 +123,9 @@ function paint() {
     for (const end of ["low", "high"]) {
       ends.appendChild(document.createElement("span")).append(`${number(scale[end], 2)}${scale.unit} ${scale[`${end} is`]}`);
     }
-    const unknown = values.includes(UNKNOWN) ? boxed("unknown", GREY) : [], known = values.some((value) => value !== UNKNOWN);
+    const unknown = values.includes(UNKNOWN) ? boxed(scale["unknown is"], GREY) : [], known = values.some((value) => value !== UNKNOWN);
     element("legend").replaceChildren(scale.name, ...(known ? [bar, ends] : []), ...unknown);
-    coloured = scale.name + (known ? `, dark ${number(scale.low, 2)}${scale.unit}, bright ${number(scale.high, 2)}${scale.unit}` : "") + (unknown.length ? ", grey unknown" : "");
+    coloured = scale.name + (known ? `, dark ${number(scale.low, 2)}${scale.unit}, bright ${number(scale.high, 2)}${scale.unit}` : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
   }
   scene.colour(out);
   redraw();

@@ -40,6 +40,7 @@ class Values:
     name, symbol, unit : str
     values : (N,) float64, NaN where unknown
     low_is, high_is : str, meaning of the ends
+    unknown_is : str, meaning of NaN, which is grey
     """
 
     name: str
@@ -48,6 +49,7 @@ class Values:
     values: np.ndarray
     low_is: str = ""
     high_is: str = ""
+    unknown_is: str = "unknown"
 
 
 def page(
@@ -224,6 +226,7 @@ def _scale(values: Values) -> dict[str, Any]:
         "high": high,
         "low is": values.low_is,
         "high is": values.high_is,
+        "unknown is": values.unknown_is,
     }
 
 
