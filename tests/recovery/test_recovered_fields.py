@@ -56,6 +56,8 @@ def test_the_table_compares_with_the_field_at_other_dots():
     others = np.setdiff1d(np.arange(800), kept)
     found = interpolate_fields(points[kept], {"noise": noise[kept]}, points[others])["noise"]
     assert table["rms"][0] == pytest.approx(np.sqrt(np.mean((found - noise[others]) ** 2)))
+    assert table["rms_sd"][0] == pytest.approx(table["rms"][0] / noise[others].std())
+    assert found.std() > 1.1 * noise[others].std()  # so that it matters which of both divides
 
 
 def test_a_tenth_of_the_dots_gives_the_fields_of_a_peptide_back(tmp_path):

@@ -128,6 +128,17 @@ def test_few_surfaces_are_drawn_against_n_s():
     assert legend_of(figure) == list(zip(wanted, layout.PALETTE, strict=False))
 
 
+def test_a_subset_of_nearly_all_dots_is_not_counted_as_better():
+    table = winners({"a": 0.5, "b": 0.62})
+    table.loc[table["range"] == 3, "n_S_percent"] = 99.5
+    table.loc[(table["range"] == 1) & (table["reading"] == "as_written"), "d_cv_low"] = -0.1
+    head = words_of(summary_figures.summary_figure(table, relations()))[0]
+    assert (
+        head
+        == "4 of 4 best combinations beat a uniform subset as coded, 2 as written (below 99 % of the dots)"
+    )
+
+
 def trajectory(n=100, step=200.0):
     k = np.arange(n)
     table = pd.DataFrame({"frame": 3 * k, "time_ps": step * k, "n_S_percent": 40 + np.sin(k)})

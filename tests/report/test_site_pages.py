@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib import colors
+from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 from test_html import Page
 
@@ -16,6 +17,7 @@ from sparsurf.report.figures.site_figures import (
     BELOW,
     MAX_DISTANCE,
     REST,
+    _name_most,
     _named,
     _positions,
     carried,
@@ -114,6 +116,22 @@ def test_the_key_says_which_residues_of_a_site_cannot_be_seen(blob):
     figure = site_figure("s", [("the site", points, normals, residue)], ["ALA1", "GLY2"])
     words = [text.get_text() for text in figure.texts]
     assert "ALA1" in words and "GLY2 (hidden)" in words
+
+
+def test_the_residues_that_change_most_are_named_where_there_is_room():
+    """Of the five that exceed their floors most; 8 lies beside 7, which changes more, and 60 is below its floor."""
+    numbers = ["7", "8", "30", "60", "100"]
+    table = pd.DataFrame(
+        {"chain": "A", "residue": numbers, "residue_name": ["LYS", "ALA", "GLY", "VAL", "SER"]}
+    )
+    table = table.assign(total=[0.6, 0.5, 0.4, 0.9, 0.3], over_floor=[3.0, 2.0, 1.5, 0.9, 1.2])
+    ax = Figure().subplots()
+    _name_most(ax, table, np.array([7, 8, 30, 60, 100]))
+    assert {text.get_text(): text.get_position() for text in ax.texts} == {
+        "LYS7": (7, 0.6),
+        "GLY30": (30, 0.4),
+        "SER100": (100, 0.3),
+    }
 
 
 def test_missing_residues_leave_a_gap_along_the_axis():
@@ -280,6 +298,13 @@ def test_all_sites_stand_against_all_surfaces(tmp_path):
             [("sites/matrix.png", "sites/matrix.png", "matrix")],
         )
     ]
+
+
+def test_a_hit_takes_the_colour_of_the_nearest_dot_of_the_query():
+    """So the site is as large on a hit as on the query: a dot that lies nearer to another residue has no colour."""
+    query = np.array([[0.0, 0, 0], [2.0, 0, 0]]), np.array([4, -1])
+    hit = SimpleNamespace(points=np.array([[0.9, 0, 0], [1.1, 0, 0], [0, 1.6, 0]]), normals=np.eye(3))
+    assert carried(hit, query, (np.eye(3), np.zeros(3)))[2].tolist() == [4, -1, -1]
 
 
 def test_a_hit_is_seen_as_the_site_and_takes_its_colours():

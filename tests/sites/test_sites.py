@@ -503,16 +503,21 @@ def test_unknown_dots_have_the_mean_of_the_known_ones():
     assert _fill_unknown(np.array([0.0, np.nan, 1.0, 5.0])).tolist() == [0.0, 2.0, 1.0, 5.0]
 
 
-def test_a_site_of_many_places_is_searched_by_forty_that_are_far_apart(sites):
+def test_a_site_of_many_places_is_searched_by_forty_that_are_far_apart(sites, monkeypatch):
     """By hand on a line: the first point, its other end, the middle; then 40 of the places of a peptide."""
     line = np.outer(np.arange(5.0), [1, 0, 0])
     assert finding._farthest_points(line, 3).tolist() == [0, 4, 2]
     assert len(sites) > 45
     backwards = sites.take(np.arange(len(sites))[::-1])  # sites come in the order of farthest points
+    monkeypatch.setattr(finding, "CALIBRATED", {})  # else p of such places is unknown
     hits = finding.find_site(backwards, [sites])
     plain = finding._farthest_points(backwards.points, 40)
     assert np.array_equal(hits.places.points, backwards.points[plain]) and len(set(plain)) == 40
     assert hits.table["places"].tolist() == [40]
+    scores = hits.table["score"].to_numpy()
+    p, other = (finding.chance(scores, hits.mirrored, n, finding.null()) for n in (len(sites), 40))
+    assert np.log(hits.table["p"][0]) == pytest.approx(np.log(p[0]), rel=1e-6)  # p goes by all places
+    assert np.log(p[0]) < 1.5 * np.log(other[0])
 
 
 def test_p_of_a_very_high_score_is_small_but_not_0():

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.report.numbers import interval
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.read_surface import read_surface
 
@@ -81,6 +82,9 @@ def test_tables_of_the_papers_sampling_agree(run, place):
     assert chosen["n_S"].tolist() == [best["as_coded"]["unrestricted"]["n_S"]]
     ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'as_coded'")
     assert len(ranges) == 10 and ranges["n_combinations"].sum() == len(grid)
+    page = (folder / "ranges.html").read_text()
+    for row in ranges.dropna(subset="d_cv").to_dict("records"):
+        assert interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]) in page  # rounded as the table is
     distances = np.load(folder / "distances.npz")
     assert distances["z_ts"].shape == (2, 8, 2, 20)  # readings, combinations, draws, test dots
     bins = pd.read_csv(folder / "rough_and_flat.csv")

@@ -29,7 +29,10 @@ FORMATS = (
     "p_value",
     "most_of",
 )  # filters of templates
-WEBP_QUALITY = 85  # a figure of 1 MB becomes one of 0.15 MB that looks the same
+WEBP: dict[str, Any] = {
+    "quality": 85,
+    "method": 2,
+}  # 1 MB becomes 0.15 MB that looks the same, in half the usual time
 
 
 def embedded(path: Path | str) -> str | None:
@@ -54,7 +57,7 @@ def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
             picture = file.convert("RGB")
         picture.thumbnail((MAX_FIGURE_PIXELS, MAX_FIGURE_PIXELS))
         encoded = io.BytesIO()
-        picture.save(encoded, "WEBP", quality=WEBP_QUALITY)
+        picture.save(encoded, "WEBP", **WEBP)
         url = "data:image/webp;base64," + base64.b64encode(encoded.getvalue()).decode()
         size += len(url)
         if size > MAX_PAGE_BYTES:
