@@ -189,6 +189,18 @@ def test_only_structures_with_similar_places_are_superposed(study, monkeypatch):
     assert sorted(sites.name for sites in search.similar_structures(run, site, 10)) == sorted(best)
 
 
+def test_all_places_of_a_site_decide_what_is_superposed(study, monkeypatch):
+    """The first structure has one place that is almost the same; on the second, all places are alike."""
+    site = site_of(study)
+    n = len(finding.superposed_places(site))
+    nearest = np.array([[-3.0, 4.0], *[[10.0, 4.0]] * (n - 1)])  # log distances, below a background of 10
+    _, groups, _ = components_of(study, site)
+    monkeypatch.setattr(search, "N_SUPERPOSED", 1)
+    monkeypatch.setattr(search, "nearest_of_each", lambda *_: (nearest, np.full(n, 10.0), np.ones(n)))
+    monkeypatch.setattr(search, "pose_scores", lambda query, q, superposed, *_: np.ones(len(superposed)))
+    assert search.rank_structures(groups[:2], site, 1) == [groups[1].protein]
+
+
 def test_the_bytes_do_not_depend_on_cores(study, tmp_path):
     folder = tmp_path / "again"
     shutil.copytree(study / "structures", folder / "structures")
