@@ -533,6 +533,9 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
     found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
     row = {"combination": "(1, 0, 6, 0)", "roughest": 60.0, "flattest": 30.0, "all": 45.0}
     assert found["holds"]["as_coded"] == "yes" and found["rows"] == [row]
+    html = html_of(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})
+    shown = re.search(r"roughest tenth / %.*?<td>(.*?)</tr>", html, re.S)[1]
+    assert re.findall(r"[^<>]+(?=</td>)", shown) == ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
     even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
     assert even["holds"]["as_written"] == "no"
     # the blob: every tenth is a tenth of its dots, and together they are what is kept

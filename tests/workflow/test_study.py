@@ -97,7 +97,7 @@ def test_a_study_of_sites_says_what_changes_and_where_they_are_found(checkout, c
     """A residue without a change does not count; p counts times the number of targets."""
     folder = checkout.root / "results/mine/sites"
     for name, table in {
-        "bend/changes.csv": "total,above_moved\n1,1\n2,0\n3,1\n,0\n",
+        "bend/changes.csv": "total,above_moved\n" + 15 * "1,1\n" + 7 * "2,0\n" + "3,1\n,0\n",
         "site/hits.csv": "p\n0.001\n0.02\n0.03\n",
     }.items():
         (folder / name).parent.mkdir(parents=True)
@@ -107,9 +107,9 @@ def test_a_study_of_sites_says_what_changes_and_where_they_are_found(checkout, c
     assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE}, sites=sites)) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
     assert lines[1:] == [
-        "Answer    bend: 2 of 3 residues change more than if all atoms moved by 0.3 Å. They differ all over: "
-        "go by the order of the residues.",
-        "Answer    site: found on 1 of 3 targets.",
+        "Answer    bend: 16 of 23 residues change more than if all atoms moved by 0.3 Å; about 1 would by chance. "
+        "They differ all over: go by the order of the residues.",
+        "Answer    site: found on 1 of 3 targets, smallest p 0.001.",
     ]
 
 
@@ -126,7 +126,8 @@ def test_a_comparison_that_failed_has_no_answer_of_an_earlier_run(checkout, caps
     proteins = {"p": STRUCTURE, "q": STRUCTURE}
     assert study.main(checkout.config(proteins=proteins, sites=sites, exclude=["sites/turn"])) == 1
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
-    assert lines[1:] == ["Answer    fold: 1 of 3 residues change more than if all atoms moved by 0.3 Å."]
+    told = "1 of 3 residues change more than if all atoms moved by 0.3 Å; about 0 would by chance."
+    assert lines[1:] == [f"Answer    fold: {told}"]
 
 
 def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, capsys):
