@@ -103,7 +103,11 @@ def main(
         best=results_of_grid,
         floor=minimal_settings.get("floor", FRESH),
         subsets=[
-            (f"the paper's sampling, its best here, {combination}", sampled, layout.SAMPLED),
+            (
+                f"the paper's sampling, highest d {READINGS[readings[0]].words}, {combination}",
+                sampled,
+                layout.SAMPLED,
+            ),
             ("uniform subset of the same size", uniform, layout.LINES["uniform"][0]),
             (f"minimal.csv, {sampler}", subset, layout.DARK),
         ],

@@ -8,6 +8,8 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import book_figure, opened, ranks
+from sparsurf.report.numbers import interval
+from sparsurf.report.pair_page import MAIN_SCORE
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -38,7 +40,9 @@ def main(
     dot_table = pd.read_csv(dots, low_memory=False)
     surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
     tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
-    layout.save(book_figure(name, surfaces, tables, pd.read_csv(agreement)), png.removesuffix(".png"))
+    scores = pd.read_csv(agreement)
+    layout.save(book_figure(name, surfaces, tables, scores), png.removesuffix(".png"))
+    auc = scores[scores["score"] == MAIN_SCORE].set_index("partner")[["auc", "low", "high"]]
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     pages = opened(surfaces, touching if all(mask.any() for mask in touching) else None)
     files = (structure_1, view_1), (structure_2, view_2)
@@ -54,7 +58,9 @@ def main(
             Values("distance to the partner", "gap", " Å", table["gap"].to_numpy(), "touching", "far"),
         ]
         title = f"{name}, partner {side}"
-        text = coloured_page(title, f"{name}/{side}", seen, patches, seed, values, residue_labels(structure))
+        says = f"AUC {interval(*auc.loc[side])} for the interface" if side in auc.index else ""
+        labels = residue_labels(structure)
+        text = coloured_page(title, f"{name}/{side}", seen, patches, seed, values, labels, says)
         Path(view).write_text(text, encoding="utf-8")
 
 

@@ -75,7 +75,7 @@ def main(
         _, points, normals, residue = panel
         surface = replace(dots[conformation], points=points @ rotation, normals=normals @ rotation)
         distance = distance_from(points, residue >= 0)
-        values = [Values("distance from the site", "distance", " Å", distance, "on it", "far")]
+        values = [Values("distance from the site", "distance", " Å", distance, "on it", "or more")]
         names_of_atoms = residue_labels(path_of_structure.get(conformation))
         page = coloured_page(
             f"{name}, {short[conformation]}", f"{name}/{side}", surface, patches, seed, values, names_of_atoms

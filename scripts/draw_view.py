@@ -91,7 +91,8 @@ def main(
         residue_labels(structure),
         shown,
         subset["dot"].tolist() if "dot" in subset else [],
-        enough=_enough(read_table(required_dots), minimal_settings.get("floor")),
+        turn=render.along_smallest_axis(dots.points),
+        says=_enough(read_table(required_dots), minimal_settings.get("floor")),
     )
     Path(page).write_text(text, encoding="utf-8")
     camera = render.aim(dots.points, render.along_smallest_axis(dots.points), PICTURE_PIXELS)

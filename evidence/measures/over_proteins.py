@@ -41,7 +41,8 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     DataFrame: reading, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, cross-validated d of each
     protein's own best; `from_all`, d of the combination with the highest mean d on all others; `lost`, the first less the
     second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; with their intervals;
-    n_above and n_below, proteins whose own interval of cross-validated d lies above and below 0.
+    n_above and n_below, proteins whose own interval of cross-validated d lies above and below 0; n_worse, those on which both
+    the sampling and the uniform subset have a higher Z than the mean patch in place of every patch.
     """
     rows = []
     sampled = summary[summary["n_combinations"] > 0].assign(
@@ -61,6 +62,8 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
             if k:
                 row["n_above"] = int((rows_of_range["d_cv_low"] > 0).sum())
                 row["n_below"] = int((rows_of_range["d_cv_high"] < 0).sum())
+                best = rows_of_range[["Z_tS", "Z_tR"]].min(axis=1)
+                row["n_worse"] = int((best > rows_of_range["Z_mean_descriptor"]).sum())
             rows.append(row)
     return pd.DataFrame(rows)
 

@@ -158,11 +158,19 @@ def test_d_of_two_proteins_by_hand():
     ]
     columns = ["protein", "range", "n_combinations", "n_S_percent", "d_cv", "d_cv_low"]
     columns += ["d_cv_high", "d_from_all", "d_from_near"]
-    table = over_proteins.d_by_range(pd.DataFrame(rows, columns=columns).assign(reading="as_coded"))
+    table = over_proteins.d_by_range(
+        pd.DataFrame(rows, columns=columns).assign(
+            reading="as_coded", Z_tS=[4.0, 1, 2, 9], Z_tR=[3.0, 4, 1, 9], Z_mean_descriptor=1.5
+        )
+    )
     whole, first, second = table.to_dict("records")
     assert [each["range"] for each in (whole, first, second)] == [0, 1, 2]
     assert (first["n"], first["n_above"], first["n_below"], second["n"]) == (2, 1, 1, 1)
     assert (second["n_above"], second["n_below"]) == (0, 0)  # its interval holds 0
+    assert (first["n_worse"], second["n_worse"]) == (
+        1,
+        0,
+    )  # on b the uniform subset is better than the mean patch
     assert (first["n_S_percent"], whole["n_S_percent"], second["n_S_percent"]) == (15, 20, 30)
     assert (first["own"], whole["own"], second["own"]) == (0, 0.5, 3)  # a has 2 in the mean, b -1
     assert (first["from_all"], first["lost"], first["near"]) == (-0.125, 0.125, -0.1875)

@@ -8,6 +8,7 @@ from test_figures import surface_tables
 from drawn import colour_of, legend_of, words_of
 from sparsurf.columns import missing_columns
 from sparsurf.report.figures import required_dots
+from sparsurf.report.numbers import share
 
 COLOURS = {
     ("farthest", "as_written"): "#56B4E9",
@@ -50,7 +51,7 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
     assert ring.get_xydata().tolist() == [[8.0, 0.5]]
     assert names_in(figure) == [
-        "paper's sampling, all combinations", "farthest point dots as they are",
+        "paper's sampling, all combinations, as written", "farthest point dots as they are",
         "the surface recovered from the same dots", "uniform subset", "enough",
         "atoms moved 0.1 Å: 0.90", "fresh dots of the same surface: 0.50",
     ]  # fmt: skip
@@ -66,7 +67,7 @@ def test_the_combinations_as_coded_have_their_own_panel():
     tables = surface_tables()
     grid = tables.grid.assign(Z_tS_as_coded=tables.grid["Z_tS_as_written"] + 7.0)
     d = np.where(np.arange(len(grid)) < 30, 1.0, -2.0)
-    grid = grid.assign(d_as_coded=d, Z_tR_as_coded=grid["Z_tS_as_coded"] + d)
+    grid = grid.assign(d_as_coded=d, Z_tR_as_coded=grid["Z_tS_as_coded"] + d, d_as_written=-d)
     tables = tables._replace(grid=grid, mean_patch=1.7)
     figure = required_dots.figure([tables])
     written, coded = figure.axes
@@ -76,7 +77,15 @@ def test_the_combinations_as_coded_have_their_own_panel():
         (coded.collections[1], "Z_tS_as_coded"),
     ):
         np.testing.assert_array_equal(cloud.get_offsets(), grid[["n_S_percent", column]])
-    assert coded.get_title() == "as coded, 30 of 200 beat uniform dots"
+    assert (
+        coded.get_title()
+        == "as coded (another scale): 30 of 200 beat uniform dots\nall are worse than the mean patch"
+    )
+    assert [text.get_text() for text in written.texts] == ["as written: 170 of 200 beat uniform dots"]
+    high = tables._replace(mean_patch=grid["Z_tS_as_coded"].median())
+    n = grid["n_S_percent"][np.minimum(grid["Z_tS_as_coded"], grid["Z_tR_as_coded"]) < high.mean_patch].min()
+    title = required_dots.figure([high]).axes[1].get_title()
+    assert title.endswith(f"\nbelow {share(n)} % of the dots worse than the mean patch")
     assert [ax.get_ylabel()[-10:] for ax in (written, coded)] == ["as written", ", as coded"]
     assert coded.get_xlim() == written.get_xlim()
     assert curves_in(coded) == {} and coded.get_ylim()[1] > grid["Z_tR_as_coded"].max()

@@ -123,6 +123,8 @@ def test_few_surfaces_are_drawn_against_n_s():
             assert drawn == sorted(wanted.itertuples(index=False, name=None))
             low, high = panels[-1].get_ylim()
             assert low < wanted["d_cv_low"].min() and wanted["d_cv_high"].max() < high
+    limits = [ax.get_ylim() for ax in figure.axes[:10]]
+    assert limits[:5] == limits[5:]  # both readings on one scale
     rough = table.groupby("protein")["mean_roughness"].first()
     wanted = [f"{name}, mean roughness {rough[name]:.2f}" for name in names]
     assert legend_of(figure) == list(zip(wanted, layout.PALETTE, strict=False))

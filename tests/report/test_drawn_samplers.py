@@ -291,7 +291,9 @@ def test_a_single_pair_shows_both_partners_with_their_intervals():
     table = pd.DataFrame(rows, columns=["score", "auc", "low", "high"]).assign(complex="a")
     means = table.groupby("score", sort=False)["auc"].mean().rename("mean").reset_index()
     figure = over_pairs("run", table, means.assign(low=np.nan, high=np.nan))
-    assert words_of(figure)[0] == "one pair: AUC of complementarity 0.40, of hydropathy over 10 Å 0.25"
+    assert (
+        words_of(figure)[0] == "one pair: AUC of smoothed complementarity 0.40, of hydropathy over 10 Å 0.25"
+    )
     ax = figure.axes[0]
     main = [label.get_text() for label in ax.get_yticklabels()].index("complementarity, smoothed")
     bars = np.array(ax.collections[main].get_segments())
@@ -300,7 +302,10 @@ def test_a_single_pair_shows_both_partners_with_their_intervals():
     assert [words for words, _ in legend_of(figure)] == ["each partner with its 95 % interval", "their mean"]
     two = pd.concat([table, table.assign(complex="b")])
     figure = over_pairs("run", two, means.assign(low=0.1, high=0.35))
-    assert words_of(figure)[0] == "AUC of complementarity 0.40 (0.10 to 0.35), of hydropathy over 10 Å 0.25"
+    assert (
+        words_of(figure)[0]
+        == "AUC of smoothed complementarity 0.40 (0.10 to 0.35), of hydropathy over 10 Å 0.25"
+    )
     assert [words for words, _ in legend_of(figure)] == ["each pair", "mean with its 95 % interval"]
     assert (
         words_of(over_pairs("run", two[two["score"] == "flatness"], means[1:2].assign(low=0.1, high=0.35)))[0]

@@ -147,7 +147,7 @@ def test_the_cards_hold_what_the_tables_say(tmp_path):
     page = Page(first(tmp_path / "run", write_run(tmp_path / "run")))
     blue, coded = page.text["card"], page.text["card coded"]
     assert "6.4 %" in blue
-    assert "d = 2.5" in coded and "d = −0.3" in coded and "55 % of the dots" in coded
+    assert "d = 2.51" in coded and "d = −0.28" in coded and "55 % of the dots" in coded
     assert "beats a uniform" in coded and "loses to a uniform" in coded
     rows = [row for row in page.rows if row[0] == "30 – 60"]
     assert rows == [
@@ -163,7 +163,7 @@ def test_the_card_of_d_says_what_z_it_stands_for(tmp_path):
     summary.to_csv(folder / "summary.csv", index=False)
     coded = Page(first(folder, files)).text["card coded"]
     assert "Its Z is 4.1, that of the uniform subset 6.6." in coded and "would be 1.7." in coded
-    assert "95 % intervals lie within 2.4 to 2.6." in " ".join(coded.split())
+    assert "95 % intervals lie within 2.41 to 2.61." in " ".join(coded.split())
     assert coded.strip().endswith("Z would be 1.7. So both subsets are worse than the mean patch.")
     summary.assign(Z_tS=1.1).to_csv(folder / "summary.csv", index=False)
     assert Page(first(folder, files)).text["card coded"].strip().endswith("would be 1.7.")
@@ -220,7 +220,7 @@ def test_without_a_grid_the_first_page_begins_with_what_changes(tmp_path):
         [path for path in files if path not in ("summary.csv", "relation.csv", "sites/pocket/hits.csv")],
     )
     assert "<h1>What changes in opening?</h1>" in one
-    assert "all atoms moved by 0.3 Å</a>; about 0 would by chance." in alone
+    assert "all atoms moved by 0.3 Å</a>. By chance, about 0 would." in alone
     assert alone.index("2 of 3</b> residues of") < alone.index("of the dots are enough")
     assert alone.count("2 of 3</b> residues") == 1 and "1 of 1</b>" in alone and "on q, p 0.001." in alone
 
@@ -231,7 +231,7 @@ def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path)
     summary = pd.read_csv(folder / "summary.csv")
     summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_cv"] = 9.0
     summary.to_csv(folder / "summary.csv", index=False)
-    assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.5", "−0.3"]
+    assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.51", "−0.28"]
 
 
 def test_names_that_look_like_numbers_or_gaps_stay_names(tmp_path):
@@ -431,7 +431,7 @@ def test_only_readings_that_were_tried_are_reported(tmp_path):
     surfaces = pd.read_csv(tmp_path / "surfaces.csv")
     surfaces.drop(columns="best_as_coded").to_csv(tmp_path / "surfaces.csv", index=False)
     page = first(tmp_path, files)
-    assert "both were tried" not in page and "d = −0.1" in page
+    assert "both were tried" not in page and "d = −0.06" in page
 
 
 def test_the_page_stands_alone_and_is_small(tmp_path):

@@ -66,9 +66,9 @@ def summary_of(d, ranges=2):
 def test_d_is_the_median_over_the_surfaces_in_the_range_that_is_best_as_coded():
     summary = summary_of([1.0, 2.0, 9.0])
     card = first_page.d_card(summary, "as_coded", "as_coded")
-    assert (card["d"], card["n_S"], card["n"], card["worth"]) == ("2.0", "6", 3, None)
+    assert (card["d"], card["n_S"], card["n"], card["worth"]) == ("2.00", "6", 3, None)
     written = first_page.d_card(summary, "as_written", "as_coded")
-    assert (written["d"], written["places"]) == ("1.0", {"above": 2, "below": 0, "around": 1, "unknown": 0})
+    assert (written["d"], written["places"]) == ("1.00", {"above": 2, "below": 0, "around": 1, "unknown": 0})
 
 
 def test_over_all_surfaces_d_has_its_lowest_and_highest():

@@ -125,11 +125,12 @@ def test_the_residues_that_change_most_are_named_where_there_is_room():
         {"chain": "A", "residue": numbers, "residue_name": ["LYS", "ALA", "GLY", "VAL", "SER"]}
     )
     table = table.assign(total=[0.6, 0.5, 0.4, 0.9, 0.3], over_floor=[3.0, 2.0, 1.5, 0.9, 1.2])
+    table = table.assign(total_floor=[0.2, 0.25, 0.7, 1.0, 0.25], total_moved=0.1)
     ax = Figure().subplots()
     _name_most(ax, table, np.array([7, 8, 30, 60, 100]))
     assert {text.get_text(): text.get_position() for text in ax.texts} == {
         "LYS7": (7, 0.6),
-        "GLY30": (30, 0.4),
+        "GLY30": (30, 0.7),  # above its floor, too
         "SER100": (100, 0.3),
     }
 

@@ -650,7 +650,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     monkeypatch.setattr(
         draw_view,
         "viewer_page",
-        lambda *given, enough: shown.append(given) or words.append(enough) or "the page",
+        lambda *given, says, turn: shown.append(given) or words.extend([says, turn]) or "the page",
     )
     draw, drawn = draw_view.render.draw_surface, []
     monkeypatch.setattr(
@@ -669,7 +669,8 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
         title="p",
         threads=1,
     )
-    assert words == ["8.2 % of the dots are enough (7.5 to 9.3 %)"]
+    assert words[0] == "8.2 % of the dots are enough (7.5 to 9.3 %)"
+    np.testing.assert_array_equal(words[1], render.along_smallest_axis(prepared.points))
     image = np.asarray(Image.open(tmp_path / "view.png"))
     black = np.argwhere((image == 0).all(axis=2))
     camera = render.aim(
@@ -698,10 +699,16 @@ def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeyp
     dots["interface"] = np.concatenate([up, down]).astype(int)
     dots["propensity_smoothed"] = np.tile(np.linspace(9, 6, 3000), 2) * dots["partner"]
     dots.assign(gap=10 * dots["partner"]).to_csv(inputs["dots"])
-    pd.DataFrame({"auc": [0.75]}).to_csv(inputs["agreement"], index=False)
+    rows = [(1, "flatness", 0.9), (1, "propensity_smoothed", 0.75), (2, "propensity_smoothed", 0.5)]
+    agreement = pd.DataFrame(rows, columns=["partner", "score", "auc"])
+    agreement.assign(low=agreement["auc"] - 0.1, high=agreement["auc"] + 0.1).to_csv(
+        inputs["agreement"], index=False
+    )
     shown = []
     monkeypatch.setattr(
-        draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[4], given[1])) or title
+        draw_pair,
+        "coloured_page",
+        lambda title, *given: shown.append((title, given[4], given[1], given[6])) or title,
     )
     agreements = []  # the figure itself is tested in test_drawn_surfaces.py
     monkeypatch.setattr(
@@ -710,8 +717,12 @@ def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeyp
     no_atoms = {"structure_1": None, "structure_2": None}
     rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "seed": 1, "name": "pair"}
     draw_pair.main(**inputs, **no_atoms, **outputs, **rest)
-    assert agreements[0]["auc"].tolist() == [0.75]
-    for side, (title, values, turned) in enumerate(shown, 1):
+    assert agreements[0]["auc"].tolist() == [0.9, 0.75, 0.5]
+    assert [each[3] for each in shown] == [
+        "AUC 0.75 (0.65 to 0.85) for the interface",
+        "AUC 0.50 (0.40 to 0.60) for the interface",
+    ]
+    for side, (title, values, turned, _) in enumerate(shown, 1):
         front = turned.normals[(up, down)[side - 1]].mean(axis=0)
         assert front[2] > 0.95 * np.linalg.norm(front)  # the interface faces the viewer
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"

@@ -306,7 +306,7 @@ def d_card(summary: pd.DataFrame, reading: str, first: str) -> dict[str, Any]:
     places = [against_zero(*ends) for ends in rows[["d_cv_low", "d_cv_high"]].to_numpy()]
     return {
         "reading": reading,
-        "d": number(rows["d_cv"].median(), 1),
+        "d": number(rows["d_cv"].median()),
         "n_S": share(rows["n_S_percent"].median()),
         "n": len(rows),
         "interval": limits(rows),
@@ -320,7 +320,7 @@ def d_card(summary: pd.DataFrame, reading: str, first: str) -> dict[str, Any]:
 def limits(rows: pd.DataFrame) -> str:
     """Format the 95 % interval of d; of several surfaces the widest limits; empty if unknown."""
     low, high = rows["d_cv_low"].min(), rows["d_cv_high"].max()
-    return "" if math.isnan(low) else f"{number(low, 1)} to {number(high, 1)}"
+    return "" if math.isnan(low) else f"{number(low)} to {number(high)}"
 
 
 def ranges_rows(summary: pd.DataFrame, readings: list[str]) -> list[list[str]]:

@@ -65,7 +65,9 @@ def best_maps(grid: pd.DataFrame, name: str = "") -> Figure:
         row = grid.iloc[int(d.argmax()) if d.notna().any() else 0]
         best = _maps(figure, grid[grid.beta == row.beta], f"d_{reading}", (scale, levels), (x, 12), SIDE, 0)
         layout.letter(figure, x - 11, 1, ascii_uppercase[k])
-        layout.text(figure, x - 6, 1.3, f"{READINGS[reading].words}, α = {row.alpha:g}\n{best}")
+        layout.text(
+            figure, x - 6, 1.3, f"{READINGS[reading].words}, α = {row.alpha:g}, β = {row.beta:g}\n{best}"
+        )
     _bar(figure, scale, limits, levels, 4 + pitch * len(readings), 12, SIDE)
     _key(figure, SIDE + 22, {f"highest $d${SELECTED}": BEST_OF_ALL})
     return figure
@@ -120,7 +122,14 @@ def _prepared(
     grid = grid[grid.alpha == grid.alpha.max()].reset_index(drop=True)
     scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
     better = {READINGS[reading].words: layout.better_than_uniform(grid, reading) for reading in readings}
-    return grid, readings, scale, limits, levels, layout.beats_uniform(better, "combinations")
+    return (
+        grid,
+        readings,
+        scale,
+        limits,
+        levels,
+        layout.beats_uniform(better, f"with α = {grid.alpha.max():g}"),
+    )
 
 
 def _bar(

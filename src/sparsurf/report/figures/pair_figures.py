@@ -73,7 +73,7 @@ def book_figure(
         cameras,
         tables,
         "propensity_smoothed",
-        "rank of the distance\nto the nearest patch (%)\n(low: good match)",
+        "rank of the smoothed\ndistance of patches (%)\n(low: good match)",
     )
     if both:
         for side in (0, 1):
@@ -104,7 +104,10 @@ def where_matches_lie(sides: Sequence[dict[str, Any]]) -> str:
         return f"matching patches lie at the interface of partner {at[0]} only"
     if all(side["place"] == "below" for side in sides):
         return "matching patches lie away from the interface"
-    return "matching patches do not mark the interface"
+    away = "".join(
+        f", and lie away from it on partner {side['side']}" for side in sides if side["place"] == "below"
+    )
+    return f"matching patches do not mark the interface{away}"
 
 
 def _row(
@@ -228,7 +231,7 @@ def _of_all(means: pd.DataFrame, single: bool) -> str:
     known = main_and_baseline(by_score, "mean")
     limits = "" if single else f" ({number(known['low'])} to {number(known['high'])})"
     opponent = f"{known['baseline'].split(' (')[0]} {number(known['baseline_auc'])}"
-    return f"{'one pair: ' * single}AUC of complementarity {number(known['auc'])}{limits}, of {opponent}"
+    return f"{'one pair: ' * single}AUC of smoothed complementarity {number(known['auc'])}{limits}, of {opponent}"
 
 
 @styled

@@ -12,10 +12,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
-from sparsurf.recovery.readings import RECOVERED
+from sparsurf.recovery.readings import READINGS, RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
-from sparsurf.report.numbers import enough_dots, short_names
+from sparsurf.report.numbers import enough_dots, share, short_names
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.study.tables import read_table
 
@@ -59,13 +59,13 @@ class Tables(NamedTuple):
 
 
 class Coded(NamedTuple):
-    """All combinations as coded: n_S in %, Z of the sampling and of the uniform subset, how many are better, the mean patch."""
+    """All combinations as coded: n_S in %, Z of the sampling and of the uniform subset, the mean patch, and the head."""
 
     n: np.ndarray
     sampled: np.ndarray
     uniform: np.ndarray
-    better: int
     mean_patch: float
+    head: str
 
 
 class Panel(NamedTuple):
@@ -141,8 +141,12 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     top = max(ax.get_ylim()[1] for ax in drawing.axes)
     for ax in drawing.axes:
         ax.set_ylim(0, top)
-    if coded is not None:
+    if coded is not None and surfaces[0].grid is not None:
         drawing.axes[0].set_ylabel("error Z of the descriptors, as written")
+        drawing.axes[0].text(
+            0.98, 0.98, f"as written: {_count(surfaces[0].grid, reading)}", transform=drawing.axes[0].transAxes,
+            ha="right", va="top", color=CLOUD, path_effects=layout.HALO,
+        )  # fmt: skip
         ax = drawing.add_subplot(rows, columns, 2)
         _draw_coded(ax, coded, next(iter(panels.values())), floor)
         if np.isfinite(coded.mean_patch):
@@ -151,7 +155,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
         ticks = drawing.axes[0].get_xticks()
         ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         ax.set_xlim(drawing.axes[0].get_xlim())
-    handles = _legend_handles(panels, floor, coded)
+    handles = _legend_handles(panels, floor, READINGS[reading].words, coded)
     if single:
         drawing.legend(handles=handles, loc="outside right upper", labelspacing=0.9, handlelength=2.2)
     else:
@@ -184,15 +188,27 @@ def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
     if len(surfaces) > 1 or grid is None or not columns <= set(grid):
         return None
     sampled, uniform = (grid[f"{name}_{CODED_READING}"].to_numpy() for name in ("Z_tS", "Z_tR"))
-    better, _ = layout.better_than_uniform(grid, CODED_READING)
-    return Coded(grid["n_S_percent"].to_numpy(), sampled, uniform, better, surfaces[0].mean_patch)
+    n, mean_patch = grid["n_S_percent"].to_numpy(), surfaces[0].mean_patch
+    head = f"as coded (another scale): {_count(grid, CODED_READING)}"
+    better = n[np.minimum(sampled, uniform) < mean_patch]
+    if np.isfinite(mean_patch) and not len(better):
+        head += "\nall are worse than the mean patch"
+    elif len(better) and better.min() > n.min():
+        head += f"\nbelow {share(better.min())} % of the dots worse than the mean patch"
+    return Coded(n, sampled, uniform, mean_patch, head)
+
+
+def _count(grid: pd.DataFrame, reading: str) -> str:
+    """Count the combinations that are better than a uniform subset under a reading."""
+    better, total = layout.better_than_uniform(grid, reading)
+    return f"{better:,} of {total:,} beat uniform dots"
 
 
 def _draw_coded(ax: Axes, coded: Coded, panel: Panel, floor: str) -> None:
     """Draw all combinations as coded and their uniform subsets, on their own scale: there a Z is several times larger."""
     ax.scatter(coded.n, coded.uniform, s=2.5, color=UNIFORM, alpha=0.35, linewidths=0, rasterized=True)
     _draw(ax, Panel((coded.n, coded.sampled), {}, panel.floors, (np.nan, np.nan)), floor, [floor])
-    ax.set_title(f"as coded, {coded.better:,} of {len(coded.n):,} beat uniform dots")
+    ax.set_title(coded.head)
     ax.set_ylim(0, 1.04 * np.nanmax([coded.sampled, coded.uniform]))
     ax.set_ylabel("error Z of the descriptors, as coded")
 
@@ -250,11 +266,13 @@ def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
     ax.set(xlabel="dots kept (% of the surface)", ylabel="error Z of the descriptors (0: none)")
 
 
-def _legend_handles(panels: dict[str, Panel], floor: str, coded: Coded | None = None) -> list[Line2D]:
+def _legend_handles(
+    panels: dict[str, Panel], floor: str, reading: str, coded: Coded | None = None
+) -> list[Line2D]:
     """Return the entries of the legend: all combinations, every curve, every noise floor with its Z if there is one panel."""
     handles = []
     if any(len(panel.cloud[0]) for panel in panels.values()):
-        words = "paper's sampling,\nall combinations"
+        words = "paper's sampling,\nall combinations" + (f",\n{reading}" if coded is None else "")
         handles.append(Line2D([], [], color=CLOUD, marker="o", markersize=3, linestyle="", label=words))
     for key in dict.fromkeys(key for panel in panels.values() for key in panel.lines):
         colour, words = _look(*key)

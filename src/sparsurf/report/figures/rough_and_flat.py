@@ -29,6 +29,7 @@ REFERENCES = {
     "Z_mean_descriptor": ("mean patch for all", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
+BOX_OF_UNIFORM = "#A0A0A0"  # grey, as the median of a black box could not be seen
 MIN_VALUES = 5  # of a box plot
 KEPT = "around kept dots"  # in the title of a panel
 PITCH, PICTURE = 61.0, 18.5  # mm, from panel to panel, and side of the picture of a patch
@@ -99,7 +100,7 @@ def figure(
         _patch(figure, 5 + PITCH * k, 1.3, *patch)
     handles: list[Artist] = [
         Patch(facecolor=layout.SAMPLED, edgecolor="black", label="$Z_{tS}(j)$, sampled"),
-        Patch(facecolor=layout.RANDOM, edgecolor="black", label="$Z_{tR}(j)$, uniform"),
+        Patch(facecolor=BOX_OF_UNIFORM, edgecolor="black", label="$Z_{tR}(j)$, uniform"),
     ]
     for k, (title, roughness, z_ts, z_tr) in enumerate(panels):
         x, y = PITCH * (k % 2), top + 58 * (k // 2)
@@ -160,7 +161,7 @@ def _boxes(
     Fewer than `MIN_VALUES` values are drawn as dots.
     """
     width = edges[1] - edges[0]
-    for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, layout.RANDOM, 0.2)):
+    for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, BOX_OF_UNIFORM, 0.2)):
         values = [z[dots][np.isfinite(z[dots])] for dots in chosen.values()]
         centres = [edges[k] + (0.5 + side) * width for k in chosen]
         few = np.array([len(z_in_bin) < MIN_VALUES for z_in_bin in values])

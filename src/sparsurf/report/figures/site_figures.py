@@ -220,7 +220,7 @@ def changes_figure(
     handles = [Patch(facecolor=colour, edgecolor="0.6", label=words) for words, colour in meanings.items()]
     layout.legend(figure, 30, HEIGHT + 7, handles, ncols=2)
     figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
-        "change over its floor"
+        "change of shape and fields, over its floor"
     )
     _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table, scale)
     return figure
@@ -240,7 +240,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     ax.set_xticks(position[shown], np.asarray(names)[shown])
     ax.set(
         xlabel="residue (no bar: buried, or missing from a form)",
-        ylabel="change / standard deviation",
+        ylabel="change of shape and\nfields within 10 Å (sd)",
         xlim=(-0.5, position[-1] + 0.5),
         ylim=(0, None),
     )
@@ -252,10 +252,14 @@ def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
     taken: list[int] = []
     room = NAME_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
     change = table["over_floor"].to_numpy()
+    highest = table[["total", "total_floor", "total_moved"]].max(axis=1).fillna(0).to_numpy()
     for row in np.argsort(-np.nan_to_num(change), kind="stable")[:N_NAMED]:
         place = int(position[row])
         if change[row] > 1 and all(abs(place - other) >= room for other in taken):
-            name, residue, height = table[["residue_name", "residue", "total"]].iloc[row]
+            name, residue = table[["residue_name", "residue"]].iloc[row]
+            height = highest[
+                np.abs(position - place) < room / 2
+            ].max()  # above its neighbours and their floors
             ax.text(place, height, f"{name}{residue}", ha="center", va="bottom", path_effects=layout.HALO)
             taken.append(place)
 

@@ -178,7 +178,7 @@ def _by_range(summary: pd.DataFrame) -> Figure:
             of_surface = (winners.protein == protein) & (winners.conformation == conformation)
             _surface(panels, winners[of_surface], s)
         for panel, parameter in zip(panels, GREEK, strict=False):
-            known = np.unique(winners[parameter])
+            known = np.unique(winners_of_all[parameter])  # the same for all readings
             layout.ticks(panel.yaxis, known, 18)
             panel.set_ylim(known[0] - 0.2 * (np.ptp(known) or 1), known[-1] + 0.2 * (np.ptp(known) or 1))
         panels[-1].set_ylim(ends)

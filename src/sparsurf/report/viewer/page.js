@@ -18,6 +18,7 @@ async function start() {
   cover = makeCover(dots, head.step, head.radius);
   keep = new Uint8Array(n);
   rough = Float32Array.from(dots["value 0"], (value) => head.values[0].low + ((head.values[0].high - head.values[0].low) * value) / 254);
+  view.turn = [...head.turn];
   scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron));
   if (element("up")) element("up").hidden = window.top !== window; // inside of a report
   fillMenus();
@@ -189,7 +190,7 @@ function zoom(factor) {
 }
 
 function putBack() {
-  Object.assign(view, { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1 });
+  Object.assign(view, { turn: [...head.turn], shift: [0, 0], zoom: 1 });
   redraw();
 }
 

@@ -66,7 +66,8 @@ def page(
     minimal: Sequence[int] = (),
     opens: tuple[str, int | str] | None = None,
     up: str = "../../index.html",
-    enough: str = "",
+    says: str = "",
+    turn: np.ndarray | None = None,
 ) -> str:
     """Render the page, with everything in one file.
 
@@ -94,8 +95,10 @@ def page(
         The sampler that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'.
     up : str
         Link to the page of the run; empty for none.
-    enough : str
-        How many dots are enough, see `numbers.enough_dots`.
+    says : str
+        A further answer below the title.
+    turn : (3, 3) float64, optional
+        Rotation of the first view; its rows point right, up and to the viewer.
 
     Returns
     -------
@@ -106,7 +109,7 @@ def page(
     parts = {
         "%TITLE%": escape(title),
         "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}."
-        + (f" {enough[0].upper()}{enough[1:]}." if enough else ""),
+        + (f" {says[0].upper()}{says[1:]}." if says else ""),
         "%UP%": f'<a id="up" href="{escape(up)}">All of this run</a>' if up else "",
         "%STYLE%": _read("page.css"),
         "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
@@ -116,6 +119,7 @@ def page(
         dots = np.sort(next(iter(orders.values()))[:most])
         whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
         header = _header(surface, dots, radius, whole, grid, best, values, minimal)
+        header["turn"] = np.round(np.eye(3) if turn is None else turn, 6).ravel().tolist()
         header["sampler"], header["colour"] = opens or (next(iter(header["samplers"])), 0)
         columns = dot_columns(surface, dots, whole, residues, values, header)
         if len(minimal):
@@ -138,6 +142,7 @@ def coloured_page(
     seed: int,
     values: Sequence[Values],
     residues: Sequence[str] = (),
+    says: str = "",
 ) -> str:
     """Render the page of a surface without a grid, which opens with all dots in the colours of the first values.
 
@@ -145,7 +150,7 @@ def coloured_page(
     ----------
     title : str
     name : str, of the surface, from which the order of its dots is drawn
-    surface, values, residues : as for `page`
+    surface, values, residues, says : as for `page`
     patches : dict, the section `patches` of the config
     seed : int
     """
@@ -153,7 +158,7 @@ def coloured_page(
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
         title, surface, prepared.roughness, prepared.cover, prepared.r_patch, {"farthest": order},
-        residues=residues, values=values, opens=("all", 1),
+        residues=residues, values=values, opens=("all", 1), says=says,
     )  # fmt: skip
 
 
