@@ -79,13 +79,13 @@ def test_the_combinations_as_coded_have_their_own_panel():
         np.testing.assert_array_equal(cloud.get_offsets(), grid[["n_S_percent", column]])
     assert (
         coded.get_title()
-        == "as coded (another scale): 30 of 200 beat uniform dots\nall are worse than the mean patch"
+        == "as coded (another scale)\n30 of 200 beat uniform dots\nall are worse than the mean patch"
     )
     assert [text.get_text() for text in written.texts] == ["as written: 170 of 200 beat uniform dots"]
     high = tables._replace(mean_patch=grid["Z_tS_as_coded"].median())
     n = grid["n_S_percent"][np.minimum(grid["Z_tS_as_coded"], grid["Z_tR_as_coded"]) < high.mean_patch].min()
     title = required_dots.figure([high]).axes[1].get_title()
-    assert title.endswith(f"\nbelow {share(n)} % of the dots worse than the mean patch")
+    assert title.endswith(f"\nbelow {share(n)} % worse than the mean patch")
     assert [ax.get_ylabel()[-10:] for ax in (written, coded)] == ["as written", ", as coded"]
     assert coded.get_xlim() == written.get_xlim()
     assert curves_in(coded) == {} and coded.get_ylim()[1] > grid["Z_tR_as_coded"].max()

@@ -189,12 +189,12 @@ def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
         return None
     sampled, uniform = (grid[f"{name}_{CODED_READING}"].to_numpy() for name in ("Z_tS", "Z_tR"))
     n, mean_patch = grid["n_S_percent"].to_numpy(), surfaces[0].mean_patch
-    head = f"as coded (another scale): {_count(grid, CODED_READING)}"
+    head = f"as coded (another scale)\n{_count(grid, CODED_READING)}"
     better = n[np.minimum(sampled, uniform) < mean_patch]
     if np.isfinite(mean_patch) and not len(better):
         head += "\nall are worse than the mean patch"
     elif len(better) and better.min() > n.min():
-        head += f"\nbelow {share(better.min())} % of the dots worse than the mean patch"
+        head += f"\nbelow {share(better.min())} % worse than the mean patch"
     return Coded(n, sampled, uniform, mean_patch, head)
 
 
