@@ -10,7 +10,9 @@ import pandas as pd
 import pytest
 
 import reproduce_paper
+from drawn import colour_of, legend_of
 from sparsurf.paper import published_runs, replication
+from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.report.page import render
 from sparsurf.report.paper_page import (
     TEMPLATE,
@@ -425,6 +427,16 @@ def test_at_most_six_linking_distances_stand_on_the_page(page):
     assert np.allclose([*found["d"][2].values()], np.add(distances, 2))
 
 
+def test_d_is_correlated_with_the_other_reading_and_with_the_sizes_of_patches(page):
+    """By hand: d as written is twice d as coded; ln of the ratio of the sizes has another order."""
+    d = np.array([1.0, 2.0, 4.0])
+    sizes = {"median_patch_size_as_coded": [10.0, 80.0, 20.0], "median_patch_size_uniform_as_coded": 10.0}
+    columns = {"d_as_coded": d, "d_as_written": 2 * d, "median_patch_size_as_written": 100.0} | sizes
+    found = paper_page(page | {"grid": page["grid"][:3].assign(**columns)})["links"]
+    assert found["correlation"] == pytest.approx(1)
+    assert found["fragments"] == pytest.approx(np.corrcoef(d, [0, 3, 1])[0, 1])
+
+
 @pytest.mark.parametrize(("d_high", "said"), [(-0.1, "loses to"), (0.1, "does not beat")])
 def test_a_sampling_that_is_no_worse_is_not_said_to_lose(page, d_high, said):
     ends = {"d_low_as_written": -0.3, "d_high_as_written": d_high}
@@ -526,6 +538,22 @@ def test_the_published_best_must_be_among_ours_with_its_d(page):
     assert best(2.69, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("yes", False)
     assert best(2.4, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("in part", True)
     assert best(2.69, "(1, 0, 2, 4)") == ("no", False)
+
+
+def test_published_values_outside_of_the_runs_have_another_colour():
+    """Each measure by itself: d of the first row and Z of the second lie outside."""
+    ends = {"d_lowest": [1.0, 1.0], "d_highest": 2.0, "Z_tS_lowest": [3.0, 3.0], "Z_tS_highest": 5.0}
+    published = {"d_published": [2.5, 1.5], "Z_tS_published": [4.0, 2.0]}
+    places = pd.DataFrame(ends | published).assign(binning="half-open", n_runs=40)
+    rows = pd.DataFrame({key: [1, 0] for key in ["alpha", "beta", "gamma", "delta"]}).assign(
+        n_S_low_percent=5, n_S_high_percent=15, d_as_written=-0.1, Z_tS_as_written=0.9
+    )
+    figure = table1_figure(places, rows)
+    colours = [[colour_of(line) for line in ax.lines if line.get_marker() == "D"] for ax in figure.axes]
+    assert colours == [["#D55E00", "#000000"], ["#000000", "#D55E00"]]
+    assert [words for words, colour in legend_of(figure) if colour == "#D55E00"] == [
+        "published, outside of the runs"
+    ]
 
 
 def test_kept_dots_are_counted_from_rough_to_flat(page):

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.layout import RANDOM, SAMPLED, styled
+from sparsurf.report.figures.layout import DARK, SAMPLED, styled
 from sparsurf.report.numbers import share
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ OTHER: dict[str, Any] = {
     "marker": "o",
     "markersize": 3.5,
     "linestyle": "",
-    "color": RANDOM,
+    "color": DARK,
     "markerfacecolor": "none",
     "zorder": 2,
 }
