@@ -946,3 +946,18 @@ def test_dots_that_were_moved_are_no_longer_those_of_the_molecule():
 def test_fields_of_dots_and_molecule_in_the_wrong_order_are_refused():
     with pytest.raises(InputError, match="give the molecule first"):
         sparsurf.fields(sparsurf.surface(PEPTIDE), sparsurf.read_molecule(PEPTIDE))
+
+
+def test_the_steps_of_recover_and_the_frame_of_write_count(tmp_path, monkeypatch):
+    given = []
+    monkeypatch.setattr(
+        "sparsurf.api.minimal.recovered_dots",
+        lambda points, normals, *rest: given.extend(rest) or (points, normals),
+    )
+    sparsurf.recover((np.eye(3), np.eye(3)), density=3, reach=1.7, steps=2)
+    assert given[:3] == [3, 1.7, 2]
+    molecule = sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb", residues="209-210")
+    two = replace(molecule, xyz=np.concatenate([molecule.xyz, molecule.xyz + 1]))
+    sparsurf.write(two, tmp_path / "second.pdb", frame=1)
+    written = sparsurf.read_molecule(tmp_path / "second.pdb")
+    assert np.allclose(written.xyz[0], molecule.xyz[0] + 1, atol=1e-3)

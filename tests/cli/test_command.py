@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pandas as pd
@@ -941,6 +942,34 @@ def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
     call = ["recover", str(tmp_path / "few.csv"), "-o", str(tmp_path / "dots.csv")]
     assert command.main([*call, "--density", "7", "--reach", "1.7", "--steps", "3"]) != 0
     assert called == [(len(few[::10]), {"density": 7.0, "reach": 1.7, "steps": 3})]
+
+
+@pytest.mark.parametrize(
+    ("function", "words", "wanted"),
+    [
+        ("roughness", "--r-patch 5 --d-link 0.7", {"radius": 5.0, "d_link": 0.7}),
+        ("minimal", "--percent 8 --seed 5 --d-link 0.7 --relax", {"percent": 8.0, "seed": 5, "d_link": 0.7, "relax": True}),
+        ("minimal", "--dots 90 --sampler voxel", {"n_dots": 90, "sampler": "voxel", "relax": False}),
+        ("descriptors", "--radius 5 --down --d-link 0.7", {"radius": 5.0, "up": False, "d_link": 0.7}),
+        ("mesh", "--cavities remove --probe 1.5 --radii bondi", {"cavities": "remove", "probe_radius": 1.5, "radii": "bondi"}),
+    ],
+)  # fmt: skip
+def test_options_reach_the_functions(function, words, wanted, tmp_path, monkeypatch):
+    """With other values than the defaults."""
+    called = []
+
+    def record(*_, **settings):
+        called.append(settings)
+        raise InputError("that is enough")
+
+    name = "surface" if function == "mesh" else function
+    monkeypatch.setattr(import_module(f"sparsurf.cli.{name}"), function, record)
+    call = [name, str(ROOT / "data" / "tdp43" / "topology.pdb"), "--residues", "209-212", *words.split()]
+    call += (
+        ["--mesh", "-o", str(tmp_path / "x.ply")] if function == "mesh" else ["-o", str(tmp_path / "x.csv")]
+    )
+    assert command.main(call) != 0
+    assert {key: called[0][key] for key in wanted} == wanted
 
 
 @pytest.mark.parametrize("kind", ["published", "rotation_robust"])
