@@ -2,6 +2,8 @@
 
 import ast
 import json
+from importlib import import_module
+from inspect import signature
 
 import numpy as np
 import pandas as pd
@@ -17,6 +19,8 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation.protocol import DEFAULTS
 from sparsurf.streams import stream
+from sparsurf.study.prepared_surface import prepare_surface
+from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.config import check_config
 
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
@@ -30,6 +34,30 @@ def test_no_table_begins_with_the_numbers_of_its_rows(path):
     written = [node for node in calls if isinstance(node.func, ast.Attribute) and node.func.attr == "to_csv"]
     keywords = [{word.arg: ast.unparse(word.value) for word in call.keywords} for call in written]
     assert all(words.get("index") == "False" for words in keywords)
+
+
+@pytest.mark.parametrize("script", ["evaluate_grid", "measure_floors", "select_minimal_subset", "draw_view"])
+@pytest.mark.parametrize("moved", [True, False])
+def test_the_two_rules_of_the_published_sampling_are_not_exchanged(script, moved, monkeypatch):
+    module, given = import_module(script), []
+
+    def record(*args, **kwargs):
+        given.append(signature(prepare_surface).bind(*args, **kwargs).arguments)
+        raise InputError("that is enough")
+
+    dots = Surface(np.eye(3), np.eye(3))
+    for name, own in {
+        "prepare_surface": record,
+        "read_npz": lambda _: dots,
+        "with_fields": lambda surface, _: surface,
+        "read_roughness": lambda *_: np.ones(3),
+    }.items():
+        monkeypatch.setattr(module, name, own, raising=False)
+    rules = {"distance_from_moved_centre": moved, "chance_in_every_patch": not moved}
+    values = dict.fromkeys(signature(module.main).parameters) | rules | {"sampling": rules, "field_names": []}
+    with pytest.raises(InputError):
+        module.main(**{name: values[name] for name in signature(module.main).parameters})
+    assert {name: given[0][name] for name in rules} == rules
 
 
 def models(path, n):
