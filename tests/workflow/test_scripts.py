@@ -4,12 +4,14 @@ import ast
 import json
 from importlib import import_module
 from inspect import signature
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import choose_frames
+import match_partners
 import prepare_system
 import simulate_stage
 from conftest import ROOT
@@ -17,6 +19,7 @@ from peptides import peptide, write
 from small_study import EMBEDDED
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs import matching
 from sparsurf.simulation.protocol import DEFAULTS
 from sparsurf.streams import stream
 from sparsurf.study.prepared_surface import prepare_surface
@@ -58,6 +61,37 @@ def test_the_two_rules_of_the_published_sampling_are_not_exchanged(script, moved
     with pytest.raises(InputError):
         module.main(**{name: values[name] for name in signature(module.main).parameters})
     assert {name: given[0][name] for name in rules} == rules
+
+
+def test_the_interface_of_the_config_counts_in_every_table_of_a_pair(tmp_path, monkeypatch):
+    given, table = (
+        {},
+        pd.DataFrame({"similarity_smoothed": [1.0], "interface": [0], "propensity_smoothed": [1.0]}),
+    )
+    fake = SimpleNamespace(
+        AREAS=matching.AREAS,
+        CONTACTS=matching.CONTACTS,
+        match=lambda *_: None,
+        maps=lambda *_: None,
+        by_dot=lambda match, position, maps, interface: given.update(dots=interface) or table.copy(),
+        agreement=lambda match, position, maps, interface, **_: given.update(agreement=interface),
+        best_pairs=lambda _: pd.DataFrame(),
+        contacts=lambda first, second, interface, *_: given.update(contacts=interface),
+    )
+    for name, own in {
+        "matching": fake,
+        "read_partners": lambda *_: [SimpleNamespace(surface=None, residues=None)] * 2,
+        "select_centres": lambda *_: None,
+        "write_ply": lambda *_: None,
+        "pair_page": lambda *args: given.update(page=args[4]["complementarity"]["interface"]) or {},
+        "partner_labels": lambda _: None,
+        "write": lambda *_, **__: None,
+    }.items():
+        monkeypatch.setattr(match_partners, name, own)
+    outputs = {name: str(tmp_path / f"{name}.csv") for name in ("dots", "best", "agreement", "contacts")}
+    values = dict.fromkeys(signature(match_partners.main).parameters, 1) | outputs | {"interface": 4.5}
+    match_partners.main(**values | {"patches": {"descriptor": "published", "R_zernike": 6.0}})
+    assert given == dict.fromkeys(("dots", "agreement", "contacts", "page"), 4.5)
 
 
 def models(path, n):
