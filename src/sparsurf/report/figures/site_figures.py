@@ -242,25 +242,34 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
         xlabel="residue (no bar: buried, or missing from a form)",
         ylabel="change of shape and\nfields within 10 Å (sd)",
         xlim=(-0.5, position[-1] + 0.5),
-        ylim=(0, None),
+        ylim=(0, 1.15 * table[["total", "total_floor", "total_moved"]].max(axis=None)),  # with room for names
     )
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
 
 
 def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
-    """Write the names of the residues that change most over their floors above their bars, where there is room."""
+    """Write the names of the residues that change most over their floors, with a line to their bars, where there is room."""
     taken: list[int] = []
     room = NAME_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
     change = table["over_floor"].to_numpy()
     highest = table[["total", "total_floor", "total_moved"]].max(axis=1).fillna(0).to_numpy()
+    top = highest.max(initial=0.0)
     for row in np.argsort(-np.nan_to_num(change), kind="stable")[:N_NAMED]:
         place = int(position[row])
         if change[row] > 1 and all(abs(place - other) >= room for other in taken):
-            name, residue = table[["residue_name", "residue"]].iloc[row]
-            height = highest[
-                np.abs(position - place) < room / 2
-            ].max()  # above its neighbours and their floors
-            ax.text(place, height, f"{name}{residue}", ha="center", va="bottom", path_effects=layout.HALO)
+            name, residue, change_here = table[["residue_name", "residue", "total"]].iloc[row]
+            height = (
+                highest[np.abs(position - place) < room / 2].max() + top / 30
+            )  # above its neighbours and their floors
+            ax.annotate(
+                f"{name}{residue}",
+                (place, change_here),
+                (place, height),
+                ha="center",
+                va="bottom",
+                path_effects=layout.HALO,
+                arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0},
+            )
             taken.append(place)
 
 
