@@ -11,9 +11,11 @@ import pandas as pd
 import pytest
 
 import choose_frames
+import compare_samplers
 import match_partners
 import prepare_system
 import simulate_stage
+import tabulate_residues
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import EMBEDDED
@@ -23,6 +25,7 @@ from sparsurf.pairs import matching
 from sparsurf.simulation.protocol import DEFAULTS
 from sparsurf.streams import stream
 from sparsurf.study.prepared_surface import prepare_surface
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.config import check_config
 
@@ -61,6 +64,40 @@ def test_the_two_rules_of_the_published_sampling_are_not_exchanged(script, moved
     with pytest.raises(InputError):
         module.main(**{name: values[name] for name in signature(module.main).parameters})
     assert {name: given[0][name] for name in rules} == rules
+
+
+def test_residues_do_not_count_the_walls_of_cavities(monkeypatch):
+    given, dots = [], Surface(np.eye(3), np.eye(3))
+
+    def record(*args):
+        given.extend(args)
+        raise InputError("that is enough")
+
+    for name, own in {
+        "with_fields": lambda *_: dots,
+        "read_npz": lambda _: dots,
+        "read_study_structure": lambda _: None,
+        "read_minimal": lambda *_: pd.DataFrame({"dot": [1], "weight": [2.0]}),
+        "read_roughness": lambda *_: np.ones(3),
+        "stored_components": lambda surface: ("components", surface),
+        "residue_table": record,
+    }.items():
+        monkeypatch.setattr(tabulate_residues, name, own)
+    with pytest.raises(InputError):
+        tabulate_residues.main(**dict.fromkeys(signature(tabulate_residues.main).parameters, "x"))
+    assert given[5] == ("components", dots)
+
+
+def test_sparse_dots_of_a_comparison_lie_on_the_surface_of_the_study(tmp_path):
+    settings = {"radii": "bondi", "probe_radius": 2.5, "reentrant": "dms", "cavities": "remove"}
+    place = compare_samplers._place_dots(str(ROOT / EMBEDDED["structure"]), settings)
+    molecule = read_molecule(ROOT / EMBEDDED["structure"])
+    assert {key: place.keywords[key] for key in ("probe", "reentrant", "cavities")} == {
+        "probe": 2.5,
+        "reentrant": "dms",
+        "cavities": "remove",
+    }
+    np.testing.assert_array_equal(place.args[1], radii(molecule, "bondi"))
 
 
 def test_the_interface_of_the_config_counts_in_every_table_of_a_pair(tmp_path, monkeypatch):

@@ -242,7 +242,10 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
         xlabel="residue (no bar: buried, or missing from a form)",
         ylabel="change of shape and\nfields within 10 Å (sd)",
         xlim=(-0.5, position[-1] + 0.5),
-        ylim=(0, 1.15 * table[["total", "total_floor", "total_moved"]].max(axis=None)),  # with room for names
+        ylim=(
+            0,
+            1.15 * np.nan_to_num(table[["total", "total_floor", "total_moved"]].to_numpy(float)).max(),
+        ),  # with room for names
     )
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
 
