@@ -1,4 +1,4 @@
-"""Draw both partners of a pair, opened like a book, and a page of each with the binding propensity of its dots."""
+"""Draw both partners of a pair, opened like a book, and a page of each with the rank of every dot by its match."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -43,8 +43,7 @@ def main(
     scores = pd.read_csv(agreement)
     layout.save(book_figure(name, surfaces, tables, scores), png.removesuffix(".png"))
     auc = scores[scores["score"] == MAIN_SCORE].set_index("partner")[["auc", "low", "high"]]
-    touching = [table["interface"].to_numpy() == 1 for table in tables]
-    pages = opened(surfaces, touching if all(mask.any() for mask in touching) else None)
+    pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
     files = (structure_1, view_1), (structure_2, view_2)
     for side, (surface, page, table, (structure, view)) in enumerate(
         zip(surfaces, pages, tables, files, strict=True), 1

@@ -53,7 +53,7 @@ def book_figure(
     """
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     both = all(mask.any() for mask in touching)
-    pages = opened(surfaces, touching if both else None)
+    pages = opened(surfaces, touching)
     cameras = [
         render.aim(surface.points, page, layout.pixels(PAGE_WIDTH, PAGE_HEIGHT))
         for surface, page in zip(surfaces, pages, strict=True)
@@ -144,21 +144,21 @@ def _page(
     )
 
 
-def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray] | None = None) -> list[np.ndarray]:
+def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return rotations that look at each partner from the other, with a common upright hinge between the pages.
 
     Parameters
     ----------
     surfaces : two Surface
-    touching : two (N,) bool, optional
-        The interface; without it the partners face each other along the line between their centres.
+    touching : two (N,) bool
+        The interface; if a partner has none, they face each other along the line between their centres.
 
     Returns
     -------
     two (3, 3) float64, rows point right, up and to the viewer
     """
     first, second = surfaces
-    if touching is None:
+    if not all(mask.any() for mask in touching):
         facing, around = second.points.mean(axis=0) - first.points.mean(axis=0), first.points
     else:
         facing = first.normals[touching[0]].mean(axis=0) - second.normals[touching[1]].mean(axis=0)
