@@ -1,6 +1,7 @@
 """A study of many structures in batches: values as the functions give them, one row for each failure."""
 
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -121,6 +122,9 @@ def test_export_writes_the_files_of_one_structure(many, tmp_path, monkeypatch, c
     assert np.allclose(molecule.b_factor, roughness, atol=0.006)
     assert len(sparsurf.read_surface("out/minimal.ply")) == len(kept)
     assert "structure_roughness.pdb" in (tmp_path / "out/open.pml").read_text()
+    for folder in ("out", "new/folder"):  # one that is there, and one in another that is not
+        assert command.main(["export", str(many / "results/many"), "p03", "-o", folder]) == 0
+    assert Path("new/folder/minimal.csv").read_bytes() == Path("out/minimal.csv").read_bytes()
 
 
 @pytest.mark.parametrize(

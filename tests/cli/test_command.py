@@ -203,6 +203,9 @@ def test_a_table_of_frames_names_them_by_their_numbers_in_the_file(folder, tmp_p
     assert table["frame"].unique().tolist() == [2, 1]
     one = sparsurf.surface(folder / "models.pdb", frame=2)
     assert np.allclose(table.loc[table["frame"] == 2, ["x", "y", "z"]], one.points, atol=6e-5)
+    assert ended("surface", folder / "models.pdb", "--frames", "all", "-o", tmp_path / "dots.csv") == 0
+    n_frames = sparsurf.read_molecule(folder / "models.pdb").n_frames
+    assert pd.read_csv(tmp_path / "dots.csv")["frame"].unique().tolist() == list(range(n_frames))
 
 
 def test_an_output_for_each_frame_does_not_replace_the_file_that_is_read(folder, tmp_path, capsys):

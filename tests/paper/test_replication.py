@@ -486,6 +486,21 @@ def test_the_sampling_loses_where_most_combinations_do(page, n_below, loses):
     assert positive(grid, page["family"])["loses"]["as_coded"] is loses
 
 
+def test_combinations_are_counted_by_d_and_by_its_interval():
+    of_coded = {"d": [-0.3, 0.0, 0.1, 0.4, 0.6], "d_low": [-0.4, -0.1, -0.1, 0.2, 0.4]}
+    of_coded |= {"d_high": [-0.2, 0.1, 0.3, 0.6, 0.8]}
+    of_written = {key: [-value for value in reversed(of_coded[of])]
+                  for key, of in (("d", "d"), ("d_low", "d_high"), ("d_high", "d_low"))}  # fmt: skip
+    columns = {f"{key}_as_coded": values for key, values in of_coded.items()}
+    columns |= {f"{key}_as_written": values for key, values in of_written.items()}
+    found = positive(pd.DataFrame(columns), pd.DataFrame({"members": [3, 4], "n_better": [1, 2]}))
+    counts = {"above_0": 3, "above": 2, "below": 1, "mean": pytest.approx(0.16), "largest": 0.6}
+    assert found["counts"]["as_coded"] == counts
+    counts = {"above_0": 1, "above": 1, "below": 2, "mean": pytest.approx(-0.16), "largest": 0.3}
+    assert found["counts"]["as_written"] == counts
+    assert (found["n"], found["members"], found["better"]) == (5, 7, 3)
+
+
 @pytest.mark.parametrize(
     ("share", "few_count", "several"),
     [(0.96, "in part", "yes"), (0.94, "in part", "in part"), (0.04, "in part", "no"), (0.0, "no", "no")],

@@ -182,6 +182,7 @@ def test_a_short_series_has_no_interval():
     assert quality.mean_of_blocks(np.arange(20.0))[1] > 0
     mean, half = quality.mean_of_blocks(np.arange(19.0))
     assert mean == 9.0 and np.isnan(half)
+    assert quality.mean_of_blocks(np.repeat([0.0, 100.0], [19, 1]))[0] == 5.0
     assert np.isnan(quality.mean_of_blocks(np.array([]))).all()
 
 
