@@ -168,7 +168,17 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
     ("logs", "exclude"),
     [
         (["p/c2/compute_surface"], {"p/c2": "compute_surface: ?", "pairs/both": "?", "sites/one": "?"}),
-        (["p/fetch_x.pdb"], {"p": "fetch_x.pdb: ?", "pairs/both": "?", "sites/one": "?", "sites/two": "?"}),
+        *(
+            ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "sites/one": "?", "sites/two": "?"})
+            for job in (
+                "fetch_x.pdb",
+                "unpack_x.pdb",
+                "prepare_system",
+                "simulate_nvt",
+                "judge_simulation",
+                "choose_frames",
+            )
+        ),
         (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
         (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "sites/two": "?"}),
         (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),

@@ -22,8 +22,8 @@ SNAKEMAKES_GREETING = "Using workflow specific profile"
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = (
     "choose_frames",
-    "choose_single_frame",
     "fetch_",
+    "unpack_",
     "prepare_system",
     "simulate_",
     "judge_",
