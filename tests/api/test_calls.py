@@ -16,6 +16,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.api import inputs, writing
+from sparsurf.api.surfaces import surface_settings
 from sparsurf.cli import command, descriptors, options
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
@@ -23,7 +24,9 @@ from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED
+from sparsurf.study.floors import floors_table, measure_floors
 from sparsurf.study.subset_search import warn_if_number_differs
+from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.models import Config
@@ -946,6 +949,75 @@ def test_dots_that_were_moved_are_no_longer_those_of_the_molecule():
 def test_fields_of_dots_and_molecule_in_the_wrong_order_are_refused():
     with pytest.raises(InputError, match="give the molecule first"):
         sparsurf.fields(sparsurf.surface(PEPTIDE), sparsurf.read_molecule(PEPTIDE))
+
+
+def test_noise_floors_are_those_of_the_rules_that_are_given():
+    peptide = sparsurf.read_molecule(PEPTIDE, residues="209-214")
+    rules = {"density": 4.0, "probe_radius": 1.6, "radii": "bondi", "d_link": 1.4, "seed": 3}
+    table = sparsurf.floors(peptide, **rules).set_index("floor")
+    dots = sparsurf.surface(peptide, density=4.0, probe_radius=1.6, radii="bondi", d_link=1.4)
+    prepared = sparsurf.prepare(dots, d_link=1.4, seed=3)
+    settings = surface_settings(1.6, 4.0, "keep")
+    generator = surface_generator(peptide, 0, radii(peptide, "bondi"), settings, 1.4, "own")
+    own = floors_table(measure_floors(prepared, 200, *generator)).set_index("floor")
+    assert len(own) == 4 and own.index[-1].startswith("atoms moved")
+    pd.testing.assert_frame_equal(table, own)
+    other = sparsurf.floors(peptide, **rules | {"seed": 4}).set_index("floor")
+    assert (other["Z"] != table["Z"]).all()
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda dots: sparsurf.minimal(dots, percent=10, n_dots=5),
+            "minimal: give only one of percent, n_dots and max_error.",
+        ),
+        (
+            lambda dots: sparsurf.components(dots, dots),
+            "components: give the molecule first, then its dots.",
+        ),
+        (
+            lambda dots: sparsurf.fields(dots, names=[]),
+            "names: there are no fields; give at least one, such as 'potential'.",
+        ),
+        (
+            lambda dots: sparsurf.fields(dots, names=["potential"], charges=3),
+            "charges is int; it must be table, pdb2pqr or the path of a PQR file.",
+        ),
+        (
+            lambda dots: sparsurf.describe_sites(dots, name="a\n"),
+            "name is 'a\\n'; it must be a string of printable characters.",
+        ),
+        (
+            lambda dots: sparsurf.residues(replace(dots, atom=np.full(len(dots), -1))),
+            "residues: these dots do not say which atom of the molecule they belong to.",
+        ),
+        (
+            lambda dots: sparsurf.residues(
+                dots, roughness_values=np.ma.masked_array(np.ones(len(dots)), dots.atom == 0)
+            ),
+            "roughness_values: the arrays have masked values; leave these dots out.",
+        ),
+        (
+            lambda dots: sparsurf.write(3, "x.csv"),
+            "write: give dots, a mesh, a molecule or a table, not the type int.",
+        ),
+        (
+            lambda dots: sparsurf.Surface(dots.points, dots.normals, fields={"score": np.ones(5)}),
+            r"surface: the field score has the shape (5,), not (3929,).",
+        ),
+        (
+            lambda dots: dots.to_frame(3),
+            "to_frame: the molecule must come from read_molecule; give one, or leave it out.",
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_one_sentence(tmp_path, monkeypatch, call, words):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as told:
+        call(sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-216")))
+    assert str(told.value) == words
 
 
 def test_the_steps_of_recover_and_the_frame_of_write_count(tmp_path, monkeypatch):
