@@ -151,3 +151,14 @@ def test_a_damaged_member_and_a_large_one_are_refused(tmp_path, monkeypatch):
     for name in ("a.pdb", "b.pdb.gz"):
         with pytest.raises(InputError, match=r"holds more than 0 MB"):
             sparsurf.read_molecule(f"{path}/{name}")
+
+
+def test_a_name_that_an_archive_lacks_and_a_password_are_said(archive, tmp_path):
+    with pytest.raises(InputError, match=r"holds no c\.pdb: check the name\.$"):
+        archives.read_member(archive, "c.pdb", 100)
+    path = pack(tmp_path / "locked.zip", [("a.pdb", TEXT)])
+    content = bytearray((tmp_path / "locked.zip").read_bytes())
+    content[content.index(b"PK\x01\x02") + 8] |= 1  # the flag of encryption in the list of the members
+    (tmp_path / "locked.zip").write_bytes(content)
+    with pytest.raises(InputError, match=r"locked\.zip is encrypted: give an archive without a password\.$"):
+        archives.members(path)

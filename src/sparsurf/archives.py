@@ -112,6 +112,8 @@ def _members(path: str, stamp: int) -> dict[str, Member]:
     """List the members of an archive; `stamp` changes with the file."""
     try:
         stored = _members_of_zip(path, stamp) if path.lower().endswith(".zip") else _members_of_tar(path)
+    except InputError:
+        raise
     except (zipfile.BadZipFile, tarfile.TarError, EOFError, ValueError) as error:
         raise InputError(f"{path} is cut short, damaged or no archive ({error}): copy it again.") from None
     names = [os.path.normpath(member.stored_name) for member in stored]

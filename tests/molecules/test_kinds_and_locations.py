@@ -19,6 +19,7 @@ from sparsurf.molecules.residues import (
     element_of,
     known_kind,
     residue_kinds,
+    standard_name,
 )
 
 NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
@@ -453,3 +454,21 @@ def test_residues_of_nucleic_acids_alone_are_answered_with_their_chain(tmp_path)
         InputError, match=r"there is no protein; .*: name the chains of the nucleic acids, as `chains` C,D\.$"
     ):
         read_molecule(path)
+
+
+@pytest.mark.parametrize(
+    ("names", "standard"),
+    [
+        ("HID HSE HISH HIS2 NHID CHIS", "HIS"),
+        ("CYM CYX CYN CYSH CCYX NCYS", "CYS"),
+        ("ASH ASPH NASP", "ASP"),
+        ("GLH GLUP CGLU", "GLU"),
+        ("LYN LSN NLYN", "LYS"),
+        ("ARN ARGP CARG", "ARG"),
+        ("TYM NTYR", "TYR"),
+        ("NALA CALA", "ALA"),
+        ("XYZ", "XYZ"),
+    ],
+)
+def test_names_of_force_fields_lead_to_the_standard_residue(names, standard):
+    assert {standard_name(name) for name in names.split()} == {standard}

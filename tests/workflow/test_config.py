@@ -433,6 +433,33 @@ OWN = {"proteins": DEFAULT["proteins"]}
         (READY | {"ensemble": {"run": True}}, "ensemble.run is true, but every protein is a ready surface"),
         (READY | {"fields": ["hydropathy"]}, "fields names hydropathy, which needs atoms"),
         (READY | MOVED_ATOMS, "'atoms moved 0.1 Å', but proteins.a is a ready surface"),
+        (OWN | {"pages": ["tdp43"]}, "pages is for a study with `batch`, and this one gives every protein"),
+        (OWN | {"places": True}, "places is for a study with `batch`, and this one describes what `sites`"),
+        (
+            OWN | {"complementarity": {"thinning": {"run": True}}},
+            "thinning.run is true, but there are no pairs",
+        ),
+        (
+            MIXED | {"sites": {"s": {"changes": ["tdp43", "a"]}}},
+            "sites.s: 'a' is a ready surface without residues",
+        ),
+        (
+            MIXED | {"sites": {"s": {"query": "a", "residues": "1", "targets": ["tdp43"]}}},
+            "sites.s: 'a' is a ready surface without residues",
+        ),
+        (
+            OWN | {"sites": {"s": {"changes": ["tdp43/c1", "tdp43/c1"]}}},
+            "sites.s: 'tdp43/c1' is on both sides",
+        ),
+        (
+            OWN | {"sites": {"s": {"query": "tdp43", "residues": "212", "targets": ["tdp43"]}}},
+            "sites.s: 'tdp43' is on both sides; name another.",
+        ),
+        (OWN | {"patches": {"D_link": 4.0}}, "patches.D_link is 4 Å, but must be smaller than R_patch and"),
+        (
+            OWN | {"patches": {"D_link": 3.0, "R_zernike": 3.0, "R_patch": 4.0}},
+            "patches.D_link is 3 Å, but must be smaller than R_patch and R_zernike.",
+        ),
     ],
 )
 def test_keys_that_exclude_each_other_are_refused(config, said):
