@@ -26,6 +26,7 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.floors import floors_table, measure_floors
 from sparsurf.study.subset_search import warn_if_number_differs
+from sparsurf.surfaces.mesh import grid_step_for_density
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -964,6 +965,16 @@ def test_noise_floors_are_those_of_the_rules_that_are_given():
     pd.testing.assert_frame_equal(table, own)
     other = sparsurf.floors(peptide, **rules | {"seed": 4}).set_index("floor")
     assert (other["Z"] != table["Z"]).all()
+
+
+def test_the_density_of_a_recovered_mesh_is_that_of_the_dots_it_is_cut_from(blob, monkeypatch):
+    given = []
+    monkeypatch.setattr(
+        "sparsurf.recovery.mesh.recovered_mesh",
+        lambda points, normals, step, **options: given.append((len(points), step, options["density"])),
+    )
+    sparsurf.mesh(Surface(*blob).take(slice(500)), density=3.0)
+    assert given == [(500, grid_step_for_density(3.0), 3.0)]
 
 
 @pytest.mark.parametrize(

@@ -395,6 +395,15 @@ def test_the_deviation_is_in_robust_standard_deviations():
     np.testing.assert_allclose(found["deviation"], np.array([0.95, 0.25]) / (1.4826 * 0.15), rtol=1e-12)
 
 
+def test_numbers_of_atoms_are_compared_by_their_ratios():
+    """Atoms 100 to 10,000: the logarithms to base 10 lie 1, 0.5, 0, 0.5, 1 and 2 from 3, the median."""
+    atoms = np.array([100, 10**2.5, 1000, 1000, 10**3.5, 10**5])
+    table = made_up(6).assign(atoms=atoms, area=5 * atoms, volume=11 * atoms, mean_roughness=0.6)
+    found = summary.most_unusual(table.assign(cavity_dots=0, N=40 * atoms), 2)
+    assert found["protein"].tolist() == ["s005", "s000"] and found["unusual"].tolist() == ["atoms"] * 2
+    np.testing.assert_allclose(found["deviation"], np.array([2, 1]) / (1.4826 * 0.5), rtol=1e-12)
+
+
 def test_a_row_of_the_page_sorts_by_the_numbers_that_it_shows():
     row = {"protein": "s1", "deviation": 3.25, "unusual": "atoms", "atoms": 1200, "area": 6543.2}
     row |= {"volume": 15432.1, "mean_roughness": 0.625, "components": 3, "cavities": 2}
@@ -458,6 +467,20 @@ def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):
     assert pd.isna(out["surfaces"]["masked_residues"][1])
     assert out["residues"].query("protein == 'm'")["residue"].astype(int).tolist() == [3, 4, 5, 6]
     assert "left out 2 of 6 residues, whose pLDDT is below 70" in " ".join(out["warnings"]["sentence"])
+
+
+@pytest.mark.parametrize("relax", [True, False])
+def test_kept_dots_are_relaxed_where_the_config_says_so(tmp_path, relax):
+    config = check_config(config_of(tmp_path, minimal={"n_S_percent": 10, "relax": relax}))
+    path = tmp_path / "a.pdb"
+    dots = analyse_batch([Structure("a", str(path))], config)["dots"].sort_values("dot")
+    expected = sparsurf.minimal(path, percent=10, relax=relax, seed=config["seed"])
+    order = np.argsort(expected.dots)
+    assert dots["dot"].to_list() == expected.dots[order].tolist()
+    points, _ = tables.unpack_dots(dots)
+    assert np.allclose(points, expected.points[order], atol=1 / 64)
+    moved = np.linalg.norm(points - sparsurf.surface(path).points[dots["dot"]], axis=1)
+    assert (moved.max() > 0.03) == relax  # rounded to 1/64 Å along each axis, at most 0.014 Å away
 
 
 def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):

@@ -183,6 +183,12 @@ def test_a_short_series_has_no_interval():
     mean, half = quality.mean_of_blocks(np.arange(19.0))
     assert mean == 9.0 and np.isnan(half)
     assert quality.mean_of_blocks(np.repeat([0.0, 100.0], [19, 1]))[0] == 5.0
+
+
+def test_the_interval_of_a_series_is_that_of_its_ten_blocks():
+    """Block means 0 to 9: standard deviation 3.0277, and Student's t of 9 degrees of freedom is 2.2622 at 97.5 %."""
+    mean, half = quality.mean_of_blocks(np.repeat(np.arange(10.0), 4))
+    assert mean == 4.5 and half == pytest.approx(2.2622 * 3.0277 / 10**0.5, abs=1e-3)
     assert np.isnan(quality.mean_of_blocks(np.array([]))).all()
 
 

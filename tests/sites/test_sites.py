@@ -94,7 +94,7 @@ def test_a_patch_of_twelve_dots_is_described(n, described):
 
 @pytest.mark.parametrize(
     ("height", "degrees", "meets"),
-    [(2.4, 0, True), (2.6, 0, False), (0, 72, True), (0, 73, False), (0, 100, False)],
+    [(2.4, 0, True), (2.6, 0, False), (0, 72, True), (0, 73, False), (0, 100, False), (0, 180, False)],
 )
 def test_places_meet_within_two_and_a_half_angstrom_and_73_degrees(height, degrees, meets):
     """cos 72° = 0.309 and cos 73° = 0.292, and 0.3 is the limit."""
