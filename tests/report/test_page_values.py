@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from sparsurf.report import comparison_page, first_page, ranges_page, summary_page
+from sparsurf.report.page import render
 
 READINGS = ["as_coded", "as_written"]
 NAN = math.nan
@@ -182,3 +183,13 @@ def test_factors_of_the_page_are_those_of_dots_as_the_surface():
     }
     assert (page["best"], page["best_Z"], page["at"]) == ("farthest", 0.5, 10.0)
     assert list(page["fewer"]) == ["farthest"] and page["fewer"]["farthest"]["uniform"]["factor"] == 2.5
+
+
+@pytest.mark.parametrize(
+    ("draws", "words"), [(1, "a single draw"), (2, "half of the draws"), (3, "two thirds of")]
+)
+def test_how_winners_were_chosen_follows_the_number_of_draws(draws, words):
+    text = render("cross_validated.j2", draws=draws)
+    assert [part for part in ("a single draw", "half of the draws", "two thirds of") if part in text] == [
+        words
+    ]

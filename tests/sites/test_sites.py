@@ -266,6 +266,9 @@ def test_saved_sites_come_back_and_are_small(sites, tmp_path):
     back = load_sites(path)
     np.testing.assert_array_equal(back.numbers, sites.numbers)
     assert back.settings == sites.settings and back.labels.equals(sites.labels.astype(str))
+    fields = ["hydropathy", "volume", "aromaticity", "charge", "potential"]
+    own = {"fields": fields, "percent": 8, "radius": 10.0, "order": 10, "version": 2}
+    assert sites.settings == own
     assert path.stat().st_size / len(sites) < 700
     table = [sparsurf.find(each, path, at=[3], n=2) for each in (sites, path)]
     pd.testing.assert_frame_equal(*table)

@@ -86,6 +86,7 @@ def test_a_row_for_every_sampler_size_and_measure(table):
     assert len(table) == len(names) * 3 * len(measuring.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
     assert (exact["n_S"] == 3000 * exact["percent"] / 100).all()
+    assert np.allclose(table["n_S_percent"], table["n_S"] / 30)
     of_z = table["measure"].str.startswith("Z ")
     assert table.loc[of_z, ["Z_mean_descriptor", "Z_empty", "se", "low", "high"]].notna().all(axis=None)
     assert table.loc[~of_z, "Z_mean_descriptor"].isna().all()

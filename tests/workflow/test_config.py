@@ -455,6 +455,10 @@ OWN = {"proteins": DEFAULT["proteins"]}
             OWN | {"sites": {"s": {"query": "tdp43", "residues": "212", "targets": ["tdp43"]}}},
             "sites.s: 'tdp43' is on both sides; name another.",
         ),
+        (
+            MIXED | {"sites": {"s": {"query": "tdp43", "residues": "212", "targets": ["a/c2"]}}},
+            "sites.s: there is no 'a/c2', as a has a single form; name 'a'.",
+        ),
         (OWN | {"patches": {"D_link": 4.0}}, "patches.D_link is 4 Å, but must be smaller than R_patch and"),
         (
             OWN | {"patches": {"D_link": 3.0, "R_zernike": 3.0, "R_patch": 4.0}},
