@@ -1,5 +1,6 @@
 """Pages and figures of sites: their numbers are those of the tables, dots take the colours that they should."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,9 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 from test_html import Page
 
+import sparsurf
 import summarise_sites
+from conftest import ROOT
 from sparsurf.pairs.changes import CHANNELS, SHARE_ABOVE_FLOOR
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import (
@@ -22,8 +25,10 @@ from sparsurf.report.figures.site_figures import (
     _positions,
     carried,
     change_colours,
+    changes_figure,
     distance_from,
     matrix_figure,
+    seen_alike,
     site_figure,
 )
 from sparsurf.report.first_page import of_changes, of_site, site_galleries
@@ -336,3 +341,55 @@ def test_changes_below_their_floor_are_grey_and_unknown_ones_pale():
     above, below, unknown = change_colours(change.to_numpy(), layout.scale(1, 2))
     assert below == pytest.approx(BELOW) and unknown == pytest.approx(colors.to_rgb(REST))
     assert above == pytest.approx(layout.colours(layout.scale(1, 2), np.array([2.0]))[0])
+
+
+@pytest.fixture(scope="module")
+def forms():
+    """A peptide and its copy turned and moved, the change over its floor of each dot, and the table of the residues."""
+    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-216")
+    turn, shift = Rotation.from_euler("xyz", [40, 100, 250], degrees=True).as_matrix(), [5.0, -20, 30]
+    moved = replace(molecule, xyz=molecule.xyz @ turn + shift)
+    dots = sparsurf.surface(molecule)
+    other = sparsurf.Surface(dots.points @ turn + shift, dots.normals @ turn, atom=dots.atom)
+    over = np.array([0.5, 0.2, 4.0, 0.9, np.nan, 0.3, 2.0, 0.4])  # of the residues
+    table = molecule.residues.assign(
+        total=0.1 * np.arange(1, 9), total_floor=0.3, total_moved=0.2, over_floor=over
+    )
+    table.loc[5:, "total_moved"] = 0.45
+    change = over[molecule.residue_index[dots.atom]]
+    return [("first", dots, molecule, change), ("second", other, moved, change)], table
+
+
+def test_two_forms_are_superposed_and_seen_from_above_what_changes_most(forms):
+    (_, dots, _, change), _ = forms[0]
+    (points, normals), (other, turned) = seen_alike(forms[0])
+    assert np.allclose(other, points, atol=1e-6) and np.allclose(turned, normals, atol=1e-6)
+    assert np.allclose(np.linalg.norm(points[:50, None] - points[50:99], axis=2),
+                       np.linalg.norm(dots.points[:50, None] - dots.points[50:99], axis=2))  # fmt: skip
+    most = normals[change == 4].mean(axis=0)
+    assert most[2] > 0.95 * np.linalg.norm(most)
+    calm = normals[change == 0.2].mean(axis=0)
+    assert calm[2] < 0.8 * np.linalg.norm(calm)
+
+
+def test_the_figure_of_two_forms_has_a_bar_and_a_floor_for_each_residue(forms):
+    figure = changes_figure("opening", *forms)
+    words = " ".join(text.get_text() for text in figure.texts)
+    said = "2 of 7 residues change more than their floor, about 0 would by chance"
+    assert said in " ".join(words.split()) and "first" in words and "second" in words
+    along = figure.axes[-1]
+    assert [bar.get_height() for bar in along.patches] == pytest.approx(forms[1]["total"].tolist())
+    (floors,) = along.collections
+    assert [line[0][1] for line in floors.get_segments()] == pytest.approx([0.3] * 5 + [0.45] * 3)
+    shown = [colors.to_rgb(bar.get_facecolor()) for bar in along.patches]
+    grey = [np.allclose(colour, BELOW, atol=1e-3) for colour in shown]
+    assert grey == [True, True, False, True, False, True, False, True] and np.allclose(
+        shown[4], REST, atol=1e-3
+    )
+    assert [text.get_text() for text in along.texts] == ["PHE211", "GLY215"]
+
+
+def test_forms_that_differ_all_over_are_said_to(forms):
+    table = forms[1].assign(over_floor=[2.0] * 7 + [0.5])
+    words = " ".join(text.get_text() for text in changes_figure("opening", forms[0], table).texts)
+    assert "the forms differ all over (7 of 8 residues exceed their floor)" in " ".join(words.split())
