@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 
 from drawn import bars_of, colour_of, legend_of, words_of
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import layout, over_time, summary_figures
+from sparsurf.report.figures import distributions, layout, over_time, summary_figures
 from sparsurf.report.figures.simulation import simulation_figure
 from sparsurf.sampling.combination import PARAMETERS
 
@@ -307,3 +307,21 @@ def test_a_simulation_is_drawn_stage_after_stage():
     assert (
         len([line for line in few.axes[2].lines if line.get_linewidth() == 1.0]) == 0
     )  # too few for a moving mean
+
+
+def test_measures_of_a_run_are_counted_and_their_medians_drawn():
+    numbers = {"atoms": [100.0, 210, 420, 1600], "mean_roughness": [0.5, 0.52, 0.6, np.nan]}
+    numbers |= {"area_per_atom": [7.0] * 4, "cavity_percent": [0.0, 0, 1, 2]}
+    axes = distributions.figure(pd.DataFrame(numbers)).axes
+    assert [ax.get_xlabel() for ax in axes] == [
+        "atoms",
+        "mean roughness",
+        "area per atom / Å²",
+        "dots in cavities / %",
+    ]
+    assert [sum(bar.get_height() for bar in ax.patches) for ax in axes] == [4, 3, 4, 4]
+    assert [ax.lines[0].get_xdata()[0] for ax in axes] == pytest.approx([315, 0.52, 7, 0.5])
+    assert [ax.get_xscale() for ax in axes] == ["log", "linear", "linear", "linear"]
+    # equal ratios are equally wide: log 2.1 and log 4.2 are .27 and .52 of log 16
+    counts = [bar.get_height() for bar in axes[0].patches]
+    assert np.flatnonzero(counts).tolist() == [0, 10, 20, 39]
