@@ -11,8 +11,10 @@ import pytest
 
 import reproduce_paper
 from drawn import colour_of, legend_of
+from parsed_pages import Page
 from sparsurf.paper import published_runs, replication
 from sparsurf.report.figures.table1 import table1_figure
+from sparsurf.report.numbers import interval, number
 from sparsurf.report.page import render
 from sparsurf.report.paper_page import (
     TEMPLATE,
@@ -724,3 +726,79 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     assert results["uniform"] == {"median": 1.0} and results["gathering"] == "gathering 3"
     assert drawn[0] == ((requested["places"], requested["rows"]), str(tmp_path / "table1"))
     assert drawn[1] == (page, TEMPLATE, "p/c1")
+
+
+def test_every_cell_of_the_page_is_that_of_its_table(page):
+    """Each table of the page, by the columns of the tables that it is made of."""
+    rows = Page(html_of(page)).rows
+    of_rows, runs = page["rows"], page["places"].query("binning == 'half-open'").reset_index(drop=True)
+    grid, readings = page["grid"], ("as_coded", "as_written")
+
+    def below(header):
+        """Rows below those that begin and end with these words."""
+        first, last = header.split(" ... ")
+        (begin,) = [k for k, row in enumerate(rows) if row and (row[0], row[-1]) == (first, last)]
+        n = len(rows[begin])
+        others = [
+            k
+            for k, row in enumerate(rows)
+            if k > begin and (len(row) != n or row[0] in ("", "row", "noise floor"))
+        ]
+        return rows[begin + 1 : min([*others, len(rows)])]
+
+    def measured(row, name, reading):
+        return interval(*(row[f"{name}{end}_{reading}"] for end in ("", "_low", "_high"))) or "–"
+
+    def of_runs(row, name):
+        return interval(*(row[f"{name}_{end}"] for end in ("mean", "lowest", "highest"))) or "–"
+
+    d, z = (
+        below("row ... d as written (95 %)"),
+        below(f"row ... Z of the winners of {runs['n_runs'].max()} runs"),
+    )
+    assert len(d) == len(z) == 10
+    for k, (row, run) in enumerate(zip(of_rows.to_dict("records"), runs.to_dict("records"), strict=True)):
+        published = [number(row[f"{name}_published"]) for name in ("d", "Z_tS")]
+        own = [str(k + 1), str(Combination.from_row(row)), published[0], measured(row, "d", "as_coded")]
+        assert d[k] == [*own, of_runs(run, "d"), measured(row, "d", "as_written")]
+        assert z[k] == [
+            str(k + 1),
+            published[1],
+            measured(row, "Z_tS", "as_coded"),
+            of_runs(run, "Z_tS") or "–",
+        ]
+    for shown, reading in zip(below(" ... largest d"), readings, strict=True):
+        of, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
+        counts = [(of > 0).sum(), (low > 0).sum(), (high < 0).sum()]
+        assert shown == [reading.replace("_", " "), *map(str, counts), number(of.mean()), number(of.max())]
+    family = [
+        [f"{row.percent:g}", number(row.Z_best), number(row.Z_uniform)] for row in page["family"].itertuples()
+    ]
+    assert below("nS / % ... Z, uniform subset") == family
+    null = page["best"]["references"]["Z_mean_descriptor"]
+    for shown, reading in zip(below(" ... published rows above it"), readings, strict=True):
+        above = [table[f"Z_tS_{reading}"] > null for table in (grid, of_rows)]
+        assert shown[1:] == [f"{of.sum()} of {len(of)}" for of in above]
+    halves = page["bins"].set_index(["around", "bin"])
+    for around, reading, *shown in below("patches around ... flattest bin"):
+        names = [(around, half) for half in ("rougher half", "flatter half")]
+        assert shown[:2] == [measured(halves.loc[name], "d", reading.replace(" ", "_")) for name in names]
+    links = page["links"].pivot(index="row", columns="D_link", values="d")
+    assert below(f"row ... {links.columns[-1]:g} Å") == [
+        [str(k), *map(number, values)] for k, values in zip(links.index, links.to_numpy(), strict=True)
+    ]
+    defects = page["defects"].set_index(["sampling", "row"])
+    shown = {name: cells for name, *cells in below(" ... d as written") if name}
+    assert len(shown) == 3
+    for name, cells in shown.items():
+        change = (defects.loc[name] - defects.loc["as published"]).mean()
+        assert cells == [
+            number(change["n_S_percent"], 1),
+            *(number(change[f"d_{reading}"]) for reading in readings),
+        ]
+    outlook = page["required_dots"].set_index(["floor", "reading"])
+    for floor, z_floor, *shown in below("noise floor ... recovered / %"):
+        assert z_floor == number(outlook.loc[(floor, "as_written"), "Z_floor"])
+        assert shown == [
+            f"{outlook.loc[(floor, of), 'n_S_percent']:.3g}" for of in ("as_written", "recovered")
+        ]

@@ -4,7 +4,6 @@ import base64
 import io
 import json
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import quote, unquote
 
@@ -17,6 +16,7 @@ import sparsurf
 import write_crate
 import write_front_page
 from browser import Browser, programs
+from parsed_pages import Page
 from sparsurf.report import ensemble_page, pair_page, summary_page
 from sparsurf.report.first_page import TEMPLATE, first_page, main_figure, of_pairs
 from sparsurf.report.numbers import against_zero, interval, number, share, short_names, span
@@ -24,35 +24,6 @@ from sparsurf.report.page import TEMPLATES, code, embedded, embedded_figures, re
 
 READINGS = ("as_coded", "as_written")
 D = {"as_coded": 2.51, "as_written": -0.28}  # of the best range
-
-
-class Page(HTMLParser):
-    """What a page holds: texts by class, cells of its tables, targets of links and pictures."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.text, self.rows, self.links, self.sources, self._open = {}, [], [], [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        known = dict(attributes)
-        self.links += [known["href"]] if "href" in known else []
-        self.sources += [known["src"]] if "src" in known else []
-        self.rows += [[]] if tag == "tr" else []
-        if tag in ("td", "th"):
-            self.rows[-1].append("")
-        if tag not in ("meta", "img", "br", "!doctype"):
-            self._open.append((tag, known.get("class", "")))
-
-    def handle_endtag(self, tag):
-        while self._open and self._open.pop()[0] != tag:
-            pass
-
-    def handle_data(self, data):
-        if any(tag in ("td", "th") for tag, _ in self._open):
-            self.rows[-1][-1] += data
-        for _, name in self._open:
-            self.text[name] = self.text.get(name, "") + data
 
 
 def summary_rows(protein, conformation):

@@ -9,11 +9,11 @@ import pytest
 from matplotlib import colors
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
-from test_html import Page
 
 import sparsurf
 import summarise_sites
 from conftest import ROOT
+from parsed_pages import Page
 from sparsurf.pairs.changes import CHANNELS, SHARE_ABOVE_FLOOR
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import (

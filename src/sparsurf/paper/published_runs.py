@@ -131,8 +131,9 @@ def place_published_values(runs: pd.DataFrame, published: pd.DataFrame | None = 
         parameters = expected[PARAMETERS].astype(float)
         row: dict[str, Any] = {"binning": binning, "range": k, "n_runs": len(won), **parameters.to_dict()}
         row["n_won"] = int(np.isclose(won[PARAMETERS], parameters.to_numpy()).all(axis=1).sum())
-        for name in MEASURES if len(won) > 1 else ():
-            statistics = _rank(won[name].to_numpy(), float(expected[name]))
+        for name in MEASURES:
+            statistics: dict[str, float] = {"published": float(expected[name])}
+            statistics |= _rank(won[name].to_numpy(), statistics["published"]) if len(won) > 1 else {}
             row |= {f"{name}_{key}": value for key, value in statistics.items()}
         out.append(row)
     return pd.DataFrame(out)
@@ -141,7 +142,7 @@ def place_published_values(runs: pd.DataFrame, published: pd.DataFrame | None = 
 def _rank(values: np.ndarray, published: float) -> dict[str, float]:
     """Compare one published value with those of the runs."""
     n_below, n_above = int((values < published).sum()), int((values > published).sum())
-    statistics = {"published": published, "mean": values.mean(), "sd": values.std(ddof=1)}
+    statistics = {"mean": values.mean(), "sd": values.std(ddof=1)}
     statistics |= {"lowest": values.min(), "highest": values.max(), "n_below": n_below}
     return statistics | {"p": min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))}
 

@@ -83,13 +83,12 @@ function choose() {
   redraw();
 }
 
-// The row of the grid nearest to the sliders, in steps of the grid, and what it says under each reading.
+// The row of the grid nearest to the sliders, value by value since the grid has all combinations, and what it says.
 function nearest() {
   let best = 0, least = Infinity;
-  const spans = LAW.map((name, k) => Math.max(...head.grid.map((row) => row[k])) - Math.min(...head.grid.map((row) => row[k])) || 1);
   const wish = LAW.map((name) => +element(name).value);
   head.grid.forEach((row, r) => {
-    const gap = wish.reduce((sum, value, k) => sum + ((value - row[k]) / spans[k]) ** 2, 0);
+    const gap = wish.reduce((sum, value, k) => sum + (value - row[k]) ** 2, 0);
     if (gap < least) [best, least] = [r, gap];
   });
   if (!head.grid.length) return [];
