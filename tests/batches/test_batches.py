@@ -9,12 +9,14 @@ import pytest
 
 import small_study
 import sparsurf
+from browser import Browser, programs
 from peptides import peptide, write
 from sparsurf import InputError, columns
 from sparsurf.batches import assignment, summary, tables
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
 from sparsurf.report import batches_page
+from sparsurf.report.page import render
 from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config
 
@@ -427,6 +429,52 @@ def test_the_page_has_the_spans_of_its_table():
     page = batches_page.batches_page("run", surfaces, surfaces.head(0), [], [], 1, [])
     assert page["atoms_span"] == "100 to 2,500" and page["dots"] == "152,000" and page["kept"] == "10"
     assert page["roughness"] == "0.62" and page["roughness_span"] == "0.50 to 0.70"
+
+
+@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
+def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
+    columns = {
+        "deviation": [0.5, 10.0, 9.0],
+        "unusual": ["atoms", "", "atoms"],
+        "components": 1,
+        "cavities": [2, 10, 1],
+    }
+    surfaces = made_up(3).assign(
+        atoms=[999, 12000, 1500], minimal_n_S=5, masked_residues=None, residues=9, **columns
+    )
+    values = batches_page.batches_page("run", surfaces, surfaces, [], [], 1, [])
+    page, browser = tmp_path / "page.html", Browser(tmp_path)
+    page.write_text(render(batches_page.TEMPLATE, **values, images={}, n_outside=0))
+
+    def shown():
+        return browser.run(
+            "return [...document.querySelectorAll('#surfaces tbody tr')].filter(r => !r.hidden).map(r => r.cells[0].textContent)"
+        )
+
+    def click(column):
+        browser.run("document.querySelectorAll('#surfaces th')[arguments[0]].click()", column)
+        return shown()
+
+    try:
+        browser.open(page.as_uri())
+        assert shown() == ["s000", "s001", "s002"]
+        assert click(1) == ["s001", "s002", "s000"] and click(1) == [
+            "s000",
+            "s002",
+            "s001",
+        ]  # and the other way round
+        assert click(3) == ["s001", "s002", "s000"] and click(0) == [
+            "s000",
+            "s001",
+            "s002",
+        ]  # 12,000 and 1,500 and 999
+        assert click(8) == ["s001", "s000", "s002"]
+        browser.run(
+            "const s = document.getElementById('search'); s.value = 'ATOMS'; s.dispatchEvent(new Event('input'))"
+        )
+        assert shown() == ["s000", "s002"]
+    finally:
+        browser.close()
 
 
 def test_reasons_that_differ_in_names_and_numbers_are_one():
