@@ -108,6 +108,8 @@ def test_one_row_alone_is_tested_by_students_t():
     places = pd.DataFrame(
         {"range": [1, 2], "n_runs": [4, 4], "d_published": [2.0, 9.0], "d_mean": 0.0, "d_sd": 0.5}
     )
+    far = published_runs.joint_test(places.assign(d_published=1e9), "d")
+    assert far["p"] == 1 / (published_runs.SIMULATED + 1)  # never 0
     found = published_runs.joint_test(places, "d", leave_out=[2])
     assert found["n_rows"] == 1
     assert found["statistic"] == pytest.approx(12.8)
