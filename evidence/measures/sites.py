@@ -191,7 +191,7 @@ def saved_bytes(sites: Sites) -> int:
         return path.stat().st_size
 
 
-def _composition(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
+def _composition(molecule: Molecule, _dots: Surface, places: np.ndarray) -> np.ndarray:
     return residues_around(molecule, places, AROUND)
 
 
@@ -208,11 +208,11 @@ def residues_around(molecule: Molecule, places: np.ndarray, radius: float) -> np
     return out
 
 
-def _published(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
+def _published(_molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     return sparsurf.descriptors(dots, places).astype(np.float32)
 
 
-def _fpfh(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
+def _fpfh(_molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     """Return fast point feature histograms within RADIUS, of MOST of the dots: (P, 33)."""
     at = cKDTree(dots.points).query(places)[1]
     own = np.union1d(at, sparsurf.sample(dots, percent=MOST))

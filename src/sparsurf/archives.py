@@ -127,7 +127,7 @@ def _members(path: str, stamp: int) -> dict[str, Member]:
 
 
 @lru_cache(KEPT_LISTS)
-def _opened_zip(path: str, stamp: int) -> zipfile.ZipFile:
+def _opened_zip(path: str, _stamp: int) -> zipfile.ZipFile:
     """Open a zip archive once: each opening reads the list of its members."""
     return zipfile.ZipFile(path)
 

@@ -216,7 +216,7 @@ def pose_scores(
 def _for_each(groups: Sequence[Group], function: Callable[[Any, Group], Any]) -> list[Any]:
     """Call a function with the open file of each group and the group, in threads."""
 
-    def of_group(begin: int, end: int) -> Any:
+    def of_group(begin: int, _end: int) -> Any:
         with _open(groups[begin].path) as file:
             return function(file, groups[begin])
 

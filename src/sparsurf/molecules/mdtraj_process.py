@@ -132,7 +132,7 @@ def _readable(path: Path) -> Iterator[Path]:
 
 
 @functools.cache
-def _server(process_id: int) -> tuple[Connection, subprocess.Popen]:
+def _server(_process_id: int) -> tuple[Connection, subprocess.Popen]:
     """Start the other process, and return the connection to it; a fork of this process starts its own."""
     ours, theirs = Pipe()
     command = [sys.executable, "-m", __name__, str(theirs.fileno())]

@@ -45,7 +45,7 @@ def linked_by_spacing(
     normals: np.ndarray,
     d_link: float,
     area: float,
-    density: float | None = None,
+    density: float | None = None,  # noqa: ARG001
     scale: float = SCALED_LINK,
 ) -> PatchIndex:
     """Index kept dots with a linking distance that grows with their spacing.

@@ -21,7 +21,7 @@ def recovered_index(
     points: np.ndarray,
     normals: np.ndarray,
     d_link: float,
-    area: float,
+    area: float,  # noqa: ARG001
     density: float,
     close: float = 0.0,
 ) -> PatchIndex:

@@ -51,7 +51,7 @@ def _eight(step: Callable[..., Any]) -> Any:
     """
 
     @intrinsic
-    def run(typing: Any, to: Any, at: Any, source: Any, first: Any, factor: Any) -> tuple[Any, Any]:
+    def run(_typing: Any, to: Any, _at: Any, source: Any, _first: Any, _factor: Any) -> tuple[Any, Any]:
         def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             def pointer(k: int, offset: Any) -> Any:
                 array = context.make_array(signature.args[k])(context, builder, value=args[k])

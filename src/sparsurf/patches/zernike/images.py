@@ -86,8 +86,8 @@ def _extreme(name: str) -> Any:
     """Make an intrinsic for the larger ('maxnum') or smaller ('minnum') of two numbers that lets loops be vectorised."""
 
     @intrinsic
-    def choose(typing: Any, x: Any, y: Any) -> tuple[Any, Any]:
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def choose(_typing: Any, _x: Any, _y: Any) -> tuple[Any, Any]:
+        def build(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
             double = ir.DoubleType()
             function = ir.FunctionType(double, [double, double])
             function = builder.module.declare_intrinsic(f"llvm.{name}", [double], function)
