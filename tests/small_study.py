@@ -4,7 +4,7 @@ import gc
 import hashlib
 import multiprocessing
 import os
-import re
+import pickle
 import shutil
 import subprocess
 import sys
@@ -123,7 +123,13 @@ def copy_of(study, folder):
 
 
 def planned_rules(folder, config, **versions):
-    """Return the names of the rules that a dry run in the folder of a study plans.
+    """Return the names of the rules that a dry run in the folder of a study plans; see `planned_jobs`."""
+    jobs = planned_jobs(folder, config, **versions)
+    return {job["rule"] for job in jobs} - {"all", "complete_protein"}
+
+
+def planned_jobs(folder, config, **versions):
+    """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, wildcards, input and params.
 
     Parameters
     ----------
@@ -134,18 +140,19 @@ def planned_rules(folder, config, **versions):
     (path := folder / f"planned-{os.getpid()}.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
     options = [*map(str, where), "--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
-    log = path.with_suffix(".log")
+    log, listed = path.with_suffix(".log"), path.with_suffix(".jobs")
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
-    process = multiprocessing.get_context("fork").Process(target=_dry_run, args=(log, options, versions))
+    call = (log, listed, options, versions)
+    process = multiprocessing.get_context("fork").Process(target=_dry_run, args=call)
     process.start()
     process.join()
-    text = log.read_text()
-    path.unlink(), log.unlink()
+    text, jobs = log.read_text(), pickle.loads(listed.read_bytes()) if listed.is_file() else []
+    path.unlink(), log.unlink(), listed.unlink(missing_ok=True)
     assert process.exitcode == 0, text
-    return {*re.findall(r"^(\w+) +\d+$", text, re.M)} - {"total", "all", "complete_protein"}
+    return jobs
 
 
-def _dry_run(log, options, versions):
+def _dry_run(log, listed, options, versions):
     """Plan in this process, whose output goes to a file."""
     gc.disable()  # it would search, and so copy, what this fork shares with the tests
     with open(log, "w", encoding="utf-8") as stream:
@@ -153,8 +160,19 @@ def _dry_run(log, options, versions):
         os.dup2(stream.fileno(), 2)
         sys.stdout, sys.stderr = (os.fdopen(number, "w", closefd=False) for number in (1, 2))
         from snakemake.cli import main
+        from snakemake.jobs import Job
 
         from sparsurf.workflow import code_version
 
+        jobs = []
+
+        def note(job, **_):
+            known = {"rule": job.rule.name, "wildcards": job.wildcards_dict}
+            jobs.append(known | {"input": [*map(str, job.input)], "params": dict(job.params.items())})
+
+        Job.log_info = note  # of this fork
         vars(code_version).update(versions)
-        main(options)
+        try:
+            main(options)
+        finally:  # which ends the process
+            listed.write_bytes(pickle.dumps(jobs))

@@ -1,0 +1,156 @@
+"""What each rule is given: params with the values of the config, and the files that its settings need."""
+
+import pytest
+
+from small_study import planned_jobs, write_study
+from sparsurf.workflow.config import check_config
+
+# Keys of the config that are params of their own, by name; see `of_config`
+SECTION_OF = {
+    "d_link": ("patches", "D_link"),
+    "distance_from_moved_centre": ("sampling",),
+    "chance_in_every_patch": ("sampling",),
+    "ranges": ("tables",),
+    "max_n_s_percent": ("tables", "max_n_S_percent"),
+    "percents": ("compare",),
+    "samplers": ("compare",),
+    "centres": ("complementarity",),
+    "nearest": ("complementarity",),
+    "smoothing": ("complementarity",),
+    "interface": ("complementarity",),
+    "thinning": ("complementarity",),
+    "readings": ("evaluation",),
+    "combination": ("ensemble",),
+    "stride": ("ensemble",),
+    "draws": ("ensemble",),
+}
+# Conformations, and how they are called on their pages: a single form goes by the name of its protein
+TITLES = {"moving/c1": "moving/c1", "moving/c2": "moving/c2"} | {
+    f"{p}/c1": p for p in ("still", "loaded", "ready")
+}
+MOLECULE_OPTIONS = {"moving": {"residues": "209-216"}, "loaded": {"plddt": 40}}
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory):
+    """The config, no number of which is the default, and the jobs that follow once the frames of `moving` are chosen."""
+    folder = tmp_path_factory.mktemp("planned") / "study"
+    config = write_study(folder)
+    moving = folder / "results/small/moving"
+    (moving / "structures").mkdir(parents=True)
+    (moving / "frames.csv").write_text("conformation,frame,time_ps\nc1,0,0\nc2,700,7\n")
+    for name in (
+        "silhouette.csv",
+        "projection.csv",
+        "explained.csv",
+        "structures/c1.pdb",
+        "structures/c2.pdb",
+    ):
+        (moving / name).write_text("x\n")
+    config["proteins"]["loaded"] = {"structure": "loaded.pdb", "sampling": False, "plddt": 40}
+    config |= {
+        "seed": 7,
+        "frames": {"selection": "clusters", "clusters": 2, "stride": 3},
+        "surface": {"probe_radius": 1.5, "radii": "bondi", "cavities": "remove", "density": 12.0},
+        "patches": {"R_patch": 4.1, "R_zernike": 5.9, "D_link": 0.6, "descriptor": "rotation_robust"},
+        "sampling": config["sampling"] | {"distance_from_moved_centre": False},
+        "evaluation": {"test_dots": 21, "draws": 3},
+        "tables": {"ranges": 10, "max_n_S_percent": 33},
+        "minimal": {"sampler": "paper_corrected", "n_S_percent": 12, "relax": True},
+        "ensemble": {
+            "run": True,
+            "jobs": 2,
+            "test_dots": 19,
+            "draws": 4,
+            "stride": 500,
+            "combination": [1, 0, 2, 1],
+        },
+        "sites": {
+            "turn": {"query": "still", "residues": "2-4", "targets": ["moving/c2"]},
+            "bend": {"changes": ["moving/c1", "moving/c2"]},
+        },
+    }
+    config["complementarity"] |= {"centres": {"sampler": "farthest", "n_S_percent": 5}, "nearest": 7}
+    config["complementarity"] |= {"interface": 2.5, "smoothing": 4.5}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        checked = check_config(config)
+    return checked, planned_jobs(folder, config, METHOD="method", REPORT="report")
+
+
+def of_config(config, job, name):
+    """Return the value that the config has for a param of a job."""
+    wildcards = job["wildcards"]
+    protein = wildcards.get("protein")
+    place = f"{protein}/{wildcards.get('conformation')}"
+    own = {
+        "molecule_options": MOLECULE_OPTIONS.get(protein, {}),
+        "title": TITLES.get(place),
+        "pair": config["pairs"].get(wildcards.get("pair")),
+        "site": config["sites"].get(wildcards.get("site")),
+        "forms": ["moving/c1", "moving/c2"],
+        "sampled": ["moving", "still", "ready"],
+        "a1": "ready/c1",
+        "path_to_surface": "ready.npz",
+        "floor": None,
+        "logs": "results/small/logs",
+        "test_dots": config["ensemble" if job["rule"] == "follow_frames" else "evaluation"]["test_dots"],
+        "unfinished": f"results/small/{protein}/ensemble/{wildcards.get('part')}of2.csv.part",
+    }
+    if name in own:
+        return own[name]
+    section, key = (*SECTION_OF.get(name, (name,)), name)[:2]
+    return config[section] if name in config else config[section][key]
+
+
+def test_every_param_has_the_value_of_the_config(planned):
+    config, jobs = planned
+    known = 0
+    for job in jobs:
+        for name, value in job["params"].items():
+            if name not in ("code", "jobs"):
+                assert value == of_config(config, job, name), (job["rule"], job["wildcards"], name)
+                known += 1
+    assert known > 250 and len({job["rule"] for job in jobs}) > 30
+
+
+def test_every_job_of_a_surface_is_of_that_surface(planned):
+    """Inputs of a job of one conformation lie in its folder, or are the files of its protein or over the run."""
+    for job in planned[1]:
+        if "conformation" in job["wildcards"]:
+            own = f"{job['wildcards']['protein']}/{job['wildcards']['conformation']}/"
+            others = [f"results/small/{place}/" for place in TITLES if f"{place}/" != own]
+            assert not [path for path in job["input"] if path.startswith(tuple(others))], job
+
+
+def test_the_papers_sampler_takes_the_best_of_its_surface(planned):
+    subsets = [job for job in planned[1] if job["rule"] == "select_minimal_subset"]
+    assert len(subsets) == 4
+    for job in subsets:
+        place = "{protein}/{conformation}".format_map(job["wildcards"])
+        assert f"results/small/{place}/ranges.csv" in job["input"]
+
+
+def test_other_samplers_wait_for_no_grid_and_the_page_knows_the_floor(tmp_path):
+    config = write_study(tmp_path / "study")
+    config = {key: config[key] for key in ("run", "sampling", "evaluation")}
+    config |= {"proteins": {"still": {"structure": "still.pdb"}}, "minimal": {"floor": "turned"}}
+    jobs = {job["rule"]: job for job in planned_jobs(tmp_path / "study", config)}
+    assert not [path for path in jobs["select_minimal_subset"]["input"] if path.endswith("ranges.csv")]
+    assert jobs["write_front_page"]["params"]["floor"] == "turned"
+    assert jobs["draw_view"]["params"]["title"] == "still"
+
+
+def test_a_simulation_is_of_what_its_protein_selects(tmp_path):
+    write_study(tmp_path / "study")
+    water = {"structure": "two.pdb", "residues": "2-4", "simulate": {"ns": 0.01}}
+    config = {"run": "small", "sampling": False, "seed": 7, "proteins": {"water": water}}
+    jobs = planned_jobs(tmp_path / "study", config)
+    (prepared,) = [job for job in jobs if job["rule"] == "prepare_system"]
+    assert prepared["input"] == ["two.pdb"] and prepared["params"]["seed"] == 7
+    assert prepared["params"]["structure_options"] == {"residues": "2-4"}
+    stages = [job["params"] for job in jobs if job["rule"] == "simulate_stage"]
+    assert sorted(stage["stage"] for stage in stages) == ["minimise", "npt", "nvt", "production"]
+    assert {stage["simulate"]["ns"] for stage in stages} == {0.01} and {
+        stage["seed"] for stage in stages
+    } == {7}
