@@ -129,7 +129,7 @@ def planned_rules(folder, config, **versions):
 
 
 def planned_jobs(folder, config, **versions):
-    """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, wildcards, input and params.
+    """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, script, wildcards, input and params.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _dry_run(log, listed, options, versions):
         jobs = []
 
         def note(job, **_):
-            known = {"rule": job.rule.name, "wildcards": job.wildcards_dict}
+            known = {"rule": job.rule.name, "script": job.rule.script, "wildcards": job.wildcards_dict}
             jobs.append(known | {"input": [*map(str, job.input)], "params": dict(job.params.items())})
 
         Job.log_info = note  # of this fork

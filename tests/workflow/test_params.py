@@ -1,7 +1,12 @@
 """What each rule is given: params with the values of the config, and the files that its settings need."""
 
+import ast
+import re
+from pathlib import Path
+
 import pytest
 
+from conftest import ROOT
 from small_study import planned_jobs, write_study
 from sparsurf.workflow.config import check_config
 
@@ -24,6 +29,17 @@ SECTION_OF = {
     "stride": ("ensemble",),
     "draws": ("ensemble",),
 }
+RENAMED = {  # arguments of scripts that are called otherwise than the param or file
+    ("surface_settings", "surface"),
+    ("minimal_settings", "minimal"),
+    ("settings", "surface"),
+    ("settings", "frames"),
+    ("field_names", "fields"),
+    ("field_table", "table"),
+    ("path", "surface"),
+    ("chains", "pair"),
+}
+TRIGGERS = {"code", "pair"}  # where a script does not need them, another value still runs its rule again
 # Conformations, and how they are called on their pages: a single form goes by the name of its protein
 TITLES = {"moving/c1": "moving/c1", "moving/c2": "moving/c2"} | {
     f"{p}/c1": p for p in ("still", "loaded", "ready")
@@ -112,6 +128,28 @@ def test_every_param_has_the_value_of_the_config(planned):
                 assert value == of_config(config, job, name), (job["rule"], job["wildcards"], name)
                 known += 1
     assert known > 250 and len({job["rule"] for job in jobs}) > 30
+
+
+def test_a_script_hands_on_every_param_and_file_by_its_name(planned):
+    """`main(seed=snakemake.params.seed)`: of another key, a number would be taken for another without an error."""
+    scripts = {job["script"]: {*job["params"]} - TRIGGERS for job in planned[1] if job["script"]}
+    assert len(scripts) > 25
+    for path, params in scripts.items():
+        tree = ast.parse((ROOT / "scripts" / Path(path).name).read_text(encoding="utf-8"))
+        calls = [
+            node
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "main"
+        ]
+        handed_on = set()
+        for keyword in [keyword for call in calls for keyword in call.keywords]:
+            text = ast.unparse(keyword.value)
+            for section, name in re.findall(
+                r"snakemake\.(params|input|output)(?:\.get\('|\.)(?!get\b)(\w+)", text
+            ):
+                assert name == keyword.arg or (keyword.arg, name) in RENAMED, (path, keyword.arg, text)
+                handed_on |= {name} if section == "params" else set()
+        assert params == handed_on - TRIGGERS, path
 
 
 def test_every_job_of_a_surface_is_of_that_surface(planned):
