@@ -356,6 +356,21 @@ def test_fields_are_columns_of_dots_and_residues(tmp_path):
         assert tables.read_parquet(tmp_path, name)[column].notna().any()
 
 
+def test_export_writes_the_fields_of_the_dots(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    config = check_config(config_of(tmp_path, fields=["hydropathy"]))
+    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)
+    for name, rows in out.items():
+        (tmp_path / "run" / name).mkdir(parents=True)
+        tables.write_parquet(tmp_path / "run" / name / "0001.parquet", name, rows, config["fields"])
+    assert command.main(["export", "run", "a", "-o", "out"]) == 0
+    written, kept = sparsurf.read_surface("out/minimal.ply"), pd.read_csv("out/minimal.csv")
+    expected = out["dots"]["hydropathy"].to_numpy()
+    assert expected.std() > 1
+    for values in (written.fields["hydropathy"], kept["hydropathy"]):
+        assert np.allclose(values, expected, atol=1e-3)
+
+
 def made_up(n):
     """A table of n ordinary surfaces."""
     rng = np.random.default_rng(1)

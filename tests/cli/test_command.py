@@ -27,6 +27,7 @@ from sparsurf.batches.places import settings_of_places
 from sparsurf.batches.tables import write_parquet
 from sparsurf.cli import command, surface
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.report.numbers import p_value
 from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.floors import measure_floors as floor_distances
@@ -333,6 +334,24 @@ def test_small_numbers_of_a_field_are_written(folder, tmp_path):
     assert np.array_equal(few["share"], table["share"][few["dot"]])
 
 
+def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
+    """The models are one molecule, moved along x by 0, 1 and 2 Å."""
+    call = ["--frames", "0,2", "--fields", "potential", "-o", tmp_path / "dots.csv"]
+    assert ended("surface", folder / "models.pdb", *call) == 0
+    first, last = (rows for _, rows in pd.read_csv(tmp_path / "dots.csv").groupby("frame"))
+    assert np.allclose(last["x"], first["x"].to_numpy() + 2, atol=2e-4)
+    assert np.allclose(last["potential"], first["potential"], rtol=2e-3, atol=1e-3)
+    assert first["potential"].std() > 1
+
+
+def test_the_smallest_p_need_not_be_that_of_the_highest_score(folder, tmp_path, monkeypatch, capsys):
+    table = pd.DataFrame({"target": ["a", "b", "c"], "score": [9.0, 7.0, 1.0], "p": [0.04, 0.003, 0.9]})
+    monkeypatch.setattr("sparsurf.cli.find.find_with_poses", lambda *_: (table, None))
+    call = ["find", folder / "bound.pdb", folder / "unbound.pdb", "--residues", "A:57"]
+    assert ended(*call, "-o", tmp_path / "hits.csv") == 0
+    assert "3 targets ranked, smallest p 0.003" in " ".join(capsys.readouterr().err.split())
+
+
 def test_gro_frames_are_no_models(folder, tmp_path, capsys):
     import mdtraj
 
@@ -415,6 +434,11 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     words += [each for name in fields for each in ("--fields", name)]
     assert ended("minimal", own, *words, "-o", tmp_path / "own.csv") == 0
     assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "table").read_bytes()
+    few = pd.read_csv(tmp_path / "own.csv")
+    points, normals = (few[names].to_numpy() for names in (["x", "y", "z"], ["nx", "ny", "nz"]))
+    errors = distance_to_recovered(surface.points, points, normals, 1, density=20.0)
+    known = pd.read_csv(place["recovered"])
+    assert known["mean"][0] == pytest.approx(errors.mean(), abs=2e-4)  # of positions with four decimals
 
 
 def test_without_a_size_as_few_dots_are_kept_as_reach_the_floor_of_fresh_dots(folder, tmp_path):
