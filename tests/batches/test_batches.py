@@ -358,16 +358,16 @@ def test_fields_are_columns_of_dots_and_residues(tmp_path):
 
 def test_export_writes_the_fields_of_the_dots(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    config = check_config(config_of(tmp_path, fields=["hydropathy"]))
+    config = check_config(config_of(tmp_path, fields=["potential"]))
     out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)
     for name, rows in out.items():
         (tmp_path / "run" / name).mkdir(parents=True)
         tables.write_parquet(tmp_path / "run" / name / "0001.parquet", name, rows, config["fields"])
     assert command.main(["export", "run", "a", "-o", "out"]) == 0
     written, kept = sparsurf.read_surface("out/minimal.ply"), pd.read_csv("out/minimal.csv")
-    expected = out["dots"]["hydropathy"].to_numpy()
+    expected = out["dots"]["potential"].to_numpy()
     assert expected.std() > 1
-    for values in (written.fields["hydropathy"], kept["hydropathy"]):
+    for values in (written.fields["potential"], kept["potential"]):
         assert np.allclose(values, expected, atol=1e-3)
 
 
