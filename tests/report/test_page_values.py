@@ -193,3 +193,9 @@ def test_how_winners_were_chosen_follows_the_number_of_draws(draws, words):
     assert [part for part in ("a single draw", "half of the draws", "two thirds of") if part in text] == [
         words
     ]
+
+
+def test_the_limits_of_d_are_the_widest_and_empty_if_unknown():
+    rows = pd.DataFrame({"d_cv_low": [-0.1, -0.304, 0.2], "d_cv_high": [0.4, 0.2, 1.256]})
+    assert first_page.limits(rows) == "−0.30 to 1.26"
+    assert first_page.limits(rows * NAN) == ""

@@ -90,7 +90,15 @@ def test_a_row_for_every_sampler_size_and_measure(table):
     of_z = table["measure"].str.startswith("Z ")
     assert table.loc[of_z, ["Z_mean_descriptor", "Z_empty", "se", "low", "high"]].notna().all(axis=None)
     assert table.loc[~of_z, "Z_mean_descriptor"].isna().all()
-    assert set(table["use"]) == {"surface", "centres", "dots"}
+    use = table.groupby("measure")["use"].unique().map(list).to_dict()
+    of_surface = {measure for measure, names in use.items() if names == ["surface"]}
+    patches = {
+        f"Z {name}" for name in ("as_written", "as_written weighted", "recovered", "scaled", "as_coded")
+    }
+    assert of_surface == patches | {"median patch size scaled", "median patch size as_coded"}
+    assert {measure: use[measure] for measure in use.keys() - of_surface} == {
+        "Z centres": ["centres"], "position": ["dots"], "normal": ["dots"], "seconds": ["dots"]
+    }  # fmt: skip
 
 
 def test_every_measure_equals_the_plain_method(prepared, surface):
