@@ -526,3 +526,17 @@ def test_a_site_of_many_places_is_searched_by_forty_that_are_far_apart(sites, mo
 def test_p_of_a_very_high_score_is_small_but_not_0():
     p = chance(np.array([2.0, 999.0]), np.array([1.0, 1.0]), 40, finding.null())
     assert 0 < p[1] < 1e-9 < p[0] < 1e-3
+
+
+def test_the_highest_score_comes_first_whatever_the_order_of_the_targets(sites, sites_of_turned):
+    rng = np.random.default_rng(3)
+    other = replace(sites_of_turned, name="other", numbers=rng.permutation(sites_of_turned.numbers))
+    for targets in ([other, sites_of_turned], [sites_of_turned, other]):
+        table = sparsurf.find(sites, targets, residues="212-216")
+        assert table["target"].tolist() == [sites_of_turned.name, "other"] and table["rank"].tolist() == [
+            1,
+            2,
+        ]
+        assert table["score"].is_monotonic_decreasing and table["score"].diff()[1] < -0.01
+        (best,) = sparsurf.find(sites, targets, residues="212-216", n=1)["target"]
+        assert best == sites_of_turned.name

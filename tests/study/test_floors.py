@@ -284,3 +284,10 @@ def test_the_truth_of_a_huge_surface_has_fewer_dots():
         [[0.0, 0, 2.1], [0.0, 0, 3.0]]
     )  # 0.1 along the normal; 1.0, farther than its dots lie apart
     assert recovery.distances(above, huge) == pytest.approx([0.1, 1.0], abs=0.01)
+
+
+def test_fresh_dots_of_a_ready_surface_are_none_of_its_own(prepared):
+    points, normals = study_floors._fresh_dots(prepared, None, None, np.zeros(3), np.eye(3))
+    gaps = cKDTree(prepared.points).query(points)[0]
+    assert len(points) > 500 and gaps.min() > 1e-6
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1)
