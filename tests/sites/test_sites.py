@@ -15,7 +15,7 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
 from sparsurf.patches.descriptors import PATCHES_PER_CALL
-from sparsurf.sites import describing, finding
+from sparsurf.sites import describing, finding, metric
 from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites, sites_of
 from sparsurf.sites.finding import BLOCK, chance, nearest_places
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
@@ -540,3 +540,32 @@ def test_the_highest_score_comes_first_whatever_the_order_of_the_targets(sites, 
         assert table["score"].is_monotonic_decreasing and table["score"].diff()[1] < -0.01
         (best,) = sparsurf.find(sites, targets, residues="212-216", n=1)["target"]
         assert best == sites_of_turned.name
+
+
+def test_hits_at_one_place_of_two_targets_are_two_hits(sites, sites_of_turned):
+    twin = replace(sites_of_turned, name="twin")
+    table = sparsurf.find(sites, [sites_of_turned, twin], at=[0, 40], n=2)
+    for _, hits in table.groupby("query"):
+        assert {*hits["target"]} == {sites_of_turned.name, "twin"}
+        assert hits["score"].nunique() == 1 and hits[["x", "y", "z"]].drop_duplicates().shape[0] == 1
+
+
+def test_components_of_one_number_by_hand():
+    """Of a variance of 4, 1 lies within places that correspond: (4 - 1) / 1 of it tells places apart, and 2 is the scale."""
+    learned = {
+        "channels": ["shape"],
+        "mean": np.array([[5.0]]),
+        "within": np.array([[1.0]]),
+        "total": np.array([[4.0]]),
+    }
+    mean, matrix = discriminant(("shape",), learned)
+    assert mean == [5.0] and np.abs(matrix) == pytest.approx(np.sqrt(3) / 2)
+
+
+def test_numbers_that_vary_together_are_shrunk_towards_their_own_variances():
+    within = np.array([[1.0, 0.5], [0.5, 1.0]])
+    learned = {"channels": ["shape"], "mean": np.zeros((1, 2)), "within": within, "total": 4 * np.eye(2)}
+    _, matrix = discriminant(("shape",), learned)
+    apart = 0.5 / (1 + metric.SHRINKAGE) / 4  # what they share, in units of the scales
+    ratios = 1 / np.array([0.25 - apart, 0.25 + apart])
+    assert np.linalg.norm(matrix, axis=0) == pytest.approx(np.sqrt(ratios - 1) / 2)

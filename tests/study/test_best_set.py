@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from sparsurf.study import best_set as module
 from sparsurf.study.best_set import best_set, scatter
@@ -69,3 +70,10 @@ def test_the_set_is_the_same_every_time():
     x = drawn(np.random.default_rng(4), np.zeros(8))
     assert np.array_equal(best_set(x), best_set(x))
     assert np.array_equal(best_set(x), best_set(1024 * x)) and best_set(x).sum() > 4  # no unit of d counts
+
+
+def test_two_equal_combinations_are_compared_by_students_t():
+    """All scatter is of the draws: pooled over two combinations of three draws it has 2 x 2 degrees of freedom."""
+    candidates = module.Scatter(np.zeros(2), np.zeros((2, 5)), np.full(2, 0.3))
+    critical = module._critical_values(candidates, np.zeros((2, 2)), np.zeros((2, 2)), 3)
+    assert critical == pytest.approx([t.ppf(0.95, 4)] * 2, rel=0.04)  # 2.13; of 2 degrees it would be 2.92
