@@ -1044,3 +1044,28 @@ def test_the_steps_of_recover_and_the_frame_of_write_count(tmp_path, monkeypatch
     sparsurf.write(two, tmp_path / "second.pdb", frame=1)
     written = sparsurf.read_molecule(tmp_path / "second.pdb")
     assert np.allclose(written.xyz[0], molecule.xyz[0] + 1, atol=1e-3)
+
+
+@pytest.fixture(scope="module")
+def two_frames():
+    """A peptide in two shapes."""
+    data = ROOT / "data" / "tdp43"
+    moving = sparsurf.read_molecule(
+        data / "topology.pdb", data / "trajectory.xtc", residues="209-214", stride=700
+    )
+    return replace(moving, xyz=moving.xyz[:2])
+
+
+def test_noise_floors_of_dots_are_those_of_the_frame_they_were_placed_on(two_frames):
+    first, second = (sparsurf.floors(two_frames, frame=frame, seed=3) for frame in (0, 1))
+    dots = sparsurf.surface(two_frames, frame=1)
+    pd.testing.assert_frame_equal(sparsurf.floors(dots, seed=3), second)
+    assert (first["Z"] != second["Z"]).all()
+
+
+def test_components_are_those_of_the_frame(two_frames):
+    alone = [replace(two_frames, xyz=two_frames.xyz[[frame]]) for frame in (0, 1)]
+    own = [sparsurf.components(molecule)[1] for molecule in alone]
+    for frame in (0, 1):
+        pd.testing.assert_frame_equal(sparsurf.components(two_frames, frame=frame)[1], own[frame])
+    assert own[0]["volume"][0] != own[1]["volume"][0]
