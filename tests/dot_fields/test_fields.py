@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
+from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.dot_fields.potential import (
     COULOMB,
@@ -397,3 +397,8 @@ def test_a_column_that_is_called_like_a_field_is_refused(tmp_path, molecule):
 def test_an_unknown_field_is_refused_with_the_known_ones(molecule):
     with pytest.raises(InputError, match="hydropathy, volume"):
         sparsurf.fields(molecule, PEPTIDE_DOTS, ("colour",))
+
+
+def test_sodium_is_an_ion_of_the_table():
+    """Its name, NA, is no missing value."""
+    assert _table()["NA", "NA"] == (1.0, 0.0, 0.0)

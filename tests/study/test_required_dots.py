@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from sparsurf.study.required_dots import (
     CURVE_PERCENTS,
+    MIN_DOTS,
     Trials,
     curves_table,
     percent_columns,
@@ -131,3 +132,9 @@ def test_a_curve_that_rises_at_its_end_still_needs_its_first_crossing():
     share = np.log(2 / 1.2) / np.log(2)
     found = smallest_n_s(1.2, np.array([10.0, 20, 40]), np.array([2.0, 1, 1.5]))
     assert found == pytest.approx(10 * 2**share)
+
+
+@pytest.mark.parametrize(("n_dots", "sizes"), [(7, [7]), (15, [12, 15]), (1000, None)])
+def test_no_more_dots_are_tried_than_there_are(n_dots, sizes):
+    found = Trials.sizes.func(SimpleNamespace(n_dots=n_dots)).tolist()
+    assert found == (sizes or sorted({max(MIN_DOTS, round(10 * percent)) for percent in CURVE_PERCENTS}))
