@@ -282,6 +282,17 @@ def folder(tmp_path_factory):
     return path
 
 
+def test_a_protein_may_be_called_na(tmp_path):
+    results = [
+        replace(one, protein=name)
+        for one, name in zip(study(lambda r, s: 0, ROUGHS), ("NA", "nan", "p"), strict=False)
+    ]
+    write_run(tmp_path / "run", results)
+    sum_up(tmp_path / "run")
+    page = (tmp_path / "run" / "summary.html").read_text()
+    assert all(f"<td>{name}</td>" in page for name in ("NA", "nan", "p"))
+
+
 def test_a_run_is_summed_up_and_repeats(folder, related):
     names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.html", "summary.png"]
     before = [(folder / name).read_bytes() for name in names]
