@@ -1,6 +1,7 @@
 """Tables from made-up distances whose answers are known."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pandas as pd
 import pytest
 
 import tabulate_best
+from parsed_pages import Page
 from sparsurf.report.page import render
 from sparsurf.report.ranges_page import ranges_page
 from sparsurf.sampling.combination import Combination
@@ -127,6 +129,13 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     own = page["best"]["as_coded"]
     assert f"{own['combination']} keeps {own['n_S']} %<br>d = {own['d']}</td>" in text
     assert own["d"].startswith("2.0") and own["n_S"] == "90"
+    (row,) = [
+        cells for cells in Page(text).rows if cells[0] == "as coded" and "keeps 90 %" in " ".join(cells)
+    ]
+    assert [re.search(r"keeps (\d+) %", cell)[1] for cell in row[1:]] == [
+        "90",
+        "10",
+    ]  # any n_S, and 20 % at most
     assert "In 1 its Z exceeds" in text and "exceeds" not in render(
         "ranges.html.j2",
         **ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 99.0}),

@@ -237,6 +237,11 @@ def test_the_default_config_lists_all_samplers():
         ("complementarity.centres", "some", ["centres is 'some', but must be all or a mapping"]),
         ("complementarity.centres", {"n_S": 5}, ["complementarity.centres lacks the key 'sampler'."]),
         ("complementarity.centres", {"sampler": "farthest"}, ["exactly one of 'n_S_percent' and 'n_S'"]),
+        (
+            "complementarity.centres",
+            {"sampler": "farthest", "n_S": 5, "n_S_percent": 5},
+            ["exactly one of 'n_S_percent'"],
+        ),
         ("complementarity.thinning", {"draws": 0}, ["complementarity.thinning.draws is 0"]),
         ("ensemble.combination", [0, 1, 1, 1], ["ensemble.combination is [0, 1, 1, 1]", "alpha"]),
         (

@@ -16,7 +16,7 @@ import yaml
 
 import study
 from conftest import ROOT
-from sparsurf.workflow import memory, partial_runs, slurm
+from sparsurf.workflow import job_logs, memory, partial_runs, slurm
 
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
 
@@ -441,3 +441,12 @@ def test_the_lock_lasts_as_long_as_snakemake(checkout, capsys):
         while study.main(checkout.config()) and time.monotonic() < deadline:
             time.sleep(0.05)
         assert checkout.calls
+
+
+def test_a_job_that_a_second_attempt_finished_has_not_failed(tmp_path):
+    logs = [tmp_path / f"{name}.log" for name in ("failed", "finished")]
+    logs[0].write_text(f"{job_logs.ERROR}it is too small.\n")
+    logs[1].write_text(f"{job_logs.ERROR}no memory.\n{job_logs.USED}1 s\n")
+    with partial_runs.failed_jobs() as failed, open(os.environ[partial_runs.FAILED_JOBS], "a") as stream:
+        stream.writelines(f"{path}\n" for path in (*logs, logs[0]))
+    assert failed == [str(logs[0])]
