@@ -14,6 +14,7 @@ from PIL import Image
 
 import draw_pair
 import draw_view
+import sparsurf
 from browser import Browser, programs
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout, render
@@ -684,6 +685,11 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     np.testing.assert_array_equal(field.values, charge)
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
+    (orders,) = [given for given in shown[0] if isinstance(given, dict) and "farthest" in given]
+    kept = sparsurf.sample(
+        prepared.surface, n_dots=20, d_link=1.5, seed=SETTINGS["seed"]
+    )  # those of minimal.csv
+    assert sorted(orders["farthest"][:20]) == sorted(kept)
     low, high = draw_view.render.ROUGHNESS_LIMITS
     wanted = matplotlib.colormaps["viridis"](((prepared.roughness - low) / (high - low)).clip(0, 1))[:, :3]
     np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off

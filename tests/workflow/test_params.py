@@ -64,7 +64,12 @@ def planned(tmp_path_factory):
         "structures/c2.pdb",
     ):
         (moving / name).write_text("x\n")
-    config["proteins"]["loaded"] = {"structure": "loaded.pdb", "sampling": False, "plddt": 40}
+    config["proteins"]["loaded"] = {
+        "structure": "loaded.pdb",
+        "sampling": False,
+        "plddt": 40,
+        "table": "scores.csv",
+    }
     config |= {
         "seed": 7,
         "frames": {"selection": "clusters", "clusters": 2, "stride": 3},
@@ -163,6 +168,12 @@ def test_every_job_of_a_surface_is_of_that_surface(planned):
             assert not [path for path in job["input"] if path.startswith(tuple(others))], job
 
 
+def test_the_table_of_a_protein_is_an_input_of_its_minimal_subset(planned):
+    for job in planned[1]:
+        if job["rule"] in ("select_minimal_subset", "analyse_conformation"):
+            assert ("scores.csv" in job["input"]) == (job["wildcards"]["protein"] != "ready"), job
+
+
 def test_the_papers_sampler_takes_the_best_of_its_surface(planned):
     subsets = [job for job in planned[1] if job["rule"] == "select_minimal_subset"]
     assert len(subsets) == 4
@@ -189,6 +200,14 @@ def test_a_simulation_is_of_what_its_protein_selects(tmp_path):
     (prepared,) = [job for job in jobs if job["rule"] == "prepare_system"]
     assert prepared["input"] == ["two.pdb"] and prepared["params"]["seed"] == 7
     assert prepared["params"]["structure_options"] == {"residues": "2-4"}
+    simulated, before = (
+        "results/small/water/simulation",
+        {"nvt": "minimise", "npt": "nvt", "production": "npt"},
+    )
+    for job in jobs:
+        if job["rule"] == "simulate_stage":
+            earlier = before.get(job["wildcards"]["stage"])
+            assert job["input"] == [*([f"{simulated}/{earlier}"] if earlier else []), f"{simulated}/system"]
     stages = [job["params"] for job in jobs if job["rule"] == "simulate_stage"]
     assert sorted(stage["stage"] for stage in stages) == ["minimise", "npt", "nvt", "production"]
     assert {stage["simulate"]["ns"] for stage in stages} == {0.01} and {

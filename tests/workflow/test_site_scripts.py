@@ -128,6 +128,26 @@ def test_forms_that_are_one_or_not_there_are_a_sentence():
         compare_forms.main(None, None, None, None, *rest)
 
 
+def test_the_form_that_lacks_residues_is_named(monkeypatch, caplog):
+    """The first form has residues 5 and 6, and the second lacks them."""
+    for name, instead in (
+        ("read_npz", lambda path: path),
+        ("read_study_structure", lambda path: path),
+        ("numbered_alike", lambda molecule, _: molecule),
+        ("radii", lambda *_: None),
+        ("surface_generator", lambda *_: (None, None)),
+        ("unmatched_residues", lambda *_: ("A:5, A:6", "")),
+    ):
+        monkeypatch.setattr(compare_forms, name, instead)
+    monkeypatch.setattr(compare_forms, "Form", lambda name, *_: name)
+    monkeypatch.setattr(compare_forms, "changes_between", lambda *_: 1 / 0)
+    rest = ("", "", "", "", ["p/f0", "q/f0"], CONFIG["surface"], 0.5, 1, "bend")
+    with pytest.raises(ZeroDivisionError):
+        compare_forms.main("a.npz", "b.npz", "a.pdb", "b.pdb", *rest)
+    (told,) = [record.getMessage() for record in caplog.records]
+    assert told.startswith("q/f0 lacks residues A:5, A:6 of p/f0, so changes next to them may come from that")
+
+
 def spy(monkeypatch, name, instead):
     """Return a list that collects the calls of a function of draw_site, in whose place another does the work."""
     calls = []
