@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.report.ranges_page import best_of, counts
+from sparsurf.report.ranges_page import best_of, counts, ranges_page
 
 
 def test_ranges_are_counted_by_their_intervals_and_against_the_null_model():
@@ -17,6 +17,16 @@ def test_ranges_are_counted_by_their_intervals_and_against_the_null_model():
         }
     )
     assert counts(rows, 1.5) == {"n": 3, "above": 1, "below": 1, "above_null": 2}
+
+
+def test_every_reference_has_its_own_words():
+    errors = {"Z_empty": 9.0, "Z_two_patches": 4.0, "Z_mean_descriptor": 2.0, "Z_resampled": 0.5}
+    best = {"max_n_S_percent": 20.0, "draws": 3, "references": errors}
+    ranges = pd.DataFrame(columns=["reading"])
+    page = ranges_page("p/c1", ranges, best, errors)
+    assert page["references"][:3] == [
+        ("an empty patch", "9.00"), ("two different patches", "4.00"), ("the mean patch in place of every patch", "2.00")
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("percent", "every"), [(99.99, False), (99.996, True), (100.0, True)])

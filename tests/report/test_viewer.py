@@ -686,10 +686,8 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
     (orders,) = [given for given in shown[0] if isinstance(given, dict) and "farthest" in given]
-    kept = sparsurf.sample(
-        prepared.surface, n_dots=20, d_link=1.5, seed=SETTINGS["seed"]
-    )  # those of minimal.csv
-    assert sorted(orders["farthest"][:20]) == sorted(kept)
+    few = sparsurf.minimal(prepared.surface, n_dots=20, d_link=1.5, seed=SETTINGS["seed"])
+    assert sorted(orders["farthest"][:20]) == sorted(few.dots)  # those of minimal.csv
     low, high = draw_view.render.ROUGHNESS_LIMITS
     wanted = matplotlib.colormaps["viridis"](((prepared.roughness - low) / (high - low)).clip(0, 1))[:, :3]
     np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
