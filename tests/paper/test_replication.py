@@ -26,6 +26,7 @@ from sparsurf.report.paper_page import (
     surface_of,
     uniform,
 )
+from sparsurf.report.paper_page import rough_and_flat as of_roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.study import grid, rough_and_flat, tables
@@ -806,3 +807,14 @@ def test_every_cell_of_the_page_is_that_of_its_table(page):
         assert shown == [
             f"{outlook.loc[(floor, of), 'n_S_percent']:.3g}" for of in ("as_written", "recovered")
         ]
+
+
+def test_the_flattest_bin_is_the_last_with_enough_test_dots():
+    names = ["rougher half", "flatter half", "0.4 – 0.5", "0.5 – 0.6", "0.8 – 0.9"]
+    bins = pd.DataFrame({"around": "any dots", "bin": names, "n": [60.0, 60, 50, 40, 3]})
+    for reading in ("as_coded", "as_written"):
+        d = np.array([0.9, 0.1, 0.8, 0.2, 7.0])
+        bins = bins.assign(**{f"d_{reading}": d, f"d_low_{reading}": d - 0.3, f"d_high_{reading}": d + 0.3})
+    found = of_roughness(bins)
+    assert [row["bin"] for row in found["table"]["any dots"]] == ["rougher half", "flatter half", "0.5 – 0.6"]
+    assert found["holds"] == {"as_coded": "yes", "as_written": "yes"}  # 0.2 is around 0; 0.8 would not be
