@@ -83,14 +83,18 @@ def make_blob(n, seed=5):
 
 
 def pytest_collection_modifyitems(items):
-    """Whole studies first, and before them the one that mostly waits: the other tests fill the time that they take."""
-    first = [
-        "test_slurm.py",
-        "test_every_rule.py",
-        "test_runs.py",
-        "test_simulation.py",
-    ]
-    items.sort(key=lambda item: first.index(item.path.name) if item.path.name in first else len(first))
+    """Whole studies first, and before them the one that mostly waits; what reads the finished small study last.
+
+    The other tests fill the time that the studies take, so that no worker waits for one.
+    """
+    first = ["test_slurm.py", "test_every_rule.py", "test_runs.py", "test_simulation.py"]
+
+    def place(item):
+        if item.path.name in first:
+            return first.index(item.path.name)
+        return len(first) + ("study" in item.fixturenames)
+
+    items.sort(key=place)
 
 
 def pytest_collection_finish():
