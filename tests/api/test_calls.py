@@ -352,6 +352,10 @@ def test_patches_are_cut_as_requested(blob):
     assert np.array_equal(sparsurf.descriptors(blob, blob[0][[5, 2999]], radius=4, d_link=D_LINK), z)
     these = np.isin(np.arange(len(blob[0])), [5, 2999])
     assert np.array_equal(sparsurf.descriptors(blob, these, radius=4, d_link=D_LINK), z)
+    other = sparsurf.descriptors(blob, [5], radius=4, d_link=D_LINK, descriptor="rotation_robust")
+    assert np.array_equal(
+        other, engine.describe(index, blob[0][[5]], 4.0, True, descriptor="rotation_robust")[0]
+    )
     down = sparsurf.descriptors(blob, [5], radius=4, up=False, d_link=D_LINK)
     assert np.array_equal(down, engine.describe(index, blob[0][[5]], 4.0, False)[0])
     assert np.abs(down - z[:1]).max() > 1e-3

@@ -365,6 +365,10 @@ def test_export_writes_the_fields_of_the_dots(tmp_path, monkeypatch):
         tables.write_parquet(tmp_path / "run" / name / "0001.parquet", name, rows, config["fields"])
     assert command.main(["export", "run", "a", "-o", "out"]) == 0
     written, kept = sparsurf.read_surface("out/minimal.ply"), pd.read_csv("out/minimal.csv")
+    assert np.array_equal(
+        sparsurf.recover("out/minimal.ply").points, sparsurf.recover("out/minimal.csv").points
+    )
+    assert b"property float weight" in Path("out/minimal.ply").read_bytes()
     expected = out["dots"]["potential"].to_numpy()
     assert expected.std() > 1
     for values in (written.fields["potential"], kept["potential"]):

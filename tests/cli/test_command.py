@@ -1037,3 +1037,29 @@ def test_rules_of_dots_reach_the_function(tmp_path, monkeypatch, given, settings
     path = str(ROOT / "data" / "tdp43" / "topology.pdb")
     assert command.main(["surface", path, "-o", str(tmp_path / "dots.csv"), *given]) != 0
     assert called == [settings | {"frame": 0, "d_link": 0.5}]
+
+
+def test_every_dot_is_described_the_last_one_too(folder, tmp_path):
+    assert (
+        ended("descriptors", folder / "minimal.csv", "-o", tmp_path / "z.csv", "--d-link", 3, "--every", 1)
+        == 0
+    )
+    n = len(pd.read_csv(folder / "minimal.csv"))
+    assert pd.read_csv(tmp_path / "z.csv")["dot"].tolist() == list(range(n))
+
+
+def test_small_fields_of_several_frames_keep_their_digits(folder, tmp_path):
+    (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
+    call = [
+        "--frames",
+        "0,1",
+        "--fields",
+        "share",
+        "--table",
+        tmp_path / "small.csv",
+        "-o",
+        tmp_path / "dots.csv",
+    ]
+    assert ended("surface", folder / "models.pdb", *call) == 0
+    table = pd.read_csv(tmp_path / "dots.csv")
+    assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6) and table["share"].min() > 0

@@ -321,3 +321,13 @@ def test_a_recovered_surface_is_described_instead(peptides, monkeypatch):
     stages = list(thinning_module.STAGES)
     assert full[stages].to_numpy().tolist() == 2 * [[0, 0, 1, 1, 1]] + 2 * [[1, 0, 1, 1, 1]]
     assert (recovered[stages] == 1).all(axis=None) and (recovered["seconds"] == 5).all()
+
+
+def test_exchanged_partners_are_native_ones_of_other_dots(peptides, monkeypatch):
+    asked, engine = [], matching.descriptors_at
+    monkeypatch.setattr(matching, "descriptors_at", lambda *given: asked.append(given) or engine(*given))
+    matching.contacts(*peptides)
+    native, anyone, exchanged = (sorted(map(tuple, given[1])) for given in asked if given[0] is peptides[1])
+    assert exchanged == native and anyone != native
+    first, *_, last = (given[1] for given in asked if given[0] is peptides[1])
+    assert not np.array_equal(first, last)

@@ -600,6 +600,9 @@ def test_links_keep_the_samplings_and_change_the_islands(page):
     # at the surface's own D_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_as_coded"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_as_coded"], atol=1e-6)
+    assert np.allclose(
+        links.loc[0.8]["n_S_percent"], page["rows"]["n_S_percent"], rtol=0.1
+    )  # one draw, and the mean
     assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_as_coded"].tolist()
 
 

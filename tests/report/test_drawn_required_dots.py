@@ -224,3 +224,14 @@ def test_without_a_grid_there_is_no_cloud():
     assert ax.get_xlim()[0] == 0.9 and ax.get_title() == "8 % of the dots are enough"
     both = required_dots.figure([surface_tables("p/c1", rows=0), surface_tables("p/c2", rows=0)])
     assert not [words for words in names_in(both) if "sampling" in words]
+
+
+def test_medians_end_where_fewer_than_half_of_the_surfaces_were_measured():
+    none = (np.array([]), np.array([]))
+    key = ("farthest", "as_written")
+    panels = {
+        name: required_dots.Panel(none, {key: (np.array([1.0, end]), np.array([4.0, 2.0]))}, {}, (5.0, 1.0))
+        for name, end in (("a", 10.0), ("b", 40.0), ("c", 40.0))
+    }
+    n, *_ = required_dots.median_panel(panels).lines[key]
+    assert n.min() >= 1 and 30 < n.max() <= 40

@@ -94,6 +94,13 @@ def test_at_most_five_samplers_are_drawn_in_the_figure_of_one_panel():
         np.testing.assert_allclose(line.get_xydata(), wanted)
     assert len(ax.lines) == len(shown) + 2  # and two reference values
     assert words_of(figure)[0] == "q/c1: farthest point errs least"
+    whole = comparison(factors)
+    uniform = (
+        whole["sampler"] == "uniform"
+    ).to_numpy()  # here with the lowest single value, not the lowest mean
+    once = whole.assign(value=np.where(uniform, np.where(whole["percent"] == 40, 0.01, 50.0), whole["value"]))
+    words = words_of(comparison_figure.comparison_figure(once, "q/c1"))
+    assert words[0] == "q/c1: farthest point errs least"
     names = [words for words, _ in legend_of(figure)]
     assert "mine" not in names and "empty patches: 9.00" not in names and len(names) == 7
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from sparsurf import InputError
 from sparsurf.patches.index import build_index, select_separated
@@ -184,6 +185,16 @@ def test_the_density_is_a_power_of_one_less_the_roughness(k, even):
     right = (points[dots, 0] > 30).mean()
     # the few per cent that are drawn without replacement shift nothing; dots drawn at random scatter by 1.7 % of 900
     assert right == pytest.approx(2.0**k / (1 + 2.0**k), abs=0.02 if even else 0.05)
+
+
+def test_half_of_the_dots_are_drawn_with_chances_in_proportion():
+    """Drawn like clocks that ring at rates 0.64 and 0.16, until half have rung: exp(-0.64 t) + exp(-0.16 t) = 1, t = 2.01."""
+    rough = np.repeat([0.2, 0.6], 10000)
+    dots = roughness_weighted_sampling(
+        SimpleNamespace(roughness=rough), 10000, np.random.default_rng(0), 2, even=False
+    )
+    t = brentq(lambda t: np.exp(-0.64 * t) + np.exp(-0.16 * t) - 1, 0.1, 10)
+    assert (dots < 10000).mean() == pytest.approx(1 - np.exp(-0.64 * t), abs=0.02)  # 0.72; scatter 0.4 %
 
 
 def test_a_power_of_zero_knows_no_roughness(surface):

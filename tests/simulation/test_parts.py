@@ -201,6 +201,10 @@ def test_fewer_than_fifty_values_tell_nothing(n, known):
         assert judged["near"].all()  # 10 bar and 30 kg / m^3 off are near enough
         far = quality.judge(table.assign(pressure_bar=11.5, density_kg_m3=975.0), protocol.DEFAULTS)
         assert far["near"].tolist() == [True, False, False]
+        wide = 311.5 + np.repeat([-200.0, 200.0], n // 2)  # 11.5 K off, and so uncertain that it may be near
+        assert quality.judge(table.assign(temperature_K=wide, density_kg_m3=1036.0), protocol.DEFAULTS)[
+            "near"
+        ].all()
 
 
 def test_the_radius_of_gyration_is_that_of_the_heavy_atoms():

@@ -214,3 +214,13 @@ def test_recovered_dots_are_of_no_known_component():
     dots = sparsurf.surface((shell(), np.full(200, 1.9)), density=1.0)
     dots = replace(dots, fields={"component": np.arange(len(dots)), "b": np.ones(len(dots))})
     assert list(sparsurf.recover(dots, density=1.0).fields) == ["b"]
+
+
+def test_components_are_numbered_by_their_dots():
+    """Four spheres far apart, the largest of them third in the file."""
+    centres, sizes = 40.0 * np.arange(4)[:, None] * [1.0, 0, 0], np.array([1.5, 1.9, 3.0, 1.2])
+    component, table = sparsurf.components((centres, sizes))
+    assert table["dots"].is_monotonic_decreasing and len(table) == 4
+    dots = sparsurf.surface((centres, sizes))
+    owner = np.abs(dots.points[:, 0][:, None] - centres[:, 0]).argmin(axis=1)
+    assert [np.unique(component[owner == k]).tolist() for k in range(4)] == [[2], [1], [0], [3]]

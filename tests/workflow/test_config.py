@@ -421,6 +421,7 @@ OWN = {"proteins": DEFAULT["proteins"]}
             "surface.radii is bondi, but the program DMS",
         ),
         (OWN | {"paper": "tdp43", "tables": {"ranges": 5}}, "tables.ranges is 5, but `paper` has 10"),
+        (OWN | {"paper": "tdp43", "tables": {"ranges": 12}}, "tables.ranges is 12, but `paper` has 10"),
         (OWN | {"paper": "tdp43", "evaluation": {"readings": ["as_coded"]}}, "but `paper` needs both"),
         (
             OWN | {"paper": "tdp43", "frames": {"selection": [0, 7]}},

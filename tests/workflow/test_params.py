@@ -213,3 +213,18 @@ def test_a_simulation_is_of_what_its_protein_selects(tmp_path):
     assert {stage["simulate"]["ns"] for stage in stages} == {0.01} and {
         stage["seed"] for stage in stages
     } == {7}
+
+
+def test_structures_of_a_batch_come_with_their_own_keys(tmp_path):
+    write_study(tmp_path / "study")
+    proteins = {
+        "still": {"structure": "still.pdb", "table": "scores.csv"},
+        "one": {"structure": "one.pdb", "plddt": 50},
+    }
+    config = {"run": "small", "sampling": False, "batch": 2, "proteins": proteins, "fields": ["score"]}
+    (job,) = [job for job in planned_jobs(tmp_path / "study", config) if job["rule"] == "analyse_batch"]
+    assert job["params"]["structures"] == {
+        "still": {"path": "still.pdb", "table": "scores.csv", "options": {}},
+        "one": {"path": "one.pdb", "table": None, "options": {"plddt": 50}},
+    }
+    assert {"still.pdb", "one.pdb", "scores.csv"} <= {*job["input"]}
