@@ -9,6 +9,7 @@ import pytest
 
 import small_study
 import sparsurf
+import summarise_batches
 from browser import Browser, programs
 from peptides import peptide, write
 from sparsurf import InputError, columns
@@ -23,6 +24,12 @@ from sparsurf.workflow.config import check_config
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
 RESIDUES = ("ALA", "SER", "ALA", "VAL", "GLY", "ALA")
 CONFIG = {"run": "many", "sampling": False, "batch": 4, "proteins": {"folder": "structures"}}
+FILES_OF_RUN = {
+    "page": "index.html",
+    "failures": "failures.csv",
+    "warnings": "warnings.csv",
+    "png": "distributions.png",
+}
 GOOD = [f"p{k:02d}" for k in range(1, 11)]
 
 
@@ -559,3 +566,25 @@ def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):
     assert np.array_equal(
         *(out["dots"].query("protein == @name").drop(columns="protein").to_numpy() for name in "ab")
     )
+
+
+def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
+    run = tmp_path / "run"
+    config = check_config(config_of(tmp_path))
+    surfaces = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)["surfaces"]
+    rows = {
+        "surfaces": surfaces,
+        "warnings": pd.DataFrame({"protein": ["b", "a", "a"], "sentence": ["it lacks atoms"] * 3}),
+        "failures": pd.DataFrame({"protein": [f"x{k:02d}" for k in range(23)], "reason": "holds no atoms."}),
+    }
+    for name, table in rows.items():
+        (run / name).mkdir(parents=True)
+        tables.write_parquet(run / name / "0001.parquet", name, table)
+    files = {name: str(run / path) for name, path in FILES_OF_RUN.items()}
+    paths = [str(run / name / "0001.parquet") for name in rows]
+    summarise_batches.main(paths, [], **files, exclude={}, logs="", jobs=[], floor=None)
+    listed = pd.read_csv(files["warnings"])
+    assert listed["protein"].tolist() == ["a", "b"] and listed["job"].unique().tolist() == ["analyse_batch"]
+    page = " ".join(Path(files["page"]).read_text().split())
+    assert "x19 and 3 more" in page and "x20" not in page  # 23 failed, and 20 are named
+    assert len(pd.read_csv(files["failures"])) == 23

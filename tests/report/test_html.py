@@ -636,7 +636,10 @@ def test_the_answer_on_mean_roughness_follows_from_the_tests(related, n, tests):
         "rows_tested": tests,
         "by_chance": {20: 3, 2: 0, 0: 0}[tests],
     }
-    answer = Page(render(summary_page.TEMPLATE, **known)).text["answer"]
+    page = Page(render(summary_page.TEMPLATE, **known | {"floors": [["turned", "7", "5"]]}))
+    header = ["noise floor", "dots as they are / %", "surface recovered from them / %"]
+    assert page.rows[page.rows.index(["turned", "7", "5"]) - 1] == header
+    answer = page.text["answer"]
     said = [words for words in ("too few", "does not predict", "goes with", "can tell") if words in answer]
     wanted = {
         (3, 0): "too few",

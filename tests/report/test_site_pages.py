@@ -10,6 +10,7 @@ from matplotlib import colors
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+import draw_changes
 import sparsurf
 import summarise_sites
 from conftest import ROOT
@@ -44,6 +45,7 @@ from sparsurf.report.site_page import (
     read_residues,
     site_page,
 )
+from sparsurf.surfaces.formats.npz import write_npz
 
 SITE = {"query": "bound", "residues": "A:57,102,195"}
 HITS = pd.DataFrame(
@@ -393,3 +395,28 @@ def test_forms_that_differ_all_over_are_said_to(forms):
     table = forms[1].assign(over_floor=[2.0] * 7 + [0.5])
     words = " ".join(text.get_text() for text in changes_figure("opening", forms[0], table).texts)
     assert "the forms differ all over (7 of 8 residues exceed their floor)" in " ".join(words.split())
+
+
+def test_the_page_of_a_form_is_grey_below_the_floor(forms, tmp_path, monkeypatch):
+    """The total of the residues is 0.11 to 0.88, and their floor 0.3, or 0.45 of the last three."""
+    pages, (drawn, table) = [], forms
+    paths = {
+        f"{kind}_{side}": str(tmp_path / f"{kind}_{side}")
+        for kind in ("surface", "structure", "view")
+        for side in (1, 2)
+    }
+    for side, (_, dots, molecule, _) in enumerate(drawn, 1):
+        write_npz(paths[f"surface_{side}"], dots)
+        paths[f"structure_{side}"] = str(tmp_path / f"{side}.pdb")
+        molecule.write_pdb(paths[f"structure_{side}"])
+    table.drop(columns="over_floor").to_csv(tmp_path / "changes.csv", index=False)
+    monkeypatch.setattr(draw_changes, "coloured_page", lambda *given: pages.append(given) or "page")
+    outputs = {"changes": str(tmp_path / "changes.csv"), "png": str(tmp_path / "changes.png")}
+    draw_changes.main(**paths, **outputs, forms=["p/f0", "q/f0"], patches={}, seed=1, name="opening")
+    assert [given[0] for given in pages] == ["opening, p/f0", "opening, q/f0"]
+    residue = drawn[0][2].residue_index[drawn[0][1].atom]
+    over = np.append(
+        [np.nan, np.nan, 1.1], np.array([0.44, 0.55, 0.66, 0.77, 0.88]) / [0.3, 0.3, 0.45, 0.45, 0.45]
+    )
+    for given in pages:
+        np.testing.assert_allclose(given[5][0].values, over[residue], rtol=1e-4)
