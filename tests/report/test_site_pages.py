@@ -355,7 +355,7 @@ def forms():
     other = sparsurf.Surface(dots.points @ turn + shift, dots.normals @ turn, atom=dots.atom)
     over = np.array([0.5, 0.2, 4.0, 0.9, np.nan, 0.3, 2.0, 0.4])  # of the residues
     table = molecule.residues.assign(
-        total=0.1 * np.arange(1, 9), total_floor=0.3, total_moved=0.2, over_floor=over
+        total=0.11 * np.arange(1, 9), total_floor=0.3, total_moved=0.2, over_floor=over
     )
     table.loc[5:, "total_moved"] = 0.45
     change = over[molecule.residue_index[dots.atom]]
