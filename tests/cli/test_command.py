@@ -1040,26 +1040,15 @@ def test_rules_of_dots_reach_the_function(tmp_path, monkeypatch, given, settings
 
 
 def test_every_dot_is_described_the_last_one_too(folder, tmp_path):
-    assert (
-        ended("descriptors", folder / "minimal.csv", "-o", tmp_path / "z.csv", "--d-link", 3, "--every", 1)
-        == 0
-    )
+    call = ["descriptors", folder / "minimal.csv", "--d-link", 3, "--every", 1]
+    assert ended(*call, "-o", tmp_path / "z.csv") == 0
     n = len(pd.read_csv(folder / "minimal.csv"))
     assert pd.read_csv(tmp_path / "z.csv")["dot"].tolist() == list(range(n))
 
 
 def test_small_fields_of_several_frames_keep_their_digits(folder, tmp_path):
     (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
-    call = [
-        "--frames",
-        "0,1",
-        "--fields",
-        "share",
-        "--table",
-        tmp_path / "small.csv",
-        "-o",
-        tmp_path / "dots.csv",
-    ]
-    assert ended("surface", folder / "models.pdb", *call) == 0
+    call = ["surface", folder / "models.pdb", "--frames", "0,1", "--fields", "share"]
+    assert ended(*call, "--table", tmp_path / "small.csv", "-o", tmp_path / "dots.csv") == 0
     table = pd.read_csv(tmp_path / "dots.csv")
     assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6) and table["share"].min() > 0

@@ -95,9 +95,8 @@ def test_at_most_five_samplers_are_drawn_in_the_figure_of_one_panel():
     assert len(ax.lines) == len(shown) + 2  # and two reference values
     assert words_of(figure)[0] == "q/c1: farthest point errs least"
     whole = comparison(factors)
-    uniform = (
-        whole["sampler"] == "uniform"
-    ).to_numpy()  # here with the lowest single value, not the lowest mean
+    # uniform dots with the lowest single value, not the lowest mean
+    uniform = (whole["sampler"] == "uniform").to_numpy()
     once = whole.assign(value=np.where(uniform, np.where(whole["percent"] == 40, 0.01, 50.0), whole["value"]))
     words = words_of(comparison_figure.comparison_figure(once, "q/c1"))
     assert words[0] == "q/c1: farthest point errs least"
@@ -117,11 +116,8 @@ def test_an_arrow_says_how_many_times_fewer_dots():
     texts = comparison_figure.comparison_figure(last, "q").axes[0].texts
     assert not [t for t in texts if t.get_text().startswith("same Z")]
     worse = {"farthest": 1.1, "uniform": 1.25, "paper": 1.0}
-    bound = {
-        "farthest": 0.2,
-        "uniform": 1.0,
-        "paper": 1.6,
-    }  # its fewest dots are better already: only a bound is known
+    # its fewest dots are better already: only a bound is known
+    bound = {"farthest": 0.2, "uniform": 1.0, "paper": 1.6}
     for factors in (worse, bound):
         texts = comparison_figure.comparison_figure(comparison(factors), "q").axes[0].texts
         assert not [t for t in texts if t.get_text().startswith("same Z")]

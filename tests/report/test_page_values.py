@@ -190,9 +190,8 @@ def test_factors_of_the_page_are_those_of_dots_as_the_surface():
 )
 def test_how_winners_were_chosen_follows_the_number_of_draws(draws, words):
     text = render("cross_validated.j2", draws=draws)
-    assert [part for part in ("a single draw", "half of the draws", "two thirds of") if part in text] == [
-        words
-    ]
+    said = [part for part in ("a single draw", "half of the draws", "two thirds of") if part in text]
+    assert said == [words]
 
 
 def test_the_limits_of_d_are_the_widest_and_empty_if_unknown():

@@ -385,9 +385,8 @@ def test_the_figure_of_two_forms_has_a_bar_and_a_floor_for_each_residue(forms):
     assert [line[0][1] for line in floors.get_segments()] == pytest.approx([0.3] * 5 + [0.45] * 3)
     shown = [colors.to_rgb(bar.get_facecolor()) for bar in along.patches]
     grey = [np.allclose(colour, BELOW, atol=1e-3) for colour in shown]
-    assert grey == [True, True, False, True, False, True, False, True] and np.allclose(
-        shown[4], REST, atol=1e-3
-    )
+    assert grey == [True, True, False, True, False, True, False, True]
+    assert np.allclose(shown[4], REST, atol=1e-3)
     assert [text.get_text() for text in along.texts] == ["PHE211", "GLY215"]
 
 

@@ -10,25 +10,25 @@ from conftest import ROOT
 from small_study import planned_jobs, write_study
 from sparsurf.workflow.config import check_config
 
-# Keys of the config that are params of their own, by name; see `of_config`
-SECTION_OF = {
-    "d_link": ("patches", "D_link"),
-    "distance_from_moved_centre": ("sampling",),
-    "chance_in_every_patch": ("sampling",),
-    "ranges": ("tables",),
-    "max_n_s_percent": ("tables", "max_n_S_percent"),
-    "percents": ("compare",),
-    "samplers": ("compare",),
-    "centres": ("complementarity",),
-    "nearest": ("complementarity",),
-    "smoothing": ("complementarity",),
-    "interface": ("complementarity",),
-    "thinning": ("complementarity",),
-    "readings": ("evaluation",),
-    "combination": ("ensemble",),
-    "stride": ("ensemble",),
-    "draws": ("ensemble",),
+SECTION_OF = {  # params that are a key of a section of the config
+    "d_link": "patches",
+    "distance_from_moved_centre": "sampling",
+    "chance_in_every_patch": "sampling",
+    "ranges": "tables",
+    "max_n_s_percent": "tables",
+    "percents": "compare",
+    "samplers": "compare",
+    "centres": "complementarity",
+    "nearest": "complementarity",
+    "smoothing": "complementarity",
+    "interface": "complementarity",
+    "thinning": "complementarity",
+    "readings": "evaluation",
+    "combination": "ensemble",
+    "stride": "ensemble",
+    "draws": "ensemble",
 }
+KEY_OF = {"d_link": "D_link", "max_n_s_percent": "max_n_S_percent"}  # where its name differs
 RENAMED = {  # arguments of scripts that are called otherwise than the param or file
     ("surface_settings", "surface"),
     ("minimal_settings", "minimal"),
@@ -50,7 +50,7 @@ MOLECULE_OPTIONS = {"moving": {"residues": "209-216"}, "loaded": {"plddt": 40}}
 
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory):
-    """The config, no number of which is the default, and the jobs that follow once the frames of `moving` are chosen."""
+    """A config of which few values are the default, and the jobs that follow once the frames of `moving` are chosen."""
     folder = tmp_path_factory.mktemp("planned") / "study"
     config = write_study(folder)
     moving = folder / "results/small/moving"
@@ -121,8 +121,7 @@ def of_config(config, job, name):
     }
     if name in own:
         return own[name]
-    section, key = (*SECTION_OF.get(name, (name,)), name)[:2]
-    return config[section] if name in config else config[section][key]
+    return config[name] if name in config else config[SECTION_OF[name]][KEY_OF.get(name, name)]
 
 
 def test_every_param_has_the_value_of_the_config(planned):
@@ -134,6 +133,18 @@ def test_every_param_has_the_value_of_the_config(planned):
                 assert value == of_config(config, job, name), (job["rule"], job["wildcards"], name)
                 known += 1
     assert known > 250 and len({job["rule"] for job in jobs}) > 30
+
+
+def test_a_param_has_the_name_of_its_key():
+    """So that no rule takes another key of the config than its script says."""
+    found = {}
+    for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")):
+        for name, keys in re.findall(
+            r'^\s+(\w+)=config((?:\["\w+"\])+(?:\.get\("\w+"\))?)', path.read_text(), re.M
+        ):
+            found.setdefault((name.lower(), re.findall(r'"(\w+)"', keys)[-1].lower()), path.name)
+    assert len(found) > 20
+    assert [pair for pair in found if pair[0] != pair[1]] == [("parts", "jobs")]
 
 
 def test_a_script_hands_on_every_param_and_file_by_its_name(planned):

@@ -2,13 +2,11 @@
 
 import copy
 import os
-import re
 import shutil
 
 import pytest
 import yaml
 
-from conftest import ROOT
 from small_study import copy_of, planned_rules
 
 COMPUTE = {"compute_surface", "measure_roughness", "measure_floors", "evaluate_grid", "select_minimal_subset"}
@@ -190,15 +188,3 @@ def test_a_dry_run_writes_nothing(own, config):
     planned_rules(own, changed(config, "seed", 5))
     assert before == {path: path.stat().st_mtime_ns for path in (own / "results").rglob("*")}
     assert not os.path.lexists(own / "results" / "other")
-
-
-def test_a_param_has_the_name_of_its_key():
-    """So that no rule takes another key of the config than its script says."""
-    found = {}
-    for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")):
-        for name, keys in re.findall(
-            r'^\s+(\w+)=config((?:\["\w+"\])+(?:\.get\("\w+"\))?)', path.read_text(), re.M
-        ):
-            found.setdefault((name.lower(), re.findall(r'"(\w+)"', keys)[-1].lower()), path.name)
-    assert len(found) > 20
-    assert [pair for pair in found if pair[0] != pair[1]] == [("parts", "jobs")]

@@ -1,4 +1,4 @@
-"""Conformations that a config names."""
+"""Which proteins have a single form for certain, before any frame is read."""
 
 import gzip
 

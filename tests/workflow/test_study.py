@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -199,6 +200,14 @@ def test_a_second_run_excludes_what_failed_and_what_needs_it(tmp_path, logs, exc
     assert found.keys() == exclude.keys()
     assert all(found[place].startswith(reason.rstrip("?")) for place, reason in exclude.items())
     assert partial_runs.something_is_left(config, tmp_path, found)
+
+
+def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformations():
+    """A job that comes before them and is not listed would stop the run of the other proteins."""
+    rules = "".join(path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")))
+    jobs = set(re.findall(r'"results/\{run\}/logs/\{protein\}/(\w+)[^/"]*\.log"', rules))
+    after = {job for job in jobs if not job.startswith(partial_runs.BEFORE_CONFORMATIONS)}
+    assert after == {"draw_frames", "follow_frames_", "follow_ensemble", "draw_ensemble"}
 
 
 def test_a_protein_without_any_conformation_is_excluded_itself(tmp_path):
