@@ -8,7 +8,7 @@
 # make docs    build the book in docs/_build/html and check its links (needs a network the first time)
 # make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides; make setup-test adds what tests need
-# make schema  renew config/schema.json and docs/config.md from the models of the config, docs/columns.md from the list of columns
+# make schema  renew config/schema.json and docs/config.md from the models of the config
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
@@ -96,7 +96,6 @@ evidence: $(READY) $(EXTRA)
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
-	$(if $(QUICK),,@$(BIN)/python evidence/pages.py)
 
 $(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
 	@echo "Compiling kernels (once, about half a minute)"
@@ -108,7 +107,6 @@ $(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
 # JSON Schema and reference page of the config, from its models
 schema: $(READY)
 	$(BIN)/python -m sparsurf.workflow.config
-	$(BIN)/python -m sparsurf.columns
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)

@@ -16,6 +16,7 @@ import sparsurf
 
 sys.path.append(str(Path(__file__).parent))
 import reference
+import table_numbers
 from sparsurf import compile_kernels
 
 project, author, release = "sparsurf", "the sparsurf authors", sparsurf.__version__
@@ -98,9 +99,10 @@ def _draw_tutorial():
 
 
 def setup(app):
-    """Formulas as MathML, which browsers draw without a script; tables of the reference from what they describe."""
+    """Formulas as MathML, which browsers draw without a script; tables of the reference and numbers from where they stand."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
     app.connect("source-read", reference.fill)
+    app.connect("source-read", table_numbers.fill)
     for compile_part in compile_kernels.PARTS.values():  # once, so that no script of the gallery pays for it
         compile_part()
     _draw_tutorial()

@@ -1,9 +1,10 @@
-"""The tables of the reference, from parsers and glossary."""
+"""The tables of the reference, from parsers, glossary and the list of columns."""
 
 import re
 import textwrap
 
 import sparsurf
+import sparsurf.columns
 from sparsurf.cli import command
 
 PLACE = re.compile(r"(?P<mark><!-- generated: (?P<name>\w+) -->\n)(?P<old>.*?)(?P<end><!-- end -->)", re.S)
@@ -42,6 +43,16 @@ def glossary():
     for word, meaning in re.findall(r"^(\S.*?)  +(.*(?:\n +.*)*)", text, re.M):
         yield f"{word}\n  {' '.join(meaning.split())}\n\n"
     yield "```\n"
+
+
+def columns():
+    """A section for each table of a run or command: what a row is, and its columns."""
+    for key, table in sparsurf.columns.tables().items():
+        yield f"### `{key}`\n\nA row is {table.row}.\n\n| column | type | unit | meaning |\n|---|---|---|---|\n"
+        for column in table.columns:
+            name, meaning = f"`{column.name}`{'*' * column.optional}", column.meaning.replace("|", "\\|")
+            yield f"| {name} | {column.type} | {column.unit} | {meaning} |\n"
+        yield "\n"
 
 
 def filled(text):

@@ -50,7 +50,7 @@ def checkout(tmp_path):
     shutil.copytree(
         ROOT / "src" / "sparsurf", tmp_path / "src" / "sparsurf", ignore=shutil.ignore_patterns("__pycache__")
     )
-    for name in ("config.yaml", "config/schema.json", "docs/config.md", "docs/columns.md"):
+    for name in ("config.yaml", "config/schema.json", "docs/config.md"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
     return tmp_path
@@ -155,10 +155,6 @@ def test_a_column(checkout):
     replace_once(
         library / "batches" / "tables.py", '^        "dots": INT,$', r'\g<0>\n        "heavy_atoms": INT,'
     )
-    printed(checkout, "-m", "sparsurf.columns")
-    assert "| `heavy_atoms` | int | atoms | its heavy atoms |" in (
-        checkout / "docs" / "columns.md"
-    ).read_text(encoding="utf-8")
     code = """
 import sparsurf
 from sparsurf import columns

@@ -1,7 +1,4 @@
-"""Columns of every CSV of a run and of the command line: type, unit and meaning, from columns.yaml.
-
-`python -m sparsurf.columns` renews docs/columns.md.
-"""
+"""Columns of every CSV of a run and of the command line: type, unit and meaning, from columns.yaml."""
 
 from __future__ import annotations
 
@@ -14,18 +11,6 @@ from typing import Any
 
 import yaml
 
-PAGE = "docs/columns.md"
-INTRODUCTION = """# Columns of every table
-
-Every CSV and Parquet table of a run and of the command line, with type, unit and meaning of each column. `make schema` writes
-this page from `src/sparsurf/columns.yaml`, which also checks the tables when they are read. A path lies below
-`results/<run>/`. A blank cell is a value that is not known or does not apply. Columns with * are absent where they do not
-apply. `<reading>` stands for `as_coded`, `as_written` and `recovered`; `<field>`, `<floor>` and `<sampler>` stand for names in
-the config.
-
-A number has as many digits as its error leaves, two of the error, and at most six where it has none. `grid.csv`, `floors.csv` and
-`roughness.csv` keep all digits, since later steps compute with them.
-"""
 PLACEHOLDERS = {
     "<reading>": "(?:as_coded|as_written|recovered)",
     "<residue>": r"[^:]*:\w+",
@@ -125,24 +110,6 @@ def missing_columns(name: str, columns: Iterable[str]) -> list[str]:
     return min(lacking, key=len, default=[])
 
 
-def page() -> str:
-    """Return docs/columns.md."""
-    sections = [INTRODUCTION]
-    for key, table in tables().items():
-        lines = [
-            f"## `{key}`\n",
-            f"A row is {table.row}.\n",
-            "| column | type | unit | meaning |",
-            "| --- | --- | --- | --- |",
-        ]
-        lines += [
-            f"| `{column.name}`{'*' * column.optional} | {column.type} | {column.unit} | {_escaped(column.meaning)} |"
-            for column in table.columns
-        ]
-        sections.append("\n".join(lines) + "\n")
-    return "\n".join(sections)
-
-
 def _columns_of(
     table: Mapping[str, Any], shared: Mapping[str, Column], suffixes: Mapping[str, str]
 ) -> Iterator[Column]:
@@ -187,17 +154,3 @@ def _same_place(key: list[str], parts: tuple[str, ...]) -> bool:
     return len(key) == len(parts) and all(
         a == b or a.startswith("<") for a, b in zip(key, parts, strict=True)
     )
-
-
-def _escaped(text: str) -> str:
-    """Return a text as a cell of a Markdown table."""
-    return text.replace("|", "\\|").replace("<", "&lt;")
-
-
-def main() -> None:
-    """Write docs/columns.md into the working directory."""
-    Path(PAGE).write_text(page(), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

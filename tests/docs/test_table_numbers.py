@@ -1,0 +1,111 @@
+"""Numbers of the pages are those of evidence/tables: put in when the book is built, or as text in README and docs/paper.md."""
+
+import re
+
+import pytest
+
+import table_numbers
+from conftest import ROOT
+from sparsurf.cli.recover import EXAMPLES
+
+FARTHEST = 'recover_opponents_means.csv "sampler=farthest dots" percent=10'
+AT_44 = "{own:+.2f} ({own_low:+.2f} to {own_high:+.2f})"
+ON_A1 = "fragments_surfaces.csv surface=A1_file reading=as_coded"
+SURFACES = "surface=A1_file|A1_dms|A2|A3|A4|A5|B1|B2"
+AUC = 'complexes_means.csv group=bound score=complementarity map=smoothed "descriptor=published, 6 Å"'
+SHOWN = {
+    "README.md": [
+        "on the paper's surface A1 at {{ answers.csv protein=A1 | {median:.1f} % ({low:.1f} to {high:.1f} %) }}.",
+        f"from the true one by {{{{ {FARTHEST} | {{distance:.3f}} }}}} Å on average",
+        f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} }}}} Å.",
+        'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å.',
+        f"of the dots it is {{{{ proteins_d.csv reading=as_coded range=5 | {AT_44} as coded }}}}",
+        f"{{{{ proteins_d.csv reading=as_written range=5 | {AT_44} as written (mean of {{n}} proteins) }}}}",
+        "worse than the mean patch, on all {{ proteins_d.csv reading=as_coded range=5 | {n_worse:.0f} }}.",
+        f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
+        "alone has {{ complexes_means.csv group=bound score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
+        "{{ fragments_inside.csv surface=A1_file reading=as_coded | {d_inside} of ten published d }}",
+        "as coded, and {{ fragments_inside.csv surface=A1_file reading=as_written | {d_inside} as written }}",
+    ],
+    "docs/paper.md": [
+        "{{ fragments_places.csv binning=half-open range=1 | above {d_n_below} of {n_runs} on DMS's dots }}",
+        f"surface has {{{{ {ON_A1} | {{dots:,}} dots, {{centres:.0f}} centres of }}}}",
+        f"mean roughness of {{{{ {ON_A1} | {{mean_roughness:.4f}} }}}}, as",
+        f"n_S runs from {{{{ {ON_A1} | {{n_S_lowest_percent:.2f}} to {{n_S_highest_percent:.2f}} %. }}}}",
+        'runs from {{ paper_figures.csv "quantity=lowest roughness" | {value:.2f} to }}'
+        ' {{ paper_figures.csv "quantity=highest roughness" | {value:.2f} }}.',
+        'α = 0.1 keeps {{ paper_figures.csv "quantity=n_S at alpha 0.1, the others 0" | {value:.0f} }} %',
+        'one of {{ paper_figures.csv "quantity=combinations that may be the best, as_coded" | {value:.0f} }} that',
+        'its d is {{ paper_figures.csv "quantity=d of the published best, as_written" | {value:.2f} }}.',
+        'rougher half gains {{ paper_figures.csv "quantity=d of rough_half around kept dots, as_coded" | {value:.1f} }}',
+        'flatter half gains {{ paper_figures.csv "quantity=d of flat_half around kept dots, as_coded" | {value:.1f} }}',
+        'flattest bin {{ paper_bins.csv bin=10 "around=kept dots" | {d_as_coded:.1f} }}.',
+        '6, 0) keeps {{ paper_figures.csv "quantity=kept of the roughest tenth, (1, 0, 6, 0)" | {value:.0f} }} % of',
+        'dots and {{ paper_figures.csv "quantity=kept of the flattest tenth, (1, 0, 6, 0)" | {value:.0f} }} % of',
+        '10, 0) keeps {{ paper_figures.csv "quantity=kept of the roughest tenth, (1, 1, 10, 0)" | {value:.0f} }} %'
+        ' and {{ paper_figures.csv "quantity=kept of the flattest tenth, (1, 1, 10, 0)" | {value:.0f} }} %, which',
+        'size keeps {{ paper_figures.csv "quantity=kept of all dots, (1, 0, 6, 0)" | {value:.0f} }} %.',
+        "by {{ descriptors_changes_means.csv descriptor=published change=turned density=5.35 | {ratio:.2f} }} of",
+        "large or dense ([{{ proteins_d.csv reading=as_coded range=0 | {n} }} here]",
+        "Over {{ proteins_d.csv reading=as_coded range=0 | {n} }} proteins",
+        "for all by {{ proteins_d.csv reading=as_coded range=0 | {near:.3f} }} (",
+        'patches is {{ paper_costs.csv "sampler=all dots" | {Z_of_two_patches:.2f} }}.',
+        "at {{ complexes_thinning_means.csv sampler=paper surface=full percent=5 | {correlation:.2f} }} (paper's dots)",
+        "or {{ complexes_thinning_means.csv sampler=farthest surface=full percent=5 | {correlation:.2f} }} (farthest",
+        "{{ fragments_table1.csv | | {row} | {combination} | {d_published:+.2f}"
+        " | {d_A1_file:+.2f} ({d_A1_file_low:+.2f} to {d_A1_file_high:+.2f})"
+        " | {d_A1_dms:+.2f} ({d_A1_dms_low:+.2f} to {d_A1_dms_high:+.2f})"
+        " | {d_A1_exact:+.2f} ({d_A1_exact_low:+.2f} to {d_A1_exact_high:+.2f}) | }}",
+        "{{ fragments_table1.csv | | {row} | {Z_published:.2f}"
+        " | {Z_A1_file:.2f} ({Z_A1_file_low:.2f} to {Z_A1_file_high:.2f})"
+        " | {Z_A1_dms:.2f} ({Z_A1_dms_low:.2f} to {Z_A1_dms_high:.2f})"
+        " | {Z_A1_exact:.2f} ({Z_A1_exact_low:.2f} to {Z_A1_exact_high:.2f}) | }}",
+        '{{ fragments_inside.csv "surface=A1_file|A1_dms|A1_dms, other test dots|A1_exact"'
+        " | | {surface} | {reading} | {d_inside} of {rows} | {Z_inside} of {rows} | {d_above_0} | {d_below_0} | }}",
+        '{{ paper_costs.csv "sampler=paper|all dots" | | {n_S_percent:.1f} | {roughness_seconds:.4f} | {roughness_MB:.1f}'
+        " | {descriptors_seconds:.3f} | {descriptors_MB:.0f} | {map_seconds:.2f} | {map_MB:.0f} | }}",
+        "{{ paper_costs.csv | | {sampler} | {percent:g} | {roughness_error:.3f} | {Z:.2f} | {map_correlation:.2f} | }}",
+        f"{{{{ fragments_surfaces.csv reading=as_coded {SURFACES} | | {{surface}} | {{dots:,}} | {{mean_roughness:.2f}}"
+        " | {n_S_lowest_percent:.2f} to {n_S_highest_percent:.2f} | {n_may_be_best} of 10 | {n_worse} of 10"
+        " | {gain:+.2f} ({largest_gain:+.2f}) | }}",
+        f"{{{{ fragments_surfaces.csv reading=as_written {SURFACES} | | {{surface}} | {{n_may_be_best}} of 10"
+        " | {n_worse} of 10 | {gain:+.2f} ({largest_gain:+.2f}) | {d_best:+.2f} | }}",
+    ],
+}
+
+
+@pytest.mark.parametrize(("page", "text"), [(page, text) for page, texts in SHOWN.items() for text in texts])
+def test_a_page_that_is_read_without_the_book_shows_the_numbers_of_the_tables(page, text):
+    shown = " ".join(table_numbers.filled(text).split())
+    assert shown in " ".join((ROOT / page).read_text(encoding="utf-8").split())
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*.md")), ids=lambda path: path.stem)
+def test_every_placeholder_of_a_page_has_its_cells(page):
+    assert "{{" not in table_numbers.filled(page.read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "t.csv").write_text(
+        "name,percent,Z\nfarthest dots,5,-0.564\nfarthest dots,10,\nuniform,10,1234.56\n"
+    )
+    return tmp_path
+
+
+def test_a_placeholder_is_the_text_of_its_row_and_on_its_own_line_of_all_its_rows(folder):
+    text = "Z is {{ t.csv name=uniform | {Z:,.0f} at {percent} }}.\n"
+    rows = '{{ t.csv "name=farthest dots" | | {percent:g} | {Z:.2f} | }}\n'
+    assert table_numbers.filled(text + rows, folder) == "Z is 1,235 at 10.\n| 5 | −0.56 |\n| 10 |  |\n"
+
+
+@pytest.mark.parametrize("wrong", ["u.csv a=1 | {Z}", "t.csv a=1 | {Z}", "t.csv name=b | {Z}", "t.csv name=uniform | {W}",
+                                   "t.csv percent=10 | {Z}", "t.csv name=uniform", "t.csv percent=x | {Z}"])  # fmt: skip
+def test_a_wrong_cell_is_named_by_placeholder_and_table(folder, wrong):
+    with pytest.raises(ValueError, match=re.escape(f"{{{{ {wrong} }}}}: ")):
+        table_numbers.filled(f"Z is {{{{ {wrong} }}}}.", folder)
+
+
+def test_the_help_of_recover_has_the_errors_of_the_table():
+    shown = table_numbers.filled(f"{{{{ {FARTHEST} | {{distance:.2f}} {{distance_99:.2f}} }}}}")
+    assert re.findall(r"\d\.\d\d(?= |,)", EXAMPLES) == shown.split()
