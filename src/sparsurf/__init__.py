@@ -74,7 +74,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.surfaces.read_surface import read_surface
     from sparsurf.surfaces.surface import Surface
 
-__version__ = "2.0.0"
+__version__ = "3.0.0"
 # Module of each function and class for users; loaded when first used, so that the import costs nothing.
 FUNCTIONS = {
     "read_molecule": "molecules.read_molecule",

@@ -53,7 +53,7 @@ def test_a_page_can_be_read_at_one_go(page):
 def test_the_release_is_one():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    first = re.search(r"^## (\S+)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
+    first = re.search(r"^## (\S+).*?\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
     assert citation["version"] == sparsurf.__version__ == first[1]
     assert len(re.findall(r"^- ", first[2], re.M)) <= 20
 
