@@ -48,7 +48,7 @@ ifeq ($(CLUSTER)$(SLURM_JOB_ID),)
 export SLURM_CONF ?= /dev/null
 endif
 
-# The numba kernels, compiled once; numba compiles again what was edited
+# The numba kernels, compiled once, and again when a source was edited: numba notices no edit in another file than the kernel's
 KERNELS := .cache/kernels-compiled
 
 .PHONY: evidence setup setup-test setup-docs run paper compare test bench docs package lock schema
@@ -85,12 +85,12 @@ package: setup-docs
 	$(BIN)/python -m build --no-isolation
 	$(BIN)/twine check --strict dist/*
 
-bench: $(READY)
+bench: setup
 	$(BIN)/python evidence/bench.py
 
 # Without results/evidence nothing was measured here: tables and figures are as released, and Git gave them times at random.
 # make passes -n on to Snakemake: the plus runs these lines then, too
-evidence: $(READY) $(EXTRA)
+evidence: setup
 	+@test -d results/evidence || { mkdir -p results/evidence && touch -r results/evidence evidence/tables/*.csv docs/*.png \
 	  evidence/tables/*.csv.gz src/sparsurf/sites/weights.npz src/sparsurf/sites/null.csv; }
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
@@ -100,6 +100,7 @@ evidence: $(READY) $(EXTRA)
 $(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
 	@echo "Compiling kernels (once, about half a minute)"
 	@mkdir -p .cache
+	@$(BIN)/python -m sparsurf.compile_kernels remove
 	@$(BIN)/python -m sparsurf.compile_kernels surfaces & job=$$!; \
 	  $(BIN)/python -m sparsurf.compile_kernels patches && wait $$job
 	@touch $@

@@ -24,6 +24,18 @@ dots = sparsurf.surface("protein.pdb", density=1.0, d_link=1.5)
 sparsurf.write(dots, "dots.ply")
 print(len(dots), dots.points.sum(), dots.normals.sum())
 """
+KERNELS = """
+from pathlib import Path
+import numpy as np, users
+from sparsurf.compile_kernels import remove_kernels
+from sparsurf.dot_fields.smoothing import gaussian_mean
+
+points = np.zeros((2, 3))
+assert gaussian_mean(np.ones(2), points, points).tolist() == [1, 1] and users.double(2) == 4
+print(*(len(list(Path("cache").rglob(f"{name}*.nbc"))) for name in ("smoothing", "users")))
+remove_kernels()
+print(*(len(list(Path("cache").rglob(f"{name}*.nb?"))) for name in ("smoothing", "users")))
+"""
 SPHERES = "ATOM  {:5d}  {:3s} ALA A   1    {:8.3f}{:8.3f}{:8.3f}  1.00  0.00           C  \n"
 
 
@@ -82,7 +94,7 @@ def test_the_wheel_holds_the_library_and_its_data(wheel):
 
 
 def test_installed_it_is_used_from_another_folder(installed, tmp_path):
-    """The kernels go to the user's cache, not beside the package; uncompiled here, which gives the same numbers."""
+    """Uncompiled here, which gives the same numbers."""
     xyz = np.array([[0, 0, 0], [3, 0, 0.5], [1, 2.5, 0]], dtype=float)
     lines = [
         SPHERES.format(k + 1, name, *place)
@@ -90,19 +102,23 @@ def test_installed_it_is_used_from_another_folder(installed, tmp_path):
     ]
     (tmp_path / "protein.pdb").write_text("".join(lines))
     environment = {name: os.environ[name] for name in ("PATH", "LANG") if name in os.environ}
-    environment |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "1"}
+    environment |= {"NUMBA_DISABLE_JIT": "1"}
     first, second = run([installed / "python", "-c", USE], cwd=tmp_path, env=environment).splitlines()
     assert first.startswith(str(installed.parent)) and first.endswith(sparsurf.__version__)
     dots = sparsurf.surface((xyz, np.full(3, 1.9)), density=1.0, d_link=1.5)
     count, points, normals = second.split()
     assert int(count) == len(dots)
     assert np.allclose([float(points), float(normals)], [dots.points.sum(), dots.normals.sum()], atol=1e-8)
-    folder = "from sparsurf.kernel_cache import cache_folder; print(cache_folder())"
-    stored = run([installed / "python", "-c", folder], cwd=tmp_path, env=environment)
-    assert stored.startswith(str(tmp_path / "cache" / "sparsurf" / "numba"))
     command = [installed / "sparsurf", "surface", "protein.pdb", "--density", "1", "-o", "-"]
     table = run(command, cwd=tmp_path, env=environment).splitlines()
     assert len(table) == len(dots) + 1
+
+
+def test_compiled_kernels_of_the_package_can_be_removed(tmp_path):
+    (tmp_path / "users.py").write_text("from numba import njit\ndouble = njit(cache=True)(lambda x: 2 * x)\n")
+    path = os.pathsep.join([str(ROOT / "src"), str(tmp_path)])
+    environment = os.environ | {"NUMBA_CACHE_DIR": "cache", "PYTHONPATH": path}
+    assert run([sys.executable, "-c", KERNELS], cwd=tmp_path, env=environment) == "1 1\n0 2\n"
 
 
 def test_make_can_install_the_checkout_itself(tmp_path):

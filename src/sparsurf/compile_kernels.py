@@ -1,11 +1,16 @@
 """Compile the numba kernels into their cache, in two parts that take equally long: `python -m sparsurf.compile_kernels patches`.
 
 Each part calls every kernel on a tiny surface. The kernels of pairs and sites are compiled when they are first called.
+numba compiles a kernel again if its file was edited, not if a function or constant of another file was: `remove` removes
+the compiled kernels, for `make setup` after an edit.
 """
 
 import sys
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 
 BALL_DOTS = 300
 
@@ -36,6 +41,18 @@ def compile_patches() -> None:
         choose(prepared, 20, np.random.default_rng(0))
 
 
+def remove_kernels() -> None:
+    """Remove the compiled kernels of this package, wherever numba stores them."""
+    library = Path(__file__).parent
+    for path in library.rglob("*.py"):
+        if "@njit(" in path.read_text(encoding="utf-8"):
+            module = import_module(".".join(path.relative_to(library.parent).with_suffix("").parts))
+            kernels = (value for value in vars(module).values() if isinstance(value, Dispatcher))
+            for folder in {Path(kernel.stats.cache_path) for kernel in kernels}:
+                for file in folder.glob("*.nb[ic]"):
+                    file.unlink(missing_ok=True)
+
+
 def ball() -> tuple[np.ndarray, np.ndarray]:
     """Return points and outward normals of random dots on a sphere of 2 Å."""
     normals = np.random.default_rng(0).normal(size=(BALL_DOTS, 3))
@@ -46,5 +63,6 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
 PARTS = {"surfaces": compile_surfaces, "patches": compile_patches}
 
 if __name__ == "__main__":
-    for part in sys.argv[1:] or PARTS:
-        PARTS[part]()
+    steps = {"remove": remove_kernels} | PARTS
+    for step in sys.argv[1:] or PARTS:
+        steps[step]()

@@ -12,8 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-
-from sparsurf.kernel_cache import njit
+from numba import njit
 
 R_PATCH = 4.0  # Å, roughness and sampling (authors' scripts)
 R_ZERNIKE = 6.0  # Å, descriptors (paper, Materials and Methods)

@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numba import njit
 
-from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
 from sparsurf.threads import parallel_map

@@ -8,8 +8,8 @@ and its normal tilts, by half of what the plane indicates. Nothing is random.
 import math
 
 import numpy as np
+from numba import njit
 
-from sparsurf.kernel_cache import njit
 from sparsurf.recovery.interpolants import Interpolants, fit_interpolants, interpolant_value
 from sparsurf.recovery.recovering import MIN_GRADIENT
 from sparsurf.threads import parallel_map

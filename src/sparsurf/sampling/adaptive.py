@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
+from numba import njit
 
-from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import ball, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
 from sparsurf.sampling.published import SampledSurface

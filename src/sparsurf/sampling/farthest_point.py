@@ -1,8 +1,8 @@
 """Farthest-point sampling, and sampling weighted by roughness."""
 
 import numpy as np
+from numba import njit
 
-from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.sampling.published import SampledSurface
 

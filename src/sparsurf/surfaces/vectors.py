@@ -6,8 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from sparsurf.kernel_cache import njit
+from numba import njit
 
 Vector = tuple[float, float, float]
 

@@ -12,7 +12,6 @@ NOT_COMPUTING = (
     "workflow",
     "__init__",
     "__main__",
-    "kernel_cache",
     "compile_kernels",
 )
 

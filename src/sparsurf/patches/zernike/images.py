@@ -11,11 +11,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import njit, types
 from numba.extending import intrinsic
 
 from sparsurf.bits import count_bits, lowest_bit
-from sparsurf.kernel_cache import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.polynomials import DISC, PIXELS
 

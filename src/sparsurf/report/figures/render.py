@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from sparsurf.kernel_cache import njit
 from sparsurf.orientation import principal_axes
 
 SUPERSAMPLING = 2  # rendered pixels per pixel of the picture, along each side
