@@ -129,7 +129,6 @@ rule draw_frames:
         explained="results/{run}/{protein}/explained.csv",
     output:
         png=in_report("results/{run}/{protein}/figures/frames.png", "Frames and conformations"),
-        svg="results/{run}/{protein}/figures/frames.svg",
     log:
         "results/{run}/logs/{protein}/draw_frames.log",
     localrule: True
@@ -374,7 +373,6 @@ rule summarise_surfaces:
     output:
         table="results/{run}/surfaces.csv",
         png=in_report("results/{run}/required_dots.png", "How many dots are enough", "All surfaces"),
-        svg="results/{run}/required_dots.svg",
     log:
         "results/{run}/logs/summarise_surfaces.log",
     localrule: True

@@ -50,7 +50,6 @@ rule summarise_batches:
         failures="results/{run}/failures.csv",
         warnings="results/{run}/warnings.csv",
         png="results/{run}/distributions.png",
-        svg="results/{run}/distributions.svg",
     log:
         "results/{run}/logs/summarise_batches.log",
     localrule: True

@@ -53,17 +53,7 @@ PACKED = {
 }
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
-FIGURES = (
-    "required_dots",
-    "roughness",
-    "number_of_dots",
-    "number_of_dots_panels",
-    "d_over_grid",
-    "d_over_grid_panels",
-    "rough_and_flat",
-    "rough_and_flat_panels",
-    "subsets",
-)
+PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
@@ -264,7 +254,7 @@ def early_outputs(protein):
         files += ["frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures"]
     if protein in SIMULATED:
         files += ["simulation/energies.csv", "simulation/motion.csv", "simulation/quality.csv"]
-        files += ["figures/simulation.png", "figures/simulation.svg"]
+        files += ["figures/simulation.png"]
     if config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*"):
         files += ["ensemble.csv", "residues_over_time.csv", "residues.csv"]
     return [f"results/{config['run']}/{protein}/{file}" for file in files]
@@ -274,10 +264,10 @@ def protein_outputs(protein):
     """Files of one protein and of its conformations."""
     files = []
     if has_several_frames(protein):
-        files += ["figures/frames.png", "figures/frames.svg"]
+        files += ["figures/frames.png"]
         if config["ensemble"]["run"]:
-            files += ["ensemble.html", "figures/ensemble.png", "figures/ensemble.svg"]
-            files += ["figures/residues.png", "figures/residues.svg"]
+            files += ["ensemble.html", "figures/ensemble.png"]
+            files += ["figures/residues.png"]
     for conformation in conformations(protein):
         files += [f"{conformation}/{file}" for file in conformation_files(protein)]
     return early_outputs(protein) + [f"results/{config['run']}/{protein}/{file}" for file in files]
@@ -293,12 +283,12 @@ def conformation_files(protein):
         files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
     if protein in SAMPLED:
         files += ["grid.csv", "distances.npz", "best.json", "ranges.csv", "ranges.md", "ranges.html"]
-        files += ["rough_and_flat.csv"]
-        files += [f"figures/{figure}.{end}" for figure in FIGURES for end in ("png", "svg")]
+        files += ["rough_and_flat.csv", "figures/required_dots.png"]
+        files += [f"figures/{figure}.{end}" for figure in PAPER_FIGURES for end in ("png", "svg")]
     if config["compare"]["run"] and protein in SAMPLED:
         files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
         files += ["compare_alone.csv", "needed.csv", "centres.csv"]
-        files += [f"figures/compare{part}.{end}" for part in ("", "_panels") for end in ("png", "svg")]
+        files += [f"figures/compare{part}.png" for part in ("", "_panels")]
     if protein in DESCRIBED:
         files += ["places.sites"]
     return files
@@ -338,7 +328,7 @@ def files_of_batch(wildcards):
 def results_of_pages(wildcards):
     """Files of the structures of batches that get the pages of a study."""
     run = f"results/{config['run']}"
-    files = ["surfaces.csv", "required_dots.png", "required_dots.svg"] if PROTEINS else []
+    files = ["surfaces.csv", "required_dots.png"] if PROTEINS else []
     of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
     return [f"{run}/{file}" for file in files] + of_proteins
 
@@ -347,16 +337,16 @@ def results_before_pages(wildcards):
     """All outputs except the first page and its tables."""
     run = f"results/{config['run']}"
     if BATCHED:
-        files = batch_tables(wildcards) + [f"{run}/distributions.{end}" for end in ("png", "svg")]
+        files = batch_tables(wildcards) + [f"{run}/distributions.png"]
         return files + results_of_pages(wildcards)
     files = []
     if PROTEINS:
-        files += ["surfaces.csv", "required_dots.png", "required_dots.svg"]
+        files += ["surfaces.csv", "required_dots.png"]
     if SAMPLED:
-        files += ["summary.csv", "relation.csv", "summary.html", "summary.png", "summary.svg"]
+        files += ["summary.csv", "relation.csv", "summary.html", "summary.png"]
     if config["compare"]["run"] and SAMPLED:
         files += ["compare.csv", "compare_needed.csv", "compare.html"]
-        files += [f"compare{part}.{end}" for part in ("", "_panels") for end in ("png", "svg")]
+        files += [f"compare{part}.png" for part in ("", "_panels")]
     if "paper" in config and not is_excluded(config["paper"], "c1"):
         files += ["verdict.html", "table1.png", "table1.svg", "paper_as_published.csv", "paper_places.csv"]
         files += ["paper_tests.csv", "paper_rows.csv", "paper_links.csv", "paper_defects.csv"]
@@ -367,10 +357,9 @@ def results_before_pages(wildcards):
             "pairs/means.csv",
             "pairs/pairs.html",
             "pairs/pairs.png",
-            "pairs/pairs.svg",
         ]
     if len(SEARCHES) > 1:
-        files += ["sites/matrix.csv", "sites/matrix.png", "sites/matrix.svg"]
+        files += ["sites/matrix.csv", "sites/matrix.png"]
     files += [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
     files += [f"sites/{site}/{file}" for site in SITES for file in site_files(site)]
     of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
@@ -380,24 +369,23 @@ def results_before_pages(wildcards):
 def pair_files(pair):
     """Files of a pair."""
     files = ["propensity.csv", "best_pairs.csv", "agreement.csv", "contacts.csv", "pair.html"]
-    files += ["partner_1.ply", "partner_2.ply", "book.png", "book.svg", "view_1.html", "view_2.html"]
+    files += ["partner_1.ply", "partner_2.ply", "book.png", "view_1.html", "view_2.html"]
     if not set(PAIRS[pair].get("proteins", ())) & set(READY_SURFACES):
         files += ["partner_1.pdb", "partner_2.pdb", "residues.csv", "open.pml", "open.cxc"]
     if config["complementarity"]["thinning"]["run"]:
-        files += ["thinning.csv", "thinning.png", "thinning.svg"]
+        files += ["thinning.csv", "thinning.png"]
     return files
 
 
 def site_files(site):
     """Files of a search for a site, or of a comparison of two forms."""
     if site in SEARCHES:
-        files = ["hits.csv", "matches.csv", "poses.csv", "superposed", "site.html", "site.png", "site.svg"]
+        files = ["hits.csv", "matches.csv", "poses.csv", "superposed", "site.html", "site.png"]
     else:
         files = [
             "changes.csv",
             "changes.html",
             "changes.png",
-            "changes.svg",
             "changed_1.pdb",
             "changed_2.pdb",
         ]

@@ -22,8 +22,6 @@ rule compare_samplers:
             "results/{run}/{protein}/{conformation}/figures/compare_panels.png",
             "Samplers compared, every measure",
         ),
-        svg="results/{run}/{protein}/{conformation}/figures/compare.svg",
-        panels_svg="results/{run}/{protein}/{conformation}/figures/compare_panels.svg",
     log:
         "results/{run}/logs/{protein}/{conformation}/compare_samplers.log",
     conda:
@@ -60,8 +58,6 @@ rule summarise_comparison:
         panels=in_report(
             "results/{run}/compare_panels.png", "Over all proteins, every measure", "Samplers compared"
         ),
-        svg="results/{run}/compare.svg",
-        panels_svg="results/{run}/compare_panels.svg",
     log:
         "results/{run}/logs/summarise_comparison.log",
     localrule: True

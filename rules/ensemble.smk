@@ -77,13 +77,11 @@ rule draw_ensemble:
         residues="results/{run}/{protein}/residues.csv",
     output:
         png=in_report("results/{run}/{protein}/figures/ensemble.png", "n_S and d over time"),
-        svg="results/{run}/{protein}/figures/ensemble.svg",
         residues_png=in_report(
             "results/{run}/{protein}/figures/residues.png",
             "Residues over time",
             caption="residues_over_time",
         ),
-        residues_svg="results/{run}/{protein}/figures/residues.svg",
         page="results/{run}/{protein}/ensemble.html",
     log:
         "results/{run}/logs/{protein}/draw_ensemble.log",

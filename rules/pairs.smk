@@ -86,7 +86,6 @@ rule draw_pair:
         agreement="results/{run}/pairs/{pair}/agreement.csv",
     output:
         png=in_report("results/{run}/pairs/{pair}/book.png", "{pair}", "Pairs"),
-        svg="results/{run}/pairs/{pair}/book.svg",
         view_1=in_report(
             "results/{run}/pairs/{pair}/view_1.html",
             "{pair}, partner 1 to turn",
@@ -120,7 +119,6 @@ rule thin_pair:  # where complementarity.thinning asks for it
     output:
         table="results/{run}/pairs/{pair}/thinning.csv",
         png=in_report("results/{run}/pairs/{pair}/thinning.png", "{pair}, fewer centres", "Pairs"),
-        svg="results/{run}/pairs/{pair}/thinning.svg",
     log:
         "results/{run}/logs/pairs/{pair}/thin_pair.log",
     conda:
@@ -149,7 +147,6 @@ rule summarise_pairs:
         means=in_report("results/{run}/pairs/means.csv", "Means over pairs", "Pairs", caption="pairs"),
         page="results/{run}/pairs/pairs.html",
         png=in_report("results/{run}/pairs/pairs.png", "All pairs", "Pairs"),
-        svg="results/{run}/pairs/pairs.svg",
     log:
         "results/{run}/logs/summarise_pairs.log",
     localrule: True

@@ -79,27 +79,17 @@ rule draw_figures:
         number_of_dots=in_report(
             "results/{run}/{protein}/{conformation}/figures/number_of_dots.png", "Fig. 2, number of dots"
         ),
-        number_of_dots_panels=in_report(
-            "results/{run}/{protein}/{conformation}/figures/number_of_dots_panels.png", "Fig. 2, all panels"
-        ),
         d_over_grid=in_report(
             "results/{run}/{protein}/{conformation}/figures/d_over_grid.png", "Fig. 3, d over the grid"
-        ),
-        d_over_grid_panels=in_report(
-            "results/{run}/{protein}/{conformation}/figures/d_over_grid_panels.png", "Fig. 3, all panels"
         ),
         rough_and_flat=in_report(
             "results/{run}/{protein}/{conformation}/figures/rough_and_flat.png",
             "Fig. 4, rough and flat patches",
         ),
-        rough_and_flat_panels=in_report(
-            "results/{run}/{protein}/{conformation}/figures/rough_and_flat_panels.png",
-            "Fig. 4, around any dots",
-        ),
         subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png", "Fig. 5, surfaces"),
         svg=expand(
             "results/{run}/{protein}/{conformation}/figures/{figure}.svg",
-            figure=FIGURES,
+            figure=PAPER_FIGURES,
             allow_missing=True,
         ),
         bins="results/{run}/{protein}/{conformation}/rough_and_flat.csv",
@@ -138,7 +128,6 @@ rule summarise_best:
         relation="results/{run}/relation.csv",
         page="results/{run}/summary.html",
         png=in_report("results/{run}/summary.png", "Best parameters against mean roughness", "All surfaces"),
-        svg="results/{run}/summary.svg",
     log:
         "results/{run}/logs/summarise_best.log",
     localrule: True

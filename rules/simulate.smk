@@ -71,7 +71,6 @@ rule judge_simulation:
         motion="results/{run}/{protein}/simulation/motion.csv",
         quality="results/{run}/{protein}/simulation/quality.csv",
         png=in_report("results/{run}/{protein}/figures/simulation.png", "Simulation"),
-        svg="results/{run}/{protein}/figures/simulation.svg",
     log:
         "results/{run}/logs/{protein}/judge_simulation.log",
     wildcard_constraints:

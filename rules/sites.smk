@@ -54,7 +54,6 @@ rule draw_site:
         poses="results/{run}/sites/{site}/poses.csv",
     output:
         png=in_report("results/{run}/sites/{site}/site.png", "{site}", "Sites"),
-        svg="results/{run}/sites/{site}/site.svg",
         view_1=in_report(
             "results/{run}/sites/{site}/view_1.html", "{site} to turn", "Sites", caption="site_view"
         ),
@@ -88,7 +87,6 @@ rule summarise_sites:  # of several searches
     output:
         matrix="results/{run}/sites/matrix.csv",
         png=in_report("results/{run}/sites/matrix.png", "All sites on all surfaces", "Sites"),
-        svg="results/{run}/sites/matrix.svg",
     log:
         "results/{run}/logs/summarise_sites.log",
     localrule: True
@@ -135,7 +133,6 @@ rule draw_changes:
         changes="results/{run}/sites/{site}/changes.csv",
     output:
         png=in_report("results/{run}/sites/{site}/changes.png", "{site}", "Sites"),
-        svg="results/{run}/sites/{site}/changes.svg",
         view_1=in_report(
             "results/{run}/sites/{site}/view_1.html", "{site}, form 1 to turn", "Sites", caption="site_view"
         ),

@@ -113,8 +113,8 @@ def main(
         of_paper=choices_from_ranges(best) is PUBLISHED_CHOICES,
     )
     write(page, comparison_page.TEMPLATE, **facts)
-    layout.save(comparison_figure.comparison_figure(comparison, title), png.removesuffix(".png"))
-    layout.save(comparison_figure.comparison_panels(comparison, title), panels.removesuffix(".png"))
+    layout.save(comparison_figure.comparison_figure(comparison, title), png)
+    layout.save(comparison_figure.comparison_panels(comparison, title), panels)
 
 
 def _place_dots(structure: str, settings: dict) -> Callable:

@@ -30,7 +30,7 @@ def main(
     seed: int,
     name: str,
 ) -> None:
-    """Write the picture (PNG and SVG) and a page of each form.
+    """Write the picture and a page of each form.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def main(
             residue_labels(structure),
         )  # fmt: skip
         Path(view).write_text(page, encoding="utf-8")
-    layout.save(changes_figure(name, drawn, table), png.removesuffix(".png"))
+    layout.save(changes_figure(name, drawn, table), png)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ def main(
     combination: list[float],
     name: str,
 ) -> None:
-    """Write the two figures (PNG and SVG) and their page.
+    """Write the two figures and their page.
 
     Parameters
     ----------
@@ -29,9 +29,9 @@ def main(
     name : of the protein
     """
     frames = pd.read_csv(table)
-    layout.save(ensemble_figure(frames, combination, name), png.removesuffix(".png"))
+    layout.save(ensemble_figure(frames, combination, name), png)
     figure = residues_figure(read_residues(over_time), read_residues(residues), name)
-    layout.save(figure, residues_png.removesuffix(".png"))
+    layout.save(figure, residues_png)
     write(page, TEMPLATE, **ensemble_page(name, frames, combination))
 
 

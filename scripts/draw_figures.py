@@ -12,13 +12,10 @@ from sparsurf.recovery.readings import READINGS, comparable_density, readings_of
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import (
     d_over_grid,
-    d_over_grid_panels,
     layout,
     number_of_dots,
-    number_of_dots_panels,
     required_dots,
     rough_and_flat,
-    rough_and_flat_panels,
     roughness,
     subsets,
 )
@@ -38,11 +35,8 @@ FIGURES = {
     "required_dots": required_dots,
     "roughness": roughness,
     "number_of_dots": number_of_dots,
-    "number_of_dots_panels": number_of_dots_panels,
     "d_over_grid": d_over_grid,
-    "d_over_grid_panels": d_over_grid_panels,
     "rough_and_flat": rough_and_flat,
-    "rough_and_flat_panels": rough_and_flat_panels,
     "subsets": subsets,
 }
 MAX_TEST_DOTS = 8_000  # by roughness
@@ -59,7 +53,7 @@ def main(
     required_dots: str,
     curves: str,
     minimal: str,
-    figures: dict[str, str],
+    figures: list[str],
     bins: str,
     patches: dict,
     distance_from_moved_centre: bool,
@@ -74,7 +68,7 @@ def main(
 
     Parameters
     ----------
-    figures : paths of the PNG files, by the names in `FIGURES`
+    figures : paths of PNG and SVG files, called as in `FIGURES`
     bins : table of Z by roughness, to be written
     patches, minimal_settings : dict, the sections `patches` and `minimal` of the config
     name : protein/conformation
@@ -121,7 +115,10 @@ def main(
         curves=read_table(curves),
     )
     for figure, module in FIGURES.items():
-        layout.save(module.draw(results), figures[figure].removesuffix(".png"))
+        drawn = module.draw(results)
+        for path in figures:
+            if Path(path).stem == figure:
+                layout.save(drawn, path)
 
 
 def _sampler(minimal: dict) -> str:
@@ -157,10 +154,14 @@ def _rough_and_flat(
         for around, kept in by_roughness.AROUND.items()
     ]
     write_table(path_to_bins, pd.concat(tables, ignore_index=True))
+    kept_dots = results["kept dots"]
     panels = [
-        (f"patches around {around}, {READINGS[reading].words}", result.roughness[0], *result.z[reading][:, 0])
+        (
+            f"patches around kept dots, {READINGS[reading].words}",
+            kept_dots.roughness[0],
+            *kept_dots.z[reading][:, 0],
+        )
         for reading in readings
-        for around, result in results.items()
     ]
     anywhere, patches = results["any dots"], []
     ranked = anywhere.dots[0][np.argsort(anywhere.roughness[0], kind="stable")]
@@ -183,7 +184,7 @@ if __name__ == "__main__":
             required_dots=snakemake.input.required_dots,
             curves=snakemake.input.curves,
             minimal=snakemake.input.minimal,
-            figures={figure: snakemake.output[figure] for figure in FIGURES},
+            figures=[*snakemake.output.svg, *(snakemake.output[figure] for figure in FIGURES)],
             bins=snakemake.output.bins,
             patches=snakemake.params.patches,
             distance_from_moved_centre=snakemake.params.distance_from_moved_centre,

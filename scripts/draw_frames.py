@@ -8,7 +8,7 @@ from sparsurf.workflow.jobs import job
 
 
 def main(frames: str, silhouette: str, projection: str, explained: str, png: str, name: str) -> None:
-    """Draw clusters, chosen frames, silhouettes and explained variance, as PNG and SVG."""
+    """Draw clusters, chosen frames, silhouettes and explained variance."""
     chosen, coordinates = pd.read_csv(frames), pd.read_csv(projection)
     silhouettes = pd.read_csv(silhouette)
     row_of_frame = pd.Series(range(len(coordinates)), index=coordinates["frame"])
@@ -21,7 +21,7 @@ def main(frames: str, silhouette: str, projection: str, explained: str, png: str
         dict(zip(silhouettes["K"], silhouettes["silhouette"], strict=True)),
         name,
     )
-    layout.save(figure, png.removesuffix(".png"))
+    layout.save(figure, png)
 
 
 if __name__ == "__main__":

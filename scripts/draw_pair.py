@@ -29,7 +29,7 @@ def main(
     seed: int,
     name: str,
 ) -> None:
-    """Write the picture (PNG and SVG) and the pages view_1.html and view_2.html.
+    """Write the picture and the pages view_1.html and view_2.html.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def main(
     surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
     tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
     scores = pd.read_csv(agreement)
-    layout.save(book_figure(name, surfaces, tables, scores), png.removesuffix(".png"))
+    layout.save(book_figure(name, surfaces, tables, scores), png)
     auc = scores[scores["score"] == MAIN_SCORE].set_index("partner")[["auc", "low", "high"]]
     pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
     files = (structure_1, view_1), (structure_2, view_2)

@@ -34,7 +34,7 @@ def main(
     seed: int,
     name: str,
 ) -> None:
-    """Write the figure (PNG and SVG), and viewer pages of the site and of its clearest hit.
+    """Write the figure, and viewer pages of the site and of its clearest hit.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def main(
         Path(view).write_text(page, encoding="utf-8")
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]
     head = layout.headed(name, f"found on {found.sum()} of {len(found)} surfaces")
-    layout.save(site_figure(head, panels, names), png.removesuffix(".png"))
+    layout.save(site_figure(head, panels, names), png)
 
 
 def _by_conformation(paths: list[str]) -> dict[str, str]:

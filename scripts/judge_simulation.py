@@ -46,7 +46,7 @@ def main(
     write_table(energies, energy_table)
     write_table(motion, motion_table)
     write_table(quality, quality_table)
-    layout.save(simulation_figure(energy_table, motion_table, quality_table), png.removesuffix(".png"))
+    layout.save(simulation_figure(energy_table, motion_table, quality_table), png)
 
 
 if __name__ == "__main__":

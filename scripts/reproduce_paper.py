@@ -29,6 +29,7 @@ def main(
     page: str,
     tables: dict[str, str],
     png: str,
+    svg: str,
     surface_settings: dict,
     patches: dict,
     sampling: dict,
@@ -98,7 +99,9 @@ def main(
             "surface": surface_of(prepared, surface_settings, path_to_surface),
         }
     )
-    layout.save(table1_figure(results["places"], results["rows"]), png.removesuffix(".png"))
+    figure = table1_figure(results["places"], results["rows"])
+    for path in (svg, png):
+        layout.save(figure, path)
     write(page, TEMPLATE, **facts, first=a1, figure=embedded(png))
 
 
@@ -123,6 +126,7 @@ if __name__ == "__main__":
                 "family": snakemake.output.family,
             },
             png=snakemake.output.png,
+            svg=snakemake.output.svg,
             surface_settings=snakemake.params.surface,
             patches=snakemake.params.patches,
             sampling=snakemake.params.sampling,

@@ -30,7 +30,7 @@ def main(
     jobs: list[str],
     floor: str | None,
 ) -> None:
-    """Write index.html, distributions.png and .svg, failures.csv and warnings.csv.
+    """Write index.html, distributions.png, failures.csv and warnings.csv.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def main(
     rows = collected_warnings(studied, logs, jobs) if studied else []
     listed = pd.concat([listed, pd.DataFrame(rows, columns=list(listed))])
     write_table(warnings, listed.drop_duplicates(["protein", "sentence"]))
-    layout.save(distributions.figure(measures(surfaces)), Path(png).with_suffix(""))
+    layout.save(distributions.figure(measures(surfaces)), png)
     rows_of_studied = rows_of_surfaces(
         run, [Path(path).relative_to(run).as_posix() for path in studied], floor
     )

@@ -32,7 +32,7 @@ def main(
     all_surfaces = pd.read_csv(table, dtype=names, keep_default_na=False, na_values=[""])
     sampled = all_surfaces.merge(best[[*names]].drop_duplicates())
     write(page, TEMPLATE, **summary_page(run, sampled, relations, (results[0].best or {}).get("draws")))
-    layout.save(summary_figures.summary_figure(best, relations), png.removesuffix(".png"))
+    layout.save(summary_figures.summary_figure(best, relations), png)
 
 
 if __name__ == "__main__":

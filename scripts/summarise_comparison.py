@@ -32,7 +32,7 @@ def main(tables: list[str], table: str, needed: str, page: str, png: str, panels
     drawn = means.rename(columns={"lowest": "low", "highest": "high"})
     band = f"lowest to highest of {len(units)} {kind}"
     for draw, path in ((comparison_figure, png), (comparison_panels, panels)):
-        layout.save(draw(drawn, subject, band), path.removesuffix(".png"))
+        layout.save(draw(drawn, subject, band), path)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ def main(tables: list[str], table: str, means: str, page: str, png: str, run: st
     mean_scores = means_over_complexes(scores, ["score"])
     write_table(table, scores)
     write_table(means, mean_scores)
-    layout.save(over_pairs(run, scores, mean_scores), png.removesuffix(".png"))
+    layout.save(over_pairs(run, scores, mean_scores), png)
     n_touching = scores["complex"].nunique()
     write(page, OF_ALL, **pairs_page(run, mean_scores, len(paths), n_touching, scores))
 

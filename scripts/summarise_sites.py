@@ -25,7 +25,7 @@ def main(hits: list[str], matrix: str, png: str, run: str) -> None:
     rows = pd.concat(marked, keys=tables).droplevel(1).rename_axis("site").reset_index()
     rows = rows[["site", *COLUMNS, "found"]]
     write_table(matrix, rows)
-    layout.save(matrix_figure(run, rows), png.removesuffix(".png"))
+    layout.save(matrix_figure(run, rows), png)
 
 
 if __name__ == "__main__":

@@ -20,9 +20,7 @@ def main(surfaces: list[str], table: str, png: str, patches: dict, minimal: dict
     folders = {Path(path).parent: Path(path).parts[-3] in sampled for path in surfaces}
     write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()], patches))
     curves = [required_dots.read(*folder) for folder in folders.items()]
-    layout.save(
-        required_dots.figure(curves, minimal.get("floor", required_dots.FRESH)), png.removesuffix(".png")
-    )
+    layout.save(required_dots.figure(curves, minimal.get("floor", required_dots.FRESH)), png)
 
 
 if __name__ == "__main__":

@@ -51,7 +51,7 @@ def main(
         },
     )
     results.to_csv(table, index=False, float_format="%.6g")
-    layout.save(thinning_figure(results, name), png.removesuffix(".png"))
+    layout.save(thinning_figure(results, name), png)
 
 
 if __name__ == "__main__":

@@ -165,7 +165,7 @@ rule tabulate_figures:
         gathering=f"{TABLES}/paper_gathering.csv",
         figures=expand(
             f"{RESULTS}_paper/A1/c1/figures/{{figure}}.png",
-            figure=["roughness", "number_of_dots_panels", "d_over_grid_panels", "rough_and_flat"],
+            figure=["roughness", "number_of_dots", "d_over_grid", "rough_and_flat"],
         ),
     output:
         table=f"{TABLES}/paper_figures.csv",

@@ -703,6 +703,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
         page=page,
         tables=outputs,
         png=str(tmp_path / "table1.png"),
+        svg=str(tmp_path / "table1.svg"),
         surface_settings="rules",
         patches="patches",
         sampling=sampling,
@@ -729,8 +730,9 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     assert results["bias"] == f"{requested['runs']}, grid" and results["signs"] == requested["links"]
     assert results["family"] == requested["family"] and results["surface"] == "rules of a.pdb"
     assert results["uniform"] == {"median": 1.0} and results["gathering"] == "gathering 3"
-    assert drawn[0] == ((requested["places"], requested["rows"]), str(tmp_path / "table1"))
-    assert drawn[1] == (page, TEMPLATE, "p/c1")
+    table1 = requested["places"], requested["rows"]
+    assert drawn[:2] == [(table1, str(tmp_path / f"table1.{end}")) for end in ("svg", "png")]
+    assert drawn[2] == (page, TEMPLATE, "p/c1")
 
 
 def test_every_cell_of_the_page_is_that_of_its_table(page):

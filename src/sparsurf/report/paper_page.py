@@ -34,8 +34,8 @@ MAX_LINK_COLUMNS = 6
 HALVES = ("rougher half", "flatter half")
 FIGURES = {  # number in the paper: file in the surface's figures, and chapter with its numbers
     1: ("roughness", "range_of_roughness"),
-    2: ("number_of_dots_panels", "span"),
-    3: ("d_over_grid_panels", "best"),
+    2: ("number_of_dots", "span"),
+    3: ("d_over_grid", "best"),
     4: ("rough_and_flat", "rough"),
     5: ("subsets", "gather"),
 }

@@ -33,44 +33,12 @@ BEST: dict[str, Any] = {
 BEST_OF_ALL: dict[str, Any] = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
 SELECTED = ", before cross-validation"  # chosen and measured on the same test dots
 N_FINE = 101  # values along each side of an interpolated map
-
-
 SIDE = 40.0  # mm, of a map
 
 
 def draw(results: Results) -> Figure:
-    """Draw the figure of one grid: the map with the highest d of each reading."""
-    return best_maps(results.grid, results.name)
-
-
-@styled
-def best_maps(grid: pd.DataFrame, name: str = "") -> Figure:
-    """Draw d over (gamma, delta) at the largest alpha and the beta of the highest d, interpolated; a map per reading.
-
-    Parameters
-    ----------
-    grid : pandas.DataFrame
-        See `figure`.
-    name : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    grid, readings, scale, limits, levels, message = _prepared(grid)
-    pitch = SIDE + 18
-    figure = layout.sheet(max(96, 22 + pitch * len(readings)), SIDE + 27, layout.headed(name, message))
-    for k, reading in enumerate(readings):
-        d, x = grid[f"d_{reading}"], 12 + pitch * k
-        row = grid.iloc[int(d.argmax()) if d.notna().any() else 0]
-        best = _maps(figure, grid[grid.beta == row.beta], f"d_{reading}", (scale, levels), (x, 12), SIDE, 0)
-        layout.letter(figure, x - 11, 1, ascii_uppercase[k])
-        layout.text(
-            figure, x - 6, 1.3, f"{READINGS[reading].words}, α = {row.alpha:g}, β = {row.beta:g}\n{best}"
-        )
-    _bar(figure, scale, limits, levels, 4 + pitch * len(readings), 12, SIDE)
-    _key(figure, SIDE + 22, {f"highest $d${SELECTED}": BEST_OF_ALL})
-    return figure
+    """Draw a map for every beta."""
+    return figure(results.grid, results.name)
 
 
 @styled
@@ -87,8 +55,11 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    grid, readings, scale, limits, levels, message = _prepared(grid)
-    alpha = grid.alpha.max()
+    readings, alpha = readings_of_columns(grid, "d_"), grid.alpha.max()
+    grid = grid[grid.alpha == alpha].reset_index(drop=True)
+    scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
+    better = {READINGS[reading].words: layout.better_than_uniform(grid, reading) for reading in readings}
+    message = layout.beats_uniform(better, f"with α = {alpha:g}")
     largest = "" if alpha == 1 else " (the largest of the grid)"
     gap = layout.label_width(np.unique(grid.delta))
     side = min(SIDE, (PAGE - 27) / grid.beta.nunique() - gap)
@@ -100,36 +71,13 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])
         best = _maps(figure, grid, f"d_{reading}", (scale, levels), (12, y + 9), side, gap)
-        words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best.replace(chr(10), ' ')}"
+        words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}"
         layout.text(figure, 6, y + 0.3, words)
     _bar(figure, scale, limits, levels, used - 17, 10, pitch * (len(readings) - 1) + side)
     marks = {"highest $d$ at this β": BEST, f"highest $d$ of all{SELECTED}": BEST_OF_ALL}
-    _key(figure, 1 + pitch * len(readings), marks)
-    return figure
-
-
-def _key(figure: layout.Sheet, y: float, marks: dict[str, dict[str, Any]]) -> None:
-    """Add the legend of the marks."""
     handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
-    layout.legend(figure, 12, y, handles, ncols=2, handletextpad=0.2)
-
-
-def _prepared(
-    grid: pd.DataFrame,
-) -> tuple[pd.DataFrame, list[str], ScalarMappable, tuple[float, float], np.ndarray, str]:
-    """Return the rows of the largest alpha, the readings, one scale for all with its limits and levels, and the message."""
-    readings = readings_of_columns(grid, "d_")
-    grid = grid[grid.alpha == grid.alpha.max()].reset_index(drop=True)
-    scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
-    better = {READINGS[reading].words: layout.better_than_uniform(grid, reading) for reading in readings}
-    return (
-        grid,
-        readings,
-        scale,
-        limits,
-        levels,
-        layout.beats_uniform(better, f"with α = {grid.alpha.max():g}"),
-    )
+    layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
+    return figure
 
 
 def _bar(
@@ -193,7 +141,7 @@ def _maps(
     value = interval(best[column], low, high)
     kept = f": {share(best.n_S_percent)} % of the dots" if "n_S_percent" in best else ""
     place = f"β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
-    return f"highest $d$ = {value}\nat {place}{kept}"
+    return f"highest $d$ = {value} at {place}{kept}"
 
 
 def _map(

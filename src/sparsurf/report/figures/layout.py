@@ -110,15 +110,11 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
 
 @styled
 def save(figure: Figure, path: Path | str) -> None:
-    """Write `path`.svg and `path`.png; the same figure gives the same bytes."""
-    save_svg(figure, f"{path}.svg")
-    figure.savefig(f"{path}.png", metadata={"Software": None}, pil_kwargs=PACKED)
-
-
-@styled
-def save_svg(figure: Figure, path: Path | str) -> None:
-    """Write `path`; the same figure gives the same bytes."""
-    figure.savefig(path, metadata={"Date": None, "Creator": None})
+    """Write a figure as PNG or SVG, by the suffix of `path`; the same figure gives the same bytes."""
+    if Path(path).suffix == ".svg":
+        figure.savefig(path, metadata={"Date": None, "Creator": None})
+    else:
+        figure.savefig(path, metadata={"Software": None}, pil_kwargs=PACKED)
 
 
 def constrained(width: float, height: float, name: str = "") -> Figure:

@@ -22,23 +22,19 @@ SINGLE_PANEL = 74.0, 50.0  # mm, of a figure with one panel
 
 
 def draw(results: Results) -> Figure:
-    """Draw the panel of the largest alpha and the smallest beta; the title counts all combinations."""
-    grid = results.grid
-    off = 100 * (grid.n_S - grid.n_S_expected).abs().max() / len(results.surface)
-    title = f"drawn and expected $n_S$ of all {len(grid):,} combinations\ndiffer by at most {off:.2g} % of the dots"
-    shown = (grid.alpha == grid.alpha.max()) & (grid.beta == grid.beta.min())
-    return figure(grid[shown], layout.headed(results.name, "the parameters set $n_S$"), title)
+    """Draw n_S of every combination."""
+    return figure(results.grid, results.name)
 
 
 @styled
-def figure(grid: pd.DataFrame, name: str = "", title: str = "") -> Figure:
+def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     """Draw n_S against delta, a line per gamma, a panel per (alpha, beta).
 
     Parameters
     ----------
     grid : pandas.DataFrame
         Columns alpha, beta, gamma, delta, n_S, n_S_percent, n_S_expected, as in grid.csv.
-    name, title : str
+    name : str
 
     Returns
     -------
@@ -52,7 +48,7 @@ def figure(grid: pd.DataFrame, name: str = "", title: str = "") -> Figure:
     size = pitch - gap[0], min(SINGLE_PANEL[1] if shape == (1, 1) else 31.0, 165 / len(alphas) - 3)
     lines = _handles(gammas)
     key = -(-len(lines) // 4) if shape == (1, 1) else 1 + (len(lines) > 8)  # rows of the legend
-    top = 10 + 4 * key + (4 if title else 0)
+    top = 10 + 4 * key
     wide = max(20 + (size[0] + gap[0]) * shape[1], 72 + 17 * min(6, len(gammas)) if shape != (1, 1) else 0)
     figure = layout.sheet(min(PAGE, wide), top + (size[1] + gap[1]) * shape[0] + 8, name)
     margin = 0.05 * max(np.ptp(deltas), 1)
@@ -64,16 +60,8 @@ def figure(grid: pd.DataFrame, name: str = "", title: str = "") -> Figure:
     tiles.frame(box=False)
     tiles.ticks(deltas, np.array([0, 25, 50, 75, 100] if size[1] > 22 else [0, 50, 100]))
     _name_panels(tiles, alphas, betas)
-    layout.text(figure, 12, 1, title)
-    layout.legend(
-        figure,
-        12,
-        2 + (8 if title else 0),
-        lines,
-        ncols=-(-len(lines) // key),
-        handlelength=1.5,
-        handletextpad=0.4,
-    )
+    columns = -(-len(lines) // key)
+    layout.legend(figure, 12, 2, lines, ncols=columns, handlelength=1.5, handletextpad=0.4)
     bottom = top + (size[1] + gap[1]) * shape[0]
     layout.text(figure, 2, (top + bottom) / 2, "$n_S$ (% of the dots)", rotation=90, va="center")
     layout.text(figure, 11 + (size[0] + gap[0]) * shape[1] / 2, bottom + 1.5, "δ", ha="center")

@@ -31,15 +31,13 @@ REFERENCES = {
 }
 BOX_OF_UNIFORM = "#A0A0A0"  # grey, as the median of a black box could not be seen
 MIN_VALUES = 5  # of a box plot
-KEPT = "around kept dots"  # in the title of a panel
 PITCH, PICTURE = 61.0, 18.5  # mm, from panel to panel, and side of the picture of a patch
 
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface and its best combination: a rough and a flat patch, and Z around kept dots."""
-    panels = [panel for panel in results.rough_and_flat["panels"] if KEPT in panel[0]]
-    name = layout.headed(results.name, message(panels))
-    return figure(**results.rough_and_flat | {"panels": panels}, name=name)
+    name = layout.headed(results.name, message(results.rough_and_flat["panels"]))
+    return figure(**results.rough_and_flat, name=name)
 
 
 def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) -> str:
@@ -93,7 +91,7 @@ def figure(
     -------
     matplotlib.figure.Figure
     """
-    top = 46 if patches else 8  # mm, of the first panels
+    top = 46  # mm, of the first panels
     figure = layout.sheet(2 * PITCH, top + 58 * -(-len(panels) // 2), name)
     for k, patch in enumerate(patches):
         layout.letter(figure, 1 + PITCH * k, 1, ascii_uppercase[k])
