@@ -274,6 +274,7 @@ rule select_minimal_subset:
         test_dots=config["evaluation"]["test_dots"],
         minimal=config["minimal"],
         fields=config["fields"],
+        whole_curve=lambda wildcards: wildcards.protein in SAMPLED + READY_SURFACES,
         seed=config["seed"],
         code=METHOD,
     message:
@@ -343,11 +344,6 @@ rule tabulate_residues:
         "Residues of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/tabulate_residues.py"
-
-
-if len(SAMPLED) < len(PROTEINS):
-
-    include: "rules/minimal.smk"
 
 
 if config["compare"]["run"]:

@@ -49,10 +49,10 @@ def main(
     test_dots: int | str,
     minimal: dict,
     field_names: list[str],
+    whole_curve: bool,
     seed: int,
     name: str,
     threads: int = 1,
-    whole_curve: bool = True,
 ) -> None:
     """Write the minimal subset, Z over n_S, the errors of the surface recovered from it, and both surfaces as PLY.
 
@@ -63,8 +63,8 @@ def main(
     field_table : table with fields of the protein's own
     patches, minimal : dict, sections of the config
     field_names : the list `fields` of the config
-    name : protein/conformation
     whole_curve : whether the curve of recovered surfaces goes on below the lowest noise floor
+    name : protein/conformation
     """
     dots = read_npz(surface)
     molecule = read_study_structure(structure) if structure else None
@@ -138,6 +138,7 @@ if __name__ == "__main__":
             test_dots=snakemake.params.test_dots,
             minimal=snakemake.params.minimal,
             field_names=snakemake.params.fields,
+            whole_curve=snakemake.params.whole_curve,
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             threads=snakemake.threads,

@@ -115,6 +115,7 @@ def of_config(config, job, name):
         "a1": "ready/c1",
         "path_to_surface": "ready.npz",
         "floor": None,
+        "whole_curve": protein != "loaded",
         "logs": "results/small/logs",
         "test_dots": config["ensemble" if job["rule"] == "follow_frames" else "evaluation"]["test_dots"],
         "unfinished": f"results/small/{protein}/ensemble/{wildcards.get('part')}of2.csv.part",
@@ -181,14 +182,14 @@ def test_every_job_of_a_surface_is_of_that_surface(planned):
 
 def test_the_table_of_a_protein_is_an_input_of_its_minimal_subset(planned):
     for job in planned[1]:
-        if job["rule"] in ("select_minimal_subset", "analyse_conformation"):
+        if job["rule"] == "select_minimal_subset":
             assert ("scores.csv" in job["input"]) == (job["wildcards"]["protein"] != "ready"), job
 
 
 def test_the_papers_sampler_takes_the_best_of_its_surface(planned):
     subsets = [job for job in planned[1] if job["rule"] == "select_minimal_subset"]
-    assert len(subsets) == 4
-    for job in subsets:
+    assert len(subsets) == 5
+    for job in [job for job in subsets if job["wildcards"]["protein"] != "loaded"]:
         place = "{protein}/{conformation}".format_map(job["wildcards"])
         assert f"results/small/{place}/ranges.csv" in job["input"]
 

@@ -239,8 +239,8 @@ def test_warnings_are_on_the_terminal_in_a_table_and_on_the_first_page(checkout)
     assert f"Warnings  {len(table)} in results/mine/warnings.csv" in process.stdout
 
 
-def test_one_job_for_all_steps_gives_the_bytes_of_single_steps(checkout, study):
-    """Where `sampling` is false; `moving` and `still` have a field more in the small study."""
+def test_without_the_grid_the_same_rules_give_the_same_bytes(checkout, study):
+    """`moving` and `still` have a field more in the small study."""
     ours, theirs = checkout[0] / "results/mine/still/f0", study / "results/small/still/f0"
     for name in (
         "surface.npz",
