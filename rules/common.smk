@@ -53,7 +53,14 @@ PACKED = {
 }
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
-PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
+PAPER_FIGURES = (
+    "roughness",
+    "number_of_dots",
+    "d_over_grid",
+    "rough_and_flat",
+    "subsets",
+)  # 1 to 5, also as SVG
+FIGURES = ("required_dots", *PAPER_FIGURES)
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
@@ -283,8 +290,8 @@ def conformation_files(protein):
         files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
     if protein in SAMPLED:
         files += ["grid.csv", "distances.npz", "best.json", "ranges.csv", "ranges.md", "ranges.html"]
-        files += ["rough_and_flat.csv", "figures/required_dots.png"]
-        files += [f"figures/{figure}.{end}" for figure in PAPER_FIGURES for end in ("png", "svg")]
+        files += ["rough_and_flat.csv", *(f"figures/{figure}.png" for figure in FIGURES)]
+        files += [f"figures/{figure}.svg" for figure in PAPER_FIGURES]
     if config["compare"]["run"] and protein in SAMPLED:
         files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
         files += ["compare_alone.csv", "needed.csv", "centres.csv"]

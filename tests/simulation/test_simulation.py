@@ -73,10 +73,6 @@ def test_the_step_reached_is_the_last_of_the_log(tmp_path):
     assert stages.current_step(tmp_path / "none.log") == 0
 
 
-def test_stages_follow_each_other():
-    assert [protocol.stage_before(stage) for stage in protocol.STAGES] == [None, "minimise", "nvt", "npt"]
-
-
 @pytest.mark.parametrize(
     "said, why",
     [

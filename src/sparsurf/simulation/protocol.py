@@ -76,12 +76,6 @@ START = {  # each stage continues the previous one; the protein is restrained wh
 }
 
 
-def stage_before(stage: str) -> str | None:
-    """Return the name of the previous stage; None for the first."""
-    position = STAGES.index(stage)
-    return STAGES[position - 1] if position else None
-
-
 def length_ns(stage: str, settings: dict[str, Any]) -> float:
     """Return the simulated time of a stage in ns; 0 for the minimisation."""
     if stage == "minimise":
