@@ -60,27 +60,6 @@ rule fetch_structure:
         "scripts/fetch_structure.py"
 
 
-rule unpack_structure:
-    input:
-        lambda wildcards: split_path(PROTEINS[wildcards.protein].structure)[0],
-    output:
-        structure="results/{run}/{protein}/archive/{file}",
-    log:
-        "results/{run}/logs/{protein}/unpack_{file}.log",
-    wildcard_constraints:
-        protein=any_of(PACKED),
-        file=any_of(PACKED.values()),
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        member=lambda wildcards: PROTEINS[wildcards.protein].structure,
-    message:
-        "Reading {wildcards.protein} from its archive"
-    script:
-        "scripts/unpack_structure.py"
-
-
 if SIMULATED:
 
     include: "rules/simulate.smk"

@@ -2,9 +2,7 @@
 
 import re
 
-from sparsurf.archives import split_path
 from sparsurf.batches.assignment import assign_batches, size_as_pdb, tables_of
-from sparsurf.molecules.formats import suffix
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, named_conformations, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
@@ -46,11 +44,6 @@ MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
 SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]  # over the grid; the others are not
 SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
 DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
-PACKED = {
-    name: name + suffix(protein.structure)
-    for name, protein in PROTEINS.items()
-    if protein.structure and split_path(protein.structure)
-}
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
 PAPER_FIGURES = (
@@ -148,8 +141,6 @@ def structure_file(wildcards):
     protein = PROTEINS[wildcards.protein]
     if protein.source:
         return f"results/{wildcards.run}/{wildcards.protein}/download/{protein.download}"
-    if wildcards.protein in PACKED:
-        return f"results/{wildcards.run}/{wildcards.protein}/archive/{PACKED[wildcards.protein]}"
     return protein.structure
 
 
@@ -328,8 +319,9 @@ def structures_of_batch(wildcards):
 def files_of_batch(wildcards):
     """Files that a batch reads."""
     structures = structures_of_batch(wildcards).values()
-    paths = [path for entry in structures for path in (entry["path"], entry["table"]) if path]
-    return list(dict.fromkeys((split_path(path) or [path])[0] for path in paths))
+    return list(
+        dict.fromkeys(path for entry in structures for path in (entry["path"], entry["table"]) if path)
+    )
 
 
 def results_of_pages(wildcards):

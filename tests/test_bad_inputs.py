@@ -213,6 +213,9 @@ def test_a_pipe_a_device_a_folder_or_nothing_is_a_sentence_at_once(tmp_path, kin
             with pytest.raises(InputError, match=re.escape(words)):
                 READERS[kind](path)
             end()
+        path.touch()
+        with pytest.raises(InputError, match="leads into a file: unpack an archive first"):
+            READERS[kind](path / path.name)
     finally:
         signal.alarm(0)
 

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sparsurf import InputError, archives, printable
+from sparsurf import InputError, printable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,6 +24,7 @@ MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half o
 GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 ARRAY_SUFFIX = ".npy"  # of the members of an archive
+UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
 
 def _make_printable(record: logging.LogRecord) -> bool:
@@ -64,6 +65,8 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
         mode = path.stat().st_mode
     except FileNotFoundError:
         raise InputError(f"{shorten(path)} does not exist: check the path.") from None
+    except NotADirectoryError:
+        raise InputError(f"{shorten(path)} leads into a file: {UNPACK}") from None
     except (OSError, ValueError) as error:  # a null byte in the name is a ValueError
         raise _unreadable(path, error) from None
     if stat.S_ISDIR(mode):
@@ -84,20 +87,17 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a file, or of a member of an archive, uncompressed if its name ends in .gz.
+    """Return the bytes of a file, uncompressed if its name ends in .gz.
 
     Raises
     ------
     InputError
         No regular file, unreadable, not the gzip file that its name promises, damaged, or larger than MAX_BYTES.
     """
-    path, begin = as_path(path), b""
-    member = archives.split_path(path)
-    if not member:
-        path = existing_file(path)
+    path, begin = existing_file(path), b""
     name = shorten(path)
     try:
-        with io.BytesIO(archives.read_member(*member, MAX_BYTES)) if member else path.open("rb") as stored:
+        with path.open("rb") as stored:
             begin = stored.read(len(GZIP))
             stored.seek(0)
             with gzip.open(stored) if path.suffix.lower() == ".gz" else stored as stream:

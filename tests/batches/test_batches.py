@@ -164,26 +164,6 @@ def test_the_bytes_depend_neither_on_cores_nor_on_the_order_of_batches(many, tmp
         assert (folder / "results/many" / name).read_bytes() == (many / "results/many" / name).read_bytes()
 
 
-@pytest.mark.parametrize("kind", ["tar", "zip"])
-def test_an_archive_gives_the_tables_of_its_folder(many, tmp_path, kind):
-    folder = tmp_path / kind
-    folder.mkdir()
-    shutil.make_archive(str(folder / "structures"), kind, many / "structures")
-    process = small_study.snakemake(folder, CONFIG | {"proteins": {"archive": f"structures.{kind}"}})
-    assert process.returncode == 0, small_study.output(process)
-    for table in ("dots", "residues"):
-        pd.testing.assert_frame_equal(read(folder, table), read(many, table))
-    surfaces = read(folder, "surfaces")
-    assert surfaces["structure"].tolist() == [f"structures.{kind}/{name}.pdb" for name in surfaces["protein"]]
-    assert sorted(read(folder, "failures")["protein"]) == ["empty", "text"]
-    assert command.main(["export", str(folder / "results/many"), "p03", "-o", str(tmp_path / "out")]) == 0
-    assert sorted(path.name for path in folder.iterdir() if path.name[0] != ".") == [
-        "config.yaml",
-        "results",
-        f"structures.{kind}",
-    ]
-
-
 def test_a_structure_that_is_repaired_changes_its_own_batch_only(many, tmp_path):
     folder = tmp_path / "mended"
     shutil.copytree(many, folder)

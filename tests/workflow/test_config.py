@@ -134,6 +134,11 @@ def test_the_default_config_lists_all_samplers():
             "no/such.pdb",
             [f"proteins.tdp43.structure: there is no file 'no/such.pdb' (paths start at {ROOT})."],
         ),
+        (
+            "proteins.tdp43.structure",
+            "config.yaml/a.pdb",
+            ["'config.yaml/a.pdb' leads into a file; unpack an archive first"],
+        ),
         ("proteins.tdp43.surface", "x.dms", ["exactly one of 'structure'", "'surface'"]),
         ("proteins.TDP43", {"structure": "data/tdp43/topology.pdb"}, ["differ in upper and lower case only"]),
         (

@@ -173,7 +173,6 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
             ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "sites/one": "?", "sites/two": "?"})
             for job in (
                 "fetch_x.pdb",
-                "unpack_x.pdb",
                 "prepare_system",
                 "simulate_nvt",
                 "judge_simulation",

@@ -5,8 +5,6 @@ import zlib
 from collections.abc import Mapping
 from typing import Any
 
-from sparsurf.archives import members, split_path
-
 # Folders of a run, a file for each batch; places are written on request
 TABLES = ("surfaces", "residues", "dots", "failures", "warnings", "places")
 BATCH_BYTES = 8_000_000  # of uncompressed PDB files, a minute or two of CPU time
@@ -22,9 +20,8 @@ def tables_of(config: Mapping[str, Any]) -> list[str]:
 def size_as_pdb(path: str | os.PathLike[str]) -> float:
     """Estimate the size of a structure as an uncompressed PDB file, bytes; 0 for a file that is missing."""
     name = os.fspath(path).lower()
-    member = split_path(path)
     try:
-        size = float(members(member[0])[member[1]].size if member else os.path.getsize(path))
+        size = float(os.path.getsize(path))
     except OSError:
         return 0.0
     if name.endswith(".gz"):

@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.archives import is_file
 from sparsurf.sites.metric import N_COMPONENTS
 
 INT, FLOAT, TEXT, DOUBLE, BYTES = "int32", "float32", "string", "float64", "bytes"
@@ -237,7 +236,7 @@ def locate_structure(run: str | Path, path: str) -> Path:
         It does not exist any more.
     """
     candidates = [Path(path), Path(run).resolve().parents[1] / path]
-    file = next((file for file in candidates if is_file(file)), None)
+    file = next((file for file in candidates if file.is_file()), None)
     if file is None:
         raise InputError(
             f"{path} does not exist any more: put the structure back, or run this from the folder of the study."

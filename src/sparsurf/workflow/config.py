@@ -8,9 +8,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from sparsurf import InputError
-from sparsurf.archives import is_file
 from sparsurf.batches.assignment import TABLES
-from sparsurf.files import shorten
+from sparsurf.files import UNPACK, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.suggestions import did_you_mean
 from sparsurf.workflow.conformations import has_one_model, without_zeros
@@ -133,7 +132,7 @@ def _with_file_at_home(protein: dict, home: Path) -> dict:
     moved = {
         key: str(home / protein[key])
         for key in FILE_KEYS
-        if key in protein and not os.path.exists(protein[key]) and is_file(home / protein[key])
+        if key in protein and not os.path.exists(protein[key]) and os.path.isfile(home / protein[key])
     }
     return protein | moved
 
@@ -154,7 +153,9 @@ def _check_keys_together(config: dict) -> Iterator[str]:
 
 
 def _missing_file(key: str, path: str) -> Iterator[str]:
-    if not is_file(path):
+    if any(os.path.isfile(parent) for parent in Path(path).parents):
+        yield f"{key}: {shorten(repr(path))} leads into a file; {UNPACK}"
+    elif not os.path.isfile(path):
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 
 

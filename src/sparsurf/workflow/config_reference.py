@@ -77,7 +77,7 @@ def _meaning(rule: dict, definitions: dict) -> str:
 def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[str, dict]]:
     """Return the dotted names of the keys inside a section, with their rules."""
     for form in _alternatives(rule, definitions):
-        if {"folder", "archive"} & form.get("properties", {}).keys():
+        if "folder" in form.get("properties", {}):
             continue
         for key, below in form.get("properties", {}).items():
             forms = [*_alternatives(below, definitions)]

@@ -1,7 +1,6 @@
-"""Proteins and pairs that a config lists in a CSV table, a folder or an archive."""
+"""Proteins and pairs that a config lists in a CSV table or a folder."""
 
 import csv
-import fnmatch
 import io
 import logging
 import os
@@ -11,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from sparsurf import InputError, archives
+from sparsurf import InputError
 from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
 from sparsurf.workflow.names import FILE_KEYS, SURFACE_SUFFIXES
@@ -30,7 +29,7 @@ SUFFIXES = {
 
 
 def list_proteins(value: Any) -> Any:
-    """Replace a table, a folder or an archive of proteins by their mapping; return other values unchanged."""
+    """Replace a table or a folder of proteins by their mapping; return other values unchanged."""
     return _listed("proteins", value, from_table, from_folder)
 
 
@@ -42,8 +41,6 @@ def list_pairs(value: Any) -> Any:
 def _listed(key: str, value: Any, from_table: Callable, from_folder: Callable) -> Any:
     if isinstance(value, str):
         return from_table(value)
-    if key == "proteins" and isinstance(value, dict) and isinstance(value.get("archive"), str):
-        return value if value.keys() - {"archive", "files"} else from_archive(**value)
     if not (isinstance(value, dict) and isinstance(value.get("folder"), str)):
         return value
     if others := ", ".join(str(name) for name in value if name != "folder"):
@@ -138,39 +135,6 @@ def from_folder(path: str) -> dict[str, dict]:
     if not proteins:
         known = " ".join(ending for suffixes in SUFFIXES.values() for ending in suffixes)
         raise InputError(f"the folder {path!r} holds no protein: none of its files ends in one of {known}.")
-    return proteins
-
-
-def from_archive(archive: str, files: str = "*") -> dict[str, dict]:
-    """List every structure (PDB or mmCIF, also .gz) of a tar or zip archive as a protein, named after its file.
-
-    Folders inside the archive do not count, nor do hidden files.
-
-    Parameters
-    ----------
-    archive : path
-    files : pattern of the names of the files, such as '*.cif.gz'
-    """
-    paths = [Path(archive, name) for name in archives.members(archive)]
-    paths = [path for path in paths if suffix(path) in STRUCTURES and not path.name.startswith(".")]
-    if not isinstance(files, str) or not (
-        paths := sorted(path for path in paths if fnmatch.fnmatchcase(path.name, files))
-    ):
-        raise InputError(
-            f"{archive} holds no file {shorten(repr(files))} that ends in one of {' '.join(STRUCTURES)} (or .gz)."
-        )
-    proteins: dict[str, dict] = {}
-    first: dict[str, Path] = {}
-    for path in paths:
-        twin = first.setdefault(_stem(path).lower(), path)
-        if twin != path:
-            raise InputError(
-                f"{twin} and {path.relative_to(archive)} have one name; choose one kind, as by `files: '*.cif.gz'`, "
-                "or rename one."
-            )
-    names: set[str] = set()
-    for path in paths:
-        proteins[_free_name(_stem(path), "protein", names)] = {"structure": str(path)}
     return proteins
 
 

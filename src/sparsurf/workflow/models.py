@@ -437,13 +437,6 @@ class Folder(Section):
     folder: Text = Field(description="Folder that holds the files.")
 
 
-class Archive(Section):
-    """All structures of a tar or zip archive."""
-
-    archive: Text = Field(description="Archive, .tar or .zip, that holds the structures.")
-    files: Text = key("*", "Pattern of the names of its files, such as *.cif.gz.")
-
-
 BATCH_PERCENT = (
     10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
 )
@@ -456,9 +449,7 @@ Fields = Annotated[
 ]
 ListedProteins = Annotated[
     dict[Name, Protein],
-    BeforeValidator(
-        listing.list_proteins, json_schema_input_type=dict[Name, Protein] | Folder | Archive | Text
-    ),
+    BeforeValidator(listing.list_proteins, json_schema_input_type=dict[Name, Protein] | Folder | Text),
 ]
 ListedPairs = Annotated[
     dict[Name, Pair],
@@ -474,9 +465,7 @@ class Config(Section):
 
     run: Name = key("default", "Name of the study; its results go to results/<run>/.")
     seed: Integer = key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
-    proteins: ListedProteins = key(
-        {}, "Proteins by name, a CSV table of them, {folder: path}, or {archive: path} (.tar, .zip)."
-    )
+    proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
     pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
     sites: dict[Name, Site] = key({}, "Sites to find, and forms of a protein to compare, by name.")
     batch: Literal["auto"] | Positive = optional(

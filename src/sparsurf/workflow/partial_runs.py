@@ -23,7 +23,6 @@ SNAKEMAKES_GREETING = "Using workflow specific profile"
 BEFORE_CONFORMATIONS = (
     "choose_frames",
     "fetch_",
-    "unpack_",
     "prepare_system",
     "simulate_",
     "judge_",
