@@ -71,27 +71,10 @@ def describe(
     threads: int = 1,
     descriptor: str = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the descriptors of patches of a whole surface.
+    """Compute the descriptors of patches of a whole surface, with their mean normals turned to +z (`up`) or to -z.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    tests : (T, 3) float64
-        Å, points around which the patches are cut.
-    radius : float
-        R_zernike in Å.
-    up : bool
-        Whether the mean normal is turned to +z ('up') or to -z ('down').
-    threads : int
-    descriptor : str
-        Name in `DESCRIPTORS`.
-
-    Returns
-    -------
-    z : (T, width) float64
-        |c_nm| in the order of `zernike.polynomials.indices`.
-    sizes : (T,) int32
-        Dots in each patch.
+    `tests` is (T, 3) in Å; returns (T, width) |c_nm| in the order of `zernike.polynomials.indices`, and the dots in each
+    patch, (T,) int32.
     """
     kind = DESCRIPTORS[descriptor]
     out = np.empty((len(tests), kind.width))
@@ -113,22 +96,8 @@ def describe_fields(
 ) -> np.ndarray:
     """Compute the Zernike invariants of fields over patches of a whole surface, by the image of `rotation_robust`.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    tests : (T, 3) float64
-        Å, points around which the patches are cut.
-    values : (F, N) float64
-        Fields, a number at each dot of the surface.
-    radius : float
-        Of the patches, Å.
-    threads : int
-
-    Returns
-    -------
-    (T, F, 121) float64
-        |c_nm| in the order of `zernike.polynomials.indices` and in the units of each field. A constant field has its value
-        at n = 0 and zeros elsewhere.
+    `tests` is (T, 3) in Å, `values` (F, N) by dot; returns (T, F, 121) |c_nm| in the units of each field. A constant field has
+    its value at n = 0 and zeros elsewhere.
     """
     values = np.ascontiguousarray(np.asarray(values, np.float64)[:, index.dot])
     describe_values = partial(rotation_robust.describe_fields, values=values)
@@ -160,29 +129,9 @@ def evaluate(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute the descriptors of the patches of several subsets, or their distances to given descriptors.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    tests : (T, 3) float64
-        Å, points around which the patches are cut.
-    words : (N,) uint64
-        See `pack_subsets`.
-    n_subsets : int
-        B, at most 64.
-    reading : str
-        One of `readings.GRID_READINGS`.
-    z_tot : (T, width) float64, optional
-        Descriptors of the whole surface, in the order of `describe`.
-    weights : (B, N) float64, optional
-        Weight of each dot, by position; 1 without.
-    radius, up, threads, descriptor : as for `describe`
-
-    Returns
-    -------
-    z : (T, B) float64 or (T, B, width) float64
-        Distances |z_tot - z| where `z_tot` is given, else descriptors in the kernel's own order.
-    sizes : (T, B) int32
-        Dots in each evaluated patch.
+    `tests` is (T, 3) in Å, `words` are from `pack_subsets`, `n_subsets` is B, at most 64, and `weights` (B, N) by position;
+    returns distances |z_tot - z|, (T, B), where `z_tot` (T, width) is given, else descriptors in the kernel's own order, (T,
+    B, width), and the dots in each patch, (T, B) int32.
     """
     if z_tot is not None:
         readings = (reading,)
@@ -216,20 +165,9 @@ def compare(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute the distances of patches of several subsets to those of the whole surface, under R readings in one pass.
 
-    Parameters
-    ----------
-    index, tests, words, n_subsets, weights, radius, up, threads, descriptor : as for `evaluate`
-    readings : sequence of str
-    z_tot : (T, width) float64, optional
-        Descriptors of the whole surface where already known; its dots always have the weight 1.
-
-    Returns
-    -------
-    z_tot : (T, width) float64
-    z : (T, R B) float64
-        |z_tot - z| of all subsets under the first reading, then under the next.
-    sizes : (T, R B) int32
-        Dots in each evaluated patch.
+    Arguments are those of `evaluate`; dots of the whole surface always have the weight 1. Returns z_tot, (T, width), the
+    distances of all subsets under the first reading, then under the next, (T, R B), and the dots in each patch, (T, R B)
+    int32.
     """
     kind, n_whole = DESCRIPTORS[descriptor], int(z_tot is None)
     out = np.empty((len(tests), len(readings) * n_subsets))
@@ -261,20 +199,8 @@ def compare_nested(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute the distances of patches of nested subsets to those of the whole surface; equal patches are described once.
 
-    Parameters
-    ----------
-    index, tests, radius, threads, descriptor : as for `evaluate`
-    order : (N,) int64, dots; a subset of n dots holds the first n
-    n_kept : (S,) int64, numbers of dots of the subsets, ascending
-    readings : sequence of str, R of `readings.GRID_READINGS`
-    z_tot : (T, width) float64, descriptors of the whole surface
-
-    Returns
-    -------
-    z : (R, S, T) float64
-        |z_tot - z| of each subset under each reading.
-    sizes : (R, S, T) int32
-        Dots in each evaluated patch.
+    A subset of n dots holds the first n of `order`, and `n_kept` is (S,), ascending; returns distances and dots in each patch,
+    (R, S, T) each.
     """
     tests, radius = np.ascontiguousarray(tests, np.float64), float(radius)
     n_kept, kind = np.ascontiguousarray(n_kept, np.int64), DESCRIPTORS[descriptor]

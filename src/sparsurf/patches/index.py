@@ -43,20 +43,7 @@ class PatchIndex(NamedTuple):
 
 
 def build_index(points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK) -> PatchIndex:
-    """Sort dots into cells and link those closer than `d_link`.
-
-    Parameters
-    ----------
-    points, normals : (N, 3) float64
-        Å; unit outward normals.
-    d_link : float
-        Linking distance D_link in Å (strict).
-
-    Returns
-    -------
-    PatchIndex
-        It takes about 100 bytes per dot.
-    """
+    """Sort dots into cells and link those closer than `d_link` (Å, strict); the index takes about 100 bytes per dot."""
     d_link = float(d_link)  # an int would compile the kernels again
     grid = build_grid(points, normals, max(CELL_SIDE, d_link))
     links = _link(grid.xyz, grid.origin, grid.shape, grid.side, grid.start, d_link)
@@ -64,21 +51,9 @@ def build_index(points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK)
 
 
 def build_grid(points: np.ndarray, normals: np.ndarray | None = None, side: float = CELL_SIDE) -> PatchIndex:
-    """Sort dots into cells without linking them; such an index serves `ball` only.
+    """Sort dots into cells of `side` Å without linking them; such an index serves `ball` only.
 
-    Parameters
-    ----------
-    points : (N, 3) float64
-        Å.
-    normals : (N, 3) float64, optional
-        Without them, the normals of the index are (0, 3).
-    side : float
-        Of a cell, Å.
-
-    Returns
-    -------
-    PatchIndex
-        It takes about 70 bytes per dot.
+    It takes about 70 bytes per dot.
     """
     points = np.ascontiguousarray(points, np.float64)
     low, high = _bounding_box(points)
@@ -176,18 +151,7 @@ def _link(
 
 @njit(cache=True, nogil=True)
 def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
-    """Return an upper bound on the dots within a radius of any point: the buffer size of `ball`.
-
-    Parameters
-    ----------
-    index : PatchIndex
-    points : (T, 3) float64, Å
-    radius : float, Å
-
-    Returns
-    -------
-    int
-    """
+    """Return an upper bound on the dots within a radius of any point (Å): the buffer size of `ball`."""
     bound = 0
     for t in range(len(points)):
         a0, a1 = span(points[t, 0], radius, index.origin[0], index.side, index.shape[0])
@@ -204,18 +168,9 @@ def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
 
 @njit(cache=True, nogil=True)
 def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np.ndarray) -> int:
-    """Find the dots within a radius of a point.
+    """Write the positions of the dots within a radius of a point (Å, inclusive) into `out`; return their number.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    x, y, z : float, Å
-    radius : float, Å, inclusive
-    out : int32 array of at least `ball_bound` + 1, receives the positions of the dots
-
-    Returns
-    -------
-    int, number of dots
+    `out` is an int32 array of at least `ball_bound` + 1.
     """
     n = 0
     r2 = radius * radius
@@ -244,19 +199,9 @@ def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np
 def select_separated(
     index: PatchIndex, order: np.ndarray, radius: float, max_dots: int, n_fixed: int
 ) -> np.ndarray:
-    """Select dots in order, skipping those within a radius of a dot that is already selected.
+    """Select at most `max_dots` dots in order, skipping those within a radius (Å) of a dot that is already selected.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    order : (n,) int64, dots
-    radius : float, Å
-    max_dots : int, number of dots to select at most
-    n_fixed : int, dots at the start of `order` that are always selected
-
-    Returns
-    -------
-    (m,) int64, the selected dots
+    The first `n_fixed` of `order` are always selected.
     """
     blocked, r2 = np.zeros(len(index.dot), np.bool_), radius * radius
     out, m = np.empty(min(max_dots, len(order)), np.int64), 0

@@ -139,23 +139,7 @@ def patch_of(
 
 
 def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
-    """Return the dots of the patch of one dot, without islands.
-
-    Parameters
-    ----------
-    index : PatchIndex
-    dot : int
-    radius : float
-        Å.
-
-    Returns
-    -------
-    (n,) int32, ascending dot indices
-
-    References
-    ----------
-    The paper, 'Zernike 2D procedure'.
-    """
+    """Return the dots of the patch of one dot without islands (the paper, 'Zernike 2D procedure'), ascending."""
     p = int(index.position[dot])
     room = ball_bound(index, index.xyz[p : p + 1], radius) + 1
     queue = np.empty(room, np.int32)

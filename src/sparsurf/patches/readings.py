@@ -48,24 +48,9 @@ def linked_by_spacing(
     density: float | None = None,  # noqa: ARG001
     scale: float = SCALED_LINK,
 ) -> PatchIndex:
-    """Index kept dots with a linking distance that grows with their spacing.
+    """Index kept dots with a linking distance of `scale` times their spacing, 1 / sqrt(dots per Å^2), and at least `d_link`.
 
-    Parameters
-    ----------
-    points, normals : (n, 3) float64
-        Å; unit outward normals.
-    d_link : float
-        Å, the smallest linking distance.
-    area : float
-        Of the full surface, Å^2.
-    density : float, optional
-        Not used; other readings need it.
-    scale : float
-        Linking distance in mean spacings, 1 / sqrt(dots per Å^2).
-
-    Returns
-    -------
-    PatchIndex
+    `area` is that of the full surface, Å^2.
     """
     return build_index(points, normals, max(d_link, scale * np.sqrt(area / len(points))))
 

@@ -29,21 +29,7 @@ def registered(function: RoughnessFunction) -> RoughnessFunction:
 def roughness(
     index: PatchIndex, radius: float = R_PATCH, threads: int = 1, roughness_kind: str = PUBLISHED
 ) -> np.ndarray:
-    """Compute the roughness of the patch of every dot.
-
-    Parameters
-    ----------
-    index : PatchIndex
-    radius : float
-        R_patch in Å.
-    threads : int
-    roughness_kind : str
-        Name in `ROUGHNESS`.
-
-    Returns
-    -------
-    (N,) float64 in [0, 1], by dot: 1 is flat, 0 is rough.
-    """
+    """Compute the roughness of the patch of every dot, (N,): 1 is flat, 0 is rough."""
     return ROUGHNESS[roughness_kind](index, float(radius), threads)  # an int would compile the kernels again
 
 

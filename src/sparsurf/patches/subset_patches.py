@@ -22,17 +22,7 @@ MIN_SUBSETS_FOR_JOINT_SEARCH = 16  # fewer subsets are faster to search one by o
 
 
 def pack_subsets(index: PatchIndex, subsets: Sequence[np.ndarray]) -> np.ndarray:
-    """Store up to 64 subsets as bits: one word per position, bit b set if subset b keeps the dot.
-
-    Parameters
-    ----------
-    index : PatchIndex
-    subsets : sequence of at most 64 arrays of dot indices
-
-    Returns
-    -------
-    (N,) uint64
-    """
+    """Store up to 64 subsets as bits, (N,) uint64: one word per position, bit b set if subset b keeps the dot."""
     words = np.zeros(len(index.dot), np.uint64)
     for bit, subset in enumerate(subsets):
         add_subset(words, index, subset, bit)
@@ -40,15 +30,7 @@ def pack_subsets(index: PatchIndex, subsets: Sequence[np.ndarray]) -> np.ndarray
 
 
 def add_subset(words: np.ndarray, index: PatchIndex, subset: np.ndarray, bit: int) -> None:
-    """Set one bit at the dots of a subset, in place.
-
-    Parameters
-    ----------
-    words : (N,) uint64, see `pack_subsets`
-    index : PatchIndex
-    subset : (n,) int, dot indices
-    bit : int, 0 to 63
-    """
+    """Set one bit (0 to 63) of the words of `pack_subsets` at the dots of a subset, in place."""
     _set_bit(words, index.position, np.asarray(subset, np.int64), np.uint64(1 << int(bit)))
 
 
@@ -98,20 +80,11 @@ def patches_of(
 ) -> None:
     """List the dots of every patch: of a test dot its whole patch, then those of the subsets under each reading.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    tests : (T, 3) float64, Å
-    words : (N,) uint64, see `pack_subsets`
-    n_subsets : int
-    weights : (B, N) float64 by position, or (0, 0): all have the weight 1
-    radius : float, Å
-    among_kept : (readings,) bool, whether each reading removes islands among the kept dots
-    buffer_size : int, dots in a ball at most, plus 1
-    mark : (N + 1,) uint8 and around : (N + 1,) uint64, all 0, also on return
-    sizes : (T, whole + readings B) int32, written; `whole` is 1 where the whole patch is requested
-    ids : int32 positions, written, and start : (patches + 1,) int64: patch i is ids[start[i]:start[i + 1]]
-    weight : float64 for each of `ids`, or empty like `weights`
+    `tests` is (T, 3) in Å, `words` are from `pack_subsets`, and `weights` is (B, N) by position, or (0, 0): all have the
+    weight 1. `among_kept` says which readings remove islands among the kept dots. `buffer_size` is one more than the dots in a
+    ball at most; `mark` and `around`, (N + 1,), are all 0, also on return. Written are `sizes`, (T, whole + readings B), where
+    `whole` is 1 if the whole patch is requested; `ids`, positions, of which patch i is ids[start[i]:start[i + 1]]; and
+    `weight` of each, or nothing.
     """
     lists, count = np.empty((n_subsets, buffer_size), np.int32), np.empty(n_subsets, np.intp)
     in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
@@ -177,27 +150,14 @@ def nested_patches_of(
     test: np.ndarray,
     patch: np.ndarray,
 ) -> int:
-    """List the dots of the patches of nested subsets under each reading, each distinct patch once.
+    """List the dots of the patches of nested subsets under each reading, each distinct patch once; return their number.
 
-    Dots join in the order of their ranks. Among kept dots, islands grow and merge, so that the largest one is known
-    without a search.
+    Dots join in the order of their ranks. Among kept dots, islands grow and merge, so that the largest one is known without a
+    search.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    tests : (T, 3) float64, Å
-    rank : (N,) int64 by position; a subset of n dots holds those of rank 0 to n - 1
-    n_kept : (S,) int64, numbers of dots of the subsets, ascending
-    radius : float, Å
-    among_kept : (readings,) bool, whether each reading removes islands among the kept dots
-    buffer_size : int, dots in a ball at most, plus 1
-    ids : int32 positions, written, and start : (patches + 1,) int64: patch i is ids[start[i]:start[i + 1]]
-    test : (patches,) int64, written, the test of each patch
-    patch : (readings, S, T) int64, written, the patch of each subset
-
-    Returns
-    -------
-    int, number of patches
+    `tests` is (T, 3) in Å; a subset of n dots holds those of `rank` (by position) 0 to n - 1, and `n_kept` is (S,), ascending.
+    Written are `ids`, positions, of which patch i is ids[start[i]:start[i + 1]]; `test`, the test of each patch; and `patch`,
+    (readings, S, T), the patch of each subset. The others are as for `patches_of`.
     """
     in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
     mark, slot = np.zeros(len(rank) + 1, np.uint8), np.full(len(rank) + 1, -1, np.int32)

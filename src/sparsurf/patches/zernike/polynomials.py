@@ -49,12 +49,7 @@ def radial(m: int, r2: np.ndarray, n_max: int = N_MAX) -> Iterator[tuple[int, np
 
 @cache
 def basis(n_max: int = N_MAX) -> np.ndarray:
-    """Compute the block sums of (n + 1)/M conj(Z_nm).
-
-    Returns
-    -------
-    (len(indices), 25, 25) complex128; c_nm of an image F is the sum of basis[nm] * F.
-    """
+    """Compute the block sums of (n + 1)/M conj(Z_nm), (len(indices), 25, 25); c_nm of an image F is the sum of basis[nm] * F."""
     half = ENLARGED // 2 - 1
     k = np.arange(ENLARGED)
     x, y = np.meshgrid(k / half - 1.0, k[::-1] / half - 1.0)

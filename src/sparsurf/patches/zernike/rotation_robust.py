@@ -42,16 +42,8 @@ def describe(patches: Patches) -> np.ndarray:
 def describe_fields(patches: Patches, values: np.ndarray) -> np.ndarray:
     """Compute the same invariants of images that hold fields in place of r.
 
-    Parameters
-    ----------
-    patches : Patches
-    values : (F, N) float64
-        Fields at the dots, by position in the index.
-
-    Returns
-    -------
-    (P, F N_Z) float64
-        Field after field, in the units of each; zero for a patch without dots.
+    `values` is (F, N) by position in the index; returns (P, F N_Z), field after field, in the units of each; zero for a patch
+    without dots.
     """
     return _invariants(patches, values, np.zeros(N_MAX // 2 + 1))
 
