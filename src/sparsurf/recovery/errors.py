@@ -21,20 +21,9 @@ TAIL_QUANTILE = 0.99  # of the distances, reported next to mean and largest
 def distance_to_recovered(
     points: np.ndarray, kept: np.ndarray, normals: np.ndarray, threads: int = 1, density: float = DENSITY
 ) -> np.ndarray:
-    """Compute the distance of every dot from the surface recovered from the kept ones.
+    """Compute the distance of every dot from the surface recovered from the kept ones, (N,) Å; see `distance_to_surface`.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, Å
-    kept, normals : (n, 3) float64
-        Positions and normals of the subset.
-    threads : int
-    density : float
-        Dots per Å^2 of the recovered surface.
-
-    Returns
-    -------
-    (N,) float64, Å, see `distance_to_surface`.
+    `kept` and `normals` are positions and normals of the subset, (n, 3); the recovered surface has `density` dots per Å^2.
     """
     return distance_to_surface(points, *recover(kept, normals, density, threads=threads), threads)
 
@@ -42,18 +31,10 @@ def distance_to_recovered(
 def distance_to_surface(
     points: np.ndarray, surface_points: np.ndarray, surface_normals: np.ndarray, threads: int = 1
 ) -> np.ndarray:
-    """Compute the distance of points from a surface of dense dots.
+    """Compute the distance of points from a surface of dense dots, (M,) Å.
 
-    Parameters
-    ----------
-    points : (M, 3) float64, Å
-    surface_points, surface_normals : (N, 3) float64, Å and unit vectors
-    threads : int
-
-    Returns
-    -------
-    (M,) float64, Å: the distance to the tangent plane of the nearest dot, or to that dot itself if it is farther away than
-    twice the spacing of the dots.
+    It is the distance to the tangent plane of the nearest dot, or to that dot itself if it is farther away than twice the
+    spacing of the dots.
     """
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
@@ -66,19 +47,10 @@ def distance_to_surface(
 
 
 def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) -> np.ndarray:
-    """Compute the mean curvature at every dot: 1 / a on a sphere of radius a, negative where the surface is concave.
+    """Compute the mean curvature at every dot in 1/Å: 1 / a on a sphere of radius a, negative where the surface is concave.
 
-    A paraboloid along the mean normal is fitted to the dots on the same side within `radius`.
-
-    Parameters
-    ----------
-    index : PatchIndex
-    radius : float, Å
-    threads : int
-
-    Returns
-    -------
-    (N,) float64, 1/Å, by dot; 0 for a dot without neighbours
+    A paraboloid along the mean normal is fitted to the dots on the same side within `radius` Å; 0 for a dot without
+    neighbours.
     """
     out, max_dots = np.zeros(len(index.dot)), ball_bound(index, index.xyz, radius) + 1
     parallel_map(
@@ -113,17 +85,9 @@ def _curvature(
 
 
 def error_table(distance: np.ndarray, curvature: np.ndarray) -> pd.DataFrame:
-    """Summarise the errors everywhere and by curvature.
+    """Summarise the errors (Å) everywhere, in clefts, flats and ridges: the rows of recovered.csv.
 
-    Parameters
-    ----------
-    distance : (N,) float64, Å, of every dot, see `distance_to_recovered`
-    curvature : (N,) float64, 1/Å, see the function of that name
-
-    Returns
-    -------
-    DataFrame, one row each for everywhere, clefts (curvature below -`MIN_CURVATURE`), flats and ridges: where, dots,
-    dots_percent, mean, high_99 (99 % quantile), largest (Å; NaN for a region without dots)
+    Clefts have a curvature below -`MIN_CURVATURE` (1/Å).
     """
     regions = {EVERYWHERE: np.full(len(curvature), True), "clefts": curvature < -MIN_CURVATURE}
     regions |= {"flats": np.abs(curvature) <= MIN_CURVATURE, "ridges": curvature > MIN_CURVATURE}

@@ -21,15 +21,8 @@ def interpolate_fields(
     Around each dot, a cubic radial function with a linear part passes through the values of its nearest dots (Fasshauer,
     Meshfree Approximation Methods, 2007, ch. 8). A target takes the value of the function of its nearest dot.
 
-    Parameters
-    ----------
-    points : (n, 3) float64, Å, the dots
-    fields : dict, name -> (n,) float64; dots with NaN are left out
-    targets : (M, 3) float64, Å
-
-    Returns
-    -------
-    dict, name -> (M,) float64, within the range of the known values; NaN if no value is known
+    `points` is (n, 3) and `targets` (M, 3) in Å; dots with NaN are left out. Returns (M,) by name, within the range of the
+    known values; NaN if no value is known.
     """
     return {name: _interpolate(points, np.asarray(values, float), targets) for name, values in fields.items()}
 
@@ -86,21 +79,10 @@ def recovery_table(
     minimal: np.ndarray | Sequence[int] = (),
     minimal_points: np.ndarray | Sequence[Sequence[float]] = (),
 ) -> pd.DataFrame:
-    """Measure how well a few dots predict the fields of a surface at all other dots.
+    """Measure how well a few dots predict the fields of a surface at all other dots: the rows of fields.csv.
 
-    Parameters
-    ----------
-    surface : Surface with fields
-    order : (m,) int, farthest-point dots in the order of choice; subsets are the first `SUBSET_PERCENTS` % of all dots
-    minimal : (n,) int
-        Dots of the minimal subset; if empty, the table has no rows for it.
-    minimal_points : (n, 3) float64, Å
-        Positions of these dots.
-
-    Returns
-    -------
-    DataFrame: field, subset ('minimal' or 'farthest'), n_S, n_S_percent, r (correlation), rms (error in the field's unit) and
-    rms_sd (the same in standard deviations of the field)
+    `order` holds farthest-point dots in the order of choice, of which the first `SUBSET_PERCENTS` % of all dots are subsets.
+    `minimal` are the dots of the minimal subset and `minimal_points` their positions in Å; if empty, it has no rows.
     """
     n = len(surface)
     subsets = [("minimal", np.asarray(minimal), np.asarray(minimal_points))] if len(minimal) else []

@@ -58,20 +58,10 @@ def fit_interpolants(
     neighbours: int = NEIGHBOURS,
     close: float = 0.0,
 ) -> Interpolants:
-    """Fit a function to the neighbours of every dot.
+    """Fit a function to the `neighbours` nearest dots of every dot, including itself.
 
-    Parameters
-    ----------
-    points, normals : (n, 3) float64, n >= 2, Å and unit vectors
-    threads : int
-    neighbours : int
-        k of each dot, including itself.
-    close : float
-        Å; dots with a smaller spacing use at most `CLOSE_NEIGHBOURS` neighbours, which is enough between close dots.
-
-    Returns
-    -------
-    Interpolants
+    `points` and `normals` are (n, 3), n >= 2, in Å. Dots with a spacing below `close` Å use at most `CLOSE_NEIGHBOURS`, which
+    is enough between close dots.
     """
     index, n, k = build_grid(points, normals), len(points), min(neighbours, len(points))
     near, distances = np.empty((n, k), np.int32), np.empty((n, k))

@@ -31,20 +31,8 @@ def recovered_mesh(
 ) -> Mesh:
     """Triangulate the recovered surface, where the signed distance to its dense dots changes sign.
 
-    Parameters
-    ----------
-    points, normals : (n, 3) float64, Å and outward unit vectors
-    step : float, Å, of the grid
-    density, reach, steps, threads : as for `recover`
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    InputError
-        If the grid would have too many points, or too few.
+    `step` is that of the grid in Å, and the other arguments are those of `recover`; refuses a grid of too many points, or too
+    few.
     """
     dense, outward = recover(points, normals, density, reach, steps, threads)
     if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface

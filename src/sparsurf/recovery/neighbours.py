@@ -23,15 +23,10 @@ def nearest_on_same_side(
     neighbours: np.ndarray,
     distances: np.ndarray,
 ) -> None:
-    """Find the nearest neighbours of kept dots, starting with the dots themselves.
+    """Find the nearest neighbours of the kept dots at positions `begin` to `end`, starting with the dots themselves.
 
-    Parameters
-    ----------
-    index : PatchIndex of the kept dots
-    begin, end : slice of the positions
-    first_radius : Å, of the first search
-    neighbours : (n, k) int32, output; positions by distance, -1 where there are no more
-    distances : (n, k) float64, output; their distances in Å
+    Written are `neighbours`, (n, k) positions by distance, -1 where there are no more, and their `distances` in Å;
+    `first_radius` is that of the first search.
     """
     n, k = neighbours.shape
     nearby, distance2 = np.empty(n + 1, np.int32), np.empty(n + 1)
@@ -94,15 +89,9 @@ def _dots_on_same_side(
 
 
 def local_spacing(distances: np.ndarray) -> np.ndarray:
-    """Compute the spacing of the kept dots around each, 1 / sqrt(dots per Å^2).
+    """Compute the spacing of the kept dots around each in Å, 1 / sqrt(dots per Å^2), from distances of `nearest_on_same_side`.
 
-    Parameters
-    ----------
-    distances : (n, k) float64, Å, from `nearest_on_same_side`
-
-    Returns
-    -------
-    (n,) float64, Å; a disc with the distance of the m-th neighbour as radius contains about m + 1/2 dots.
+    A disc with the distance of the m-th neighbour as radius contains about m + 1/2 dots.
     """
     m = min(SPACING_NEIGHBOUR, distances.shape[1] - 1)
     spacing = distances[:, m] * math.sqrt(math.pi / (m + 0.5))

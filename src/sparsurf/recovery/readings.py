@@ -25,33 +25,19 @@ def recovered_index(
     density: float,
     close: float = 0.0,
 ) -> PatchIndex:
-    """Return the PatchIndex of the surface recovered from kept dots.
+    """Index the surface recovered from kept dots at the density of the full surface (dots per Å^2).
 
-    Parameters
-    ----------
-    points, normals : (n, 3) float64, Å and unit vectors
-    d_link : float, Å
-    area : float
-        Not used; other readings need it.
-    density : float
-        Dots per Å^2 of the full surface; the recovered one is as dense.
-    close : float
-        `close` of `recover`, in spacings of the full surface.
+    `close` is that of `recover`, in spacings of the full surface.
     """
     density = comparable_density(density, d_link)
     return build_index(*recover(points, normals, density, close=close / math.sqrt(density)), d_link)
 
 
 def comparable_density(density: float, d_link: float = D_LINK) -> float:
-    """Return the density at which a surface is recovered for comparison with a full one.
+    """Return the density (dots per Å^2) at which a surface is recovered for comparison with a full one.
 
     The descriptor of a patch depends on the density of its dots. Compared with a full surface of 20 dots per Å^2, Z is 1.8
     times the noise floor for a surface recovered at 5.35 dots per Å^2, and 1.2 times at 20.
-
-    Parameters
-    ----------
-    density : float, dots per Å^2 of the full surface
-    d_link : float, Å
     """
     least = DENSITY * max(1.0, (D_LINK / d_link) ** 2)
     return density if density > DENSITY_TOLERANCE * least else least

@@ -41,29 +41,15 @@ def recover(
     keep: bool = True,
     close: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Recover a dense surface from some of its dots and their normals.
+    """Recover a dense surface from some of its dots and their normals, (n, 3) each, at `density` dots per Å^2.
 
-    Parameters
-    ----------
-    points, normals : (n, 3) float64, Å and outward unit vectors
-    density : float
-        Requested dots per Å^2; that of the full surface by default.
-    reach : float
-        How far the surface extends from a kept dot, in the spacing of the dots around it.
-    steps : int
-        Maximum number of Newton steps.
-    threads : int
-    keep : bool
-        Return the kept dots too. Without them, the result is another set of dots of the same surface.
-    close : float
-        Å; dots with a smaller spacing use fewer neighbours, and points that thinning would remove are not placed. It saves a
-        third of the time and gives nearly the same dots. 0 treats all dots alike.
+    The surface extends from a kept dot by `reach` times the spacing of the dots around it. Dots with a spacing below `close` Å
+    use fewer neighbours, and points that thinning would remove are not placed: it saves a third of the time and gives nearly
+    the same dots; 0 treats all dots alike.
 
-    Returns
-    -------
-    points, normals : (M, 3) float64
-        The kept dots first, unchanged, then those that fill the gaps between them. Fewer than four dots are returned
-        unchanged. The result does not depend on the number of threads.
+    Returns points and normals, (M, 3): the kept dots first, unchanged, then those that fill the gaps between them. Without
+    `keep`, the result is another set of dots of the same surface. Fewer than four dots are returned unchanged. The result does
+    not depend on the number of threads.
     """
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
     n = len(points)

@@ -30,17 +30,9 @@ def relax(
     rounds: int = ROUNDS,
     threads: int = 1,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Move kept dots to positions from which the surface is recovered better.
+    """Move kept dots to positions from which the surface is recovered better; fewer than four stay unchanged.
 
-    Parameters
-    ----------
-    points, normals : (n, 3) float64, of the kept dots, Å and unit vectors
-    all_points, all_normals : (N, 3) float64, of the full surface
-    rounds, threads : int
-
-    Returns
-    -------
-    points, normals : (n, 3) float64; unchanged for fewer than four dots.
+    `points` and `normals` are those of the kept dots, (n, 3), `all_points` and `all_normals` those of the full surface, in Å.
     """
     points, normals = np.array(points, float), np.array(normals, float)
     for _ in range(rounds if len(points) >= 4 else 0):
