@@ -21,13 +21,7 @@ NOT_FOUND = (
 
 
 def program() -> str:
-    """Return the path of the GROMACS program.
-
-    Raises
-    ------
-    InputError
-        If GROMACS is not on the PATH.
-    """
+    """Return the path of the GROMACS program, or say that it is not on the PATH."""
     for name in PROGRAMS:
         path = shutil.which(name)
         if path:
@@ -36,13 +30,7 @@ def program() -> str:
 
 
 def version() -> str:
-    """Return the version of GROMACS, such as '2022.5'.
-
-    Raises
-    ------
-    InputError
-        If GROMACS is missing or older than MIN_VERSION.
-    """
+    """Return the version of GROMACS, such as '2022.5', or say that it is missing or older than `MIN_VERSION`."""
     name = _build_information().get("GROMACS version", "unknown")
     year = re.match(r"\d+", name)
     if year and int(year.group()) < MIN_VERSION:
@@ -59,13 +47,7 @@ def _build_information() -> dict[str, str]:
 
 
 def force_field_folder(name: str) -> Path:
-    """Return the folder of a force field.
-
-    Raises
-    ------
-    InputError
-        If GROMACS does not have it.
-    """
+    """Return the folder of a force field, or say that GROMACS does not have it."""
     candidates: list[str | Path | None] = [os.environ.get("GMXLIB")]
     candidates += [os.environ["GMXDATA"] + "/top"] if os.environ.get("GMXDATA") else []
     candidates += [Path(_build_information().get("Data prefix", "/usr"), "share", "gromacs", "top")]
@@ -83,28 +65,9 @@ def run(
     stdin: str = "",
     wait: Callable[[], None] | None = None,
 ) -> str:
-    """Run `gmx` in a folder and print its output to the job's log.
+    """Run `gmx` in a folder, print its output to the job's log and return it; an error repeats its reason.
 
-    Parameters
-    ----------
-    *arguments : str, Path or number
-        Words of the command line.
-    folder : str or Path
-        Working directory.
-    stdin : str
-        Standard input.
-    wait : callable, optional
-        Called about once a second while GROMACS runs.
-
-    Returns
-    -------
-    str
-        Its output.
-
-    Raises
-    ------
-    InputError
-        If GROMACS fails; the message repeats its reason.
+    `wait` is called about once a second while GROMACS runs.
     """
     command = [program(), "-quiet", "-nobackup", *map(str, arguments)]
     with subprocess.Popen(

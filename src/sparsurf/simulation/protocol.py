@@ -99,17 +99,9 @@ def n_time_steps(stage: str, settings: dict[str, Any]) -> int:
 
 
 def parameters(stage: str, settings: dict[str, Any], seed: int) -> str:
-    """Return the GROMACS parameter file (mdp) of a stage as text.
+    """Return the GROMACS parameter file (mdp) of one of `STAGES` as text; `seed` is that of the initial velocities.
 
-    Parameters
-    ----------
-    stage : one of STAGES
-    settings : dict with the keys of DEFAULTS; Å, ns, ps, fs, K, bar
-    seed : int, of the initial velocities
-
-    Returns
-    -------
-    str
+    `settings` has the keys of `DEFAULTS`, in Å, ns, ps, fs, K and bar.
     """
     common = ALL_STAGES.format(cutoff=settings["cutoff"] / 10)  # nm
     if stage == "minimise":

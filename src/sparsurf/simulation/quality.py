@@ -36,17 +36,7 @@ MIN_VALUES = 50  # from which a mean is compared with its target
 
 
 def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
-    """Read the energies over time of all stages.
-
-    Parameters
-    ----------
-    folders : dict, stage -> folder that `stages.run_stage` filled
-
-    Returns
-    -------
-    DataFrame
-        stage, time_ps (steps in the minimisation), then the columns of QUANTITIES; NaN where a stage has none.
-    """
+    """Read the energies over time from the folders of the stages: the rows of energies.csv, NaN where a stage has none."""
     tables = []
     with tempfile.TemporaryDirectory() as scratch:
         for stage in STAGES:
@@ -78,17 +68,10 @@ def read_xvg(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def motion(molecule: Molecule) -> pd.DataFrame:
-    """Measure how the protein moves.
+    """Measure how the protein moves: the rows of motion.csv.
 
-    Parameters
-    ----------
-    molecule : Molecule, all frames
-
-    Returns
-    -------
-    DataFrame
-        time_ps, rmsd (Å, of the C-alpha atoms from the first frame, after superposition), radius_of_gyration (Å, heavy
-        atoms with equal weights).
+    The RMSD is that of the C-alpha atoms from the first frame, after superposition, and the radius of gyration that of the
+    heavy atoms with equal weights, both in Å.
     """
     backbone = molecule.name == "CA"
     heavy = molecule.heavy
@@ -101,18 +84,9 @@ def motion(molecule: Molecule) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame, settings: dict[str, Any]) -> pd.DataFrame:
-    """Compare means of the production with their targets.
+    """Compare means of the production with their targets, temperature (K) and pressure (bar): the rows of quality.csv.
 
-    Parameters
-    ----------
-    table : DataFrame of `energies`
-    settings : dict with temperature (K) and pressure (bar)
-
-    Returns
-    -------
-    DataFrame
-        quantity, mean, half_width (of the 95 % interval, from block means), target, near (bool; NaN if the run is too
-        short to judge).
+    Half-widths of 95 % intervals come from block means; `near` is NaN if the run is too short to judge.
     """
     targets = {
         "temperature_K": settings["temperature"],

@@ -31,27 +31,11 @@ def run_stage(
     threads: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
-    """Run a stage in `folder`, or continue it if a run with the same inputs was interrupted.
+    """Run one of `protocol.STAGES` in `folder`, or continue it if a run with the same inputs was interrupted; return the folder.
 
-    Parameters
-    ----------
-    stage : one of protocol.STAGES
-    system : folder that `system.prepare_system` filled
-    before : folder of the previous stage, None for the minimisation
-    settings, seed : see `protocol.parameters`
-    folder : folder of the stage, kept between runs until the stage is complete
-    threads : int
-    progress : callback with the numbers of finished and total time steps
-
-    Returns
-    -------
-    Path
-        The folder, with final.gro, topol.tpr, energies.edr, md.log, and for dynamics state.cpt and trajectory.xtc.
-
-    Raises
-    ------
-    InputError
-        If GROMACS is missing or fails.
+    `system` is the folder that `system.prepare_system` filled, `before` that of the previous stage, None for the minimisation.
+    The folder is kept between runs until the stage is complete, with final.gro, topol.tpr, energies.edr, md.log, and for
+    dynamics state.cpt and trajectory.xtc. `progress` is called with the numbers of finished and total time steps.
     """
     folder = Path(folder).absolute()
     system, before = Path(system).absolute(), Path(before).absolute() if before else None
@@ -141,12 +125,8 @@ def extract_protein(
 ) -> np.ndarray:
     """Write the protein without water, its molecules made whole: the first frame as PDB, all frames as XTC.
 
-    Chains and residues keep the names of the prepared structure, since GROMACS's run files do not contain them.
-
-    Returns
-    -------
-    (A, 3) float64, Å
-        The first frame.
+    Chains and residues keep the names of the prepared structure, since GROMACS's run files do not contain them. Returns the
+    first frame, (A, 3) Å.
     """
     production, trajectory = Path(production).absolute(), Path(path_to_trajectory).absolute()
     gromacs.run("trjconv", "-s", "topol.tpr", "-f", "trajectory.xtc", "-o", trajectory, "-pbc", "whole",

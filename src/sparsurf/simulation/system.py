@@ -28,13 +28,7 @@ MAX_NAMED = 8  # residues named in a message; the others are only counted
 
 
 def select_protein(path: str | os.PathLike[str], protein: dict[str, Any]) -> Molecule:
-    """Read the protein residues that a config's entry selects from the first model of a structure, without hydrogens.
-
-    Raises
-    ------
-    InputError
-        See `molecules.read_molecule.read_molecule`.
-    """
+    """Read the protein residues that a config's entry selects from the first model of a structure, without hydrogens."""
     keys = {key: protein[key] for key in SELECTION_KEYS if key in protein}
     molecule = read_molecule(path, hydrogens="remove", **keys)
     if molecule.n_frames > 1:
@@ -56,25 +50,11 @@ def prepare_system(
 ) -> dict[str, int | str]:
     """Build the system in `folder`: topology (topol.top with the files that it includes) and coordinates (system.gro).
 
-    All hydrogens are built by the force field, chain ends are charged, and disulphide bonds are found by distance.
+    All hydrogens are built by the force field, chain ends are charged, and disulphide bonds are found by distance. Refused are
+    gaps in a chain, missing atoms, and residues that the force field does not know.
 
-    Parameters
-    ----------
-    molecule : Molecule of one frame, protein atoms only
-    path : file name for messages
-    settings : dict, keys of protocol.DEFAULTS
-    seed : int
-    folder : an existing folder
-
-    Returns
-    -------
-    dict
-        Content of the system: protein_atoms, waters, ions, atoms (int) and the version of gromacs (str).
-
-    Raises
-    ------
-    InputError
-        If the chain has gaps, atoms are missing, the force field does not know a residue, or GROMACS fails.
+    `molecule` is one frame of protein atoms only; `path` is its file, for messages. Returns protein_atoms, waters, ions, atoms
+    and the version of gromacs.
     """
     version = gromacs.version()
     force_field = settings["force_field"]
