@@ -285,7 +285,7 @@ def conformation_files(protein):
         files += [f"figures/{figure}.svg" for figure in PAPER_FIGURES]
     if config["compare"]["run"] and protein in SAMPLED:
         files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
-        files += ["compare_alone.csv", "needed.csv", "centres.csv"]
+        files += ["compare_alone.csv", "needed.csv"]
         files += [f"figures/compare{part}.png" for part in ("", "_panels")]
     if protein in DESCRIBED:
         files += ["places.sites"]

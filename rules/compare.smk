@@ -5,7 +5,6 @@ rule compare_samplers:
     input:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
-        grid="results/{run}/{protein}/{conformation}/grid.csv",
         ranges="results/{run}/{protein}/{conformation}/ranges.csv",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
         structure=structure_of_conformation,
@@ -16,7 +15,6 @@ rule compare_samplers:
         fewer="results/{run}/{protein}/{conformation}/compare_fewer.csv",
         alone="results/{run}/{protein}/{conformation}/compare_alone.csv",
         needed="results/{run}/{protein}/{conformation}/needed.csv",
-        centres="results/{run}/{protein}/{conformation}/centres.csv",
         png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png", "Samplers compared"),
         panels=in_report(
             "results/{run}/{protein}/{conformation}/figures/compare_panels.png",

@@ -9,13 +9,12 @@ from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.report.page import write
 from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
-from sparsurf.study.centres import centres_table
 from sparsurf.study.comparison import equal_error as fewer_dots
 from sparsurf.study.comparison import measuring, methods
 from sparsurf.study.comparison.measuring import stand_alone
 from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
-from sparsurf.study.tables import floors_by_name, number_of_combinations, read_roughness, read_table
+from sparsurf.study.tables import floors_by_name, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
@@ -27,7 +26,6 @@ SAMPLERS_ALONE = ("farthest", "uniform")  # whose subsets are described without 
 def main(
     surface: str,
     roughness: str,
-    grid: str,
     ranges: str,
     floors: str,
     structure: str | None,
@@ -37,7 +35,6 @@ def main(
     fewer: str,
     alone: str,
     needed: str,
-    centres: str,
     png: str,
     panels: str,
     surface_settings: dict,
@@ -57,7 +54,7 @@ def main(
     Parameters
     ----------
     structure : None for a ready surface
-    table, pairs, fewer, alone, needed, centres : tables to be written
+    table, pairs, fewer, alone, needed : tables to be written
     surface_settings, patches, evaluation : dict, the sections `surface`, `patches` and `evaluation` of the config
     percents : n_S in % of the dots
     samplers : names; None for all
@@ -66,12 +63,11 @@ def main(
     """
     dots = read_npz(surface)
     rough, best = read_roughness(roughness, dots), read_table(ranges)
-    grid_table = read_table(grid, number_of_combinations(best), "combinations")
     prepared = prepare_surface(
         dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
     )
     n_tests, draws = number_of_tests(evaluation["test_dots"], len(dots)), evaluation["draws"]
-    drawers = methods.select_methods(prepared, samplers, best, grid_table, percents)
+    drawers = methods.select_methods(prepared, samplers, best)
     distances: dict = {}  # filled by `compare`: those of every test dot, for the intervals
     comparison = measuring.compare_samplers(
         prepared,
@@ -90,11 +86,9 @@ def main(
     pair_table = fewer_dots.paired_differences(distances, percents, against=references)
     fewer_table = fewer_dots.factor_intervals(distances, comparison, prepared.stream("times fewer"))
     alone_table = stand_alone(prepared, drawers_alone, place_dots, percents, n_tests, draws)
-    centre_table = centres_table(prepared, grid_table, best, n_tests, draws)
     write_table(pairs, pair_table)
     write_table(fewer, fewer_table)
     write_table(alone, alone_table)
-    write_table(centres, centre_table)
     write_table(table, comparison)
     write_table(needed, fewer_dots.dots_needed_for_all_uses(comparison))
     area, estimated = area_of(dots)
@@ -104,7 +98,6 @@ def main(
         fewer_table,
         pair_table,
         alone_table,
-        centre_table,
         n_dots=len(dots),
         area=area,
         estimated=estimated,
@@ -135,7 +128,6 @@ if __name__ == "__main__":
         main(
             surface=snakemake.input.surface,
             roughness=snakemake.input.roughness,
-            grid=snakemake.input.grid,
             ranges=snakemake.input.ranges,
             floors=snakemake.input.floors,
             structure=snakemake.input.structure or None,
@@ -145,7 +137,6 @@ if __name__ == "__main__":
             fewer=snakemake.output.fewer,
             alone=snakemake.output.alone,
             needed=snakemake.output.needed,
-            centres=snakemake.output.centres,
             png=snakemake.output.png,
             panels=snakemake.output.panels,
             surface_settings=snakemake.params.surface,

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import sparsurf
 
 ready = sparsurf.prepare(sparsurf.surface("../../data/tdp43/topology.pdb"))
-samplers = ["farthest", "poisson", "uniform", "roughness"]
+samplers = ["farthest", "poisson", "uniform", "paper"]
 percents = [2.5, 5, 10, 20]
 
 fig, ax = plt.subplots(figsize=(6, 4), layout="constrained")

@@ -257,8 +257,8 @@ def config_of(tmp_path, **changes):
 
 def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
     assert check_config(config_of(tmp_path))["minimal"]["n_S_percent"] == 10
-    given = check_config(config_of(tmp_path, minimal={"n_S": 40, "sampler": "voxel"}))["minimal"]
-    assert given["n_S"] == 40 and "n_S_percent" not in given and given["sampler"] == "voxel"
+    given = check_config(config_of(tmp_path, minimal={"n_S": 40, "sampler": "poisson"}))["minimal"]
+    assert given["n_S"] == 40 and "n_S_percent" not in given and given["sampler"] == "poisson"
     assert "floor" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
 
 

@@ -976,7 +976,7 @@ def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
     [
         ("roughness", "--r-patch 5 --d-link 0.7", {"radius": 5.0, "d_link": 0.7}),
         ("minimal", "--percent 8 --seed 5 --d-link 0.7 --relax", {"percent": 8.0, "seed": 5, "d_link": 0.7, "relax": True}),
-        ("minimal", "--dots 90 --sampler voxel", {"n_dots": 90, "sampler": "voxel", "relax": False}),
+        ("minimal", "--dots 90 --sampler poisson", {"n_dots": 90, "sampler": "poisson", "relax": False}),
         ("descriptors", "--radius 5 --down --d-link 0.7", {"radius": 5.0, "up": False, "d_link": 0.7}),
         ("mesh", "--cavities remove --probe 1.5 --radii bondi", {"cavities": "remove", "probe_radius": 1.5, "radii": "bondi"}),
     ],

@@ -45,7 +45,7 @@ def test_number_of_centres_follows_the_config(monkeypatch):
         return len(partner_files.select_centres(partner, centres, 5))
 
     assert n_selected("all") == 900 and calls == []
-    assert n_selected({"n_S_percent": 20, "sampler": "voxel"}) == 180 and calls == [(180, "voxel", 5)]
+    assert n_selected({"n_S_percent": 20, "sampler": "poisson"}) == 180 and calls == [(180, "poisson", 5)]
     assert n_selected({"n_S": 50, "sampler": "farthest"}) == 50
     assert n_selected({"n_S": 5000, "sampler": "farthest"}) == 900
     assert n_selected({"n_S_percent": 0.01, "sampler": "farthest"}) == 1

@@ -84,10 +84,10 @@ def test_the_legend_names_every_sampler_and_reference_value():
 
 
 def test_at_most_five_samplers_are_drawn_in_the_figure_of_one_panel():
-    factors = FACTORS | {"voxel": 1.1, "poisson": 1.2}
+    factors = FACTORS | {"paper_corrected": 1.1, "poisson": 1.2}
     figure = comparison_figure.comparison_figure(comparison(factors), "q/c1")
     (ax,) = figure.axes
-    shown = ["farthest", "uniform", "paper", "voxel", "poisson"]  # the ranking and the best others
+    shown = ["farthest", "uniform", "paper", "paper_corrected", "poisson"]  # the ranking and the best others
     table = comparison(factors).query("measure == 'Z as_written'")
     for name, line in zip([n for n in factors if n in shown], ax.lines, strict=False):
         wanted = table.loc[table["sampler"] == name, ["n_S_percent", "value"]]

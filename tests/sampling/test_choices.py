@@ -1,4 +1,4 @@
-"""What the samplers choose: which row of Table I, which alpha, what is left out at random, where a stride starts."""
+"""What the samplers choose: which row of Table I, which alpha, what is left out at random."""
 
 from types import SimpleNamespace
 
@@ -10,7 +10,7 @@ from conftest import make_blob
 from sparsurf.patches.index import build_index
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, PUBLISHED_ROWS, TABLE_1, Choices
-from sparsurf.sampling.samplers import _at_largest_length, paper, paper_corrected, stride, tune_alpha
+from sparsurf.sampling.samplers import _at_largest_length, paper, paper_corrected, tune_alpha
 from sparsurf.study.prepared_surface import PreparedSurface
 
 
@@ -81,11 +81,6 @@ def test_the_length_is_sought_until_few_dots_are_too_many():
     )
     assert len(dots) == 500
     assert dots.max() <= 502  # half a percent too many
-
-
-def test_a_stride_starts_anywhere_within_one_step(surface):
-    starts = {int(stride(surface, 300, np.random.default_rng(seed)).min()) for seed in range(200)}
-    assert starts == set(range(10))
 
 
 def test_distances_are_measured_from_the_starter_or_from_the_moved_centre():

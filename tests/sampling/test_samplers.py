@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import brentq
 
 from sparsurf import InputError
 from sparsurf.patches.index import build_index, select_separated
 from sparsurf.sampling import published, samplers
-from sparsurf.sampling.farthest_point import roughness_weighted_sampling
 from sparsurf.sampling.samplers import (
     SAMPLERS,
-    _voxel_dots,
     farthest,
     get_samplers,
     nearest_kept,
@@ -89,46 +86,12 @@ def test_what_a_sampler_is_called():
         "paper": "paper's sampling",
         "paper_corrected": "paper's, corrected",
         "uniform": "uniform subset",
-        "roughness": "roughness-weighted",
-        "stride": "every k-th dot",
-        "voxel": "one per voxel",
         "poisson": "Poisson disk",
         "farthest": "farthest point",
-        "centres": "centres of patches",
-        "adaptive": "adaptive",
-        "paper_in_hindsight": "paper's, in hindsight",
     }
     assert {name: sampler_label(name) for name in labels} == labels
-    assert NESTED == ["uniform", "roughness", "farthest", "centres", "adaptive"]
+    assert NESTED == ["uniform", "farthest"]
     assert [name for name in SAMPLERS if SAMPLERS[name].choosing] == ["paper", "paper_corrected"]
-
-
-def test_stride_takes_even_steps(surface):
-    steps = np.diff(SAMPLERS["stride"](surface, 700, np.random.default_rng(3)))
-    assert set(steps.tolist()) == {4, 5}  # N / n is 4.29
-
-
-def test_voxel_equals_the_plain_method(surface):
-    points, side = surface.points - surface.points.min(axis=0), 1.7
-    boxes = {}
-    for i, box in enumerate(np.floor(points / side).astype(int).tolist()):
-        boxes.setdefault(tuple(box), []).append(i)
-    expected = {
-        ids[np.argmin(np.linalg.norm(points[ids] - points[ids].mean(axis=0), axis=1))]
-        for ids in boxes.values()
-    }
-    assert set(_voxel_dots(points, side).tolist()) == expected
-
-
-def test_the_grid_of_voxels_lies_anywhere():
-    line = SimpleNamespace(points=np.arange(6.0)[:, None] * [1, 0, 0])
-
-    def dots(shift):
-        rng = SimpleNamespace(random=lambda n: np.array([shift, 0, 0]), permutation=lambda best: best)
-        return SAMPLERS["voxel"](line, 2, rng).tolist()
-
-    # of two voxels the first holds three dots, or two
-    assert dots(0.0) == [1, 4] and dots(0.7) == [0, 3]
 
 
 def test_poisson_equals_the_plain_method(surface):
@@ -140,79 +103,28 @@ def test_poisson_equals_the_plain_method(surface):
     assert select_separated(surface.index, order, 1.1, len(order), 0).tolist() == kept
 
 
-@pytest.mark.parametrize("name", ["voxel", "poisson"])
-def test_few_dots_are_left_out_by_chance(surface, name):
+def test_few_dots_are_left_out_by_chance(surface):
     # one length per n_S: the n dots are those of nearly the largest length that gives n, so that dots are spread
     # about as widely as the area allows; 0.6 of the spacing of a square lattice bounds any such set from below
-    dots = SAMPLERS[name](surface, 500, np.random.default_rng(7))
+    dots = SAMPLERS["poisson"](surface, 500, np.random.default_rng(7))
     gaps = np.linalg.norm(surface.points[dots][:, None] - surface.points[dots][None], axis=2)
     np.fill_diagonal(gaps, np.inf)
     assert np.median(gaps.min(axis=1)) > 0.6 * np.sqrt(4 * np.pi * 8.0**2 / 500)
 
 
-def plainly_spread(points, first, n, weight):
-    """Every dot the one with the largest squared distance to those before it, times its weight."""
+def plainly_spread(points, first, n):
+    """Every dot the one with the largest squared distance to those before it."""
     gap, p, chosen = np.full(len(points), np.inf), first, []
     for _ in range(n):
         chosen.append(p)
-        gap = np.minimum(gap, weight * ((points - points[p]) ** 2).sum(axis=1))
+        gap = np.minimum(gap, ((points - points[p]) ** 2).sum(axis=1))
         p = int(np.argmax(gap))
     return chosen
 
 
 def test_farthest_equals_the_plain_algorithm(surface):
     dots = farthest(surface, 700, np.random.default_rng(1))
-    assert dots.tolist() == plainly_spread(surface.points, dots[0], 700, np.ones(3000))
-
-
-@pytest.mark.parametrize("k", [-1, 0.5, 2])
-def test_denser_where_rough_equals_the_plain_algorithm(surface, k):
-    dots = roughness_weighted_sampling(surface, 400, np.random.default_rng(1), k)
-    assert dots.tolist() == plainly_spread(surface.points, dots[0], 400, (1 - surface.roughness) ** k)
-
-
-@pytest.mark.parametrize("even", [True, False])
-@pytest.mark.parametrize("k", [-1, 0, 1, 2])
-def test_the_density_is_a_power_of_one_less_the_roughness(k, even):
-    """On a plane whose right half is rougher: of equal areas, dots are as 0.8^k to 0.4^k."""
-    rng = np.random.default_rng(0)
-    points = np.c_[rng.uniform(0, 60, (20000, 2)), np.zeros(20000)]
-    rough = np.where(points[:, 0] < 30, 0.6, 0.2)
-    plane = SimpleNamespace(
-        points=points, roughness=rough, index=build_index(points, np.tile([0, 0, 1.0], (20000, 1)))
-    )
-    dots = roughness_weighted_sampling(plane, 900, rng, k, even)
-    right = (points[dots, 0] > 30).mean()
-    # the few per cent that are drawn without replacement shift nothing; dots drawn at random scatter by 1.7 % of 900
-    assert right == pytest.approx(2.0**k / (1 + 2.0**k), abs=0.02 if even else 0.05)
-
-
-def test_half_of_the_dots_are_drawn_with_chances_in_proportion():
-    """Drawn like clocks that ring at rates 0.64 and 0.16, until half have rung: exp(-0.64 t) + exp(-0.16 t) = 1, t = 2.01."""
-    rough = np.repeat([0.2, 0.6], 10000)
-    dots = roughness_weighted_sampling(
-        SimpleNamespace(roughness=rough), 10000, np.random.default_rng(0), 2, even=False
-    )
-    t = brentq(lambda t: np.exp(-0.64 * t) + np.exp(-0.16 * t) - 1, 0.1, 10)
-    assert (dots < 10000).mean() == pytest.approx(1 - np.exp(-0.64 * t), abs=0.02)  # 0.72; scatter 0.4 %
-
-
-def test_a_power_of_zero_knows_no_roughness(surface):
-    one, other = (np.random.default_rng(4) for _ in range(2))
-    assert np.array_equal(roughness_weighted_sampling(surface, 300, one, 0), farthest(surface, 300, other))
-
-
-def test_centres_are_kept_before_any_other_dot(surface):
-    always = set(surface.cover.centre.tolist())
-    assert 20 < len(always) < 300
-    few, more = (SAMPLERS["centres"](surface, n, np.random.default_rng(5)) for n in (len(always) - 5, 600))
-    assert set(few.tolist()) < always < set(more.tolist())
-    assert len(set(more.tolist())) == 600
-    again = SAMPLERS["centres"](surface, 600, np.random.default_rng(6))
-    others = [set(each.tolist()) - always for each in (more, again)]
-    # two uniform draws of m of M share m^2 / M by chance, within five standard deviations
-    m, every = len(others[0]), 3000 - len(always)
-    assert abs(len(others[0] & others[1]) - m * m / every) < 5 * m / every**0.5
+    assert dots.tolist() == plainly_spread(surface.points, dots[0], 700)
 
 
 def test_of_dots_as_far_the_lowest_is_next():
@@ -238,11 +150,6 @@ def test_farthest_is_nested_and_its_gaps_shrink(surface):
         np.linalg.norm(surface.points[long[:k]] - surface.points[long[k]], axis=1).min() for k in (5, 50, 500)
     ]
     assert reach[0] > reach[1] > reach[2]
-
-
-def test_roughness_weighting_prefers_rough_dots(surface):
-    kept = SAMPLERS["roughness"](surface, 600, np.random.default_rng(5))
-    assert surface.roughness[kept].mean() < surface.roughness.mean() - 0.01
 
 
 def test_alpha_is_tuned_to_the_requested_number(surface):
@@ -272,7 +179,7 @@ def test_ranking_on_a1(a1):
     tests = surface.draw_tests(1000)
     z_tot, _ = surface.describe(tests)
     n = len(a1) // 10
-    reference = {"farthest": 0.975, "voxel": 0.986, "stride": 1.08, "uniform": 1.20, "paper": 1.57}
+    reference = {"farthest": 0.975, "uniform": 1.20, "paper": 1.57}
     for name, expected in reference.items():
         subsets = [SAMPLERS[name](surface, n, np.random.default_rng(k)) for k in range(3)]
         z, _ = surface.distances(subsets, tests, z_tot, "as_written")
@@ -295,9 +202,6 @@ def test_a_million_dots_in_farthest_order(a1):
 
 def test_index_of_a_tiny_surface_can_be_sampled_whole():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    cover = SimpleNamespace(centre=np.array([1, 1]))
-    tiny = SimpleNamespace(
-        points=points, index=build_index(points, points), roughness=np.full(3, 0.5), cover=cover
-    )
+    tiny = SimpleNamespace(points=points, index=build_index(points, points))
     for name in EXACT:
         assert sorted(SAMPLERS[name](tiny, 3, np.random.default_rng(0)).tolist()) == [0, 1, 2], name

@@ -76,14 +76,13 @@ def study(prepared):
 
 @pytest.fixture(scope="module")
 def table(prepared, study):
-    drawers = methods.select_methods(prepared, None, study[1], study[0], (5, 20, 60))
+    drawers = methods.select_methods(prepared, None, study[1])
     return measuring.compare_samplers(prepared, drawers, (5, 20, 60), n_tests=60, draws=2)
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
-    names = [*samplers.SAMPLERS, methods.HINDSIGHT]
-    assert list(table["sampler"].unique()) == names
-    assert len(table) == len(names) * 3 * len(measuring.USE)
+    assert list(table["sampler"].unique()) == [*samplers.SAMPLERS]
+    assert len(table) == len(samplers.SAMPLERS) * 3 * len(measuring.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
     assert (exact["n_S"] == 3000 * exact["percent"] / 100).all()
     assert np.allclose(table["n_S_percent"], table["n_S"] / 30)
@@ -102,7 +101,7 @@ def test_a_row_for_every_sampler_size_and_measure(table):
 
 
 def test_every_measure_equals_the_plain_method(prepared, surface):
-    kept = np.sort(samplers.voxel(prepared, 150, np.random.default_rng(1)))
+    kept = np.sort(samplers.poisson(prepared, 150, np.random.default_rng(1)))
     tests = prepared.draw_tests(6)
     z_tot, _ = prepared.describe(tests)
     found = measuring._measure(prepared, [kept], tests, z_tot, (1, 1, -1))
@@ -168,27 +167,27 @@ def test_cores_change_nothing_but_the_time(prepared, surface):
 
 
 def test_one_warning_per_surface(prepared, caplog):
-    drawers = methods.select_methods(prepared, ["uniform", "voxel", "farthest"])
+    drawers = methods.select_methods(prepared, ["uniform", "poisson", "farthest"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
         table = measuring.compare_samplers(prepared, drawers, (10, 90), n_tests=30, draws=1)
     (record,) = [r.getMessage() for r in caplog.records]
     left = measure_matrix(table, "median patch size as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
     assert record.startswith("blob/c1: some subsets break up, which dominates their Z: as_coded at ")
-    assert record.endswith(": as_coded at 10 % (uniform, voxel, farthest)")
+    assert record.endswith(": as_coded at 10 % (uniform, poisson, farthest)")
 
 
 def test_a_warning_says_where_patches_break_up(caplog):
     rows = [(rule, name, p, value) for rule, name, values in (
-        ("as_coded", "uniform", (10, 20)), ("as_coded", "voxel", (10, 30)), ("as_coded", "poisson", (5, 40)),
-        ("scaled", "voxel", (29, 31)), ("scaled", "uniform", (30, 30)),
+        ("as_coded", "uniform", (10, 20)), ("as_coded", "farthest", (10, 30)), ("as_coded", "poisson", (5, 40)),
+        ("scaled", "farthest", (29, 31)), ("scaled", "uniform", (30, 30)),
     ) for p, value in zip((5, 2.5), values, strict=True)]  # fmt: skip
     table = pd.DataFrame(rows, columns=["rule", "sampler", "percent", "value"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
         measuring._warn_of_fragments(table.assign(measure="median patch size " + table["rule"]), "p/c1")
     (record,) = [each.getMessage() for each in caplog.records]
     assert record.endswith(
-        ": as_coded at every n_S (uniform); as_coded at 5 % (voxel, poisson); scaled at 5 % (voxel)"
+        ": as_coded at every n_S (uniform); as_coded at 5 % (farthest, poisson); scaled at 5 % (farthest)"
     )
 
 
@@ -205,38 +204,6 @@ def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
     )
     assert np.array_equal(own(prepared, n, np.random.default_rng(4)), wanted)
     assert choices_from_ranges(ranges[ranges["reading"] == "as_written"]) is PUBLISHED_CHOICES
-
-
-def test_best_in_hindsight_has_the_lowest_z_near_each_size(prepared, study):
-    grid, _ = study
-    percents = grid["n_S_percent"].sort_values().iloc[[3, 12]].to_numpy()
-    lowest, rows = methods.best_in_hindsight(prepared, grid, percents)
-    assert (lowest < percents).all()
-    for percent, row in zip(percents, rows, strict=True):
-        reach = published.expected_n_s(prepared.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
-        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(methods.NEAR_FACTOR)) & (
-            reach >= 30 * percent
-        )
-        best = grid[near].sort_values("Z_tS_as_written").iloc[0]
-        assert np.array_equal(row, best[PARAMETERS])
-    # one that cannot keep so many dots takes no part, however low its Z
-    reach = published.expected_n_s(prepared.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
-    short = int(np.argsort(reach)[len(reach) // 2])
-    percent = 1.02 * reach[short]
-    tempting = grid.assign(
-        n_S_percent=percent, Z_tS_as_written=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
-    )
-    chosen = methods.best_in_hindsight(prepared, tempting, [percent])[1][0]
-    assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
-    # of those within a factor of 1.1 the one of the lowest Z, however much lower that of another is
-    three = grid.iloc[np.argsort(reach)[-3:]].assign(
-        n_S_percent=[10, 10.9, 11.1], Z_tS_as_written=[3.0, 2.0, 1.0]
-    )
-    chosen = methods.best_in_hindsight(prepared, three, [10])[1][0]
-    assert np.array_equal(chosen, three[PARAMETERS].iloc[1])
-    assert methods.HINDSIGHT not in methods.select_methods(prepared, ["uniform"], None, grid)
-    lacking = grid.drop(columns="Z_tS_as_written")
-    assert list(methods.select_methods(prepared, ["paper"], None, lacking)) == ["paper"]
 
 
 def test_area_with_and_without_areas(a1):
@@ -344,15 +311,15 @@ def test_a_bound_counts_the_dots_that_were_kept_not_those_requested():
 def test_samplers_are_alike_where_the_paired_interval_holds_0():
     rows = [
         ("farthest", "poisson", -0.1, 0.2),
-        ("voxel", "farthest", 0.0, 0.1),
+        ("paper_corrected", "farthest", 0.0, 0.1),
         ("farthest", "uniform", 0.1, 0.2),
     ]
-    rows += [("paper", "farthest", -0.2, -0.1), ("voxel", "uniform", -1.0, 1.0)]
+    rows += [("paper", "farthest", -0.2, -0.1), ("paper_corrected", "uniform", -1.0, 1.0)]
     pairs = pd.DataFrame(rows, columns=["sampler", "than", "low", "high"]).assign(
         measure="Z as_written", percent=10.0
     )
     others = pairs.assign(percent=20.0, low=-1.0, high=1.0)
-    assert alike(pd.concat([pairs, others]), "farthest", 10.0) == ["voxel", "poisson"]
+    assert alike(pd.concat([pairs, others]), "farthest", 10.0) == ["paper_corrected", "poisson"]
 
 
 FACTS = {"n_dots": 3000, "area": 800.0, "estimated": False, "n_tests": 9, "draws": 2, "of_paper": True}
@@ -386,24 +353,15 @@ def test_page_says_what_the_numbers_say(table):
     equal_error = pd.DataFrame(
         columns=["use", "measure", "sampler", "than", "percent", "factor", "low", "high", "bound"]
     )
-    centres = pd.DataFrame(
-        {"reading": ["as_coded", "as_written", "as_written"], "n_S_percent": [1.3, 1.4, np.nan]}
-        | {"d": [0.9, 0.12, np.nan], "d_low": [0.8, 0.1, np.nan], "d_high": [1.0, 0.14, np.nan]}
-        | {"d_centres": [0.7, 0.15, 0.2], "d_centres_low": 0.11, "d_centres_high": 0.19}
-    )
-    page = comparison_page("blob/c1", table, equal_error, centres=centres, **FACTS)
-    cells = "<td>1.4</td><td>0.12 (0.10 to 0.14)</td><td>0.15 (0.11 to 0.19)</td>"
-    assert len(page["centres"]) == 1 and cells in render(TEMPLATE, **page)
     alone = {"sampler": ["uniform", "dotted"] * 3, "percent": 5, "n_S_percent": 10.2}
     alone |= {"Z": [2.0, 1.0, 2.2, 1.2, 2.4, 1.4]}
     alone = pd.DataFrame(alone | {"scale": [1, 1, 2, 2, 3, 3], "low": 0.5, "high": 2.5})
-    page = comparison_page("blob/c1", table, equal_error, centres=centres[:1], alone=alone, **FACTS)
+    page = comparison_page("blob/c1", table, equal_error, alone=alone, **FACTS)
     assert [row["sampler"] for row in page["alone"]] == ["dotted", "uniform"]
     html = render(TEMPLATE, **page)
     for cells in (
         "<td>sparsely placed dots</td><td>10</td><td>1.20 (0.50 to 2.50)</td>",
         "<td>uniform subset</td><td>10</td><td>2.20 (0.50 to 2.50)</td>",
-        "<td>1.3</td><td>0.90 (0.80 to 1.00)</td><td>0.70 (0.11 to 0.19)</td>",
     ):
         assert cells in html
     z, back = (measure_matrix(table, measure) for measure in ("Z as_written", "Z recovered"))
@@ -419,8 +377,8 @@ def test_page_says_what_the_numbers_say(table):
 CASES = {
     "as measured": lambda t: t,
     "one n_S": lambda t: t[t["percent"] == 20],
-    "one sampler": lambda t: t[t["sampler"] == "stride"],
-    "new samplers": lambda t: t.replace({"sampler": {"voxel": "mine", "stride": "yours", "poisson": "his"}}),
+    "one sampler": lambda t: t[t["sampler"] == "poisson"],
+    "new samplers": lambda t: t.replace({"sampler": {"paper_corrected": "mine", "poisson": "his"}}),
     "no spread": lambda t: t.assign(low=np.nan, high=np.nan),
     "equal ends": lambda t: t.assign(value=t["value"].where(t["percent"] < 60, 0.5)),
 }
@@ -464,7 +422,7 @@ def test_minimal_has_the_requested_size_in_order_of_choice(prepared):
     assert np.array_equal(dots, prepared.pair((1.0, 0.0, 6.0, 0.0), 0)[0]) and weight.sum() == 3000
 
 
-@pytest.mark.parametrize("name", ["farthest", "uniform", "voxel", "paper"])
+@pytest.mark.parametrize("name", ["farthest", "uniform", "poisson", "paper"])
 def test_minimal_for_a_requested_z(prepared, name):
     tests = prepared.draw_tests(100)
     z_tot, _ = prepared.describe(tests)
@@ -554,10 +512,9 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         folder.mkdir(parents=True)
         write_npz(folder / "surface.npz", surface)
         pd.DataFrame({"roughness": prepared.roughness}).to_csv(folder / "roughness.csv", index=False)
-        for name, own in zip(("grid", "ranges"), study, strict=True):
-            own.to_csv(folder / f"{name}.csv", index=False)
+        study[1].to_csv(folder / "ranges.csv", index=False)
         inputs = {"surface": folder / "surface.npz"}
-        inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "grid", "ranges", "floors")}
+        inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "ranges", "floors")}
         measured = floors.measure_floors(prepared, 30)
         floors.floors_table(measured).to_csv(inputs["floors"], index=False)
         floors.write_distances(folder / "floor_distances.npz", measured)
@@ -565,7 +522,6 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         outputs |= {"page": folder / "compare.html", "png": str(folder / "compare.png")}
         outputs["panels"] = str(folder / "compare_panels.png")
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
-        outputs["centres"] = folder / "centres.csv"
         inputs["structure"] = structure if folder.name == "c1" else None
         if folder.name == "c2":
             monkeypatch.setattr(equal_error, "BASELINES", ("paper",))
@@ -593,7 +549,7 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
             (z.drop("farthest") - z["farthest"]).to_dict(), abs=0.006
         )  # each is written to two digits of its error
     compared = pd.read_csv(folders[0] / "compare.csv")
-    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", methods.HINDSIGHT]
+    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest"]
     known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]
     of_z = compared[compared["measure"].str.startswith("Z ")]
     for column, floor in (("Z_resampled", "fresh dots"), ("Z_turned", "turned")):

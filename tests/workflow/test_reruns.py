@@ -33,7 +33,7 @@ KEYS = {
     "tables.ranges": (2, {"tabulate_best", "summarise_best", "compare_samplers"}, COMPUTE),
     "tables.max_n_S_percent": (30, {"tabulate_best", "draw_figures"}, COMPUTE),
     "minimal.sampler": (
-        "voxel",
+        "poisson",
         {"select_minimal_subset", "draw_view", "summarise_surfaces"},
         COMPUTE - {"select_minimal_subset"} | {"tabulate_best", "compare_samplers"},
     ),

@@ -103,7 +103,7 @@ def sample(
     percent, n_dots : float or int, one of them
         Share of all dots, or number of dots. The paper's samplers keep about that many.
     sampler : str
-        farthest, voxel, poisson, stride, uniform, roughness, centres, adaptive, paper, paper_corrected
+        farthest, poisson, uniform, paper, paper_corrected
         Without: farthest.
     combination : (alpha, beta, gamma, delta), optional
         Instead of a size: one draw of the paper's sampling, or of paper_corrected.

@@ -6,7 +6,6 @@ from typing import Any
 
 import pandas as pd
 
-from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.study.comparison.measuring import DOTTED
 
@@ -24,7 +23,6 @@ def comparison_page(
     fewer: pd.DataFrame,
     pairs: pd.DataFrame | None = None,
     alone: pd.DataFrame | None = None,
-    centres: pd.DataFrame | None = None,
     of: str | None = None,
     **facts: Any,
 ) -> dict[str, Any]:
@@ -40,8 +38,6 @@ def comparison_page(
         Factors by which samplers need fewer dots than others for the same Z.
     pairs, alone : DataFrame, optional
         Differences between samplers with paired intervals; Z without the full surface.
-    centres : DataFrame, optional
-        centres.csv: d of the best combinations and of the always-kept centres.
     of : str, optional
         What was averaged, on a page over several surfaces.
     facts
@@ -66,7 +62,6 @@ def comparison_page(
         "percents": z.columns.tolist(),
         "tables": {measure: by_z(table, measure) for measure in MEASURES if measure in set(table["measure"])},
         "alone": [] if alone is None else alone_rows(alone, at),
-        "centres": [] if centres is None else centre_rows(centres),
         "Z_mean_descriptor": table["Z_mean_descriptor"].mean(),
         "facts": facts,
     }
@@ -133,13 +128,6 @@ def against(fewer: pd.DataFrame) -> dict[Any, Any] | None:
     rows = fewer[(fewer["sampler"] == "farthest") & (fewer["than"] == REFERENCE)]
     rows = rows[~rows["bound"].astype(str).str.startswith("more") | (rows["factor"] >= MIN_FACTOR)]
     return None if rows.empty else rows.iloc[0].to_dict()
-
-
-def centre_rows(centres: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Select the ranges of n_S with combinations, under the written reading if it was evaluated."""
-    rows = centres.dropna(subset="d")
-    reading = WRITTEN_READING if WRITTEN_READING in set(rows["reading"]) else rows["reading"].iloc[0]
-    return rows[rows["reading"] == reading].to_dict("records")
 
 
 def alone_rows(alone: pd.DataFrame, at: float) -> list[dict[Any, Any]]:

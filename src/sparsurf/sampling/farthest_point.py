@@ -1,29 +1,21 @@
-"""Farthest-point sampling, and sampling weighted by roughness."""
+"""Farthest-point sampling."""
 
 import numpy as np
 from numba import njit
 
 from sparsurf.patches.index import PatchIndex, ball
-from sparsurf.sampling.published import SampledSurface
-
-MIN_ONE_MINUS_R = 0.01  # lower limit of 1 - R, so that no weight is 0 or infinite
 
 
-def farthest_point_sampling(
-    index: PatchIndex, n: int, rng: np.random.Generator, weight: np.ndarray | None = None
-) -> np.ndarray:
+def farthest_point_sampling(index: PatchIndex, n: int, rng: np.random.Generator) -> np.ndarray:
     """Choose dots that are as far from one another as possible.
 
     The first dot is random; then the dot that is farthest from all chosen dots is added until `n` are chosen [1]_.
-    With weights, squared distances are multiplied by the weight of the dot, so that the density of the chosen dots is
-    proportional to the weight.
 
     Parameters
     ----------
     index : PatchIndex
     n : int, 1 to N
     rng : numpy.random.Generator
-    weight : (N,) float64, by dot, above 0; equal weights by default
 
     Returns
     -------
@@ -38,48 +30,17 @@ def farthest_point_sampling(
     ----------
     .. [1] Gonzalez, Theor. Comput. Sci. 38:293 (1985).
     """
-    weight = np.ones(len(index.dot)) if weight is None else np.asarray(weight, float)[index.dot]
     start = int(index.position[int(rng.integers(len(index.dot)))])
-    return index.dot[_farthest_positions(index, start, n, weight)].astype(np.int64)
-
-
-def roughness_weighted_sampling(
-    prepared: SampledSurface, n: int, rng: np.random.Generator, k: float, even: bool = True
-) -> np.ndarray:
-    """Choose dots whose density is proportional to (1 - R_i)^k.
-
-    Parameters
-    ----------
-    prepared : SampledSurface
-    n : int
-    rng : numpy.random.Generator
-    k : float
-        0 ignores the roughness. Above 0 dots are denser where the surface is rough, below 0 where it is flat.
-    even : bool
-        Spread the dots evenly at each roughness by `farthest_point_sampling`; otherwise draw them at random without
-        replacement (Efraimidis & Spirakis, Inf. Process. Lett. 97:181, 2006).
-
-    Returns
-    -------
-    (n,) int64 dots, in the order of choice; the first m of them are the result for m
-    """
-    weight = np.clip(1 - prepared.roughness, MIN_ONE_MINUS_R, None) ** k
-    if even:
-        return farthest_point_sampling(prepared.index, n, rng, weight)
-    return np.argsort(rng.standard_exponential(len(weight)) / weight, kind="stable")[:n]
+    return index.dot[_farthest_positions(index, start, n)].astype(np.int64)
 
 
 @njit(cache=True, nogil=True)
-def _farthest_positions(index: PatchIndex, first: int, n: int, weight: np.ndarray) -> np.ndarray:
-    """Return positions in the order of choice, (n,) int32.
-
-    `gap` is the squared distance to the nearest chosen dot times the weight.
-    """
+def _farthest_positions(index: PatchIndex, first: int, n: int) -> np.ndarray:
+    """Return positions in the order of choice, (n,) int32; `gap` is the squared distance to the nearest chosen dot."""
     n_dots = len(index.dot)
     nearby, out = np.empty(n_dots + 1, np.int32), np.empty(n, np.int32)
     diagonal2 = np.sum((index.shape * index.side) ** 2)
-    gap = 4.0 * diagonal2 * weight
-    least = weight.min()
+    gap = np.full(n_dots, 4.0 * diagonal2)
     leaves = 1
     while leaves < n_dots:
         leaves *= 2
@@ -93,12 +54,12 @@ def _farthest_positions(index: PatchIndex, first: int, n: int, weight: np.ndarra
     for k in range(n):
         out[k] = p
         x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-        m = ball(index, x, y, z, 1.000001 * np.sqrt(gap[p] / least), nearby)
+        m = ball(index, x, y, z, 1.000001 * np.sqrt(gap[p]), nearby)
         for e in range(m):
             q = nearby[e]
             d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
             # a chosen dot is never chosen again, not even before a dot that coincides with another one
-            d2 = -1.0 if q == p else weight[q] * d2
+            d2 = -1.0 if q == p else d2
             if d2 < gap[q]:
                 gap[q] = d2
                 node = (leaves + q) // 2

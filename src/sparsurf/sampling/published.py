@@ -51,7 +51,6 @@ class SampledSurface(Protocol):
     roughness : (N,) float64, R_i of every dot
     cover, corrected_cover : Cover
         Patches of the published sampling, and those without its two defects.
-    area : float, Å^2
     """
 
     points: np.ndarray
@@ -63,10 +62,6 @@ class SampledSurface(Protocol):
     @property
     def corrected_cover(self) -> Cover:
         """Patches of the sampling without the two defects of the published one."""
-
-    @property
-    def area(self) -> float:
-        """Area of the surface in Å^2."""
 
 
 def build_cover(

@@ -14,11 +14,10 @@ from sparsurf import InputError
 from sparsurf.patches.index import select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.farthest_point import farthest_point_sampling, roughness_weighted_sampling
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.published import SampledSurface
 from sparsurf.suggestions import did_you_mean
 
-HINDSIGHT = "paper_in_hindsight"  # in tables only: `paper` with the combinations that proved best
 MAX_SURPLUS = 0.005  # largest accepted share of dots above n; the surplus is discarded at random
 
 
@@ -57,8 +56,6 @@ def sampler(label: str, nested: bool = False, choosing: bool = False) -> Callabl
 
 def sampler_label(name: str) -> str:
     """Return how figures and pages call a sampler of a table; the name itself if it is not registered."""
-    if name == HINDSIGHT:
-        return "paper's, in hindsight"
     return SAMPLERS[name].label if name in SAMPLERS else name
 
 
@@ -137,44 +134,6 @@ def uniform(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.nd
     return rng.permutation(len(prepared.points))[:n]
 
 
-@sampler("roughness-weighted", nested=True)
-def roughness(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw without replacement, each time with probabilities proportional to 1 - R_i."""
-    return roughness_weighted_sampling(prepared, n, rng, 1.0, even=False)
-
-
-@sampler("every k-th dot")
-def stride(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Take every (N / n)-th dot in the order of the surface, from a random start."""
-    n_dots = len(prepared.points)
-    return (rng.integers(n_dots) + n_dots * np.arange(n)) // n
-
-
-@sampler("one per voxel")
-def voxel(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Take one dot per cubic voxel: the dot nearest to the mean of the voxel's dots.
-
-    The grid is placed at random. Its voxels are as large as n dots allow; surplus dots are discarded at random.
-    """
-    corner = prepared.points.min(axis=0)
-    shift = rng.random(3)  # in sides of a voxel
-    return _at_largest_length(
-        lambda side: _voxel_dots(prepared.points - corner + shift * side, side), prepared, n, rng
-    )
-
-
-def _voxel_dots(points: np.ndarray, side: float) -> np.ndarray:
-    """Return one dot of each voxel; coordinates are positive."""
-    a, b, c = np.floor(points / side).astype(np.int64).T
-    voxel_of = (a * (b.max() + 1) + b) * (c.max() + 1) + c
-    order = np.argsort(voxel_of, kind="stable")
-    begin = np.flatnonzero(np.diff(voxel_of[order], prepend=-1))
-    count = np.diff(begin, append=len(points))
-    mean = np.add.reduceat(points[order], begin) / count[:, None]
-    distance2 = np.sum((points[order] - np.repeat(mean, count, axis=0)) ** 2, axis=1)
-    return order[np.lexsort((distance2, voxel_of[order]))[begin]]
-
-
 @sampler("Poisson disk")
 def poisson(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Visit the dots in random order and keep each unless an earlier kept dot lies within a radius (Poisson disk).
@@ -214,14 +173,6 @@ def _at_largest_length(
 def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Add the dot farthest from all chosen dots, starting from a random dot (farthest-point sampling, Gonzalez 1985)."""
     return farthest_point_sampling(prepared.index, n, rng)
-
-
-@sampler("centres of patches", nested=True)
-def centres(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Keep the centres of the paper's patches and add random dots: a control, as the paper's sampling keeps all centres."""
-    always = np.unique(prepared.cover.centre)
-    rest = np.setdiff1d(np.arange(len(prepared.points)), always)
-    return np.concatenate([rng.permutation(always), rng.permutation(rest)])[:n]
 
 
 def subset_weights(points: np.ndarray, subset: np.ndarray) -> np.ndarray:

@@ -6,13 +6,8 @@ Sampler = Literal[
     "paper",
     "paper_corrected",
     "uniform",
-    "roughness",
-    "stride",
-    "voxel",
     "poisson",
     "farthest",
-    "centres",
-    "adaptive",
 ]
 Roughness = Literal["published"]
 Descriptor = Literal["published", "rotation_robust"]

@@ -53,11 +53,7 @@ LINES = {
     "farthest": ("#0072B2", 1.6, "o"),
     "uniform": ("#000000", 1.6, "s"),
     "paper": ("#D55E00", 1.6, "D"),
-    "paper_in_hindsight": ("#E69F00", 0.8, "d"),
     "paper_corrected": ("#CC79A7", 0.8, "^"),
-    "roughness": ("#882255", 0.8, "v"),
-    "stride": ("#999933", 0.8, "<"),
-    "voxel": ("#009E73", 0.8, ">"),
     "poisson": ("#56B4E9", 0.8, "P"),
 }
 SPARE = ["#332288", "#888888", "#F0E442"]  # colours of other samplers

@@ -5,7 +5,7 @@ const LAW = ["alpha", "beta", "gamma", "delta"];
 const number = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
 const UNKNOWN = 255, GREY = [160, 160, 160];
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, seed: 1, picked: -1, shown: new Uint32Array(0) };
-let head, dots, scene, cover, luck, keep, rough, ranked = {}, asked = false, coloured = "";
+let head, dots, scene, cover, luck, keep, ranked = {}, asked = false, coloured = "";
 
 async function start() {
   [head, dots] = await unpack(PACKED);
@@ -17,7 +17,6 @@ async function start() {
   ["x", "y", "z"].forEach((axis, k) => dots[axis].forEach((value, i) => (places[3 * i + k] = head.step * (value - middle[k]))));
   cover = makeCover(dots, head.step, head.radius);
   keep = new Uint8Array(n);
-  rough = Float32Array.from(dots["value 0"], (value) => head.values[0].low + ((head.values[0].high - head.values[0].low) * value) / 254);
   view.turn = [...head.turn];
   scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron));
   if (element("up")) element("up").hidden = window.top !== window; // inside of a report
@@ -46,12 +45,12 @@ function order(name) {
     ranked[name] = new Uint32Array(head.stored);
     dots[`rank ${name}`].forEach((place, i) => (ranked[name][place] = i));
   }
-  return (ranked[name] ??= ORDERS[name](head.stored, rough, view.seed));
+  return (ranked[name] ??= uniformOrder(head.stored, view.seed));
 }
 
 function newDraw() {
   luck = exponentials(cover.dot.length, view.seed);
-  for (const name of Object.keys(ORDERS)) delete ranked[name];
+  delete ranked.uniform;
 }
 
 // The dots that the controls ask for.
@@ -60,7 +59,6 @@ function choose() {
   const n = Math.max(1, Math.round((element("percent").value / 100) * all));
   if (name === "all") view.shown = Uint32Array.from({ length: all }, (_, i) => i);
   else if (name === "minimal") view.shown = order(name);
-  else if (name === "stride") view.shown = everyNth(all, n, view.seed);
   else if (name !== "paper") view.shown = order(name).slice(0, n);
   else {
     sample(cover, LAW.map((each) => +element(each).value), luck, keep);
@@ -72,7 +70,7 @@ function choose() {
   element("law").hidden = name !== "paper";
   element("pale").parentElement.hidden = name === "all";
   element("amount").hidden = ["paper", "all", "minimal"].includes(name);
-  element("again").hidden = !(name in ORDERS || name === "stride" || name === "paper");
+  element("again").hidden = !(name === "uniform" || name === "paper");
   for (const id of ["percent", "size", ...LAW]) element(id).parentElement.querySelector("output").textContent = element(id).value;
   element("percent-text").textContent += " %";
   const whole = name === "minimal" && view.shown.length === head.minimal ? head.total : all;

@@ -30,7 +30,7 @@ CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
 SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
-SAMPLERS = ("farthest", "uniform", "roughness", "stride", "paper")  # that sampling.js draws
+SAMPLERS = ("farthest", "uniform", "paper")  # that sampling.js draws
 
 
 @dataclass(frozen=True)

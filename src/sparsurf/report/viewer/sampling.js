@@ -1,4 +1,4 @@
-// Which dots are kept: the paper's sampling (eq. 2), pair by pair as in sampling/published.py, and the other samplers.
+// Which dots are kept: the paper's sampling (eq. 2), pair by pair as in sampling/published.py, and the uniform one.
 
 // Uniform numbers in (0, 1), the same for the same seed: xorshift (Marsaglia 2003, J. Stat. Softw. 8:14).
 function randomNumbers(seed) {
@@ -47,25 +47,12 @@ function sample(cover, [alpha, beta, gamma, delta], luck, keep) {
   }
 }
 
-// Dots in the order in which a sampler chooses them, so that its first n are its subset of n dots.
-const ORDERS = {
-  uniform(n, rough, seed) {
-    const next = randomNumbers(seed), order = Uint32Array.from({ length: n }, (_, i) => i);
-    for (let i = n - 1; i > 0; i--) {
-      const j = Math.floor(next() * (i + 1));
-      [order[i], order[j]] = [order[j], order[i]];
-    }
-    return order;
-  },
-  // Each draw with a chance proportional to 1 - R_i, without replacement (Efraimidis & Spirakis 2006).
-  roughness(n, rough, seed) {
-    const keys = exponentials(n, seed).map((value, i) => value / (1 - rough[i]));
-    return Uint32Array.from({ length: n }, (_, i) => i).sort((a, b) => keys[a] - keys[b]);
-  },
-};
-
-// Every (N / n)-th dot from a random start.
-function everyNth(total, n, seed) {
-  const first = Math.floor(randomNumbers(seed)() * total);
-  return Uint32Array.from({ length: n }, (_, i) => Math.floor((first + total * i) / n));
+// Dots in the order in which the uniform sampler chooses them, so that its first n are its subset of n dots.
+function uniformOrder(n, seed) {
+  const next = randomNumbers(seed), order = Uint32Array.from({ length: n }, (_, i) => i);
+  for (let i = n - 1; i > 0; i--) {
+    const j = Math.floor(next() * (i + 1));
+    [order[i], order[j]] = [order[j], order[i]];
+  }
+  return order;
 }

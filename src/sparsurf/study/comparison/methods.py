@@ -1,20 +1,18 @@
 """Methods that take part in a comparison of samplers.
 
-The paper's sampling takes part with the combinations that its criterion chose, and with those that proved best in hindsight.
-A surface generated at low density is compared with the samplers; it needs no full surface.
+The paper's sampling takes part with the combinations that its criterion chose. A surface generated at low density is
+compared with the samplers; it needs no full surface.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from sparsurf.patches.readings import WRITTEN_READING
-from sparsurf.sampling import published, samplers
-from sparsurf.sampling.combination import PARAMETERS, Choices, choices_from_ranges
-from sparsurf.sampling.samplers import HINDSIGHT
+from sparsurf.sampling import samplers
+from sparsurf.sampling.combination import choices_from_ranges
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -24,7 +22,6 @@ from sparsurf.surfaces.spacing import DENSITY
 Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
-NEAR_FACTOR = 1.1  # an n_S is 'near' a requested one if they differ by at most this factor
 DENSITY_STEPS = 4  # of the search for the density with the requested number of dots
 
 
@@ -32,8 +29,6 @@ def select_methods(
     prepared: PreparedSurface,
     names: Iterable[str] | None = None,
     ranges: pd.DataFrame | None = None,
-    grid: pd.DataFrame | None = None,
-    percents: Sequence[float] = PERCENTS,
 ) -> dict[str, Method]:
     """Select the methods to compare.
 
@@ -42,10 +37,8 @@ def select_methods(
     prepared : PreparedSurface
     names : iterable of str, optional
         Names of samplers; all by default.
-    ranges, grid : DataFrame, optional
-        With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper. With
-        grid.csv, it also takes part with the combination of lowest Z near each n_S.
-    percents : sequence of float
+    ranges : DataFrame, optional
+        With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper.
 
     Returns
     -------
@@ -59,31 +52,7 @@ def select_methods(
     chosen = samplers.get_samplers(
         names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
     )
-    methods: dict[str, Method] = {
-        name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()
-    }
-    if "paper" in chosen and grid is not None and f"Z_tS_{WRITTEN_READING}" in grid:
-        best = best_in_hindsight(prepared, grid, percents)
-        methods[HINDSIGHT] = partial(samplers.paper, prepared, choices=best)
-    return methods
-
-
-def best_in_hindsight(prepared: PreparedSurface, grid: pd.DataFrame, percents: Sequence[float]) -> Choices:
-    """Choose the combination of the grid with the lowest Z under `as_written` near each n_S.
-
-    Combinations are near if their n_S, at their own alpha, differs by at most `NEAR_FACTOR`; if none is, the nearest is taken.
-    Only combinations that can keep that many dots take part. Their alpha is later adjusted to n_S, which may raise Z above that
-    of other choices. They are chosen on the test dots of the comparison itself, which favours them.
-    """
-    rows = grid[PARAMETERS].to_numpy()
-    max_n_s = published.expected_n_s(prepared.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
-    best = []
-    for percent in percents:
-        difference = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
-        difference[100 * max_n_s < percent * len(prepared.points)] += 10.0  # last resort
-        near = np.flatnonzero(difference <= max(np.log(NEAR_FACTOR), difference.min()))
-        best.append(rows[near[np.argmin(grid[f"Z_tS_{WRITTEN_READING}"].to_numpy()[near])]])
-    return Choices(0.99 * np.array(percents), np.array(best))
+    return {name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()}
 
 
 def dotted_surface(
