@@ -49,9 +49,7 @@ def runs_as_published(
     tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
         renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
-        result = grid.evaluate_grid(
-            renamed, combinations, tests, 1, (CODED_READING,), shared=False
-        )
+        result = grid.evaluate_grid(renamed, combinations, tests, 1, (CODED_READING,), shared=False)
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
         percent = 100 * result.n_s[:, 0] / result.n_dots
