@@ -32,18 +32,8 @@ def runs_as_published(
 ) -> pd.DataFrame:
     """Repeat Table I as published: N / 200 new test dots per combination, one draw, `as_coded`.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    combinations : (K, 4) float64
-    runs : int
-    progress : callable
-        Callback with the numbers of finished and total runs.
-
-    Returns
-    -------
-    DataFrame, one row per run, binning and range: run (from 1), binning, range (from 1), n_S_low_percent,
-    n_S_high_percent, n_combinations, and of the winner alpha to delta, n_S_percent, d, Z_tS (NaN in an empty range)
+    `combinations` is (K, 4); `alpha` is a factor of every alpha in the sampling, and the table shows alpha without it. Returns
+    the rows of paper_as_published.csv, of the winner of each run, binning and range.
     """
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
@@ -99,18 +89,9 @@ def table_1() -> pd.DataFrame:
 
 
 def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
-    """Compare each published value with those of the winners of the runs.
+    """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        See `runs_as_published`.
-
-    Returns
-    -------
-    DataFrame, one row per binning and range: range, n_runs (with a winner), alpha to delta published, n_won (runs in
-    which the published combination won), and for d and Z_tS: the published value, mean, sd, lowest and highest of the
-    runs, n_below (number of runs with a lower value) and p, the two-sided probability of a rank as extreme by chance
+    `published` is Table I by default, see `table_1`; p is the two-sided probability of a rank as extreme by chance.
     """
     published, out = table_1().set_index("range"), []
     for (binning, k), of_range in runs.groupby(["binning", "range"], sort=False):
@@ -138,20 +119,10 @@ def _rank(values: np.ndarray, published: float) -> dict[str, float]:
 def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = ()) -> dict[str, float]:
     """Test all published values at once by the sum of their squared distances from the runs, in standard deviations.
 
-    If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with
-    n - 1 degrees of freedom. Rows have their own test dots and draws, so the squares add.
+    If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with n - 1
+    degrees of freedom. Rows have their own test dots and draws, so the squares add.
 
-    Parameters
-    ----------
-    comparison : DataFrame
-        `place_published_values`, of one binning.
-    name : {'d', 'Z_tS'}
-    leave_out : sequence of int
-        Ranges (from 1).
-
-    Returns
-    -------
-    dict: n_rows, statistic, p
+    `comparison` is from `place_published_values`, of one binning; `name` is d or Z_tS, and `leave_out` lists ranges, from 1.
     """
     rows = comparison[~comparison["range"].isin(leave_out)].dropna(subset=[f"{name}_sd", f"{name}_published"])
     n = rows["n_runs"].to_numpy()
@@ -172,20 +143,10 @@ def _simulated_statistics(runs: tuple[int, ...], simulated: int) -> np.ndarray:
 def tests_of_table_1(
     comparison: pd.DataFrame, centres: np.ndarray, published_centres: int = CENTRES
 ) -> pd.DataFrame:
-    """Run every test of Table I, under both binnings.
+    """Run every test of Table I, under both binnings: the rows of paper_tests.csv.
 
-    Parameters
-    ----------
-    comparison : DataFrame
-        See `place_published_values`.
-    centres : (R,) int
-        See `centres_in_random_orders`.
-    published_centres : int
-
-    Returns
-    -------
-    DataFrame, with a row per binning for d, Z_tS, centres (by Student's t, as one more order) and together (three times the
-    smallest of the three, Bonferroni): binning, measure, n_rows, statistic, p
+    The number of centres is tested by Student's t, as one more order (see `centres_in_random_orders`). p of all together is
+    three times the smallest of the three (Bonferroni).
     """
     t = (published_centres - np.mean(centres)) / (np.std(centres, ddof=1) * np.sqrt(1 + 1 / len(centres)))
     of_centres = {"n_rows": 1, "statistic": t**2, "p": float(2 * stdtr(len(centres) - 1, -abs(t)))}
@@ -205,16 +166,7 @@ def tests_of_table_1(
 def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     """Compare d and Z_tS of the winners with those of the same combinations at many shared test dots.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        See `runs_as_published`.
-    table : DataFrame
-        grid.csv of the same surface with shared test dots.
-
-    Returns
-    -------
-    DataFrame, one row per binning and range: d_bias, Z_tS_bias (means over the runs)
+    `table` is grid.csv of the same surface; returns the means over the runs, a row per binning and range.
     """
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
