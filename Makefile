@@ -92,7 +92,7 @@ bench: setup
 # make passes -n on to Snakemake: the plus runs these lines then, too
 evidence: setup
 	+@test -d results/evidence || { mkdir -p results/evidence && touch -r results/evidence evidence/tables/*.csv docs/*.png \
-	  evidence/tables/*.csv.gz src/sparsurf/sites/weights.npz src/sparsurf/sites/null.csv; }
+	  evidence/tables/*.csv.gz; }
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))

@@ -20,7 +20,7 @@ wildcard_constraints:
     protein=any_of(PROTEINS),
     conformation="[cf][0-9]+",
     pair=any_of(PAIRS),
-    site=any_of(SITES),
+    comparison=any_of(CHANGES),
     batch=any_of(BATCHES),
 
 
@@ -369,9 +369,9 @@ if PAIRS:
     include: "rules/pairs.smk"
 
 
-if SITES:
+if CHANGES:
 
-    include: "rules/sites.smk"
+    include: "rules/changes.smk"
 
 
 if "paper" in config and not is_excluded(config["paper"], "c1"):

@@ -27,7 +27,7 @@ import yaml
 from threadpoolctl import threadpool_limits
 
 from measures.timing import Table, machine, peak_memory, timed
-from sparsurf import InputError, describe_sites
+from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.nearest import nearest
 from sparsurf.patches import descriptors
@@ -39,8 +39,6 @@ from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.sites.finding import nearest_places
-from sparsurf.sites.metric import N_COMPONENTS
 from sparsurf.study import grid
 from sparsurf.study.ensemble import frame_row
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -69,9 +67,6 @@ GRID_LIMITS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that
 QUICK_RESIDUES = "209-214"  # residues of the quick surface
 GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
 REFERENCE_PATCHES = 5
-QUERY, HITS = 50, 80  # places that are searched at once, and the nearest places returned for each
-PLACES = 1_000_000  # random places, as of 240 proteins of 1000 atoms
-MAX_BYTES_PER_PLACE = 700  # bytes that a place may take in a file
 PAIR_LIMITS = {
     720: None,
     14_400: 8,
@@ -184,28 +179,6 @@ def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) ->
         both = rng.random((2, n, 121))
         times = repeats if n < 20_000 else 1
         table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
-
-
-def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> None:
-    """Measure the description of sites, and the exact search of nearest places among random ones on all cores."""
-    molecule = read_molecule(EMBEDDED, residues=None if promised else QUICK_RESIDUES)
-    sites = describe_sites(molecule)
-    what = f"sites of {molecule.n_atoms} atoms, a tenth of the dots"
-    table.time(what, len(sites), partial(describe_sites, molecule), repeats, most=1 if promised else None)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "bench.sites")
-        sites.save(path)
-        table.add(
-            "a place in a file of sites",
-            len(sites),
-            path.stat().st_size / len(sites),
-            "bytes",
-            most=MAX_BYTES_PER_PLACE,
-        )
-    rng = np.random.default_rng(0)
-    every, query = (rng.standard_normal((n, N_COMPONENTS), dtype=np.float32) for n in (places, QUERY))
-    run = partial(nearest_places, query, every, HITS, available_cores())
-    table.time(f"{QUERY} places sought among {places:,}", None, run, repeats, most=1 if promised else None)
 
 
 def measure_grids(
@@ -448,7 +421,6 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
         )
         measure_grids(table, surface, combinations, {n_tests: None} if quick else GRID_LIMITS, repeats)
         measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)
-        measure_sites(table, 10_000 if quick else PLACES, repeats, not quick)
         measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
         measure_frames(table, quick)
         measure_peers(table, surface, repeats)

@@ -9,7 +9,6 @@ rule analyse_batch:
     input:
         files_of_batch,
     output:
-        **places_of_batch(),
         surfaces="results/{run}/surfaces/{batch}.parquet",
         residues="results/{run}/residues/{batch}.parquet",
         dots="results/{run}/dots/{batch}.parquet",
@@ -32,7 +31,6 @@ rule analyse_batch:
         evaluation={"test_dots": config["evaluation"]["test_dots"]},
         minimal=config["minimal"],
         fields=config["fields"],
-        places=config["places"],
         seed=config["seed"],
         code=METHOD,
     message:

@@ -2,9 +2,9 @@
 
 import re
 
-from sparsurf.batches.assignment import assign_batches, size_as_pdb, tables_of
+from sparsurf.batches.assignment import TABLES, assign_batches, size_as_pdb
 from sparsurf.workflow.code_version import METHOD, REPORT
-from sparsurf.workflow.config import check_config, named_conformations, proteins, sampled_proteins
+from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
@@ -36,9 +36,7 @@ BATCHES = assign_batches(
     {name: size_as_pdb(protein.structure) for name, protein in BATCHED.items()}, config.get("batch", "auto")
 )
 PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}" not in EXCLUDED}
-SITES = {name: site for name, site in config["sites"].items() if f"sites/{name}" not in EXCLUDED}
-SEARCHES = [name for name, site in SITES.items() if "query" in site]
-COMPARISONS = [name for name, site in SITES.items() if "changes" in site]
+CHANGES = {name: forms for name, forms in config["changes"].items() if f"changes/{name}" not in EXCLUDED}
 READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
 MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
 SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]  # over the grid; the others are not
@@ -54,13 +52,18 @@ PAPER_FIGURES = (
     "subsets",
 )  # 1 to 5, also as SVG
 FIGURES = ("required_dots", *PAPER_FIGURES)
+CHANGES_FILES = (
+    "changes.csv",
+    "changes.html",
+    "changes.png",
+    "changed_1.pdb",
+    "changed_2.pdb",
+    "view_1.html",
+    "view_2.html",
+)
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
-
-SEARCHED = [place for name in SEARCHES for place in named_conformations(SITES[name])]
-SEARCH_ALL = any(SITES[name]["targets"] == "all" for name in SEARCHES)
-DESCRIBED = {place.partition("/")[0] for place in SEARCHED} | set(MOLECULES if SEARCH_ALL else ())
 GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
 
 
@@ -205,34 +208,9 @@ def partner_files(wildcards):
     }
 
 
-def searched_places(wildcards):
-    """Described places of the query and of all targets of a search; empty if a conformation does not exist."""
-    site = SITES[wildcards.site]
-    query, targets = folder_of(site["query"]), site["targets"]
-    if targets == "all":
-        targets = [f"{name}/{conformation}" for name in MOLECULES for conformation in conformations(name)]
-        targets = [place for place in targets if folder_of(place) != query]
-    folders = list(dict.fromkeys(map(folder_of, targets)))
-    if query is None or None in folders:
-        return {}
-    places = [f"{folder}/places.sites" for folder in folders]
-    return {"query": f"{query}/places.sites", "structure": f"{query}/structure.pdb", "targets": places}
-
-
-def searched_surfaces(wildcards):
-    """The same with the surfaces of query and targets, and the structures of those that have atoms."""
-    files = searched_places(wildcards)
-    folders = [Path(path).parent for path in [files["query"], *files["targets"]]] if files else []
-    with_atoms = [folder for folder in folders if folder.parent.name in MOLECULES]
-    return files | {
-        "surfaces": [f"{folder}/surface.npz" for folder in folders],
-        "structures": [f"{folder}/structure.pdb" for folder in with_atoms],
-    }
-
-
 def compared_forms(wildcards):
     """Surfaces and structures of two forms that are compared; none where the study has no such conformation."""
-    folders = [folder_of(place) for place in SITES[wildcards.site]["changes"]]
+    folders = [folder_of(place) for place in CHANGES[wildcards.comparison]]
     if None in folders:
         return {}
     return {
@@ -287,21 +265,12 @@ def conformation_files(protein):
         files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
         files += ["compare_alone.csv", "needed.csv"]
         files += [f"figures/compare{part}.png" for part in ("", "_panels")]
-    if protein in DESCRIBED:
-        files += ["places.sites"]
     return files
 
 
 def batch_tables(wildcards):
     """Tables of all batches."""
-    return [
-        f"results/{config['run']}/{table}/{batch}.parquet" for table in tables_of(config) for batch in BATCHES
-    ]
-
-
-def places_of_batch():
-    """Table of the places of sites, where the study has them."""
-    return {"places": "results/{run}/places/{batch}.parquet"} if config["places"] else {}
+    return [f"results/{config['run']}/{table}/{batch}.parquet" for table in TABLES for batch in BATCHES]
 
 
 def structures_of_batch(wildcards):
@@ -357,10 +326,8 @@ def results_before_pages(wildcards):
             "pairs/pairs.html",
             "pairs/pairs.png",
         ]
-    if len(SEARCHES) > 1:
-        files += ["sites/matrix.csv", "sites/matrix.png"]
     files += [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
-    files += [f"sites/{site}/{file}" for site in SITES for file in site_files(site)]
+    files += [f"changes/{name}/{file}" for name in CHANGES for file in CHANGES_FILES]
     of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
     return [f"{run}/{file}" for file in files] + of_proteins
 
@@ -374,21 +341,6 @@ def pair_files(pair):
     if config["complementarity"]["thinning"]["run"]:
         files += ["thinning.csv", "thinning.png"]
     return files
-
-
-def site_files(site):
-    """Files of a search for a site, or of a comparison of two forms."""
-    if site in SEARCHES:
-        files = ["hits.csv", "matches.csv", "poses.csv", "superposed", "site.html", "site.png"]
-    else:
-        files = [
-            "changes.csv",
-            "changes.html",
-            "changes.png",
-            "changed_1.pdb",
-            "changed_2.pdb",
-        ]
-    return [*files, "view_1.html", "view_2.html"]
 
 
 def final_outputs(wildcards):

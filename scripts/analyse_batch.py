@@ -1,7 +1,6 @@
 """Analyse a batch of structures and write its rows of the tables of the run."""
 
 from sparsurf.batches.analysis import Structure, analyse_batch
-from sparsurf.batches.places import settings_of_places
 from sparsurf.batches.tables import import_pyarrow, write_parquet
 from sparsurf.workflow.jobs import job, reporter
 
@@ -19,8 +18,7 @@ def main(structures: dict[str, dict], outputs: dict[str, str], config: dict) -> 
     batch = [Structure(name, **entry) for name, entry in structures.items()]
     tables = analyse_batch(batch, config, reporter("Structures", "structures"))
     for table, path in outputs.items():
-        settings = settings_of_places(config) if table == "places" else None
-        write_parquet(path, table, tables[table], config["fields"], settings)
+        write_parquet(path, table, tables[table], config["fields"])
 
 
 if __name__ == "__main__":
@@ -37,7 +35,6 @@ if __name__ == "__main__":
                     "evaluation",
                     "minimal",
                     "fields",
-                    "places",
                     "seed",
                 )
             },

@@ -15,8 +15,8 @@ from sparsurf.pairs.changes import (
 )
 from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
+from sparsurf.report.changes_page import TEMPLATE, changes_page, over_floor
 from sparsurf.report.page import write
-from sparsurf.report.site_page import OF_FORMS, changes_page, over_floor
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -60,7 +60,7 @@ def main(
     paths = [require_conformation(structure, name) for structure in (structure_1, structure_2)]
     surfaces = [require_conformation(surface, name) for surface in (surface_1, surface_2)]
     if paths[0] == paths[1]:
-        raise InputError(f"sites.{name}: both names mean one conformation; name another.")
+        raise InputError(f"changes.{name}: both names mean one conformation; name another.")
     reference = read_study_structure(paths[0])
     molecules = reference, numbered_alike(read_study_structure(paths[1]), reference)
     compared = []
@@ -83,7 +83,7 @@ def main(
     for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):
         change = on_atoms(molecule, relative, "over_floor", B_FACTOR_OF_BURIED)
         molecule.write_pdb(pdb, b_factor=np.nan_to_num(change, nan=B_FACTOR_OF_BURIED))
-    write(page, OF_FORMS, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR, unmatched))
+    write(page, TEMPLATE, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR, unmatched))
 
 
 if __name__ == "__main__":
@@ -101,6 +101,6 @@ if __name__ == "__main__":
             settings=snakemake.params.surface,
             d_link=snakemake.params.d_link,
             seed=snakemake.params.seed,
-            name=snakemake.wildcards.site,
+            name=snakemake.wildcards.comparison,
             threads=snakemake.threads,
         )

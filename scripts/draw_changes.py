@@ -8,10 +8,11 @@ import numpy as np
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.pairs.changes import numbered_alike
 from sparsurf.pairs.matching import on_atoms
+from sparsurf.report.changes_page import over_floor
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.site_figures import changes_figure, highest_shown, seen_alike
-from sparsurf.report.site_page import over_floor, read_residues
+from sparsurf.report.figures.changes import changes_figure, highest_shown, seen_alike
 from sparsurf.report.viewer.page import Values, coloured_page
+from sparsurf.study.tables import read_residues
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
 
@@ -78,5 +79,5 @@ if __name__ == "__main__":
             forms=snakemake.params.forms,
             patches=snakemake.params.patches,
             seed=snakemake.params.seed,
-            name=snakemake.wildcards.site,
+            name=snakemake.wildcards.comparison,
         )

@@ -6,7 +6,7 @@ from sparsurf.report.ensemble_page import TEMPLATE, ensemble_page
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.over_time import ensemble_figure, residues_figure
 from sparsurf.report.page import write
-from sparsurf.report.site_page import read_residues
+from sparsurf.study.tables import read_residues
 from sparsurf.workflow.jobs import job
 
 

@@ -16,7 +16,6 @@ from functools import partial
 from pathlib import Path
 
 from sparsurf import InputError
-from sparsurf.files import pluralise
 from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config, read_config
 from sparsurf.workflow.jobs import DISK_ERRORS
@@ -144,7 +143,7 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
 def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -> None:
     """Print the time, answer, number of warnings and first page of a run.
 
-    A site that the config excludes has no answer: its files, if there are any, are of an earlier run.
+    A comparison that the config excludes has no answer: its files, if there are any, are of an earlier run.
     """
     if not finished:
         print(f"\nThe results so far are in {run}/.")
@@ -166,21 +165,21 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
             remarks.append(f"{words} {low:.1f} to {high:.1f} %")
         remark = f" ({'; '.join(remarks)})" if remarks else ""
         print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{remark}.")
-    sites = [name for name in config["sites"] if f"sites/{name}" not in config["exclude"]]
-    for answer in answers_of_sites(run, sites):
-        print(f"Answer    {answer}")
+    if names := [name for name in config["changes"] if f"changes/{name}" not in config["exclude"]]:
+        for answer in answers_of_changes(run, names):
+            print(f"Answer    {answer}")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
     print(f"Look at   {run / 'index.html'}")
     print(f"All       {run}/")
 
 
-def answers_of_sites(run: Path, sites: Iterable[str]) -> Iterator[str]:
-    """Yield a sentence for each pair of forms that was compared, and for each site that was sought."""
-    for name in sites:
-        if changes := rows_of(run / "sites" / name / "changes.csv"):
-            from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR  # here, as these import pandas
-            from sparsurf.report.numbers import most_of
+def answers_of_changes(run: Path, names: Iterable[str]) -> Iterator[str]:
+    """Yield a sentence for each pair of forms that was compared."""
+    from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR  # here, as these import pandas
+    from sparsurf.report.numbers import most_of
 
+    for name in names:
+        if changes := rows_of(run / "changes" / name / "changes.csv"):
             n_known, n_moved = (
                 sum(row[key] not in ("", "0") for row in changes) for key in ("total", "above_moved")
             )
@@ -188,15 +187,6 @@ def answers_of_sites(run: Path, sites: Iterable[str]) -> Iterator[str]:
             advice = " They differ all over: go by the order of the residues." if all_over else ""
             more = f"{n_moved} of {n_known} residues change more than if all atoms moved by 0.3 Å"
             yield f"{name}: {more}; about {chance:.0f} would by chance.{advice}"
-        if (path := run / "sites" / name / "hits.csv").is_file():
-            import pandas as pd  # here, as it takes half a second
-
-            from sparsurf.report.numbers import p_value
-            from sparsurf.report.site_page import found_on
-
-            hits = pd.read_csv(path, usecols=["p"])
-            n_targets = pluralise(len(hits), "target")
-            yield f"{name}: found on {found_on(hits)} of {n_targets}, smallest p {p_value(hits['p'].min())}."
 
 
 def known(values: list[float]) -> list[float]:

@@ -1,7 +1,7 @@
 """Coverage-guided fuzzing of the readers: the content of a file is read, or refused by one sentence (`InputError`).
 
     pip install atheris
-    python tests/fuzz_readers.py pdb -max_total_time=600       and mmcif, gro, dms, csv, ply, npz, sites
+    python tests/fuzz_readers.py pdb -max_total_time=600       and mmcif, gro, dms, csv, ply, npz
 
 Further options are libFuzzer's. It starts from tests/corpus/<kind> and keeps what it finds in .cache/fuzz/<kind>. It stops at
 another exception, at a file that takes more than a second, and at more than 1 GB of memory; the file is then crash-<digest>.
@@ -20,16 +20,13 @@ LIMITS = ("-timeout=1", "-rss_limit_mb=1024", "-max_len=20000")
 def readers():
     """Return the reader and the suffix of each kind of file."""
     from sparsurf.molecules.read_molecule import read_molecule
-    from sparsurf.sites.describing import load_sites
     from sparsurf.surfaces.read_surface import read_surface
 
     molecules = {"pdb": ".pdb", "mmcif": ".cif", "gro": ".gro"}
     dots = {kind: f".{kind}" for kind in ("dms", "csv", "ply", "npz")}
-    return (
-        {kind: (read_molecule, suffix) for kind, suffix in molecules.items()}
-        | {kind: (read_surface, suffix) for kind, suffix in dots.items()}
-        | {"sites": (load_sites, ".sites")}
-    )
+    return {kind: (read_molecule, suffix) for kind, suffix in molecules.items()} | {
+        kind: (read_surface, suffix) for kind, suffix in dots.items()
+    }
 
 
 def is_read(read, path):

@@ -140,7 +140,6 @@ def measured():
     import logging
 
     import numpy as np
-    from scipy.spatial.transform import Rotation
 
     sys.path.insert(0, str(ROOT / "tests"))
     from dataclasses import replace
@@ -152,14 +151,13 @@ def measured():
     from sparsurf.pairs.changes import superpose_forms
     from sparsurf.pairs.matching import agreement, maps, match
     from sparsurf.pairs.partners import partner_of
+    from sparsurf.pairs.residue_moments import describe_residues
     from sparsurf.patches import descriptors
     from sparsurf.patches.index import build_index
     from sparsurf.patches.roughness import published as roughness_of
     from sparsurf.recovery.recovering import recover
     from sparsurf.recovery.relaxation import relax
     from sparsurf.sampling.farthest_point import farthest_point_sampling
-    from sparsurf.sites.describing import describe_surface, places_of_residues
-    from sparsurf.sites.finding import find_places, find_site
     from sparsurf.study.best_set import _critical_values, best_set, scatter
     from sparsurf.study.floors import floors_table, measure_floors
     from sparsurf.study.prepared_surface import PreparedSurface
@@ -220,26 +218,9 @@ def measured():
     note("critical values", _critical_values(pooled, covariance, of_tests, 4))
     note("confidence set of the best", best_set(d_of_combinations))
 
-    query = describe_surface(surface, molecule, "query", threads=2)
-    turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
-    other_frame = moving.frame(int(choice.index[-1]))
-    # Rounded as in a file: farthest-point sampling chooses between equally far dots by the last bit of their coordinates.
-    other_frame = replace(other_frame, xyz=(other_frame.xyz @ turn).round(3))
-    other_surface = molecular_surface(other_frame.xyz[0], radii(molecule, "dms"), density=4.0)
-    targets = [
-        query,
-        replace(
-            query, name="copy", points=(query.points @ turn).round(3), normals=(query.normals @ turn).round(5)
-        ),
-        describe_surface(other_surface, other_frame, "other"),
-    ]
-    note("turned dots", other_surface.points)
-    note("descriptors of sites", *(target.numbers for target in targets))
-    site = query.take(places_of_residues(query, "212-216"))
-    for name, table in (("places", find_places(site, targets, 3)), ("site", find_site(site, targets).table)):
-        floats = table.select_dtypes("float")
-        note(f"hits of {name}", table.drop(columns=floats.columns))
-        note(f"scores of {name}", floats)
+    residues = describe_residues(surface, molecule, "one", threads=2)
+    note("moments of residues", residues.moments)
+    note("fields of residues", residues.fields)
     return out
 
 

@@ -67,16 +67,11 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "files": {"files": ["one.pdb", "two.pdb"]},
         "chains": {"complex": "complex.pdb", "chains": [["A"], ["B"]]},
     }
-    sites = {
-        "turn": {"query": "still", "residues": "2-4", "targets": ["moving/f700"]},
-        "back": {"query": "moving/f0", "residues": "210-212", "targets": ["still"]},
-        "bend": {"changes": ["moving/f0", "moving/f700"]},
-    }
     thinning = {"run": True, "percents": [20], "samplers": ["uniform"], "draws": 1, "recovered": False}
     return SETTINGS | {
         "proteins": proteins,
         "pairs": pairs,
-        "sites": sites,
+        "changes": {"bend": ["moving/f0", "moving/f700"]},
         "paper": "ready",
         "fields": ["hydropathy", "score"],
         "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},

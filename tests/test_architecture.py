@@ -23,7 +23,6 @@ PACKAGES = [
     "patches",  # what lies around one dot, and its numbers; arrays in, arrays out
     "recovery",  # a dense surface from few dots with normals; knows no descriptor
     "sampling",  # which dots are kept
-    "sites",  # places with numbers, found again on other surfaces
     "study",  # numbers about subsets: arrays and tables, no sentence, no figure
     "pairs",  # two surfaces: what the patches of one say of the other
     "paper",  # the paper beside ours: its runs made again, its claims

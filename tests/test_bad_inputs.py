@@ -18,7 +18,6 @@ from sparsurf import InputError
 from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.sites.describing import load_sites
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -187,7 +186,6 @@ READERS = {  # of every kind of file that a command takes
     **dict.fromkeys(["psf", "prmtop"], lambda path: read_molecule(path, path.with_suffix(".xtc"))),
     **dict.fromkeys(["xtc", "dcd", "nc", "mdcrd", "rst7"], lambda path: read_molecule(EXAMPLE, path)),
     **dict.fromkeys(["csv", "npz", "dms", "minimal"], read_surface),
-    "sites": load_sites,
     "pqr": pqr_charges,
     "table": lambda path: column_of_atoms(path, "value", read_molecule(EXAMPLE)),
 }

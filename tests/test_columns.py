@@ -48,14 +48,14 @@ def test_every_column_of_every_table_of_a_run_is_listed(study):
         "roughness",
         "minimal --percent 5",
         "descriptors --every 300",
-        "find --residues 212",
     ],
 )
 def test_every_column_of_the_command_line_is_listed(tmp_path, arguments):
     name, *options = arguments.split()
-    files = [str(ROOT / "data/tdp43/topology.pdb")] * (1 + (name == "find"))
-    part = [] if name == "find" else ["--residues", "209-216"]
-    assert command.main([name, *files, *part, *options, "-q", "-o", str(tmp_path / "out.csv")]) in (0, None)
+    file = str(ROOT / "data/tdp43/topology.pdb")
+    assert command.main(
+        [name, file, "--residues", "209-216", *options, "-q", "-o", str(tmp_path / "out.csv")]
+    ) in (0, None)
     check(columns.tables()[f"sparsurf {name}"], tmp_path / "out.csv")
 
 
@@ -82,7 +82,7 @@ def test_an_interval_is_explained_by_its_column():
 
 
 def test_a_name_goes_before_a_placeholder():
-    table = columns.table_of("sites/opening/changes.csv")
+    table = columns.table_of("changes/opening/changes.csv")
     assert table.column("shape").name == "shape" and table.column("charge").name == "<field>"
     assert table.column("charge_floor").name == "<field>_floor"
 

@@ -16,7 +16,6 @@ from sparsurf import InputError
 from sparsurf.api.inputs import as_dots
 from sparsurf.cli.command import main
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.sites.describing import load_sites
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
@@ -419,38 +418,6 @@ def test_times_of_netcdf_are_read_in_their_unit(molecule, tmp_path, unit, expect
 # ---- archives
 
 
-@pytest.fixture(scope="module")
-def sites(tmp_path_factory):
-    """A file of Sites, and its arrays."""
-    path = tmp_path_factory.mktemp("sites") / "a.sites"
-    sparsurf.describe_sites(sparsurf.read_molecule(STRUCTURE, residues="209-216"), fields=()).save(path)
-    with np.load(path) as file:
-        return path, {name: file[name] for name in file.files}
-
-
-WRONG = {
-    "percent": "abc", "order": [1, 2], "sparsurf_sites": ["a", "b"], "version": [2], "radius": -1.0,
-    "numbers": np.zeros((3, 1, 2)), "fields": 3, "label_chain": np.zeros(3), "points": np.full((1, 3), np.nan),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("key", WRONG)
-@pytest.mark.parametrize("lacking", [True, False])
-def test_damaged_sites_are_a_sentence(sites, tmp_path, key, lacking):
-    arrays = {name: value for name, value in sites[1].items() if name != key}
-    with open(tmp_path / "a.sites", "wb") as file:
-        np.savez(file, **(arrays if lacking else arrays | {key: np.array(WRONG[key])}))
-    with pytest.raises(InputError, match="holds no Sites, or is damaged"):
-        load_sites(tmp_path / "a.sites")
-
-
-def test_a_name_with_control_characters_is_refused(sites, tmp_path):
-    with open(tmp_path / "a.sites", "wb") as file:
-        np.savez(file, **(sites[1] | {"sparsurf_sites": np.array("a\0b")}))
-    with pytest.raises(InputError, match="holds no Sites"):
-        load_sites(tmp_path / "a.sites")
-
-
 def damaged_member(content):
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
@@ -473,43 +440,11 @@ DAMAGED = {
 
 
 @pytest.mark.parametrize("name", DAMAGED)
-@pytest.mark.parametrize("read", [load_sites, read_surface])
-def test_a_damaged_member_of_an_archive_is_a_sentence(tmp_path, name, read):
-    path = tmp_path / ("a.sites" if read is load_sites else "a.npz")
+def test_a_damaged_member_of_an_archive_is_a_sentence(tmp_path, name):
+    path = tmp_path / "a.npz"
     path.write_bytes(damaged_member(DAMAGED[name]))
-    with pytest.raises(InputError, match=r"or (is )?damaged"):
-        read(path)
-
-
-def test_sites_unpack_up_to_a_bound(sites, tmp_path, monkeypatch):
-    with open(tmp_path / "a.sites", "wb") as file:
-        np.savez_compressed(file, **(sites[1] | {"extra": np.zeros(10**6)}))
-    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 2**20)
-    with pytest.raises(InputError, match="unpacks to more than 1 MB"):
-        load_sites(tmp_path / "a.sites")
-
-
-def test_one_damaged_target_does_not_end_the_search_of_a_folder(sites, tmp_path, capsys):
-    folder = tmp_path / "targets"
-    folder.mkdir()
-    (folder / "good.sites").write_bytes(sites[0].read_bytes())
-    with open(folder / "bad.sites", "wb") as file:
-        np.savez(file, **(sites[1] | {"order": np.array("x")}))
-    code = main(
-        [
-            "find",
-            str(sites[0]),
-            str(folder),
-            "--fields",
-            "",
-            "--residues",
-            "209-216",
-            "-o",
-            str(tmp_path / "hits.csv"),
-        ]
-    )
-    said = capsys.readouterr().err
-    assert code == 0 and "left out" in said and "bad.sites holds no Sites" in said
+    with pytest.raises(InputError, match="or damaged"):
+        read_surface(path)
 
 
 # ---- the terminal
@@ -544,9 +479,9 @@ def test_each_doubtful_file_is_refused_or_reported(shared, caplog, molecule, tmp
         if not path.is_file() or path.name == "top2.pdb":
             continue
         signal.alarm(SECONDS)
-        if path.suffix == ".sites":
-            said = answer(load_sites, caplog, path)
-        elif path.parent.name == "traj":
+        if path.suffix == ".sites":  # of the search for sites, which is gone
+            continue
+        if path.parent.name == "traj":
             top = path.with_name("top2.pdb") if path.name in TOPOLOGIES else tmp_path / "top.pdb"
             said = answer(read_molecule, caplog, top, path)
         elif path.suffix in (".pdb", ".gro"):

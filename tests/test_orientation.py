@@ -10,10 +10,15 @@ from peptides import ALANINE, STEP, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.conformations import choose_frames, determines_rotation, superpose
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes, principal_axes
+from sparsurf.orientation import (
+    MIN_DISTANCE_FROM_LINE,
+    best_rotations,
+    canonical_axes,
+    principal_axes,
+    rigid_fit,
+)
 from sparsurf.pairs.changes import superpose_forms
 from sparsurf.simulation.quality import motion
-from sparsurf.sites.pose_search import rigid_fit
 from sparsurf.study.floors import frames_at_gaps
 
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
@@ -52,12 +57,12 @@ def test_points_near_a_line_are_refused(off_line, determined):
     assert MIN_DISTANCE_FROM_LINE == 0.1
     assert determines_rotation(np.array([points, points @ TURN]), slice(None)) == determined
     if determined:
-        turn, shift = rigid_fit(points, points @ TURN + SHIFT, np.ones(4))
+        turn, shift = rigid_fit(points, points @ TURN + SHIFT)
         assert np.allclose(turn, TURN) and np.allclose(shift, SHIFT)
         assert np.allclose(superpose(np.array([points, points @ TURN]), slice(None)), points)
     else:
         with pytest.raises(InputError, match=r"^the points to fit lie on a line"):
-            rigid_fit(points, points @ TURN + SHIFT, np.ones(4))
+            rigid_fit(points, points @ TURN + SHIFT)
         with pytest.raises(InputError, match=r"^the atoms to superpose lie on a line.* in frame 0"):
             superpose(np.array([points, points @ TURN]), slice(None))
 
@@ -65,16 +70,16 @@ def test_points_near_a_line_are_refused(off_line, determined):
 def test_a_plane_and_its_mirror_image_are_superposed():
     """A reflection of a planar set is a turn about an axis of its plane: by half a turn about x, y changes its sign."""
     points = SQUARE + np.outer([1, 0, 0, 0], [1, 0, 0])
-    turn, _ = rigid_fit(points, points * [1, -1, 1], np.ones(4))
+    turn, _ = rigid_fit(points, points * [1, -1, 1])
     assert np.allclose(turn, np.diag([1.0, -1, -1]))
 
 
 def test_a_mirror_image_is_refused_only_if_several_turns_fit_it():
     """Each of three turns by half fits the mirror image of a tetrahedron equally well; a stretched one has one best turn."""
     with pytest.raises(InputError, match="or are a mirror image"):
-        rigid_fit(TETRAHEDRON, -TETRAHEDRON, np.ones(4))
+        rigid_fit(TETRAHEDRON, -TETRAHEDRON)
     stretched = TETRAHEDRON * [3, 2, 1]
-    turn, _ = rigid_fit(stretched, stretched * [1, 1, -1], np.ones(4))
+    turn, _ = rigid_fit(stretched, stretched * [1, 1, -1])
     assert np.allclose(turn, np.eye(3))  # the shortest axis stays reversed
 
 

@@ -9,7 +9,6 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     sparsurf.compare(dots, kept)                   # Z and d, next to a uniform subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
     few = sparsurf.minimal(dots)                   # the fewest dots from which the surface is recovered
-    sparsurf.find("bound.pdb", ["unbound.pdb"], residues="A:10-25")  # the same site on another form
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
@@ -45,7 +44,6 @@ similarity     the same with both 'up'
 interface      dots within 3 Å of the partner's surface
 baseline       a simple property of a dot, with whose AUC the propensity's is compared
 field          a number at every dot that follows from the atoms, such as hydropathy
-site           residues whose surface is sought on other surfaces; it is described in places, dots with numbers
 noise floor    Z of other dots of the same surface, of the turned molecule or of moved atoms
 conformation   one frame, structure or surface that enters the study
 """
@@ -61,13 +59,11 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.fields import fields, residues
     from sparsurf.api.minimal import floors, minimal, recover, relax
     from sparsurf.api.patches import descriptors, roughness
-    from sparsurf.api.sites import describe_sites, find
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surfaces import components, mesh, surface
     from sparsurf.api.writing import write
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
-    from sparsurf.sites.describing import Sites
     from sparsurf.study.minimal_subset import Subset
     from sparsurf.study.prepared_surface import PreparedSurface
     from sparsurf.surfaces.mesh import Mesh
@@ -94,8 +90,6 @@ FUNCTIONS = {
     "fields": "api.fields",
     "residues": "api.fields",
     "write": "api.writing",
-    "describe_sites": "api.sites",
-    "find": "api.sites",
 }
 CLASSES = {
     "Molecule": "molecules.molecule",
@@ -103,23 +97,19 @@ CLASSES = {
     "Mesh": "surfaces.mesh",
     "Subset": "study.minimal_subset",
     "PreparedSurface": "study.prepared_surface",
-    "Sites": "sites.describing",
 }
 __all__ = [
     "InputError",
     "Mesh",
     "Molecule",
     "PreparedSurface",
-    "Sites",
     "Subset",
     "Surface",
     "__version__",
     "compare",
     "components",
-    "describe_sites",
     "descriptors",
     "fields",
-    "find",
     "floors",
     "mesh",
     "minimal",

@@ -1,6 +1,6 @@
 """Compile the numba kernels into their cache, in two parts that take equally long: `python -m sparsurf.compile_kernels patches`.
 
-Each part calls every kernel on a tiny surface. The kernels of pairs and sites are compiled when they are first called.
+Each part calls every kernel on a tiny surface. The kernels of pairs are compiled when they are first called.
 numba compiles a kernel again if its file was edited, not if a function or constant of another file was: `remove` removes
 the compiled kernels, for `make setup` after an edit.
 """

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from sparsurf import InputError
+
 # Å, rms, from the line through them, of points that determine a rotation. Files store coordinates to 0.001 to 0.01 Å: nearer to
 # the line, their rounding would decide by more than 0.1 rad.
 MIN_DISTANCE_FROM_LINE = 0.1
@@ -43,6 +45,23 @@ def best_rotations(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndar
     # A rotation by t about the first axis lowers the sum of x . y by (1 - cos t) times this.
     loss = s[..., 1] + sign * s[..., 2]
     return u @ vt, np.sqrt(np.maximum(loss, 0) / weight)
+
+
+def rigid_fit(points: np.ndarray, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fit points onto others (n, 3), Å; return rotation and shift: points @ rotation + shift is nearest to `fixed`.
+
+    Raises
+    ------
+    InputError : several rotations fit equally well, since the points lie on a line
+    """
+    share = np.full(len(points), 1 / len(points))
+    middle, target = share @ points, share @ fixed
+    rotation, distance = best_rotations(((points - middle) * share[:, None]).T @ (fixed - target))
+    if distance < MIN_DISTANCE_FROM_LINE:
+        raise InputError(
+            "the points to fit lie on a line, or are a mirror image, so that several rotations fit equally well: use more points."
+        )
+    return rotation, target - middle @ rotation
 
 
 def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarray:

@@ -1005,10 +1005,6 @@ def test_the_density_of_a_recovered_mesh_is_that_of_the_dots_it_is_cut_from(blob
             "charges is int; it must be table, pdb2pqr or the path of a PQR file.",
         ),
         (
-            lambda dots: sparsurf.describe_sites(dots, name="a\n"),
-            "name is 'a\\n'; it must be a string of printable characters.",
-        ),
-        (
             lambda dots: sparsurf.residues(replace(dots, atom=np.full(len(dots), -1))),
             "residues: these dots do not say which atom of the molecule they belong to.",
         ),

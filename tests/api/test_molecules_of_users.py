@@ -158,14 +158,11 @@ def test_a_molecule_is_taken_by_its_path_wherever_dots_are(dots):
 def test_what_functions_give_is_shown_in_a_line_and_behaves_like_an_array(dots):
     few = sparsurf.minimal(dots, percent=5)
     ready = sparsurf.prepare(dots)
-    peptide = sparsurf.read_molecule(PEPTIDE, residues="209-214")
-    sites = sparsurf.describe_sites(peptide, name="peptide", fields=["hydropathy"])
     for value, words in (
         (dots, "Surface of 24,600 dots"),
         (dots.origin.molecule, "Molecule of 953 atoms in 61 residues, 1 frame"),
         (few, "Subset of 1,230 dots of 24,600"),
         (ready, "PreparedSurface of 24,600 dots"),
-        (sites, f"Sites of {len(sites):,} places on peptide, described by shape, hydropathy"),
     ):
         assert repr(value) == words
     assert np.array_equal(np.asarray(dots), dots.points)

@@ -281,7 +281,7 @@ def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
             {"pages": ["Dots"], "proteins": {"Dots": {"structure": "a.pdb"}}},
             "pages: 'Dots' is a folder of the study",
         ),
-        ({"sites": {"s": {"query": "a", "residues": "1"}}}, "remove `sites`, or `batch`"),
+        ({"changes": {"s": ["a", "b"]}}, "remove `changes`, or `batch`"),
     ],
 )
 def test_a_config_that_batches_cannot_take_is_refused_in_one_sentence(tmp_path, changes, words):

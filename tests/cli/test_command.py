@@ -1,6 +1,5 @@
 """The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
 
-import gzip
 import importlib.util
 import logging
 import os
@@ -23,12 +22,10 @@ from sparsurf import InputError
 from sparsurf.api import minimal as api_minimal
 from sparsurf.api.surfaces import surface_settings
 from sparsurf.batches.analysis import Structure, analyse_batch
-from sparsurf.batches.places import settings_of_places
 from sparsurf.batches.tables import write_parquet
 from sparsurf.cli import command, surface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
-from sparsurf.report.numbers import p_value
 from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.floors import measure_floors as floor_distances
 from sparsurf.surfaces.formats.npz import write_npz
@@ -66,13 +63,10 @@ def write_run_in_batches(place):
     if importlib.util.find_spec("pyarrow") is None:
         return
     entry = {"structure": str(place / "protein.pdb")}
-    given = {"sampling": False, "batch": "auto", "places": True, "proteins": {"protein": entry}}
-    config = check_config(given)
-    settings = {"places": settings_of_places(config)}
+    config = check_config({"sampling": False, "batch": "auto", "proteins": {"protein": entry}})
     for name, rows in analyse_batch([Structure("protein", entry["structure"])], config).items():
         (place / "results/many" / name).mkdir(parents=True)
-        path = place / "results/many" / name / "0001.parquet"
-        write_parquet(path, name, rows, settings=settings.get(name))
+        write_parquet(place / "results/many" / name / "0001.parquet", name, rows)
 
 
 @pytest.fixture(scope="module")
@@ -280,24 +274,6 @@ def test_what_python_writes_is_what_the_command_writes(folder, tmp_path):
     assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
 
 
-def test_a_folder_of_targets_leaves_out_what_cannot_be_read(folder, tmp_path, capfd):
-    where = shutil.copytree(folder / "structures", tmp_path / "structures")
-    (where / "broken.pdb").write_text("HEADER\n")
-    (where / "models.pdb").write_text((folder / "models.pdb").read_text())
-    call = ["find", folder / "bound.pdb", "--residues", "A:10-57", where, "-o", tmp_path / "hits.csv"]
-    assert ended(*call) == 0
-    told = capfd.readouterr().err
-    assert f"left out: {where / 'broken.pdb'} holds no atoms" in told
-    assert f"{where / 'models.pdb'} has 3 models: the first is taken" in told
-    table = pd.read_csv(tmp_path / "hits.csv")
-    assert {*table["target"]} == {"a", "b", "models"}
-    assert f"3 targets ranked, smallest p {p_value(table['p'].min())}" in told
-    for each in ("a", "b", "models"):
-        (where / f"{each}.pdb").unlink()
-    assert ended(*call) == 1
-    assert "holds no structure and no Sites" in capfd.readouterr().err
-
-
 def test_options_of_dots_are_refused_for_a_mesh(folder, tmp_path, capsys):
     call = ["surface", folder / "protein.pdb", "--mesh", "-o", tmp_path / "mesh.ply"]
     for option in (
@@ -344,14 +320,6 @@ def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
     assert first["potential"].std() > 1
 
 
-def test_the_smallest_p_need_not_be_that_of_the_highest_score(folder, tmp_path, monkeypatch, capsys):
-    table = pd.DataFrame({"target": ["a", "b", "c"], "score": [9.0, 7.0, 1.0], "p": [0.04, 0.003, 0.9]})
-    monkeypatch.setattr("sparsurf.cli.find.find_with_poses", lambda *_: (table, None))
-    call = ["find", folder / "bound.pdb", folder / "unbound.pdb", "--residues", "A:57"]
-    assert ended(*call, "-o", tmp_path / "hits.csv") == 0
-    assert "3 targets ranked, smallest p 0.003" in " ".join(capsys.readouterr().err.split())
-
-
 def test_gro_frames_are_no_models(folder, tmp_path, capsys):
     import mdtraj
 
@@ -360,14 +328,6 @@ def test_gro_frames_are_no_models(folder, tmp_path, capsys):
     assert ended(*call, "--model", 2) == 1
     assert "has frames and no models" in capsys.readouterr().err
     assert ended(*call) == 0 and "has 3 frames: the first is taken" in capsys.readouterr().err
-
-
-def test_sites_are_named_after_their_whole_file(folder, tmp_path):
-    for name in ("u.A.pdb", "u.B.pdb"):
-        shutil.copy(folder / "protein.pdb", tmp_path / name)
-    (tmp_path / "v.A.pdb.gz").write_bytes(gzip.compress((folder / "protein.pdb").read_bytes()))
-    call = ["find", folder / "protein.pdb", "--residues", "209-212", tmp_path, "-o", tmp_path / "hits.csv"]
-    assert ended(*call) == 0 and {*pd.read_csv(tmp_path / "hits.csv")["target"]} == {"u.A", "u.B", "v.A"}
 
 
 def test_one_of_all_models_may_be_named(folder, tmp_path):
@@ -641,7 +601,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             1,
             "frames.csv holds the dots of 2 frames: give those of one",
         ),
-        (["find", "bound.pdb", "--residues", "Z:1", "no.pdb", "-o", "x.csv"], 1, "'Z:1' is not in bound"),
         (["surface", "protein.pdb", "-o", f"{'é' * 126}.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "-o", "a\0.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has one chain, without a name"),

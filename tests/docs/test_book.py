@@ -37,7 +37,7 @@ def test_the_glossary_has_every_word():
 
 def test_the_commands_show_their_options():
     text = "".join(reference.commands())
-    assert {"--percent", "--mesh", "--superpose", "--d-link"} <= {*re.findall(r"--[a-z-]+", text)}
+    assert {"--percent", "--mesh", "--d-link"} <= {*re.findall(r"--[a-z-]+", text)}
 
 
 @pytest.mark.parametrize(

@@ -85,4 +85,4 @@ def test_the_study_of_two_forms_is_one(tmp_path, monkeypatch):
         shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", f"{name}.pdb")
     (config,) = blocks("yaml", "compare_forms")
     Path("my_study.yaml").write_text(config)
-    assert check_config(read_config("my_study.yaml"))["sites"]["opening"]["changes"] == ["open", "closed"]
+    assert check_config(read_config("my_study.yaml"))["changes"]["opening"] == ["open", "closed"]

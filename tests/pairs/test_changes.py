@@ -9,22 +9,34 @@ import pytest
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
+from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.pairs import changes as module
 from sparsurf.pairs.changes import (
-    CHANNELS,
     Form,
     changes,
     common_residues,
-    distances,
     floor_of,
     noise,
     numbered_alike,
     residue_ranges,
-    residues_of,
     unmatched_residues,
 )
-from sparsurf.sites.describing import FIELDS, describe_surface
-from sparsurf.sites.metric import weights
+from sparsurf.pairs.residue_moments import (
+    CHANNELS,
+    FIELDS,
+    ORDER,
+    PERCENT,
+    RADIUS,
+    describe_residues,
+    distances,
+    spread_of_moments,
+)
+from sparsurf.patches.descriptors import describe, describe_fields
+from sparsurf.patches.index import build_grid
+from sparsurf.patches.readings import linked_by_spacing
+from sparsurf.patches.zernike.polynomials import indices
+from sparsurf.recovery.recovering import dot_spacing
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.study.floors import random_rotation
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -46,7 +58,7 @@ def form():
 
 @pytest.fixture(scope="module")
 def own(form):
-    return residues_of(form.surface, form.molecule, "one")
+    return describe_residues(form.surface, form.molecule, "one")
 
 
 @pytest.fixture(scope="module")
@@ -56,28 +68,42 @@ def found(form, own):
 
 
 def test_residues_have_the_means_of_their_places(form, own):
-    sites = describe_surface(form.surface, form.molecule, "one")
-    alone = (sites.labels["residue"] == "224").to_numpy()
-    mean = sites.numbers[alone].astype(float).mean(axis=0)
-    np.testing.assert_allclose(
-        own.numbers[LYSINE, :, 1:], mean[:, 1:], atol=0.02
-    )  # fields are lifted: float16 of more
-    np.testing.assert_allclose(own.numbers[LYSINE, 0], mean[0], rtol=1e-6)
-    assert own.places[LYSINE] == alone.sum() and own.places.sum() == len(sites)
+    """A residue has the mean over its dots among the tenth that lie farthest apart; each by itself, through the library."""
+    n = round(PERCENT / 100 * len(form.surface))
+    kept = form.surface.take(
+        farthest_point_sampling(build_grid(form.surface.points), n, np.random.default_rng(0))
+    )
+    assert own.places.sum() == n
+    spacing = dot_spacing(kept.points, kept.normals)
+    index = linked_by_spacing(kept.points, kept.normals, 0.5, float((spacing**2).sum()))
+    low = [k for k, (order, _) in enumerate(indices()) if order <= ORDER]
+    alone = np.flatnonzero(form.molecule.residue_index[kept.atom] == LYSINE)
+    assert own.places[LYSINE] == len(alone)
+    z = describe(index, kept.points[alone], RADIUS, descriptor="rotation_robust")[0][:, low]
+    np.testing.assert_allclose(own.moments[LYSINE, 0], z.mean(axis=0), rtol=1e-3)  # float16
+    potential = compute_fields(["potential"], form.molecule, kept.points)["potential"].to_numpy()
+    of_field = describe_fields(index, kept.points[alone], potential[None], RADIUS)[:, 0, low].mean(axis=0)
+    np.testing.assert_allclose(own.moments[LYSINE, -1, 1:], of_field[1:], atol=0.02)
+    assert own.fields[LYSINE, -1] == pytest.approx(potential[alone].mean())
     # n = 0 is the mean of a field over the patch and keeps its sign; the field's own mean is over the residue's dots
-    first = own.numbers[:, 1 + FIELDS.index("charge"), 0]
+    first = own.moments[:, 1 + FIELDS.index("charge"), 0]
     assert first[LYSINE] > 0 > first.min()
     assert np.corrcoef(first, own.fields[:, FIELDS.index("charge")])[0, 1] > 0.7
 
 
+def test_a_surface_too_small_for_a_patch_is_a_sentence(form):
+    few = form.surface.take(np.arange(0, len(form.surface), 50))
+    with pytest.raises(InputError, match="one: no patch of 10 Å has 12 dots; use a larger surface"):
+        describe_residues(few, form.molecule, "one")
+
+
 def test_distances_are_standard_deviations_over_many_places():
-    rng = np.random.default_rng(0)
-    first, second = rng.normal(size=(2, 4, *weights()["mean"].shape))
-    sd = np.sqrt(np.diag(weights()["total"])).reshape(weights()["mean"].shape)
+    sd = spread_of_moments()
+    assert sd.shape == (len(CHANNELS), 36) and sd.min() > 0
+    first, second = np.random.default_rng(0).normal(size=(2, 4, *sd.shape))
     got = distances(first, second)
-    for k, channel in enumerate(CHANNELS):
-        c = weights()["channels"].tolist().index(channel)
-        each = [((a - b) / s) ** 2 for a, b, s in zip(first[2, k], second[2, k], sd[c], strict=True)]
+    for k in range(len(CHANNELS)):
+        each = [((a - b) / s) ** 2 for a, b, s in zip(first[2, k], second[2, k], sd[k], strict=True)]
         assert got[2, k] == pytest.approx(np.sqrt(np.mean(each)))
     np.testing.assert_allclose(got[:, -1], np.sqrt((got[:, :-1] ** 2).mean(axis=1)))
 
@@ -99,11 +125,11 @@ def test_a_floor_is_exceeded_by_one_draw_in_twenty():
 def test_a_form_turned_stays_below_its_floor(form, own, found):
     turn = random_rotation(np.random.default_rng(9))
     molecule = replace(form.molecule, xyz=form.molecule.xyz @ turn + 20.0)
-    other = residues_of(form_of(molecule).surface, molecule, "turned")
-    above = distances(own.numbers, other.numbers) > floor_of(found)
+    other = describe_residues(form_of(molecule).surface, molecule, "turned")
+    above = distances(own.moments, other.moments) > floor_of(found)
     # 30 residues x 7: 10.5 by chance, and neighbours are alike
     assert above.sum() <= 30 and above[:, -1].sum() <= 5
-    assert (distances(own.numbers, own.numbers) == 0).all()
+    assert (distances(own.moments, own.moments) == 0).all()
 
 
 def test_atoms_are_moved_by_the_root_mean_square_displacement(form, own):
@@ -124,8 +150,8 @@ def test_atoms_are_moved_by_the_root_mean_square_displacement(form, own):
 def test_a_mutation_shows_where_it_is(form, own, found):
     molecule, floor = form.molecule, floor_of(found)
     names = np.where(molecule.residue_index == LYSINE, "GLU", molecule.residue_name)
-    mutant = residues_of(form.surface, replace(molecule, residue_name=names), "mutant")
-    change = distances(own.numbers, mutant.numbers)
+    mutant = describe_residues(form.surface, replace(molecule, residue_name=names), "mutant")
+    change = distances(own.moments, mutant.moments)
     assert (change[:, 0] == 0).all()  # the same dots: only fields can change
     assert change[LYSINE, CHARGE] > 3 * floor[LYSINE, CHARGE] and change[LYSINE, -1] > floor[LYSINE, -1]
     assert mutant.fields[LYSINE, FIELDS.index("charge")] < own.fields[LYSINE, FIELDS.index("charge")] - 0.5
@@ -144,7 +170,7 @@ def test_a_moved_side_chain_shows_where_it_is(form, own, found):
     xyz = molecule.xyz.copy()
     xyz[0][side] += 2.5 * out / np.linalg.norm(out)
     moved = replace(molecule, xyz=xyz)
-    change = distances(own.numbers, residues_of(form_of(moved).surface, moved, "moved").numbers)
+    change = distances(own.moments, describe_residues(form_of(moved).surface, moved, "moved").moments)
     assert change[LYSINE, 0] > 1.5 * floor[LYSINE, 0] and change[LYSINE, -1] > 1.5 * floor[LYSINE, -1]
     gap = np.linalg.norm(
         [xyz[0][molecule.residue_index == k].mean(axis=0) for k in range(30)] - xyz[0][side].mean(axis=0),
@@ -167,8 +193,8 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     table = changes(form, other, np.random.default_rng(0))
     assert len(table) == 29 and table["residue"].tolist() == [str(k) for k in range(209, 238)]
     assert drawn == [(0.0, 5)] * 2 + [(0.3, 3)] * 2  # Å and draws, of each form
-    both = own, residues_of(other.surface, other.molecule, "two")
-    wanted = distances(own.numbers[:29], both[1].numbers)
+    both = own, describe_residues(other.surface, other.molecule, "two")
+    wanted = distances(own.moments[:29], both[1].moments)
     np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
     for above, key, floor in (
         ("above", "total_floor", 0.02),

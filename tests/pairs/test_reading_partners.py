@@ -64,7 +64,9 @@ def test_partners_are_called_what_they_are(pair, labels):
 
 
 @pytest.mark.parametrize("path", [None, ""])
-def test_a_site_of_an_absent_conformation_is_refused_by_its_name(path):
-    with pytest.raises(InputError, match=r"^sites\.open names a conformation .* frames\.csv of its protein"):
+def test_a_comparison_of_an_absent_conformation_is_refused_by_its_name(path):
+    with pytest.raises(
+        InputError, match=r"^changes\.open names a conformation .* frames\.csv of its protein"
+    ):
         require_conformation(path, "open")
-    assert require_conformation("places.sites", "open") == "places.sites"
+    assert require_conformation("surface.npz", "open") == "surface.npz"

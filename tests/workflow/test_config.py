@@ -254,14 +254,10 @@ def test_the_default_config_lists_all_samplers():
             [1, 1, 1],
             ["ensemble.combination is [1, 1, 1], but needs at least 4 values"],
         ),
-        ("sites", {"s": {"query": "a/x/2", "residues": "1"}}, ["sites.s.query is 'a/x/2'", "my_protein/c2"]),
-        (
-            "sites",
-            {"s": {"query": "a", "residues": "1"}},
-            ["sites.s: 'a' is none of the proteins; these are"],
-        ),
-        ("sites", {"s": {"query": "a"}}, ["sites.s needs either 'query' and 'residues'"]),
-        ("sites", {"s": {"query": "a", "residues": "1", "targets": "b"}}, ["must be all or a list, as [b]"]),
+        ("changes", {"s": ["a/x/2", "b"]}, ["changes.s.0 is 'a/x/2'", "my_protein/c2"]),
+        ("changes", {"s": ["a", "tdp43"]}, ["changes.s: 'a' is none of the proteins; these are"]),
+        ("changes", {"s": ["tdp43"]}, ["changes.s is ['tdp43'], but needs at least 2 values"]),
+        ("changes", {"s": "tdp43"}, ["changes.s is 'tdp43', but must be a list"]),
         ("proteins", "none.csv", ["proteins is 'none.csv', but there is no such table."]),
         ("proteins.tdp43.simulate", {"water": "../tip3p"}, ["proteins.tdp43.simulate.water is '../tip3p'"]),
         ("exclude", {"tdp43": 3}, ["exclude.tdp43 is 3, but must be a string"]),
@@ -316,75 +312,43 @@ def test_what_is_excluded_is_a_part_of_the_study():
     for place in ("tdp43", "tdp43/c2", "tdp43/*"):
         assert check_config(plain | {"exclude": {place: "why"}})["exclude"] == {place: "why"}
         assert check_config(plain | {"exclude": [place]})["exclude"] == {place: ""}
-    unknown = ["tdp34", "tdp34/c2", "tdp43/foo", "tdp43/c99x", "pairs/ab", "sites/x", "pairs"]
-    for place in (*unknown, "tdp43/c1/describe_places", "summarise_run"):
+    unknown = ["tdp34", "tdp34/c2", "tdp43/foo", "tdp43/c99x", "pairs/ab", "changes/x", "pairs"]
+    for place in (*unknown, "tdp43/c1/draw_view", "summarise_run"):
         refuse(
             plain | {"exclude": {place: "why"}},
             rf"exclude: '{re.escape(place)}' is not part of the study; remove it",
         )
 
 
-def test_residues_and_forms_of_sites_that_the_structures_lack_are_named_before_any_job(tmp_path):
+def test_forms_that_the_structures_lack_are_named_before_any_job():
     own = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
-    (tmp_path / "broken.pdb").write_text("ATOM\n")
-    both = {"proteins": {"a": own, "b": own | {"residues": "209-222"}}}
-
-    def with_site(**site):
-        return both | {"sites": {"s": site}}
-
-    refuse(
-        with_site(query="a", residues="212,500"),
-        r"sites\.s\.residues: '500' is not in .*, which has 209 to 269",
-    )
-    refuse(
-        with_site(query="b", residues="230"), r"sites\.s\.residues: '230' is not in .*, which has 209 to 222"
-    )
-    refuse(
-        with_site(changes=["a/c2", "b"]),
-        "sites.s: there is no 'a/c2', as a has a single form; name 'a'.",
-    )
-    for site in (
-        {"query": "b/c01", "residues": "212"},
-        {"changes": ["a", "b/c1"]},
-    ):
-        assert check_config(with_site(**site))["sites"]
-    elsewhere = with_site(query="a", residues="500")
-    assert check_config(elsewhere, here=False)["sites"]  # jobs of a cluster need not read it again
-    broken = {"proteins": {"a": {"structure": str(tmp_path / "broken.pdb")}, "b": own}}
-    assert check_config(
-        broken | {"sites": {"s": {"query": "a", "residues": "500"}}}
-    )  # its own job reports it
-    moving = {
-        "proteins": {"a": own | {"trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc")}, "b": own}
-    }
-    assert check_config(
-        moving | {"sites": {"s": {"query": "a/c7", "residues": "212"}}}
-    )  # known once frames are chosen
+    both = {"proteins": {"a": own, "b": own}}
+    refuse(both | {"changes": {"s": ["a/c2", "b"]}}, "changes.s: there is no 'a/c2', as a has a single form")
+    assert check_config(both | {"changes": {"s": ["a", "b/c1"]}})["changes"] == {"s": ["a", "b/c1"]}
+    both["proteins"]["a"] = own | {"trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc")}
+    assert check_config(both | {"changes": {"s": ["a/c7", "b"]}})  # known once frames are chosen
 
 
 def test_what_needs_an_excluded_protein_is_excluded_too():
     own = DEFAULT["proteins"]["tdp43"]
     both = {"proteins": {"a": own, "b": own}, "pairs": {"ab": {"proteins": ["a", "b"]}}}
-    both["sites"] = {
-        "s": {"query": "a/c1", "targets": ["b"], "residues": "210-214"},
-        "t": {"changes": ["a", "b"]},
-    }
+    both["changes"] = {"s": ["a/c1", "b"], "t": ["a", "b"]}
     for excluded, place, name in (
         ({"b": ""}, "pairs/ab", "b"),
-        ({"b": "", "pairs/ab": ""}, "sites/s", "b"),
-        ({"a/c01": "", "pairs/ab": "", "sites/t": ""}, "sites/s", "a/c1"),
+        ({"b": "", "pairs/ab": ""}, "changes/s", "b"),
+        ({"a/c01": "", "pairs/ab": "", "changes/t": ""}, "changes/s", "a/c1"),
         ({"a/c1": ""}, "pairs/ab", "a"),  # whose first conformation the pair takes
-        ({"b/c1": "", "pairs/ab": "", "sites/s": ""}, "sites/t", "b"),
+        ({"b/c1": "", "pairs/ab": "", "changes/s": ""}, "changes/t", "b"),
     ):
         refuse(
             both | {"exclude": excluded},
             f"exclude: {place} needs '{name}', which is excluded; exclude {place} too",
         )
-    every = {"b": "", "pairs/ab": "", "sites/s": "", "sites/t": ""}
+    every = {"b": "", "pairs/ab": "", "changes/s": "", "changes/t": ""}
     assert check_config(both | {"exclude": every})["exclude"] == every
     assert check_config(both | {"exclude": {"a/c2": "", "b/f0": ""}})
     refuse(
-        both | {"exclude": {"b/f0000": "", "sites/s": "", "sites/t": ""}, "frames": {"selection": "all"}},
+        both | {"exclude": {"b/f0000": "", "changes/s": "", "changes/t": ""}, "frames": {"selection": "all"}},
         "exclude: pairs/ab needs 'b'",
     )
 
@@ -445,31 +409,12 @@ OWN = {"proteins": DEFAULT["proteins"]}
         (READY | {"fields": ["hydropathy"]}, "fields names hydropathy, which needs atoms"),
         (READY | MOVED_ATOMS, "'atoms moved 0.1 Å', but proteins.a is a ready surface"),
         (OWN | {"pages": ["tdp43"]}, "pages is for a study with `batch`, and this one gives every protein"),
-        (OWN | {"places": True}, "places is for a study with `batch`, and this one describes what `sites`"),
         (
             OWN | {"complementarity": {"thinning": {"run": True}}},
             "thinning.run is true, but there are no pairs",
         ),
-        (
-            MIXED | {"sites": {"s": {"changes": ["tdp43", "a"]}}},
-            "sites.s: 'a' is a ready surface without residues",
-        ),
-        (
-            MIXED | {"sites": {"s": {"query": "a", "residues": "1", "targets": ["tdp43"]}}},
-            "sites.s: 'a' is a ready surface without residues",
-        ),
-        (
-            OWN | {"sites": {"s": {"changes": ["tdp43/c1", "tdp43/c1"]}}},
-            "sites.s: 'tdp43/c1' is on both sides",
-        ),
-        (
-            OWN | {"sites": {"s": {"query": "tdp43", "residues": "212", "targets": ["tdp43"]}}},
-            "sites.s: 'tdp43' is on both sides; name another.",
-        ),
-        (
-            MIXED | {"sites": {"s": {"query": "tdp43", "residues": "212", "targets": ["a/c2"]}}},
-            "sites.s: there is no 'a/c2', as a has a single form; name 'a'.",
-        ),
+        (MIXED | {"changes": {"s": ["tdp43", "a"]}}, "changes.s: 'a' is a ready surface without residues"),
+        (OWN | {"changes": {"s": ["tdp43/c1", "tdp43/c1"]}}, "changes.s: 'tdp43/c1' is on both sides"),
         (OWN | {"patches": {"D_link": 4.0}}, "patches.D_link is 4 Å, but must be smaller than R_patch and"),
         (
             OWN | {"patches": {"D_link": 3.0, "R_zernike": 3.0, "R_patch": 4.0}},

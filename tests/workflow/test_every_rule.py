@@ -212,25 +212,8 @@ def test_the_interface_is_drawn_in_vermillion(run):
     assert share("files") > 0.003 and share("both") == 0
 
 
-def test_sites_are_searched_for_on_their_targets(run):
-    matrix = pd.read_csv(run / "sites/matrix.csv").set_index("site")
-    for site, query, target in (("turn", "still/f0", "moving/f0700"), ("back", "moving/f0000", "still/f0")):
-        folder = run / "sites" / site
-        hits, poses = pd.read_csv(folder / "hits.csv"), pd.read_csv(folder / "poses.csv")
-        assert hits["target"].tolist() == poses["target"].tolist() == [target] == [matrix["target"][site]]
-        assert matrix["score"][site] == pytest.approx(hits["score"][0])
-        assert len(pd.read_csv(folder / "matches.csv")) == hits["places"][0] > 0
-        numbers = poses.iloc[0, 2:].to_numpy(float)
-        atoms = read_study_structure(run / query / "structure.pdb").xyz[0]
-        (path,) = (folder / "superposed").glob("*.pdb")
-        assert path.name == f"01_{target.replace('/', '_')}.pdb"
-        assert np.allclose(
-            read_study_structure(path).xyz[0], atoms @ numbers[:9].reshape(3, 3) + numbers[9:], atol=0.01
-        )
-
-
 def test_two_forms_are_compared_residue_by_residue(run):
-    folder = run / "sites" / "bend"
+    folder = run / "changes" / "bend"
     changes = pd.read_csv(folder / "changes.csv")
     assert changes["residue"].tolist() == list(range(209, 217))
     forms = [read_study_structure(folder / f"changed_{side}.pdb") for side in (1, 2)]

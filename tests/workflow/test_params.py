@@ -87,10 +87,7 @@ def planned(tmp_path_factory):
             "stride": 500,
             "combination": [1, 0, 2, 1],
         },
-        "sites": {
-            "turn": {"query": "still", "residues": "2-4", "targets": ["moving/c2"]},
-            "bend": {"changes": ["moving/c1", "moving/c2"]},
-        },
+        "changes": {"bend": ["moving/c1", "moving/c2"]},
     }
     config["complementarity"] |= {"centres": {"sampler": "farthest", "n_S_percent": 5}, "nearest": 7}
     config["complementarity"] |= {"interface": 2.5, "smoothing": 4.5}
@@ -109,7 +106,6 @@ def of_config(config, job, name):
         "molecule_options": MOLECULE_OPTIONS.get(protein, {}),
         "title": TITLES.get(place),
         "pair": config["pairs"].get(wildcards.get("pair")),
-        "site": config["sites"].get(wildcards.get("site")),
         "forms": ["moving/c1", "moving/c2"],
         "sampled": ["moving", "still", "ready"],
         "a1": "ready/c1",

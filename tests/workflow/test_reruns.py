@@ -10,17 +10,20 @@ import yaml
 from small_study import copy_of, planned_rules
 
 COMPUTE = {"compute_surface", "measure_roughness", "measure_floors", "evaluate_grid", "select_minimal_subset"}
-SITES = {"describe_places", "find_site", "compare_forms"}
 # Key and new value: rules that run again (and all that need them), rules that do not
 KEYS = {
     "frames.selection": ([0], {"choose_frames"}, {"read_surface", "compute_partner_surfaces"}),
     "surface.probe_radius": (
         1.5,
-        COMPUTE | SITES | {"compute_partner_surfaces", "follow_frames"},
+        COMPUTE | {"compare_forms", "compute_partner_surfaces", "follow_frames"},
         {"choose_frames", "read_surface"},
     ),
-    "patches.R_patch": (4.5, (COMPUTE - {"compute_surface"}) | {"match_partners", "follow_frames"}, SITES),
-    "patches.D_link": (0.6, COMPUTE | SITES, {"choose_frames", "read_surface"}),
+    "patches.R_patch": (
+        4.5,
+        (COMPUTE - {"compute_surface"}) | {"match_partners", "follow_frames"},
+        {"compare_forms"},
+    ),
+    "patches.D_link": (0.6, COMPUTE | {"compare_forms"}, {"choose_frames", "read_surface"}),
     "sampling.alpha": ([1.0], {"evaluate_grid", "tabulate_best"}, COMPUTE - {"evaluate_grid"}),
     "sampling.chance_in_every_patch": (
         False,
@@ -55,12 +58,7 @@ KEYS = {
     "complementarity.nearest": (3, {"match_partners", "draw_pair"}, {"thin_pair"}),
     "complementarity.centres": ({"sampler": "farthest", "n_S": 50}, {"match_partners"}, {"thin_pair"}),
     "complementarity.thinning.percents": ([10], {"thin_pair"}, {"match_partners", "draw_pair"}),
-    "sites.turn.residues": ("2-3", {"find_site", "draw_site", "summarise_sites"}, {"describe_places"}),
-    "sites.bend.changes": (
-        ["moving/f700", "moving/f0"],
-        {"compare_forms", "draw_changes"},
-        {"find_site"} | COMPUTE,
-    ),
+    "changes.bend": (["moving/f700", "moving/f0"], {"compare_forms", "draw_changes"}, COMPUTE),
     "proteins.moving.residues": ("209-215", {"choose_frames"}, {"choose_single_frame", "read_surface"}),
     "proteins.loaded.sha256": ("0" * 64, {"fetch_structure"}, {"choose_single_frame", "read_surface"}),
     "pairs.files.files": (["two.pdb", "one.pdb"], {"compute_partner_surfaces"}, COMPUTE),
@@ -142,7 +140,7 @@ def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again,
         ("ready/c1/minimal.ply", "select_minimal_subset"),
         ("moving/residues.csv", "follow_ensemble"),
         ("pairs/files/book.png", "draw_pair"),
-        ("sites/turn/superposed", "find_site"),
+        ("changes/bend/changed_2.pdb", "compare_forms"),
         ("summary.png", "summarise_best"),
         ("failures.csv", "write_front_page"),
     ],
@@ -155,16 +153,14 @@ def test_a_deleted_result_is_made_again(own, config, file, rule):
 
 def test_code_that_draws_runs_again_figures_and_pages_alone(study, config):
     planned = planned_rules(study, config, REPORT="another")
-    drawn = {"draw_frames", "draw_figures", "draw_view", "draw_ensemble", "draw_pair", "draw_site"}
+    drawn = {"draw_frames", "draw_figures", "draw_view", "draw_ensemble", "draw_pair", "draw_changes"}
     assert drawn | {"write_front_page"} <= planned
-    assert not planned & (
-        COMPUTE | {"choose_frames", "follow_frames", "tabulate_residues", "describe_places"}
-    )
+    assert not planned & (COMPUTE | {"choose_frames", "follow_frames", "tabulate_residues"})
 
 
 def without_frames(config):
     """Return the config of the molecules that have one frame: all of their jobs are known before any runs."""
-    kept = {key: value for key, value in config.items() if key != "sites"}
+    kept = {key: value for key, value in config.items() if key != "changes"}
     kept["proteins"] = {name: config["proteins"][name] for name in ("still", "ready")}
     return kept | {"pairs": {"files": config["pairs"]["files"]}}
 

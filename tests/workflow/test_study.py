@@ -94,38 +94,33 @@ def test_a_study_ends_with_its_answer_and_where_to_look(checkout, capsys):
     assert "Answer" not in capsys.readouterr().out
 
 
-def test_a_study_of_sites_says_what_changes_and_where_they_are_found(checkout, capsys):
-    """A residue without a change does not count; p counts times the number of targets."""
-    folder = checkout.root / "results/mine/sites"
-    for name, table in {
-        "bend/changes.csv": "total,above_moved\n" + 15 * "1,1\n" + 7 * "2,0\n" + "3,1\n,0\n",
-        "site/hits.csv": "p\n0.001\n0.02\n0.03\n",
-    }.items():
-        (folder / name).parent.mkdir(parents=True)
-        (folder / name).write_text(table)
+def test_a_study_of_forms_says_what_changes(checkout, capsys):
+    """A residue without a change does not count."""
+    table = checkout.root / "results/mine/changes/bend/changes.csv"
+    table.parent.mkdir(parents=True)
+    table.write_text("total,above_moved\n" + 15 * "1,1\n" + 7 * "2,0\n" + "3,1\n,0\n")
     checkout.work = [lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")]
-    sites = {"bend": {"changes": ["p", "q"]}, "site": {"query": "p", "residues": "210-215"}}
-    assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE}, sites=sites)) == 0
+    proteins = {"p": STRUCTURE, "q": STRUCTURE}
+    assert study.main(checkout.config(proteins=proteins, changes={"bend": ["p", "q"]})) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
     assert lines[1:] == [
         "Answer    bend: 16 of 23 residues change more than if all atoms moved by 0.3 Å; about 1 would by chance. "
-        "They differ all over: go by the order of the residues.",
-        "Answer    site: found on 1 of 3 targets, smallest p 0.001.",
+        "They differ all over: go by the order of the residues."
     ]
 
 
 def test_a_comparison_that_failed_has_no_answer_of_an_earlier_run(checkout, capsys):
     """Nor has one that the config excludes. A minority of changes is no reason to go by the order."""
     for name in ("bend", "fold", "turn"):
-        table = checkout.root / f"results/mine/sites/{name}/changes.csv"
+        table = checkout.root / f"results/mine/changes/{name}/changes.csv"
         table.parent.mkdir(parents=True)
         table.write_text("total,above_moved\n1,1\n2,0\n3,0\n")
     checkout.make("p/frames.csv", "q/frames.csv")
     made = lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")  # noqa: E731
-    checkout.work, checkout.codes = [checkout.fail("sites/bend/compare_forms"), made], [1, 0]
-    sites = {name: {"changes": ["p", "q"]} for name in ("bend", "fold", "turn")}
+    checkout.work, checkout.codes = [checkout.fail("changes/bend/compare_forms"), made], [1, 0]
+    changes = {name: ["p", "q"] for name in ("bend", "fold", "turn")}
     proteins = {"p": STRUCTURE, "q": STRUCTURE}
-    assert study.main(checkout.config(proteins=proteins, sites=sites, exclude=["sites/turn"])) == 1
+    assert study.main(checkout.config(proteins=proteins, changes=changes, exclude=["changes/turn"])) == 1
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
     told = "1 of 3 residues change more than if all atoms moved by 0.3 Å; about 0 would by chance."
     assert lines[1:] == [f"Answer    fold: {told}"]
@@ -168,9 +163,9 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
 @pytest.mark.parametrize(
     ("logs", "exclude"),
     [
-        (["p/c2/compute_surface"], {"p/c2": "compute_surface: ?", "pairs/both": "?", "sites/one": "?"}),
+        (["p/c2/compute_surface"], {"p/c2": "compute_surface: ?", "pairs/both": "?", "changes/one": "?"}),
         *(
-            ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "sites/one": "?", "sites/two": "?"})
+            ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "changes/one": "?", "changes/two": "?"})
             for job in (
                 "fetch_x.pdb",
                 "prepare_system",
@@ -180,11 +175,10 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
             )
         ),
         (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
-        (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "sites/two": "?"}),
+        (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "changes/two": "?"}),
         (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),
-        (["p/c3/describe_places"], {"p/c3": "describe_places: ?", "sites/two": "?"}),
-        (["sites/two/find_site"], {"sites/two": "find_site: ?"}),
-        (["q/c1/draw_view"], {"q/c1": "?", "q": "None of", "pairs/both": "?", "sites/two": "?"}),
+        (["changes/two/draw_changes"], {"changes/two": "draw_changes: ?"}),
+        (["q/c1/draw_view"], {"q/c1": "?", "q": "None of", "pairs/both": "?", "changes/two": "?"}),
         (["summarise_best"], {}),
     ],
 )
@@ -193,7 +187,7 @@ def test_a_second_run_excludes_what_failed_and_what_needs_it(tmp_path, logs, exc
     (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
     pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
     config = {"exclude": {}, "proteins": {"p": {}, "q": {"surface": "x"}}, "pairs": pairs}
-    config["sites"] = {"one": {"query": "p", "targets": "all"}, "two": {"query": "p/c3", "targets": ["q"]}}
+    config["changes"] = {"one": ["p", "p/c2"], "two": ["p/c3", "q"]}
     failed = [str(tmp_path / "logs" / f"{log}.log") for log in logs]
     found = partial_runs.exclude_failures(config, tmp_path, failed)
     assert found.keys() == exclude.keys()
@@ -212,7 +206,7 @@ def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformatio
 def test_a_protein_without_any_conformation_is_excluded_itself(tmp_path):
     (tmp_path / "p").mkdir()
     (tmp_path / "p" / "frames.csv").write_text("conformation\nf0002\nf0013\n")
-    config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "sites": {}}
+    config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "changes": {}}
     found = partial_runs.exclude_failures(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
     assert found["p"] == "None of its conformations could be finished." and len(found) == 3
     assert not partial_runs.something_is_left(config, tmp_path, found)

@@ -10,17 +10,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.batches.assignment import tables_of
-from sparsurf.batches.places import pack_places
+from sparsurf.batches.assignment import TABLES
 from sparsurf.batches.tables import pack_dots
 from sparsurf.dot_fields.registry import FIELDS, compute_fields
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.sites.describing import describe_surface
 from sparsurf.study.minimal_subset import select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.required_dots import Trials
@@ -29,7 +25,6 @@ from sparsurf.surfaces.components import summarize_components, table_of_componen
 from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
-from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
 
@@ -52,47 +47,17 @@ class Structure:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def place_dots(
-    structure: Structure, settings: dict[str, Any], d_link: float
-) -> tuple[Molecule, Surface, np.ndarray]:
-    """Read a structure and place dots on its surface.
-
-    Parameters
-    ----------
-    structure : Structure
-    settings : dict, the section `surface` of the config
-    d_link : float, Å
-
-    Returns
-    -------
-    molecule : Molecule of one model
-    dots : Surface
-    atom_radii : (n_atoms,) float64, Å
-    """
-    molecule = read_molecule(structure.path, **structure.options)
-    if molecule.n_frames > 1:
-        log.warning("%s: %d models; the first is taken", structure.name, molecule.n_frames)
-        molecule = molecule.frame(0)
-    atom_radii = radii(molecule, settings["radii"])
-    return (
-        molecule,
-        surface_for_d_link(molecule, 0, atom_radii, settings, d_link, structure.name)[0],
-        atom_radii,
-    )
-
-
 def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[str, pd.DataFrame]:
     """Place dots on a structure, select its minimal subset and tabulate its residues.
 
     Parameters
     ----------
     structure : Structure
-    config : dict, the keys surface, patches, sampling, evaluation, minimal, fields, places and seed of the config
+    config : dict, the keys surface, patches, sampling, evaluation, minimal, fields and seed of the config
 
     Returns
     -------
-    dict of DataFrame: 'surfaces', a row; 'residues', a row for each; 'dots', those of the minimal subset, ascending;
-    'places', those of sites, if the config says so
+    dict of DataFrame: 'surfaces', a row; 'residues', a row for each; 'dots', those of the minimal subset, ascending
 
     Raises
     ------
@@ -101,7 +66,12 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
     """
     name, patches, d_link = structure.name, config["patches"], config["patches"]["D_link"]
     settings = config["surface"]
-    molecule, dots, atom_radii = place_dots(structure, settings, d_link)
+    molecule = read_molecule(structure.path, **structure.options)
+    if molecule.n_frames > 1:
+        log.warning("%s: %d models; the first is taken", name, molecule.n_frames)
+        molecule = molecule.frame(0)
+    atom_radii = radii(molecule, settings["radii"])
+    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name)
     if settings["density"] != "auto":
         refuse_sparse(dots.points, d_link, name)
     component = components_of_frame(dots, molecule, 0, atom_radii, settings["probe_radius"])
@@ -136,14 +106,12 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
         "minimal_n_S": len(subset),
         "minimal_n_S_percent": 100 * len(subset) / len(dots),
     }
-    places = pack_dots(subset.surface.points, subset.surface.normals)
+    packed = pack_dots(subset.surface.points, subset.surface.normals)
     kept = (
-        subset.table[["dot", "weight"]].join(places).assign(atom=subset.surface.atom, **subset.surface.fields)
+        subset.table[["dot", "weight"]].join(packed).assign(atom=subset.surface.atom, **subset.surface.fields)
     )
     kept = kept.sort_values("dot", ignore_index=True)  # neighbours in space follow one another: smaller files
     tables = {"surfaces": pd.DataFrame([row]), "residues": residues, "dots": kept}
-    if config["places"]:
-        tables["places"] = pack_places(describe_surface(dots, molecule, name), molecule)
     return {key: table.assign(protein=name) for key, table in tables.items()}
 
 
@@ -162,9 +130,9 @@ def analyse_batch(
 
     Returns
     -------
-    dict of DataFrame, by the names of `assignment.tables_of`
+    dict of DataFrame, by the names of `assignment.TABLES`
     """
-    tables: dict[str, list[pd.DataFrame]] = {name: [] for name in tables_of(config)}
+    tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
     for done, structure in enumerate(structures, 1):
         with _collected_warnings() as sentences:
             try:

@@ -3,18 +3,11 @@
 import os
 import zlib
 from collections.abc import Mapping
-from typing import Any
 
-# Folders of a run, a file for each batch; places are written on request
-TABLES = ("surfaces", "residues", "dots", "failures", "warnings", "places")
+TABLES = ("surfaces", "residues", "dots", "failures", "warnings")  # folders of a run, a file for each batch
 BATCH_BYTES = 8_000_000  # of uncompressed PDB files, a minute or two of CPU time
 GZIP_FACTOR = 4  # a PDB file is about this much larger than its .gz
 CIF_FACTOR = 0.7  # a PDB file is about this much of an mmCIF file with the same atoms
-
-
-def tables_of(config: Mapping[str, Any]) -> list[str]:
-    """Return the names of the tables that a study writes."""
-    return [name for name in TABLES if name != "places" or config["places"]]
 
 
 def size_as_pdb(path: str | os.PathLike[str]) -> float:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import json
-from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +11,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.sites.metric import N_COMPONENTS
 
-INT, FLOAT, TEXT, DOUBLE, BYTES = "int32", "float32", "string", "float64", "bytes"
+INT, FLOAT, TEXT, DOUBLE = "int32", "float32", "string", "float64"
 STEPS_PER_ANGSTROM = 32  # steps of the places of dots
 DEGREES = 2  # steps of the angles of normals
 # Numbers are rounded to fractions that a float32 holds exactly, whose last bytes are zeros and take no space
@@ -31,7 +28,6 @@ ENCODINGS = {
     "residues": dict.fromkeys(("dots", "cavity_dots", "kept", "weight"), "DELTA_BINARY_PACKED")
     | dict.fromkeys(STEPS["residues"], "BYTE_STREAM_SPLIT")
     | {"residue": "PLAIN"},
-    "places": dict.fromkeys(("x32", "y32", "z32"), "DELTA_BINARY_PACKED") | {"numbers": "PLAIN"},
 }
 ZSTD_LEVEL = 19
 # Columns of the tables with their types; the fields of the config follow
@@ -80,18 +76,6 @@ COLUMNS = {
         "azimuth": INT,
         "weight": INT,
         "atom": INT,
-    },
-    "places": {
-        "protein": TEXT,
-        "chain": TEXT,
-        "residue": TEXT,
-        "residue_name": TEXT,
-        "x32": INT,
-        "y32": INT,
-        "z32": INT,
-        "polar": INT,
-        "azimuth": INT,
-        "numbers": BYTES,
     },
     "failures": {"protein": TEXT, "reason": TEXT},
     "warnings": {"protein": TEXT, "sentence": TEXT},
@@ -148,16 +132,8 @@ def import_pyarrow() -> Any:
         ) from None
 
 
-def write_parquet(
-    path: str | Path,
-    table: str,
-    rows: pd.DataFrame,
-    fields: Sequence[str] = (),
-    settings: Mapping[str, Any] | None = None,
-) -> None:
+def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
     """Write the rows of one batch, rounded to `STEPS`; a table without rows has all columns, too.
-
-    With settings, a row group holds one protein, so that it can be read alone.
 
     Parameters
     ----------
@@ -165,35 +141,25 @@ def write_parquet(
     table : one of `assignment.TABLES`
     rows : DataFrame with the columns of `columns_of`
     fields : list of str, the fields of the config
-    settings : dict that is stored in the file as JSON, optional
     """
     pyarrow = import_pyarrow()
     columns = columns_of(table, fields)
-    types = {kind: pyarrow.type_for_alias(kind) for kind in {*columns.values()} - {BYTES}}
-    types[BYTES] = pyarrow.binary(N_COMPONENTS)
-    schema = pyarrow.schema([(name, types[kind]) for name, kind in columns.items()])
+    schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in columns.items()])
     encodings = ENCODINGS.get(table, {})
     steps = STEPS.get(table, {}) if len(rows) else {}
     rows = rows.assign(**{name: (rows[name] / step).round() * step for name, step in steps.items()})
-    metadata = None if settings is None else {"sparsurf": json.dumps(settings, sort_keys=True)}
     content = schema.empty_table()
     if len(rows):
         content = pyarrow.Table.from_pandas(rows.reindex(columns=list(columns)), schema, preserve_index=False)
-    content = content.replace_schema_metadata(metadata)
-    options = {
-        "compression": "zstd",
-        "compression_level": ZSTD_LEVEL,
-        "use_dictionary": [name for name in columns if name not in encodings],
-        "column_encoding": encodings or None,
-    }
-    if settings is None:
-        pyarrow.parquet.write_table(content, path, **options)
-        return
-    proteins = rows["protein"].to_numpy() if len(rows) else np.empty(0)
-    bounds = [0, *(np.flatnonzero(proteins[1:] != proteins[:-1]) + 1), len(rows)] if len(rows) else []
-    with pyarrow.parquet.ParquetWriter(path, content.schema, **options) as writer:
-        for begin, end in pairwise(bounds):
-            writer.write_table(content.slice(begin, end - begin))
+    content = content.replace_schema_metadata(None)
+    pyarrow.parquet.write_table(
+        content,
+        path,
+        compression="zstd",
+        compression_level=ZSTD_LEVEL,
+        use_dictionary=[name for name in columns if name not in encodings],
+        column_encoding=encodings or None,
+    )
 
 
 def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.DataFrame:
@@ -218,13 +184,8 @@ def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.
     try:
         return pd.read_parquet(folder, filters=filters)
     except (OSError, ValueError) as error:
-        raise damaged(folder, error) from None
-
-
-def damaged(path: Path, error: Exception) -> InputError:
-    """Return the error about tables that cannot be read."""
-    reason = str(error).partition("\n")[0][:200]
-    return InputError(f"{path} is damaged ({reason}): run the study again.")
+        reason = str(error).partition("\n")[0][:200]
+        raise InputError(f"{folder} is damaged ({reason}): run the study again.") from None
 
 
 def locate_structure(run: str | Path, path: str) -> Path:

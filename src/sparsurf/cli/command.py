@@ -25,7 +25,6 @@ COMMANDS = {
     "minimal": "the few dots that stand for a surface",
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
-    "find": "the same site on other surfaces",
     "export": "the files of one structure from a study of thousands",
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes

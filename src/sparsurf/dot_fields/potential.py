@@ -3,8 +3,7 @@
 phi(x) = GAIN k sum_j q_j exp(-r_j / DEBYE) / (eps(r_j) r_j), in kT/e. The dielectric constant eps rises with the distance
 in a sigmoid, as in Mehler & Solmajer (Protein Eng. 4:903, 1991): the molecule screens charges nearby, the water those
 farther away. Dots lie on the boundary of the two, so that eps rises at shorter distances than inside a protein. The
-constants were fitted to solutions of the Poisson-Boltzmann equation by APBS on four proteins, GAIN on 43
-(docs/site_settings.md).
+constants were fitted to solutions of the Poisson-Boltzmann equation by APBS on four proteins, GAIN on 43.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Compare two forms of a protein by residue: find where surface and fields change significantly.
 
-A residue is described by the mean descriptors of its places. The forms need not be superposed, as the descriptors of `sites`
-are invariant under rotation. Changes are compared with floors: distances between a form and itself with other dots, or with
-randomly displaced atoms.
+The forms need not be superposed, as the moments that describe a residue are invariant under rotation. Changes are compared
+with floors: distances between a form and itself with other dots, or with randomly displaced atoms.
 """
 
 from __future__ import annotations
@@ -15,15 +14,12 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError, progress
-from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.complexes import superpose_onto
-from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, farthest_subset, numbered_residues, sites_of
-from sparsurf.sites.metric import weights
+from sparsurf.pairs.residue_moments import CHANNELS, FIELDS, Residues, describe_residues, distances
 from sparsurf.study.floors import random_rotation, rotate
 from sparsurf.surfaces.surface import Surface
 
-CHANNELS = (SHAPE, *FIELDS)
 TOTAL = "total"
 N_FRESH_DRAWS = 5  # sets of fresh dots of each form
 RMS_DISPLACEMENT = 0.3  # Å, of the atoms: a fair crystal structure
@@ -45,79 +41,6 @@ class Form(NamedTuple):
     surface: Surface
     molecule: Molecule
     generate_surface: Callable[[np.ndarray], Surface]
-
-
-class Residues(NamedTuple):
-    """Descriptors of the residues of a form; NaN for residues without places.
-
-    numbers : (R, C, K) float64, mean moments of CHANNELS
-    fields : (R, F) float64, mean of FIELDS
-    places : (R,) int, numbers of places
-    """
-
-    numbers: np.ndarray
-    fields: np.ndarray
-    places: np.ndarray
-
-
-def residues_of(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> Residues:
-    """Describe the residues of a molecule from the dots of its surface.
-
-    The moment of n = 0 is the mean of a field. Unlike in Sites it keeps its sign, so that a reversed charge is a change.
-
-    Parameters
-    ----------
-    dots : Surface, its `atom` refers to the atoms of the molecule
-    molecule : Molecule
-    name : str
-    threads : int
-
-    Returns
-    -------
-    Residues
-    """
-    kept = farthest_subset(dots, PERCENT)
-    table = compute_fields(FIELDS, molecule, kept.points)
-    # With this offset, the mean is positive and equals its modulus
-    lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
-    kept = replace(kept, fields={name: column.to_numpy() for name, column in (table + lift).items()})
-    sites = sites_of(kept, molecule.labels(kept.atom), name, PERCENT, threads=threads)
-    numbers = sites.numbers.astype(float)
-    numbers[:, 1:, 0] -= lift
-    residues, residue = molecule.residues, molecule.residue_index[kept.atom]
-    n = len(residues)
-    means = _means(numbers.reshape(len(numbers), -1), numbered_residues(sites.labels, residues), n)
-    return Residues(
-        means.reshape(n, *numbers.shape[1:]),
-        _means(table.to_numpy(), residue, n),
-        np.bincount(residue, minlength=n),
-    )
-
-
-def _means(rows: np.ndarray, group: np.ndarray, n: int) -> np.ndarray:
-    """Average rows by their group, (n, M)."""
-    table = pd.DataFrame(rows).groupby(group).mean()
-    return table.reindex(range(n)).to_numpy()
-
-
-def distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Compute the distances between the descriptors of residues.
-
-    Parameters
-    ----------
-    first, second : (R, C, K) float64
-
-    Returns
-    -------
-    (R, C + 1) float64
-        By channel, and of all channels: the root mean square over the moments, each in units of its standard deviation
-        over the places of many proteins.
-    """
-    known = weights()
-    order = [list(known["channels"]).index(channel) for channel in CHANNELS]
-    scale = np.sqrt(np.diag(known["total"])).reshape(known["mean"].shape)[order]
-    square = (((first - second) / scale) ** 2).mean(axis=2)
-    return np.sqrt(np.column_stack([square, square.mean(axis=1)]))
 
 
 def noise(
@@ -151,8 +74,8 @@ def noise(
         rotated = form.generate_surface(rotate(atoms - centre, rotation.T))
         points, normals = rotate(rotated.points, rotation) + centre, rotate(rotated.normals, rotation)
         dots = replace(rotated, points=points, normals=normals)
-        other = residues_of(dots, replace(form.molecule, xyz=atoms[None]), form.name, threads)
-        drawn.append(distances(residues.numbers, other.numbers))
+        other = describe_residues(dots, replace(form.molecule, xyz=atoms[None]), form.name, threads)
+        drawn.append(distances(residues.moments, other.moments))
     return np.array(drawn)
 
 
@@ -199,10 +122,10 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     unit
     """
     forms = first, second
-    described = [residues_of(form.surface, form.molecule, form.name, threads) for form in forms]
+    described = [describe_residues(form.surface, form.molecule, form.name, threads) for form in forms]
     rows = common_residues(first, second)
     common = [
-        Residues(residues.numbers[row], residues.fields[row], residues.places[row])
+        Residues(residues.moments[row], residues.fields[row], residues.places[row])
         for residues, row in zip(described, rows, strict=True)
     ]
     fresh, moved = (
@@ -220,7 +143,7 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     table["residue_name_second"] = second.molecule.residues["residue_name"].to_numpy()[rows[1]]
     for side, residues in zip(("first", "second"), common, strict=True):
         table[f"places_{side}"] = residues.places
-    change = distances(common[0].numbers, common[1].numbers)
+    change = distances(common[0].moments, common[1].moments)
     for k, name in reversed([*enumerate((*CHANNELS, TOTAL))]):
         table[name], table[f"{name}_floor"] = change[:, k], fresh[:, k]
     table[f"{TOTAL}_moved"] = moved[:, -1]

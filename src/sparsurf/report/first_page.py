@@ -19,14 +19,12 @@ from sparsurf.report.numbers import (
     combination,
     interval,
     number,
-    p_value,
     share,
     short_names,
     span,
 )
 from sparsurf.report.page import embedded_figures
 from sparsurf.report.pair_page import MAIN_SCORE, means_by_score
-from sparsurf.report.site_page import by_rarity, found_on
 
 TEMPLATE = "first.html.j2"
 Gallery = tuple[
@@ -48,7 +46,6 @@ FILES_OF_ROW = ("minimal.csv", "residues.csv")  # linked from the row of a surfa
 MAX_RANGE_TABLES = 3  # surfaces with a table of ranges
 SUPPLEMENT = "_panels"  # ends the names of figures for the supplement
 PAGES = ("ranges", "compare", "ensemble")  # linked from the heading of a surface or a protein
-PAGES_OF_SITE = ("site", "changes")  # and their figures
 DOWNLOADS = {  # files of a surface and what they contain
     "minimal.csv": "the minimal subset: places, normals, weights",
     "minimal.ply": "the same for 3D programs",
@@ -78,7 +75,7 @@ def first_page(
     folder : Path, results/<run>
     paths : sequence of str
         Files that the page may read and link, from `folder`.
-    exclude : sequence of (protein, pairs/<name> or sites/<name>, reason)
+    exclude : sequence of (protein, pairs/<name> or changes/<name>, reason)
         What was not finished.
     floor : str or None
         The noise floor that sets the size of the minimal subset; None if the config sets it otherwise.
@@ -105,11 +102,6 @@ def first_page(
         )
         if "pairs/means.csv" in files
         else None,
-        "sites": [
-            (path.split("/")[1], of_site(read(folder, path), short_names(names)))
-            for path in files
-            if path.endswith("/hits.csv")
-        ],
         "changes": [
             (path.split("/")[1], of_changes(read(folder, path)))
             for path in files
@@ -123,7 +115,7 @@ def first_page(
         "main_figure": main_figure(folder, files, first),
         "galleries": galleries(names, [path for path in files if path not in in_rows])
         + pair_galleries(files)
-        + site_galleries(files),
+        + changes_galleries(files),
         "taken_from": short_names(names).get(first, first),
         "taken": [
             (f"{first}/{name}", words) for name, words in DOWNLOADS.items() if f"{first}/{name}" in files
@@ -399,18 +391,6 @@ def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]
     return card
 
 
-def of_site(hits: pd.DataFrame, shown: Mapping[str, str] = MappingProxyType({})) -> dict[str, Any]:
-    """Collect on how many targets a site is found, and the clearest of them by its name in `shown`."""
-    best = by_rarity(hits).iloc[0]
-    name = str(best["target"])
-    return {
-        "n": found_on(hits),
-        "targets": len(hits),
-        "best": shown.get(name, name),
-        "p": p_value(float(best["p"])),
-    }
-
-
 def of_changes(table: pd.DataFrame) -> dict[str, int]:
     """Count the residues that change from one form to another by more than moved atoms do, and how many would by chance."""
     n = int(table["total"].count())
@@ -482,19 +462,16 @@ def pair_galleries(files: Iterable[str]) -> list[Gallery]:
     return [gallery for gallery in all_galleries if gallery[2]]
 
 
-def site_galleries(files: Iterable[str]) -> list[Gallery]:
-    """Collect the pictures of sites, and of forms that were compared, as `galleries` does."""
-    table, picture = "sites/matrix.csv", "sites/matrix.png"
+def changes_galleries(files: Iterable[str]) -> list[Gallery]:
+    """Collect the pictures of forms that were compared, as `galleries` does."""
     all_galleries: list[Gallery] = []
-    if picture in files:
-        all_galleries.append(("all sites", [(table, "matrix")], [(picture, picture, "matrix")]))
     for path in files:
-        folder, _, name = path.removesuffix(".html").rpartition("/")
-        if folder.startswith("sites/") and name in PAGES_OF_SITE and path.endswith(".html"):
-            items = [(f"{folder}/{name}.png", f"{folder}/{name}.png", name)]
+        folder, _, file = path.rpartition("/")
+        if folder.startswith("changes/") and file == "changes.html":
+            items = [(f"{folder}/changes.png", f"{folder}/changes.png", "changes")]
             items += [(f"{folder}/view_{side}.html", "", f"view_{side}") for side in (1, 2)]
             shown = [item for item in items if item[0] in files]
-            all_galleries.append((folder.split("/")[1], [(path, name)], shown))
+            all_galleries.append((folder.split("/")[1], [(path, "changes")], shown))
     return all_galleries[:MAX_WITH_PICTURES]
 
 

@@ -71,6 +71,12 @@ def read_roughness(path: Path | str, surface: Surface) -> np.ndarray:
     return values
 
 
+def read_residues(path: Path | str) -> pd.DataFrame:
+    """Read a table of residues; "" for a chain without name, while a chain or an ion may be called NA."""
+    names = dict.fromkeys(["chain", "residue"], str)
+    return pd.read_csv(path, dtype=names, keep_default_na=False, na_values=[""]).fillna({"chain": ""})
+
+
 def read_minimal(path: Path | str, surface: Surface) -> pd.DataFrame:
     """Read minimal.csv.
 

@@ -22,7 +22,7 @@ from sparsurf.workflow.yaml_file import read_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
 
-RESERVED_FOLDERS = ("logs", "pairs", "sites")  # of results/<run>/, next to those of the proteins
+RESERVED_FOLDERS = ("logs", "pairs", "changes")  # of results/<run>/, next to those of the proteins
 RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 PUBLISHED_READINGS = ("as_coded", "as_written")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
@@ -45,7 +45,7 @@ def check_config(
     home : path
         Folder of the Snakefile, where the default study and its data lie.
     here : bool
-        Whether jobs run on this machine. If so, the grid must fit into its memory, and the structures of sites are read.
+        Whether jobs run on this machine. If so, the grid must fit into its memory.
 
     Returns
     -------
@@ -74,7 +74,6 @@ def check_config(
         errors = [*_check_keys_together(checked)]
         if here:
             errors += [*too_large(checked)] if sampled_proteins(checked) else []
-            errors += [*_check_residues(checked)]
     if errors:
         errors = [*dict.fromkeys(errors)]
         more = [f"{len(errors) - MAX_SENTENCES} more mistakes."] if len(errors) > MAX_SENTENCES else []
@@ -161,7 +160,7 @@ def _missing_file(key: str, path: str) -> Iterator[str]:
 
 def _check_names(config: dict) -> Iterator[str]:
     """Yield a sentence for each name that the study uses itself, or that differs from another in case only."""
-    for key in ("proteins", "pairs", "sites"):
+    for key in ("proteins", "pairs", "changes"):
         names: dict[str, str] = {}
         for name in config[key]:
             if (twin := names.setdefault(name.lower(), name)) != name:
@@ -270,8 +269,6 @@ def _check_batch(config: dict) -> Iterator[str]:
     if "batch" not in config:
         if "pages" in config:
             yield "pages is for a study with `batch`, and this one gives every protein its pages; remove it."
-        if config["places"]:
-            yield "places is for a study with `batch`, and this one describes what `sites` names; remove it."
         return
     for name in config.get("pages", []):
         if name not in config["proteins"]:
@@ -282,7 +279,7 @@ def _check_batch(config: dict) -> Iterator[str]:
         yield "batch needs `sampling: false`: a grid over thousands of structures takes too long."
     for key, given in {
         "pairs": config["pairs"],
-        "sites": config["sites"],
+        "changes": config["changes"],
         "compare": config["compare"]["run"],
         "ensemble": config["ensemble"]["run"],
         "paper": config.get("paper"),
@@ -332,72 +329,33 @@ def _check_pairs(config: dict) -> Iterator[str]:
         yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
 
 
-def named_conformations(site: dict) -> list[str]:
-    """Return the proteins and conformations that a site names, the query first."""
-    if "changes" in site:
-        return site["changes"]
-    return [site["query"], *(site["targets"] if site["targets"] != "all" else ())]
-
-
 def needed_conformations(config: dict) -> dict[str, list[str]]:
-    """Return the proteins and conformations that each pair and each site names, by pairs/<name> and sites/<name>."""
+    """Return the proteins and conformations that pairs/<name> and changes/<name> need."""
     needed = {f"pairs/{name}": list(pair.get("proteins", ())) for name, pair in config["pairs"].items()}
-    return needed | {f"sites/{name}": named_conformations(site) for name, site in config["sites"].items()}
+    return needed | {f"changes/{name}": list(forms) for name, forms in config["changes"].items()}
 
 
-def _check_sites(config: dict) -> Iterator[str]:
-    for name, site in config["sites"].items():
-        named = named_conformations(site)
-        yield from _check_known(f"sites.{name}", named, config)
-        for surface_name in named if "changes" in site else named[:1]:
-            if "surface" in config["proteins"].get(surface_name.partition("/")[0], ()):
-                yield f"sites.{name}: {surface_name!r} is a ready surface without residues; it can only be a target."
-        if named[0] in named[1:]:
-            yield f"sites.{name}: {named[0]!r} is on both sides; name another."
-
-
-def _check_residues(config: dict) -> Iterator[str]:
-    """Yield a sentence for each residue or conformation of a site that a structure at hand lacks."""
-    for name, site in config["sites"].items():
-        for place in named_conformations(site):
-            protein, _, conformation = place.partition("/")
+def _check_changes(config: dict) -> Iterator[str]:
+    for name, forms in config["changes"].items():
+        yield from _check_known(f"changes.{name}", forms, config)
+        for form in forms:
+            protein, _, conformation = form.partition("/")
             entry = config["proteins"].get(protein, {})
-            of_clusters = "surface" in entry or config["frames"]["selection"] == "clusters"
-            only = "c1" if of_clusters else "f0"
-            single = "surface" in entry or (
-                os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry))
-            )
+            if "surface" in entry:
+                yield f"changes.{name}: {form!r} is a ready surface without residues; name a structure."
+            only = "c1" if config["frames"]["selection"] == "clusters" else "f0"
+            single = os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry))
             if conformation and single and without_zeros(f"/{conformation}") != f"/{only}":
-                yield f"sites.{name}: there is no {place!r}, as {protein} has a single form; name {protein!r}."
-        if "query" in site:
-            yield from _missing_residues(name, site, config)
-
-
-def _missing_residues(name: str, site: dict, config: dict) -> Iterator[str]:
-    """Yield a sentence if the structure of a query can be read and lacks a residue of the site."""
-    entry = config["proteins"].get(site["query"].partition("/")[0], {})
-    path = entry.get("structure", "")
-    if not path or suffix(path) not in STRUCTURES or not os.path.isfile(path):
-        return
-    from sparsurf.files import no_warnings
-    from sparsurf.molecules.read_molecule import read_molecule  # imports pandas, which few configs need
-
-    try:
-        with no_warnings():
-            molecule = read_molecule(path, **Protein(**entry).file_options)
-    except InputError:  # the job that reads it reports this
-        return
-    try:
-        molecule.select(path, selection="all", residues=site["residues"])
-    except InputError as error:
-        yield f"sites.{name}.{error}"
+                yield f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
+        if forms[0] == forms[1]:
+            yield f"changes.{name}: {forms[0]!r} is on both sides; name another."
 
 
 def _check_excluded(config: dict) -> Iterator[str]:
     """Yield a sentence where `exclude` names what the study lacks, or keeps what needs an excluded part."""
     for part in config["exclude"]:
         kind, _, name = part.partition("/")
-        known = name in config[kind] if kind in ("pairs", "sites") else kind in config["proteins"]
+        known = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
         if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
             yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
     first = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # stands for its protein
@@ -413,7 +371,7 @@ def _check_excluded(config: dict) -> Iterator[str]:
 CHECKS = (
     _check_names,
     _check_pairs,
-    _check_sites,
+    _check_changes,
     _check_excluded,
     _check_proteins,
     _check_fields,

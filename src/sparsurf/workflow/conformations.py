@@ -29,11 +29,11 @@ def same_conformation(name: str, other: str) -> bool:
     return without_zeros(f"/{name}") == without_zeros(f"/{other}")
 
 
-def require_conformation(path: str | None, site: str) -> str:
-    """Return the file of a conformation that a site names; raise InputError where the study does not have it."""
+def require_conformation(path: str | None, comparison: str) -> str:
+    """Return the file of a conformation that a comparison names; raise InputError where the study does not have it."""
     if not path:
         raise InputError(
-            f"sites.{site} names a conformation that this study does not have; frames.csv of its protein lists them."
+            f"changes.{comparison} names a conformation that this study does not have; frames.csv of its protein lists them."
         )
     return path
 

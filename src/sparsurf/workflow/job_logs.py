@@ -33,8 +33,8 @@ def collected_warnings(
 ) -> list[tuple[str, str, str, str]]:
     """Collect what the jobs of a run warned about.
 
-    Logs of proteins, pairs, sites and conformations without results, and of jobs that the study does not have, are left from
-    earlier studies in the same folder and do not count.
+    Logs of proteins, pairs, comparisons and conformations without results, and of jobs that the study does not have, are
+    left from earlier studies in the same folder and do not count.
 
     Parameters
     ----------
@@ -85,10 +85,10 @@ def progress(path: str | Path) -> tuple[int, int, int]:
 def place_of_log(path: str | Path, logs: str | Path) -> tuple[str, str, str]:
     """Return (protein, conformation, job) of a log in the folder `logs`; empty strings where it is about none.
 
-    A pair or a site takes the place of the protein, as pairs/<name>.
+    A pair or a comparison takes the place of the protein, as pairs/<name>.
     """
     *folders, name = Path(path).relative_to(logs).with_suffix("").parts
-    if folders[:1] in (["pairs"], ["sites"]):
+    if folders[:1] in (["pairs"], ["changes"]):
         return "/".join(folders), "", name
     protein, conformation = [*folders, "", ""][:2]
     return protein, conformation, name

@@ -236,30 +236,6 @@ class Pair(Section):
         return self
 
 
-class Site(Section):
-    """A site that is searched for on other surfaces, or two conformations that are compared."""
-
-    query: Conformation = optional("Protein, or protein/conformation, that has the site.")
-    residues: Residues = optional("Residues of the site, like 'A:57,102,195', in quotes.")
-    targets: Literal["all"] | UniqueList[Conformation] = optional(
-        "Where to search; all (the default): every other conformation with atoms."
-    )
-    changes: Two[Conformation] = optional("Instead: two conformations to compare residue by residue.")
-
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["query", "residues"]}, {"required": ["changes"]}]}
-    )
-
-    @model_validator(mode="after")
-    def _is_query_or_changes(self) -> "Site":
-        of_query = [self.query is not None, self.residues is not None]
-        if self.changes is None and all(of_query):
-            self.targets = self.targets or "all"
-        elif self.changes is None or any(of_query) or self.targets is not None:
-            raise ValueError("needs either 'query' and 'residues' (with or without 'targets') or 'changes'.")
-        return self
-
-
 class Centres(Section):
     """Dots whose patches are compared, chosen by a sampler."""
 
@@ -441,7 +417,7 @@ BATCH_PERCENT = (
     10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
 )
 FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
-PLACES = "protein, protein/c2, protein/* (results over all its frames), pairs/name, sites/name"
+PLACES = "protein, protein/c2, protein/* (results over all its frames), pairs/name, changes/name"
 Fields = Annotated[
     list[str],
     AfterValidator(_without_repeats),
@@ -467,15 +443,15 @@ class Config(Section):
     seed: Integer = key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
     proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
     pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
-    sites: dict[Name, Site] = key({}, "Sites to find, and forms of a protein to compare, by name.")
+    changes: dict[Name, Two[Conformation]] = key(
+        {},
+        "Two forms of a protein to compare residue by residue, by name: proteins, or protein/conformation.",
+    )
     batch: Literal["auto"] | Positive = optional(
         "Analyse structures in batches, for thousands of them: auto, or the mean number of structures in a batch."
     )
     pages: UniqueList[str] = optional(
         "With `batch`: structures that also get the files and pages of a study (floors, viewer, pictures), by name."
-    )
-    places: bool = key(
-        False, "With `batch`: describe the places of sites, so that `sparsurf find` can search the run."
     )
     plddt: Plddt = optional(
         "Leave out the residues of predicted models (AlphaFold) whose pLDDT is below; other structures stay as they are."

@@ -51,7 +51,7 @@ def failed_jobs() -> Iterator[list[str]]:
 
 
 def exclude_failures(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
-    """Return the config's `exclude` with the places of failed jobs, and the pairs and sites that need them.
+    """Return the config's `exclude` with the places of failed jobs, and the pairs and comparisons that need them.
 
     Parameters
     ----------

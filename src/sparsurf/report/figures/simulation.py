@@ -33,7 +33,13 @@ WINDOWS = 20  # per series; the moving mean is over one
 def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.DataFrame) -> Figure:
     """Draw temperature, pressure, density and energy of the stages in sequence, RMSD and radius of gyration.
 
-    The tables are those of `simulation.quality`.
+    Parameters
+    ----------
+    energies, motion, judged : DataFrame, see `simulation.quality`
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     target = judged.set_index("quantity")["target"]
     figure = layout.constrained(PAGE, 110)

@@ -1,0 +1,61 @@
+# Two forms of a protein that are compared residue by residue, for each entry of `changes`.
+
+
+rule compare_forms:
+    input:
+        unpack(compared_forms),
+    output:
+        changes="results/{run}/changes/{comparison}/changes.csv",
+        pdb_1="results/{run}/changes/{comparison}/changed_1.pdb",
+        pdb_2="results/{run}/changes/{comparison}/changed_2.pdb",
+        page="results/{run}/changes/{comparison}/changes.html",
+    log:
+        "results/{run}/logs/changes/{comparison}/compare_forms.log",
+    conda:
+        "../envs/study.yaml"
+    threads: 8
+    params:
+        forms=lambda wildcards: CHANGES[wildcards.comparison],
+        surface=config["surface"],
+        d_link=config["patches"]["D_link"],
+        seed=config["seed"],
+        code=[METHOD, REPORT],
+    message:
+        "Comparing the forms of {wildcards.comparison}"
+    script:
+        "../scripts/compare_forms.py"
+
+
+rule draw_changes:
+    input:
+        unpack(compared_forms),
+        changes="results/{run}/changes/{comparison}/changes.csv",
+    output:
+        png=in_report("results/{run}/changes/{comparison}/changes.png", "{comparison}", "Changes"),
+        view_1=in_report(
+            "results/{run}/changes/{comparison}/view_1.html",
+            "{comparison}, form 1 to turn",
+            "Changes",
+            caption="changes_view",
+        ),
+        view_2=in_report(
+            "results/{run}/changes/{comparison}/view_2.html",
+            "{comparison}, form 2 to turn",
+            "Changes",
+            caption="changes_view",
+        ),
+    log:
+        "results/{run}/logs/changes/{comparison}/draw_changes.log",
+    conda:
+        "../envs/study.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
+    params:
+        forms=lambda wildcards: CHANGES[wildcards.comparison],
+        patches=config["patches"],
+        seed=config["seed"],
+        code=REPORT,
+    message:
+        "Pictures of the changes of {wildcards.comparison}"
+    script:
+        "../scripts/draw_changes.py"

@@ -1,1 +1,0 @@
-"""Sites: places on a surface with descriptors, which are searched for on other surfaces."""
