@@ -5,24 +5,12 @@ from measures.pictures import reduce_figure
 from sparsurf.paper.replication import GATHERED
 from sparsurf.report.figures import layout, subsets
 from sparsurf.sampling.combination import Combination
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import job
 
-
-def main(
-    structure: str,
-    figure: str,
-    dots: str,
-    surface: dict,
-    patches: dict[str, float],
-    seed: int,
-    threads: int,
-) -> None:
-    """Draw the five panels; `dots` as for `fragments.dots_of`."""
-    settings = {key.lower(): value for key, value in patches.items()}
-    whole = fragments.dots_of(structure, dots, surface)
-    prepared = PreparedSurface(whole, **settings, seed=seed, name="gathering", threads=threads)
+with job(snakemake):
+    params, path = snakemake.params, snakemake.output.figure
+    prepared = fragments.prepare(snakemake.input.structure, params, "gathering", snakemake.threads)
     cells = []
     for combination in GATHERED:
         name = str(Combination(*combination))
@@ -32,18 +20,5 @@ def main(
         cells.append((f"the paper's sampling, {name}", sampled, layout.SAMPLED))
         cells.append(("uniform subset of the same size", uniform, layout.RANDOM))
     drawn = subsets.figure(Surface(prepared.points, prepared.normals), cells)
-    drawn.savefig(figure, dpi=200, metadata={"Software": None})
-    reduce_figure(figure, figure)
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            structure=snakemake.input.structure,
-            figure=snakemake.output.figure,
-            dots=snakemake.params.dots,
-            surface=snakemake.params.surface,
-            patches=snakemake.params.patches,
-            seed=snakemake.params.seed,
-            threads=snakemake.threads,
-        )
+    drawn.savefig(path, dpi=200, metadata={"Software": None})
+    reduce_figure(path, path)

@@ -18,40 +18,7 @@ from sparsurf.workflow.jobs import job
 from sparsurf.workflow.yaml_file import read_config
 
 
-def main(structures: dict[str, str], study: str, table: str) -> None:
-    """Analyse all structures as one batch and write a row.
-
-    Parameters
-    ----------
-    structures : paths by name
-    study : config of a study with `batch`
-    table : CSV: structures, failed, atoms (mean), cpu_s and placing_cpu_s of a structure, times (their ratio), memory_MB of
-        the job, disk_kB of a structure
-    """
-    home = Path(__file__).resolve().parents[1]
-    config = check_config(read_config(study), home=home)
-    batch = [Structure(name, path, None, {"model": 1}) for name, path in structures.items()]
-    start = time.process_time()
-    tables = analyse_batch(batch, config)
-    with tempfile.TemporaryDirectory() as folder:
-        for name, rows in tables.items():
-            write_parquet(Path(folder, name), name, rows)
-        cpu, disk = time.process_time() - start, sum(path.stat().st_size for path in Path(folder).iterdir())
-    placing = [_cpu_of_placing(entry.path, config) for entry in batch]
-    row = {
-        "structures": len(batch),
-        "failed": len(tables["failures"]),
-        "atoms": tables["surfaces"]["atoms"].mean(),
-        "cpu_s": cpu / len(batch),
-        "placing_cpu_s": np.mean(placing),
-        "times": cpu / np.sum(placing),
-        "memory_MB": peak_memory() / 1e6,
-        "disk_kB": disk / 1e3 / len(batch),
-    }
-    pd.DataFrame([row]).to_csv(table, index=False)
-
-
-def _cpu_of_placing(path: str, config: dict) -> float:
+def cpu_of_placing(path: str, config: dict) -> float:
     """Measure the CPU time, in s, of placing the dots of a structure once, at the density that suits D_link."""
     molecule, settings = read_molecule(path, model=1), config["surface"]
     sizes = radii(molecule, settings["radii"])
@@ -61,10 +28,26 @@ def _cpu_of_placing(path: str, config: dict) -> float:
     return time.process_time() - start
 
 
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            structures=snakemake.params.structures,
-            study=snakemake.input.study,
-            table=snakemake.output.table,
-        )
+with job(snakemake):
+    config = check_config(read_config(snakemake.input.study), home=Path(__file__).resolve().parents[1])
+    paths = snakemake.params.structures
+    start = time.process_time()
+    tables = analyse_batch(
+        [Structure(name, path, None, {"model": 1}) for name, path in paths.items()], config
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        for name, rows in tables.items():
+            write_parquet(Path(folder, name), name, rows)
+        cpu, disk = time.process_time() - start, sum(path.stat().st_size for path in Path(folder).iterdir())
+    placing = [cpu_of_placing(path, config) for path in paths.values()]
+    row = {
+        "structures": len(paths),
+        "failed": len(tables["failures"]),
+        "atoms": tables["surfaces"]["atoms"].mean(),
+        "cpu_s": cpu / len(paths),
+        "placing_cpu_s": np.mean(placing),
+        "times": cpu / np.sum(placing),
+        "memory_MB": peak_memory() / 1e6,
+        "disk_kB": disk / 1e3 / len(paths),
+    }
+    pd.DataFrame([row]).to_csv(snakemake.output.table, index=False)

@@ -8,31 +8,16 @@ from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.streams import stream
 from sparsurf.workflow.jobs import job
 
-
-def main(
-    pool: str, table: str, protein: str, replicates: int, designs: list[list[int]], default: list[int]
-) -> None:
-    """Write a row per reading, design (draws, test dots) and range of n_S; only the default design has confidence sets."""
-    with np.load(pool) as arrays:
+with job(snakemake):
+    protein, replicates = snakemake.wildcards.protein, snakemake.params.replicates
+    with np.load(snakemake.input.pool) as arrays:
         d, member = arrays["d"], arrays["member"]
     tables = []
     for r, reading in enumerate(GRID_READINGS):
-        for draws, test_dots in designs:
+        for draws, test_dots in snakemake.params.designs:
             rng = stream(0, "coverage", protein, r, draws)
-            with_sets = [draws, test_dots] == default
+            with_sets = [draws, test_dots] == snakemake.params.default  # they take long
             shares = coverage.replicates(d[r], member, draws, test_dots, replicates, rng, with_sets)
             keys = {"surface": protein, "reading": reading, "draws": draws, "test_dots": test_dots}
             tables.append(pd.DataFrame(keys | {"replicates": replicates} | shares.to_dict("series")))
-    pd.concat(tables).to_csv(table, index=False)
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            pool=snakemake.input.pool,
-            table=snakemake.output.table,
-            protein=snakemake.wildcards.protein,
-            replicates=snakemake.params.replicates,
-            designs=snakemake.params.designs,
-            default=snakemake.params.default,
-        )
+    pd.concat(tables).to_csv(snakemake.output.table, index=False)

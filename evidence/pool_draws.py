@@ -9,38 +9,14 @@ from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
 
-
-def main(
-    surface: str,
-    roughness: str,
-    grid: str,
-    pool: str,
-    protein: str,
-    draws: int,
-    test_dots: int,
-    threads: int,
-) -> None:
-    """Write d of every contender, draw and test dot, and the range of each contender."""
+with job(snakemake):
     prepared = PreparedSurface(
-        read_npz(surface),
-        roughness_values=pd.read_csv(roughness)["roughness"].to_numpy(),
+        read_npz(snakemake.input.surface),
+        roughness_values=pd.read_csv(snakemake.input.roughness)["roughness"].to_numpy(),
         seed=1,
-        name=f"coverage of {protein}",
-        threads=threads,
+        name=f"coverage of {snakemake.wildcards.protein}",
+        threads=snakemake.threads,
     )
-    d, member = coverage.pool(prepared, pd.read_csv(grid), GRID_READINGS, draws, test_dots)
-    np.savez(pool, d=d, member=member)
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            surface=snakemake.input.surface,
-            roughness=snakemake.input.roughness,
-            grid=snakemake.input.grid,
-            pool=snakemake.output.pool,
-            protein=snakemake.wildcards.protein,
-            draws=snakemake.params.draws,
-            test_dots=snakemake.params.test_dots,
-            threads=snakemake.threads,
-        )
+    grid, params = pd.read_csv(snakemake.input.grid), snakemake.params
+    d, member = coverage.pool(prepared, grid, GRID_READINGS, params.draws, params.test_dots)
+    np.savez(snakemake.output.pool, d=d, member=member)

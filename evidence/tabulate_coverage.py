@@ -1,41 +1,19 @@
-"""How often intervals contain the truth, over several surfaces."""
+"""How often intervals contain the truth, over several surfaces: all rows, and means over the ranges of n_S."""
 
-from measures.tables import cpu_table, read_tables, write_tables
+from measures.tables import read_tables, write_tables
 from sparsurf.workflow.jobs import job
 
-SHARES = ["fixed_t", "fixed_normal", "winner", "cv", "cv_winner", "best_in_set"]
-OTHER_NUMBERS = ["selected_bias", "cv_bias", "half_width", "set_size"]
+NUMBERS = ["fixed_t", "fixed_normal", "winner", "cv", "cv_winner", "best_in_set"]
+NUMBERS += ["selected_bias", "cv_bias", "half_width", "set_size"]
 DESIGN = ["reading", "draws", "test_dots"]
 
-
-def main(
-    tables: list[str],
-    coverage: str,
-    coverage_surfaces: str,
-    coverage_designs: str,
-    coverage_cpu: str,
-    logs: str,
-) -> None:
-    """Write all rows, and means over the ranges of n_S by surface and by design."""
-    rows = read_tables(tables).round(4)
-    numbers = [*SHARES, *OTHER_NUMBERS]
+with job(snakemake):
+    rows = read_tables(snakemake.input.tables).round(4)
+    by_surface = rows.groupby(["surface", *DESIGN], sort=False)
     write_tables(
         {
-            coverage: rows,
-            coverage_surfaces: rows.groupby(["surface", *DESIGN], sort=False)[numbers].mean().reset_index(),
-            coverage_designs: rows.groupby(DESIGN, sort=False)[numbers].mean().reset_index(),
-            coverage_cpu: cpu_table(logs),
+            snakemake.output.coverage: rows,
+            snakemake.output.coverage_surfaces: by_surface[NUMBERS].mean().reset_index(),
+            snakemake.output.coverage_designs: rows.groupby(DESIGN, sort=False)[NUMBERS].mean().reset_index(),
         }
     )
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            tables=snakemake.input.tables,
-            coverage=snakemake.output.coverage,
-            coverage_surfaces=snakemake.output.coverage_surfaces,
-            coverage_designs=snakemake.output.coverage_designs,
-            coverage_cpu=snakemake.output.coverage_cpu,
-            logs=snakemake.params.logs,
-        )

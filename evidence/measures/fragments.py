@@ -1,9 +1,12 @@
 """Table I on a surface of one of the paper's fragments: its ten combinations, and the choice of each range made again."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.study import tables
@@ -18,6 +21,16 @@ from sparsurf.surfaces.surface import Surface
 
 FROM_FILE = "file"  # the dots are those of the file
 PUBLISHED_BEST = 5  # row of Table I with the highest d, (1, 0, 6, 0)
+OF_SURFACE = ["dots", "centres", "mean_roughness", "lowest_roughness", "highest_roughness"]
+OF_STUDY = "A1_dms, other test dots"  # the surface of `make paper`
+ROW = ["row", "combination", "d_published", "Z_published"]
+
+
+def prepare(path: str, params: Any, name: str, threads: int) -> PreparedSurface:
+    """Prepare the dots of a structure or a file by the params of a rule: dots, surface, patches, seed."""
+    settings = {key.lower(): value for key, value in params.patches.items()}
+    surface = dots_of(path, params.dots, params.surface)
+    return PreparedSurface(surface, **settings, seed=params.seed, name=name, threads=threads)
 
 
 def dots_of(path: str, dots: str, settings: dict) -> Surface:
@@ -118,3 +131,67 @@ def surface_row(prepared: PreparedSurface) -> dict[str, float]:
 def published_grid(sampling: dict[str, list[float]]) -> np.ndarray:
     """Return the grid of combinations of the paper, (K, 4)."""
     return published.parameter_grid(**sampling)
+
+
+def table1_of(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return Table I as coded with a column of d and Z for each surface: d_A1_file, d_A1_file_low, ..."""
+    coded = rows[rows["reading"] == CODED_READING]
+    table = coded.drop_duplicates("row")[ROW].set_index("row")
+    for surface, of_surface in coded.groupby("surface", sort=False):
+        values = of_surface.set_index("row")
+        table[f"n_S_percent_{surface}"] = values["n_S_percent"]
+        for name in ("d", "Z"):
+            for end in ("", "_low", "_high"):
+                table[f"{name}_{surface}{end}"] = values[f"{name}{end}"]
+    return table.reset_index()
+
+
+def inside_of(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the number of published values of d and Z inside of the intervals, per surface and reading, and the sign of d."""
+    groups = rows.groupby(["surface", "reading"], sort=False)
+    above, below = (
+        rows.assign(there=there.astype(int)).groupby(["surface", "reading"], sort=False)["there"].sum()
+        for there in (rows["d_low"] > 0, rows["d_high"] < 0)
+    )
+    table = groups.agg(rows=("row", "size"), d_inside=("d_inside", "sum"), Z_inside=("Z_inside", "sum"))
+    return table.assign(d_above_0=above, d_below_0=below).reset_index()
+
+
+def rows_of_study(paper_rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the paper's study, with test dots of its own, in the form of `fragments.rows_table`."""
+    tables = []
+    for reading in GRID_READINGS:
+        table = pd.DataFrame({"surface": OF_STUDY, "reading": reading, "row": range(1, len(paper_rows) + 1)})
+        for name, key in (("d", "d"), ("Z", "Z_tS")):
+            low, high = paper_rows[f"{key}_low_{reading}"], paper_rows[f"{key}_high_{reading}"]
+            table[f"{name}_low"], table[f"{name}_high"] = low, high
+            table[f"{name}_inside"] = paper_rows[f"{key}_published"].between(low, high).astype(int)
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def surfaces_of(rows: pd.DataFrame, choices: pd.DataFrame) -> pd.DataFrame:
+    """Return a row per surface and reading: its dots, and how the choices of Table I do on it.
+
+    n_may_be_best counts the rows of Table I whose combination may be the best of its range here; n_worse those for which choosing
+    again gains significantly; gain is the mean over the rows. d_best and rank_best are those of (1, 0, 6, 0) in its range.
+    """
+    keys = ["surface", "reading"]
+    counted = choices.assign(
+        n_worse=(choices["gain_low"] > 0).astype(int),
+        same_range=(choices["range"] == choices["row"]).astype(int),
+    )
+    table = counted.groupby(keys, sort=False).agg(
+        n_S_lowest_percent=("n_S_lowest_percent", "first"),
+        n_S_highest_percent=("n_S_highest_percent", "first"),
+        n_may_be_best=("may_be_best", "sum"),
+        n_worse=("n_worse", "sum"),
+        n_same_range=("same_range", "sum"),
+        gain=("gain", "mean"),
+        largest_gain=("gain", "max"),
+    )
+    best = choices[choices["row"] == PUBLISHED_BEST].set_index(keys)
+    for column in ("d", "gain", "gain_low", "gain_high", "may_be_best"):
+        table[f"{column}_best"] = best[column]
+    of_surface = rows.drop_duplicates("surface").set_index("surface")[OF_SURFACE]
+    return table.reset_index().merge(of_surface, on="surface", how="left")

@@ -1,9 +1,8 @@
-"""Other ways to store a surface in few numbers, at equal bytes, each in its best form.
+"""Other ways to store a surface in few numbers, at equal bytes.
 
-A dot with its normal takes 24 bytes (six float32); rounded, 8: three places of 16 bits, .005 Å apart, and a normal of 16
-bits. A mesh takes 12 for a corner and 6 for a triangle (three indices of two bytes, for up to 65,536 corners): with two
-triangles per corner this is 24 again, so that equal numbers mean equal bytes. An atom takes 16, a place and a radius; rounded, 6:
-three places of 15 bits and the number of its radius.
+A dot with its normal takes 24 bytes (six float32). A mesh takes 12 for a corner and 6 for a triangle (three indices of two
+bytes, for up to 65,536 corners): with two triangles per corner this is 24 again, so that equal numbers mean equal bytes. An atom
+takes 16, a place and a radius.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,16 +15,8 @@ from scipy.spatial import cKDTree
 from measures.rebuilding import Rebuilder, Simplifier
 from measures.recovery import Truth, angles, nearest, truth
 from sparsurf.patches.index import build_grid, build_index, select_separated
-from sparsurf.recovery.errors import (
-    DENSITY_FOR_ERRORS,
-    TAIL_QUANTILE,
-    curvature,
-    distance_to_surface,
-    error_table,
-)
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
-from sparsurf.recovery.relaxation import relax
-from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -34,51 +25,20 @@ from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 
-DOT, ROUNDED_DOT, VERTEX, TRIANGLE, ATOM, ROUNDED_ATOM = 24, 8, 12, 6, 16, 6  # bytes
-STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two numbers; of a place in the box
+DOT, VERTEX, TRIANGLE, ATOM = 24, 12, 6, 16  # bytes
 CANDIDATES = 8  # positions on a mesh per dot that is placed on it
-TRIES = 8  # orientations of the molecule for sparse dots
-MORE = 1.1  # factor on the requested number of dots if there are too few
-FIRST_SHARE, ROUNDS = (
-    0.7,
-    8,
-)  # of the dots are farthest dots; the others come in rounds, where the surface is worst
-WORST_DENSITY, WORST_SEPARATION = 10.0, 0.5  # dots per Å^2 that show where; of the new dots, in mean spacings
 SAMPLE = 3  # errors are seen from every third dense dot of the true surface
-TURN_RADIUS = 1.5  # Å; a turn is sharp if normals this close differ by more than 90°
-SHARP = "sharp turns"
 STEADY, STEADY_TESTS, FLOOR_DRAWS = (
     "rotation_robust",
     200,
     2,
 )  # the second descriptor that sees farthest dots, its floor
-WORST_QUANTILE = 0.999  # of the distances, from which on a place counts as one of the worst
-(
-    KEPT,
-    UNIFORM,
-    SETTLED,
-    WORST,
-    WORST_SETTLED,
-    SPARSE,
-    MESH,
-    CORNERS,
-    QUANTISED,
-    ROUNDED,
-    ATOMS,
-    ROUNDED_ATOMS,
-) = (
+KEPT, UNIFORM, MESH, CORNERS, ATOMS = (
     "farthest dots",
     "uniform dots",
-    "relaxed dots",
-    "farthest, then worst",
-    "farthest, then worst, relaxed",
-    "sparsely placed dots",
     "decimated mesh",
     "its corners on the surface",
-    "three times as many, rounded",
-    "farthest dots, rounded",
     "atoms",
-    "atoms, rounded",
 )
 SIDES = ("there", "there_99", "there_most", "back", "back_99", "back_most")
 MEASURES = ("bytes", "Z", "steady_over_floor", "distance", "distance_99", "largest", "angle", *SIDES)
@@ -97,7 +57,7 @@ def measure(
     percents: Sequence[float],
     seed: int = 20261120,
     threads: int = 1,
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+) -> pd.DataFrame:
     """Measure Z and errors of each method, all on one set of test dots.
 
     Parameters
@@ -114,15 +74,13 @@ def measure(
 
     Returns
     -------
-    two DataFrames: protein, sampler (the opponent), percent, n_S and `MEASURES`, see `two_sided`; steady_over_floor is the error
-    by the descriptor `STEADY` over that of fresh dots; and protein, sampler,
-    percent and the columns of `errors.error_table` for the places of the true surface in clefts, on flats, on ridges and
-    at sharp turns, with worst_percent, the share of the worst places that lie at sharp turns
+    DataFrame: protein, sampler (the opponent), percent, n_S and `MEASURES`, see `two_sided`; steady_over_floor is the error by
+    the descriptor `STEADY` over that of fresh dots
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
     prepared = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
-    tests, true, rows, where = prepared.draw_tests(n_tests), truth(xyz, radii, prepared.area), [], []
+    tests, true, rows = prepared.draw_tests(n_tests), truth(xyz, radii), []
     z_tot, _ = prepared.describe(tests)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
     component = components_of(surface, xyz, radii)
@@ -132,7 +90,6 @@ def measure(
         surface, roughness_values=flat, seed=seed, name=name, threads=threads, descriptor=STEADY
     )
     z_steady, _ = steady.describe(tests[:STEADY_TESTS])
-    bend, sharp = curvature(prepared.index, threads=threads)[at], _sharp(surface.points, surface.normals)[at]
     outer = outside[at]
 
     def steady_z(dots: tuple[np.ndarray, np.ndarray]) -> float:
@@ -142,38 +99,38 @@ def measure(
     stream = prepared.stream("recovery", "fresh dots")
     floor = np.mean([steady_z(dotted_surface(xyz, radii, len(surface), stream)) for _ in range(FLOOR_DRAWS)])
 
-    def add(percent: float, way: Way) -> np.ndarray:
+    def add(percent: float, way: Way) -> None:
         opponent, n, size, lay, n_kept = way
         z = prepared.distances_to_index(build_index(*lay(DENSITY), prepared.d_link), tests, z_tot)[0].mean()
         dense = lay(DENSITY_FOR_ERRORS)
-        measured, gap = two_sided(*(dots[n_kept:] for dots in dense), true, outer, threads)
+        measured = two_sided(*(dots[n_kept:] for dots in dense), true, outer, threads)
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
         if opponent == KEPT:
             row["steady_over_floor"] = steady_z(lay(DENSITY)) / floor
         rows.append(row | measured)
-        return gap
 
     for percent in percents:
         n = max(4, round(percent / 100 * len(surface)))
-        for way in _of_size(prepared, xyz, radii, n, mesh, simplify, rebuilders, true):
-            gap, seen = add(percent, way), np.flatnonzero(outer)[::SAMPLE]
-            table = _where(gap, bend[seen], sharp[seen])
-            where.append(table.assign(protein=name, sampler=way[0], percent=percent))
-    for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
-        stream, share = prepared.stream("recovery", "atoms"), 100 * len(xyz) / len(surface)
+        for way in _of_size(prepared, n, mesh, simplify, rebuilders, true):
+            add(percent, way)
+    stream = prepared.stream("recovery", "atoms")
+    add(
+        100 * len(xyz) / len(surface),
+        (ATOMS, len(xyz), ATOM * len(xyz), _dotted(xyz, radii, len(surface), stream), 0),
+    )
+    return pd.DataFrame(rows)
 
-        def dotted(
-            density: float, places: np.ndarray = places, stream: np.random.Generator = stream
-        ) -> tuple:
-            return dotted_surface(places, radii, round(density / DENSITY * len(surface)), stream)
 
-        add(share, (opponent, len(xyz), size * len(xyz), dotted, 0))
-    return pd.DataFrame(rows), pd.concat(where)
+def _dotted(
+    xyz: np.ndarray, radii: np.ndarray, n: int, stream: np.random.Generator
+) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+    """Return the function (density) -> dots that the atoms give, n of them at the usual density."""
+    return lambda density: dotted_surface(xyz, radii, round(density / DENSITY * n), stream)
 
 
 def two_sided(
     points: np.ndarray, normals: np.ndarray, true: Truth, outer: np.ndarray, threads: int = 1
-) -> tuple[dict[str, float], np.ndarray]:
+) -> dict[str, float]:
     """Measure the errors of dense dots in both directions, without cavities: not every method gives these back.
 
     Parameters
@@ -188,7 +145,6 @@ def two_sided(
     dict: mean, 99 % quantile and largest distance of the dots from the true surface (`there`, `there_99`, `there_most`)
         and of places of the true surface from that of the dots (`back`, ...), Å; `distance`, `distance_99` and `largest`,
         the larger of both; and the mean `angle` of the normals, degrees
-    (K,) float64 : distances of the places of the true surface, every `SAMPLE`-th of `outer`
     """
     distance, near = nearest(points, true)
     counted = outer[near]
@@ -205,49 +161,11 @@ def two_sided(
         for key, end in (("distance", ""), ("distance_99", "_99"), ("largest", "_most"))
     }
     angle = angles(normals[counted], true.normals[near[counted]]).mean()
-    return larger | {"angle": angle} | sides, gap
-
-
-def _sharp(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Return whether the normal turns by more than 90° within `TURN_RADIUS` of each dot, (N,) bool."""
-    pairs = cKDTree(points).query_pairs(TURN_RADIUS, output_type="ndarray")
-    opposed = pairs[np.sum(normals[pairs[:, 0]] * normals[pairs[:, 1]], axis=1) < 0]
-    sharp = np.zeros(len(points), bool)
-    sharp[opposed.ravel()] = True
-    return sharp
-
-
-def _where(gap: np.ndarray, bend: np.ndarray, sharp: np.ndarray) -> pd.DataFrame:
-    """Return `error_table` of places with their curvature, and a row for those at sharp turns with their share of the worst."""
-    table = error_table(gap, bend)
-    if not sharp.any():
-        return table
-    worst = gap >= np.quantile(gap, WORST_QUANTILE)
-    row = error_table(gap[sharp], bend[sharp]).head(1)
-    shares = {"dots_percent": 100 * sharp.mean(), "worst_percent": 100 * sharp[worst].mean()}
-    return pd.concat([table, row.assign(where=SHARP, **shares)], ignore_index=True)
-
-
-def farthest_then_worst(prepared: PreparedSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Choose farthest-point dots, then in rounds those farthest from the surface recovered from the dots so far."""
-    points, normals = prepared.points, prepared.normals
-    subset = SAMPLERS["farthest"](prepared, round(FIRST_SHARE * n), rng)
-    for size in np.linspace(len(subset), n, ROUNDS + 1).astype(int)[1:]:
-        gap = distance_to_surface(
-            points, *recover(points[subset], normals[subset], WORST_DENSITY, keep=False)
-        )
-        gap[subset] = 0.0
-        separation = WORST_SEPARATION * np.sqrt(prepared.area / len(subset))
-        order = np.argsort(-gap, kind="stable")
-        new = select_separated(prepared.index, order, separation, size - len(subset), 0)
-        subset = np.concatenate([subset, new])
-    return subset
+    return larger | {"angle": angle} | sides
 
 
 def _of_size(
     prepared: PreparedSurface,
-    xyz: np.ndarray,
-    radii: np.ndarray,
     n: int,
     mesh: Mesh | None,
     simplify: Simplifier | None,
@@ -258,23 +176,16 @@ def _of_size(
     points, normals = prepared.points, prepared.normals
     stream = partial(prepared.stream, "recovery")
 
-    def recovered(name: str, dots: tuple[np.ndarray, np.ndarray], size: int = DOT) -> Way:
-        return name, len(dots[0]), size * len(dots[0]), partial(recover, *dots), len(dots[0])
+    def recovered(name: str, dots: tuple[np.ndarray, np.ndarray]) -> Way:
+        return name, len(dots[0]), DOT * len(dots[0]), partial(recover, *dots), len(dots[0])
 
-    def chosen(subset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def chosen(sampler: str) -> tuple[np.ndarray, np.ndarray]:
+        subset = SAMPLERS[sampler](prepared, n, stream(sampler))
         return points[subset], normals[subset]
 
-    kept = chosen(SAMPLERS["farthest"](prepared, n, stream("farthest")))
-    worst = chosen(farthest_then_worst(prepared, n, stream("farthest")))
-    many = SAMPLERS["farthest"](prepared, min(3 * n, len(points)), stream("farthest"))
+    kept = chosen("farthest")
     yield recovered(KEPT, kept)
-    yield recovered(UNIFORM, chosen(SAMPLERS["uniform"](prepared, n, stream("uniform"))))
-    yield recovered(SETTLED, relax(*kept, points, normals, threads=prepared.threads))
-    yield recovered(WORST, worst)
-    yield recovered(WORST_SETTLED, relax(*worst, points, normals, threads=prepared.threads))
-    yield recovered(ROUNDED, rounded(*kept), ROUNDED_DOT)
-    yield recovered(QUANTISED, rounded(*chosen(many)), ROUNDED_DOT)
-    yield recovered(SPARSE, sparse(xyz, radii, n, stream("sparse")))
+    yield recovered(UNIFORM, chosen("uniform"))
     for name, rebuild in rebuilders.items():
         rebuilt = rebuild(*kept)
         if len(rebuilt[1]):
@@ -288,50 +199,9 @@ def _of_size(
     yield recovered(CORNERS, (true.points[near], true.normals[near]))
 
 
-def sparse(
-    xyz: np.ndarray, radii: np.ndarray, n: int, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
-    """Generate a surface of n dots: take the orientation with the fewest dots above n, and remove those closest to others."""
-    best, requested, tries = None, n, 0
-    while best is None or tries < TRIES:
-        dots, tries = dotted_surface(xyz, radii, requested, rng), tries + 1
-        if len(dots[0]) < n:
-            requested *= MORE
-        elif best is None or len(dots[0]) < len(best[0]):
-            best = dots
-    kept = farthest_point_sampling(build_grid(best[0], side=1.0), n, rng)
-    return best[0][kept], best[1][kept]
-
-
-def rounded(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dots of 8 bytes: places on a grid of `STEP`, normals on an octahedron unfolded into a square of `ANGLES` steps.
-
-    Source: Meyer et al., Computer Graphics Forum 29:1405, 2010.
-    """
-    flat = normals[:, :2] / np.abs(normals).sum(axis=1, keepdims=True)
-    below = normals[:, 2] < 0
-    flat[below] = _folded(flat[below])
-    flat = 2 * np.round((flat + 1) / 2 * ANGLES) / ANGLES - 1
-    height = 1 - np.abs(flat).sum(axis=1)
-    back = np.column_stack([flat, height])
-    back[height < 0, :2] = _folded(flat[height < 0])
-    return STEP * np.round(points / STEP), back / np.linalg.norm(back, axis=1, keepdims=True)
-
-
-def _folded(flat: np.ndarray) -> np.ndarray:
-    """Return the other side of the octahedron, in the plane: (n, 2)."""
-    return (1 - np.abs(flat[:, ::-1])) * np.where(flat < 0, -1.0, 1.0)
-
-
-def rounded_places(xyz: np.ndarray) -> np.ndarray:
-    """Return the places of atoms in steps of their box, of which 15 bits count along the longest side."""
-    step = np.ptp(xyz, axis=0).max() / BOX
-    return xyz.min(axis=0) + step * np.round((xyz - xyz.min(axis=0)) / step)
-
-
 def in_common(table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of the methods with a chosen number of dots, on the structures that have all methods."""
-    surfaces = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
+    surfaces = table[table["sampler"] != ATOMS]
     full = set(surfaces.loc[surfaces["sampler"] == MESH, "protein"]) or set(surfaces["protein"])
     return surfaces[surfaces["protein"].isin(full)]
 

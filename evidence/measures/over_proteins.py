@@ -1,6 +1,6 @@
 """Statistics over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from sparsurf.sampling.combination import (
 )
 from sparsurf.study.best_set import best_set
 from sparsurf.study.comparison.equal_error import REFERENCE
-from sparsurf.study.relation import NORMAL_QUANTILE, mean_interval, rho_interval, with_interval
+from sparsurf.study.relation import NORMAL_QUANTILE, rho_interval, with_interval
 from sparsurf.study.required_dots import smallest_n_s
 from sparsurf.study.summary import Result, evaluated_readings, stack_column
 from sparsurf.study.tables import range_index, range_limits
@@ -24,8 +24,6 @@ from sparsurf.study.tables import range_index, range_limits
 FRESH = "fresh dots"  # the floor of other dots of the same surface
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
 COLUMNS = {"own": "d_cv", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
-RESAMPLED = 4000
-SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
 
 
 def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
@@ -275,36 +273,3 @@ def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 
         if (strongest > critical).mean() >= requested:
             return {"n": n, "requested": requested, "critical": critical, "rho": float(rho)}
     return {"n": n, "requested": requested, "critical": critical, "rho": np.nan}
-
-
-def coverage_of_mean(
-    values: np.ndarray | pd.Series,
-    rng: np.random.Generator,
-    n: int | None = None,
-    interval: Callable = mean_interval,
-) -> float:
-    """Return the share of bootstrap samples of n proteins (default: as many as given) whose interval contains the mean of all."""
-    values = np.asarray(values, float)
-    values = values[np.isfinite(values)]
-    held = 0
-    for _ in range(RESAMPLED):
-        _, low, high = interval(values[rng.integers(0, len(values), n or len(values))])
-        held += low <= values.mean() <= high
-    return held / RESAMPLED
-
-
-def coverage_of_set(
-    results: list[Result],
-    reading: str,
-    range_number: int,
-    n_ranges: int,
-    rng: np.random.Generator,
-    resampled: int = SETS_RESAMPLED,
-) -> float:
-    """Return the share of bootstrap samples of the proteins whose confidence set contains the best combination of all."""
-    mean = stack_column(results, "n_S_percent").mean(axis=0)
-    inside = np.flatnonzero(range_index(mean, range_limits(mean, n_ranges)) == range_number - 1)
-    d = stack_column(results, f"d_{reading}")[:, inside].T
-    best, n = int(np.argmax(d.mean(axis=1))), d.shape[1]
-    held = [best_set(d[:, rng.integers(0, n, n)][:, None, :])[best] for _ in range(resampled)]
-    return float(np.mean(held))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -12,7 +11,6 @@ from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READ
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
-from sparsurf.report.figures.summary_figures import GREEK
 from sparsurf.sampling.samplers import sampler_label
 
 FAIR = "atoms moved 0.3 Å"
@@ -50,64 +48,6 @@ def d(stored: dict[str, pd.DataFrame]) -> Figure:
         layout.letter(figure, left - 11, 2, "ABC"[k])
         layout.text(figure, left - 6, 2.3, WORDS[reading])
         layout.legend(figure, left, 66, ax.get_legend_handles_labels()[0])
-    return figure
-
-
-@styled
-def roughness(stored: dict[str, pd.DataFrame]) -> Figure:
-    """Rank correlation of the best parameters with mean roughness, and what a choice by it gains."""
-    figure = layout.sheet(layout.PAGE, 112)
-    relation, critical = stored["relation"], stored["power"]["critical"].min()
-    for k, reading in enumerate(READINGS_SHOWN):
-        rows, left = relation[relation["reading"] == reading], 16 + 88 * k
-        ax = layout.axes(figure, left, 9, 72, 42)
-        ax.axhspan(-critical, critical, color="#EEEEEE", label="largest of four by chance, 95 %")
-        for k_parameter, (name, greek) in enumerate(GREEK.items()):
-            values = rows[[f"rho_{name}{end}" for end in ("", "_low", "_high")]].to_numpy().T
-            error = [values[0] - values[1], values[2] - values[0]]
-            x = rows["range"] + 0.16 * (k_parameter - 1.5)
-            ax.errorbar(x, values[0], error, color=PALETTE[k_parameter], fmt="o", capsize=1, label=greek)
-        ax.set(
-            ylim=(-1, 1),
-            xticks=rows["range"],
-            ylabel="rank correlation with\nmean roughness" if k == 0 else "",
-        )
-        if k == 0:
-            ax.legend(
-                loc="lower left", ncols=5, bbox_to_anchor=(0, -0.34), columnspacing=1, handletextpad=0.3
-            )
-        layout.letter(figure, left - 14, 2, "AB"[k])
-        layout.text(figure, left - 9, 2.3, WORDS[reading])
-        ax = layout.axes(figure, left, 70, 72, 30)
-        values = rows[["gain", "gain_low", "gain_high"]].to_numpy().T
-        error = [values[0] - values[1], values[2] - values[0]]
-        ax.errorbar(rows["range"], values[0], error, color=COLOURS[reading], fmt="o", capsize=2)
-        ax.axhline(0, color="black", linewidth=0.5)
-        ax.set(xticks=rows["range"], xlabel="range of $n_S$", ylabel="d, near less far" if k == 0 else "")
-        layout.letter(figure, left - 14, 64, "CD"[k])
-    return figure
-
-
-@styled
-def required(stored: dict[str, pd.DataFrame]) -> Figure:
-    """Draw how many dots are enough on each protein with its interval, by size, for each noise floor."""
-    figure = layout.sheet(layout.PAGE, 62)
-    table = stored["required"]
-    known = stored["surfaces"].set_index("protein")["N"] / 1000
-    floors = list(table["floor"].unique())
-    for k, floor in enumerate(floors):
-        rows = table[table["floor"] == floor]
-        x, n = known.reindex(rows["protein"]).to_numpy(), rows["n_S_percent"].to_numpy()
-        error = np.nan_to_num([n - rows["n_S_percent_low"], rows["n_S_percent_high"] - n])
-        ax = layout.axes(figure, 16 + 41 * k, 10, 37, 38)
-        ax.errorbar(x, n, error, fmt="o", markersize=2, linewidth=0.6, color=PALETTE[0])
-        ax.axhline(np.median(n), color="black", linestyle="--")
-        ax.set(xscale="log", yscale="log", ylim=(0.9, 70), xlim=(9, 1.1 * known.max()))
-        ax.set(xlabel="dots (thousand)", ylabel=AXIS if k == 0 else "")
-        _percents(ax.yaxis)
-        _ticks(ax.xaxis, [10, 20, 40, 80, 160])
-        layout.letter(figure, (2 if k == 0 else 12) + 41 * k, 2, "ABCD"[k])
-        layout.text(figure, (7 if k == 0 else 17) + 41 * k, 2.3, f"{floor}\nmedian {np.median(n):.1f} %")
     return figure
 
 
@@ -165,4 +105,4 @@ def _ticks(axis: Axis, values: Sequence[float]) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-FIGURES = {"d": d, "roughness": roughness, "required": required, "needed": needed}  # docs/proteins_<name>.png
+FIGURES = {"d": d, "needed": needed}  # docs/proteins_<name>.png

@@ -46,62 +46,10 @@ rule tabulate_coverage:
         coverage=f"{TABLES}/coverage.csv",
         coverage_surfaces=f"{TABLES}/coverage_surfaces.csv",
         coverage_designs=f"{TABLES}/coverage_designs.csv",
-        coverage_cpu=f"{TABLES}/coverage_cpu.csv",
     log:
         f"{RESULTS}/logs/tabulate_coverage.log",
     localrule: True
-    params:
-        logs=f"{RESULTS}/logs/coverage",
     message:
         "Tables of coverage"
     script:
         "../tabulate_coverage.py"
-
-
-rule tabulate_intervals:
-    input:
-        recover=f"{TABLES}/recover.csv",
-        required=f"{TABLES}/proteins_required_dots.csv",
-    output:
-        coverage_means=f"{TABLES}/coverage_means.csv",
-    log:
-        f"{RESULTS}/logs/tabulate_intervals.log",
-    localrule: True
-    params:
-        drawn=config["coverage"]["drawn"],
-        seed=config["seed"],
-    message:
-        "How often intervals of means over few structures contain the mean"
-    script:
-        "../tabulate_intervals.py"
-
-
-rule measure_answers:
-    input:
-        structure=ancient(structure),
-    output:
-        table=f"{RESULTS}/answers/{{protein}}/answers.csv",
-    log:
-        f"{RESULTS}/logs/answers/{{protein}}/measure_answers.log",
-    threads: 2
-    params:
-        seeds=config["coverage"]["seeds"],
-        test_dots=config["coverage"]["default"][1],
-    message:
-        "How many dots are enough for {wildcards.protein}, with many seeds"
-    script:
-        "../measure_answers.py"
-
-
-rule tabulate_answers:
-    input:
-        tables=expand(f"{RESULTS}/answers/{{protein}}/answers.csv", protein=COVERED),
-    output:
-        answers=f"{TABLES}/answers.csv",
-    log:
-        f"{RESULTS}/logs/tabulate_answers.log",
-    localrule: True
-    message:
-        "Scatter and coverage of the number of dots that are enough"
-    script:
-        "../tabulate_answers.py"

@@ -13,9 +13,12 @@ AT_44 = "{own:+.2f} ({own_low:+.2f} to {own_high:+.2f})"
 ON_A1 = "fragments_surfaces.csv surface=A1_file reading=as_coded"
 SURFACES = "surface=A1_file|A1_dms|A2|A3|A4|A5|B1|B2"
 AUC = 'complexes_means.csv group=bound score=complementarity map=smoothed "descriptor=published, 6 Å"'
+RANGE = "{n_S_low_percent:.0f} to {n_S_high_percent:.0f}"
+D_CV = "{d_cv:+.2f} ({d_cv_low:+.2f} to {d_cv_high:+.2f})"
+AT_10 = "proteins_by_n_s.csv percent=10"
 SHOWN = {
     "README.md": [
-        "on the paper's surface A1 at {{ answers.csv protein=A1 | {median:.1f} % ({low:.1f} to {high:.1f} %) }}.",
+        'half of 65 proteins need {{ proteins_required_means.csv "floor=fresh dots" | at most {median:.1f} % }}',
         f"from the true one by {{{{ {FARTHEST} | {{distance:.3f}} }}}} Å on average",
         f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} }}}} Å.",
         'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å.',
@@ -28,7 +31,7 @@ SHOWN = {
         "as coded, and {{ fragments_inside.csv surface=A1_file reading=as_written | {d_inside} as written }}",
     ],
     "docs/paper.md": [
-        "{{ fragments_places.csv binning=half-open range=1 | above {d_n_below} of {n_runs} on DMS's dots }}",
+        "above {{ fragments_places.csv binning=half-open range=1 | {d_n_below} of {n_runs} }}",
         f"surface has {{{{ {ON_A1} | {{dots:,}} dots, {{centres:.0f}} centres of }}}}",
         f"mean roughness of {{{{ {ON_A1} | {{mean_roughness:.4f}} }}}}, as",
         f"n_S runs from {{{{ {ON_A1} | {{n_S_lowest_percent:.2f}} to {{n_S_highest_percent:.2f}} %. }}}}",
@@ -47,11 +50,17 @@ SHOWN = {
         'size keeps {{ paper_figures.csv "quantity=kept of all dots, (1, 0, 6, 0)" | {value:.0f} }} %.',
         "by {{ descriptors_changes_means.csv descriptor=published change=turned density=5.35 | {ratio:.2f} }} of",
         "large or dense ([{{ proteins_d.csv reading=as_coded range=0 | {n} }} here]",
-        "Over {{ proteins_d.csv reading=as_coded range=0 | {n} }} proteins",
-        "for all by {{ proteins_d.csv reading=as_coded range=0 | {near:.3f} }} (",
-        'patches is {{ paper_costs.csv "sampler=all dots" | {Z_of_two_patches:.2f} }}.',
-        "at {{ complexes_thinning_means.csv sampler=paper surface=full percent=5 | {correlation:.2f} }} (paper's dots)",
-        "or {{ complexes_thinning_means.csv sampler=farthest surface=full percent=5 | {correlation:.2f} }} (farthest",
+        "{{ fragments_tests.csv | | {binning} | {measure} | {n_rows} | {p:.5f} | }}",
+        "{{ fragments_places.csv binning=half-open | | {range} | {d_published:+.2f}"
+        " | {d_mean:+.2f} ({d_lowest:+.2f} to {d_highest:+.2f}) | {d_n_below} of {n_runs} | {n_won} | }}",
+        f"{{{{ paper_ranges.csv reading=as_coded | | {RANGE} | {{published}} | {{best}} | {D_CV} | {{n_best_set}}"
+        " | {published_may_be_best} | }}",
+        f"{{{{ paper_ranges.csv reading=as_written | | {RANGE} | {{best}} | {D_CV} | {{published_may_be_best}} | }}}}",
+        *(
+            f"{{{{ {AT_10} sampler={name} reading=as_written | {{Z:.2f}} }}}}"
+            f" | {{{{ {AT_10} sampler={name} reading=recovered | {{Z:.2f}} }}}} |"
+            for name in ("paper", "uniform", "farthest")
+        ),
         "{{ fragments_table1.csv | | {row} | {combination} | {d_published:+.2f}"
         " | {d_A1_file:+.2f} ({d_A1_file_low:+.2f} to {d_A1_file_high:+.2f})"
         " | {d_A1_dms:+.2f} ({d_A1_dms_low:+.2f} to {d_A1_dms_high:+.2f})"
@@ -62,9 +71,6 @@ SHOWN = {
         " | {Z_A1_exact:.2f} ({Z_A1_exact_low:.2f} to {Z_A1_exact_high:.2f}) | }}",
         '{{ fragments_inside.csv "surface=A1_file|A1_dms|A1_dms, other test dots|A1_exact"'
         " | | {surface} | {reading} | {d_inside} of {rows} | {Z_inside} of {rows} | {d_above_0} | {d_below_0} | }}",
-        '{{ paper_costs.csv "sampler=paper|all dots" | | {n_S_percent:.1f} | {roughness_seconds:.4f} | {roughness_MB:.1f}'
-        " | {descriptors_seconds:.3f} | {descriptors_MB:.0f} | {map_seconds:.2f} | {map_MB:.0f} | }}",
-        "{{ paper_costs.csv | | {sampler} | {percent:g} | {roughness_error:.3f} | {Z:.2f} | {map_correlation:.2f} | }}",
         f"{{{{ fragments_surfaces.csv reading=as_coded {SURFACES} | | {{surface}} | {{dots:,}} | {{mean_roughness:.2f}}"
         " | {n_S_lowest_percent:.2f} to {n_S_highest_percent:.2f} | {n_may_be_best} of 10 | {n_worse} of 10"
         " | {gain:+.2f} ({largest_gain:+.2f}) | }}",

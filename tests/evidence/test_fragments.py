@@ -1,4 +1,4 @@
-"""Table I on other surfaces, the numbers of the paper's figures, and the cost of few dots."""
+"""Table I on other surfaces, and the best combination of each range."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,14 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measures import fragments, thinned_costs
-from sparsurf.pairs.partners import partner_of
+from measures import fragments
+from measures.paper_figures import ranges_of
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1
 from sparsurf.study.grid import evaluate_grid
 from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.surfaces.surface import Surface
-from tabulate_figures import ranges_of
-from tabulate_fragments import inside_of, surfaces_of, table1_of
 
 
 @pytest.fixture(scope="module")
@@ -34,11 +31,11 @@ def test_published_values_stand_next_to_ours(ten):
     assert coded["d_published"].tolist() == list(TABLE_1["d"]) and coded["row"].tolist() == list(range(1, 11))
     assert np.allclose(coded["d"], (ten.z_tr[0].astype(float) - ten.z_ts[0]).mean(axis=(1, 2)))
     assert (coded["d_inside"] == coded["d_published"].between(coded["d_low"], coded["d_high"])).all()
-    table = table1_of(rows.assign(surface="blob"))
+    table = fragments.table1_of(rows.assign(surface="blob"))
     assert (
         np.allclose(table["Z_blob"], coded["Z"]) and table["d_blob_low"].tolist() == coded["d_low"].tolist()
     )
-    inside = inside_of(rows.assign(surface="blob")).set_index("reading").loc["as_coded"]
+    inside = fragments.inside_of(rows.assign(surface="blob")).set_index("reading").loc["as_coded"]
     assert inside["d_inside"] == coded["d_inside"].sum() and inside["rows"] == 10
     assert inside["d_above_0"] == (coded["d_low"] > 0).sum()
 
@@ -64,7 +61,9 @@ def test_a_surface_is_summed_up_over_its_rows():
     rows = rows.assign(mean_roughness=0.6, lowest_roughness=0.1, highest_roughness=0.9)
     choices = pd.DataFrame({"row": [4, 5], "range": [4, 6], "gain": [0.1, 0.3], "gain_low": [-0.1, 0.2]})
     choices = choices.assign(surface="A", reading="as_coded", gain_high=0.5, d=[1.0, 2.0], may_be_best=[1, 0])
-    found = surfaces_of(rows, choices.assign(n_S_lowest_percent=2.0, n_S_highest_percent=99.0)).iloc[0]
+    found = fragments.surfaces_of(
+        rows, choices.assign(n_S_lowest_percent=2.0, n_S_highest_percent=99.0)
+    ).iloc[0]
     assert (found["n_may_be_best"], found["n_worse"], found["n_same_range"], found["dots"]) == (1, 1, 1, 7)
     assert found["gain"] == pytest.approx(0.2) and (found["largest_gain"], found["d_best"]) == (0.3, 2.0)
 
@@ -76,31 +75,3 @@ def test_ranges_name_the_published_combination():
     found = ranges_of(ours.assign(d_cv_high=1.5, n_best_set=1, best_set=best_set))
     assert found["published"][0] == "(0.4, 0.2, 10, 10)" and (found["best"] == "(1, 0, 6, 4)").all()
     assert found["row"][found["published_may_be_best"] == "yes"].tolist() == [4, 5]
-
-
-def test_few_dots_cost_less_and_err_more(blob):
-    surface = Surface(0.6 * blob[0], blob[1])  # dots near enough for the published D_link
-    pair = [partner_of(surface, name=name) for name in "ab"]
-    table = thinned_costs.measure(surface, pair, [10, 50, 100], ["farthest"], 1).set_index("percent")
-    assert table["sampler"].tolist() == ["farthest", "farthest", "all dots"]
-    assert table["n_S_percent"].tolist() == [10, 50, 100]
-    whole = table.loc[100]
-    assert (whole["roughness_error"], whole["Z"]) == (0, 0) and whole["map_correlation"] == pytest.approx(1)
-    assert table.loc[10, "Z"] > table.loc[50, "Z"] > 0
-    assert table.loc[10, "roughness_error"] > table.loc[50, "roughness_error"] > 0
-    assert table["map_times_less"].to_numpy() == pytest.approx(
-        whole["map_seconds"] / table["map_seconds"].to_numpy()
-    )
-
-
-def test_the_cost_of_a_call_is_its_time_and_the_memory_that_it_adds():
-    result, cost = thinned_costs.cost(lambda: len(np.ones(25_000_000)), 2)
-    assert result == 25_000_000 and cost.seconds > 0
-    assert np.isnan(cost.megabytes) or cost.megabytes == pytest.approx(191, abs=20)  # 200 million bytes
-
-
-def test_memory_is_not_reported_where_the_system_ignores_the_reset_of_its_peak(monkeypatch, tmp_path):
-    monkeypatch.setattr(thinned_costs, "CLEAR_REFS", tmp_path / "ignored")
-    in_use = int(thinned_costs.STATM.read_text().split()[1]) * thinned_costs.resource.getpagesize()
-    monkeypatch.setattr(thinned_costs, "peak_memory", lambda: in_use + 30 * 2**20)
-    assert np.isnan(thinned_costs.cost(lambda: None, 1)[1].megabytes)

@@ -1,7 +1,6 @@
 """What holds over many proteins: by hand, by simulation, and from made-up studies."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,7 @@ import pytest
 from scipy.stats import binom, spearmanr
 from test_summary import ROUGHS, run_of, study
 
-from measures import over_proteins, protein_variants, studies
+from measures import over_proteins, studies
 
 PERCENTS = (1.0, 1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0, 40.0, 60.0)
 
@@ -115,28 +114,6 @@ def made_up():
     return results, run_of(results)
 
 
-def test_a_winner_is_looked_for_where_both_rules_have_one():
-    parameters = {"alpha": 1.0, "beta": 0.0, "gamma": [0.0, 2.0, np.nan], "delta": 0.0}
-    theirs = pd.DataFrame({"reading": "as_coded", "n_combinations": [1, 1, 0], **parameters, "best_set": ""})
-    mine = theirs.assign(n_combinations=1, best_set=["(1, 0, 0, 0)", "(1, 0, 4, 0)", "(1, 0, 6, 0)"])
-    of = [SimpleNamespace(result=SimpleNamespace(ranges=ranges)) for ranges in (mine, theirs)]
-    assert protein_variants.held(*of) == 0.5
-
-
-def test_the_factor_of_a_variant_is_that_of_a_quarter_of_uniform_dots():
-    recovered = curve(sampler="farthest", reading="recovered")
-    recovered["Z"] = 5 / recovered["percent"]  # that of 25 % uniform dots, sqrt(10 / 25), at 7.9 %
-    ranges = pd.DataFrame({"reading": ["as_coded", "as_coded", "as_written"], "d_cv": [0.5, 1.0, -0.5]})
-    measured = SimpleNamespace(ranges=ranges, protein="p"), floor(**{"fresh dots": 0.25})
-    found = protein_variants.claims((*measured, pd.concat([curve(), recovered])))
-    assert found["factor"] == pytest.approx(25 / (5 / np.sqrt(0.4)), rel=1e-3)
-    assert (
-        found["over_floor"] == pytest.approx(2)
-        and found["d_as_coded"] == 0.75
-        and found["d_as_written"] == -0.5
-    )
-
-
 def test_d_over_proteins(made_up):
     table = over_proteins.d_by_range(made_up[1]["summary"]).set_index(["reading", "range"])
     row = table.loc[("as_coded", 3)]
@@ -202,25 +179,6 @@ def test_the_plateau_breaks_where_proteins_differ():
         .loc[("as_coded", 3)]
     )
     assert row["n_held"] < 8
-
-
-def test_confidence_sets_over_proteins_hold_the_best(made_up):
-    rng = np.random.default_rng(3)
-    assert over_proteins.coverage_of_set(made_up[0], "as_coded", 3, 3, rng, resampled=60) > 0.9
-    alike = study(lambda r, s: 2.5, ROUGHS)  # two combinations are equally good
-    assert over_proteins.coverage_of_set(alike, "as_coded", 3, 3, rng, resampled=60) > 0.85
-
-
-def test_coverage_says_normal_numbers_from_skewed_ones():
-    rng = np.random.default_rng(4)
-    normal = over_proteins.coverage_of_mean(rng.normal(size=40), rng)
-    skewed = over_proteins.coverage_of_mean(np.append(np.zeros(39), 1.0), rng)
-    sizes = []
-    over_proteins.coverage_of_mean(
-        np.arange(5.0), rng, 3, lambda drawn: sizes.append(len(drawn)) or (0, 2, 2)
-    )
-    assert {*sizes} == {3} and over_proteins.coverage_of_mean([1.0, np.nan], rng, 2, lambda _: (0, 1, 1)) == 1
-    assert normal == pytest.approx(0.95, abs=0.02) and skewed < 0.75
 
 
 def test_power_grows_with_the_number_of_proteins():

@@ -22,7 +22,7 @@ TABLE = "evidence/structures.csv"
 
 def structure(tmp_path, content=b"ATOM", name="a.pdb"):
     (tmp_path / name).write_bytes(content)
-    return Structure("a", name, "", hashlib.sha256(b"ATOM").hexdigest(), ("recover",))
+    return Structure("a", name, "", hashlib.sha256(b"ATOM").hexdigest(), ("proteins",))
 
 
 def test_a_local_structure_must_have_the_checksum_of_the_table(tmp_path):
@@ -46,10 +46,11 @@ def test_a_structure_that_is_not_local_is_downloaded_with_its_checksum(tmp_path)
 @pytest.mark.parametrize("table", [TABLE, "evidence/quick/structures.csv"])
 def test_every_study_has_its_structures(table):
     structures = read_structures(table)
-    names = "recover proteins recovered whole varied hydrogens descriptors coverage opponents dense"
-    sets = {name: names_in_set(structures, name) for name in names.split()}
+    sets = {
+        name: names_in_set(structures, name) for name in ["proteins", "descriptors", "coverage", "opponents"]
+    }
     assert all(sets.values())
-    assert set(sets["coverage"]) | set(sets["whole"]) | set(sets["varied"]) <= set(sets["proteins"])
+    assert set(sets["coverage"]) <= set(sets["proteins"])
     if table == TABLE:
         assert len(sets["proteins"]) == 65 and len(sets["descriptors"]) >= 5 and len(sets["coverage"]) >= 5
 

@@ -128,36 +128,6 @@ def test_the_number_of_centres_is_a_test_of_its_own():
     assert (same["p"] > 0.2).all() and same["measure"].tolist() == 2 * ["d", "Z_tS", "centres", "together"]
 
 
-def test_power_is_the_share_of_other_runs_that_are_distinguished():
-    """Shifted by three standard deviations in every row nearly all, unshifted about one in twenty, by centres alone all."""
-    centres, same = np.array([178, 180, 182, 180]), np.array([181, 179])
-    cases = [(0.3, same, "d", 0.9, 1.0), (0.0, same, "d", 0.0, 0.3), (0.0, same, "centres", 0, 0)]
-    cases += [(0.0, np.array([200]), "centres", 1, 1), (0.0, np.array([200]), "together", 1, 1)]
-    for shift, others, measure, low, high in cases:
-        found = published_runs.power(runs(), centres, runs(shift, n=20), others)
-        own = found[found["measure"] == measure]
-        assert own["power"].between(low, high).all() and (own["n_runs"] == 20).all(), (shift, measure)
-
-
-def test_the_size_is_the_share_of_runs_that_the_others_reject():
-    """Runs of one kind are rejected in about one of twenty cases; a run with other d, or other centres, always."""
-    same = published_runs.size_of_tests(runs(n=20)).set_index(["binning", "measure"])
-    assert (same["n_runs"] == 20).all() and (same["share"] <= 0.2).all()
-    assert (same["low"] <= same["share"]).all() and (same["share"] < same["high"]).all()
-    odd = runs(n=4)
-    odd.loc[odd["run"] == 2, "d"] += 100
-    with_centres = odd.assign(centres=odd["run"].map({1: 180, 2: 181, 3: 182, 4: 400}))
-    found = published_runs.size_of_tests(with_centres).set_index(["binning", "measure"])
-    assert found.loc["closed", "d"]["share"] == found.loc["closed", "centres"]["share"] == 0.25
-    assert found.loc["closed", "together"]["share"] == 0.5
-
-
-def test_the_interval_of_a_share_by_hand():
-    """No case of 10: 0 to z^2 / (10 + z^2) = 0.2775."""
-    low, high = published_runs.wilson_interval(np.array([0.0, 0.5]), np.array([10, 10]))
-    assert low == pytest.approx([0, 0.2366], abs=1e-4) and high == pytest.approx([0.2775, 0.7634], abs=1e-4)
-
-
 def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     prepared = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
@@ -165,16 +135,6 @@ def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     assert len(set(found)) > 1 and abs(found.mean() - len(prepared.cover.centre)) < 0.15 * found.mean()
     smaller = PreparedSurface(surface, r_patch=3.0, d_link=0.8, seed=1, name="blob")
     assert published_runs.centres_in_random_orders(smaller, 2).min() > found.max()
-
-
-def test_a_factor_of_alpha_changes_what_is_drawn_not_what_it_is_called(blob):
-    prepared = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
-    )
-    row = [(0.5, 0.0, 0.0, 0.0)]
-    plain, less = (published_runs.runs_as_published(prepared, row, 1, alpha=a).dropna() for a in (1.0, 0.5))
-    assert plain["alpha"].tolist() == less["alpha"].tolist() == [0.5]
-    assert less["n_S_percent"].iloc[0] < 0.8 * plain["n_S_percent"].iloc[0]
 
 
 def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkeypatch):

@@ -132,8 +132,7 @@ def test_no_text_lies_on_another_where_the_arrow_is_as_high_as_the_reference(mon
 @pytest.fixture(scope="module")
 def stored():
     paths = [*TABLES.glob("proteins_*.csv"), *TABLES.glob("proteins_*.csv.gz")]
-    tables = {path.name.split(".")[0].removeprefix("proteins_"): pd.read_csv(path) for path in paths}
-    return tables | {"required": tables["required_dots"]}
+    return {path.name.split(".")[0].removeprefix("proteins_"): pd.read_csv(path) for path in paths}
 
 
 def of_reading(table, reading):
@@ -161,54 +160,6 @@ def test_d_over_proteins_is_that_of_the_table(stored):
         assert any(np.array_equal(line.get_xydata(), wanted) for line in choice)
     labels = [text for text, _ in legend_of(figure)]
     assert set(labels) == {"one protein", "own best, mean (95 %)", "choice of all others, mean"}
-
-
-def test_correlations_and_gains_are_those_of_the_table(stored):
-    figure = protein_figures.roughness(stored)
-    critical = stored["power"]["critical"].min()
-    for k, (reading, colour) in enumerate((("as_coded", VERMILLION), ("as_written", BLUE))):
-        above, below = figure.axes[2 * k : 2 * k + 2]
-        rows = of_reading(stored["relation"], reading)
-        for place, name in enumerate(("alpha", "beta", "gamma", "delta")):
-            bars = bars_of(above.containers[place])
-            wanted = rows[[f"rho_{name}", f"rho_{name}_low", f"rho_{name}_high"]]
-            known = wanted.notna().all(axis=1).to_numpy()
-            np.testing.assert_allclose(bars[known, 1:], wanted[known])
-            assert np.abs(bars[:, 0] - rows["range"]).max() < 0.5
-            assert above.containers[place].get_label() == "αβγδ"[place]
-            assert colour_of(above.containers[place][0]) == layout.PALETTE[place]
-        box = above.patches[0].get_extents().transformed(above.transData.inverted())
-        assert (box.y0, box.y1) == pytest.approx((-critical, critical))
-        gains = rows[["range", "gain", "gain_low", "gain_high"]].to_numpy()
-        known = np.isfinite(gains).all(axis=1)
-        np.testing.assert_allclose(bars_of(below.containers[0])[known], gains[known])
-        assert colour_of(below.containers[0][0]) == colour
-    assert [w for w in words_of(figure) if len(w) > 1] == [
-        READINGS["as_coded"].words,
-        READINGS["as_written"].words,
-    ]
-
-
-def test_dots_that_are_enough_are_those_of_the_table(stored):
-    """A panel per floor: each protein with its interval by the size of its surface, and the median."""
-    table, figure = stored["required"], protein_figures.required(stored)
-    size = stored["surfaces"].set_index("protein")["N"] / 1000
-    floors = list(table["floor"].unique())
-    assert len(figure.axes) == len(floors) == 4
-    for ax, floor in zip(figure.axes, floors, strict=True):
-        rows = table[table["floor"] == floor]
-        dots, _, (intervals,) = ax.containers[0]
-        np.testing.assert_array_equal(
-            dots.get_xydata(), np.column_stack([size[rows["protein"]], rows["n_S_percent"]])
-        )
-        ends = np.array([[low[1], high[1]] for low, high in intervals.get_segments()])
-        limits = rows[["n_S_percent_low", "n_S_percent_high"]].to_numpy()
-        known = np.isfinite(limits).all(axis=1)
-        np.testing.assert_allclose(ends[known], limits[known])
-        median = rows["n_S_percent"].median()
-        assert ax.lines[-1].get_ydata()[0] == median
-        assert f"{floor}\nmedian {median:.1f} %" in words_of(figure)
-        assert ax.get_xlim()[1] > size.max()
 
 
 def test_z_over_proteins_is_that_of_the_table(stored):

@@ -1,7 +1,4 @@
-"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `as_coded`.
-
-The power of such a test is the share of runs with another parameter that it distinguishes from runs as published.
-"""
+"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `as_coded`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
@@ -25,8 +22,6 @@ BINNINGS = {"closed": True, "half-open": False}  # whether the last range contai
 MEASURES = ("d", "Z_tS")
 CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
-NORMAL_QUANTILE = 1.959964  # of a two-sided 95 % interval
-SIGNIFICANCE_LEVEL = 0.05  # p below which a run counts as different
 
 
 def runs_as_published(
@@ -34,32 +29,17 @@ def runs_as_published(
     combinations: np.ndarray,
     runs: int = RUNS,
     progress: Callable[[int, int], None] = lambda done, of: None,
-    alpha: float = 1.0,
 ) -> pd.DataFrame:
     """Repeat Table I as published: N / 200 new test dots per combination, one draw, `as_coded`.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    combinations : (K, 4) float64
-    runs : int
-    progress : callable
-        Callback with the numbers of finished and total runs.
-    alpha : float
-        Factor of every alpha in the sampling; the table shows the alpha without it.
-
-    Returns
-    -------
-    DataFrame, one row per run, binning and range: run (from 1), binning, range (from 1), n_S_low_percent,
-    n_S_high_percent, n_combinations, and of the winner alpha to delta, n_S_percent, d, Z_tS (NaN in an empty range)
+    `combinations` is (K, 4); `alpha` is a factor of every alpha in the sampling, and the table shows alpha without it. Returns
+    the rows of paper_as_published.csv, of the winner of each run, binning and range.
     """
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
         renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
-        result = grid.evaluate_grid(
-            renamed, combinations * (alpha, 1, 1, 1), tests, 1, (CODED_READING,), shared=False
-        )
+        result = grid.evaluate_grid(renamed, combinations, tests, 1, (CODED_READING,), shared=False)
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
         percent = 100 * result.n_s[:, 0] / result.n_dots
@@ -108,23 +88,12 @@ def table_1() -> pd.DataFrame:
     return pd.DataFrame(TABLE_1)[[*PARAMETERS, *MEASURES]].assign(range=np.arange(1, len(TABLE_1) + 1))
 
 
-def place_published_values(runs: pd.DataFrame, published: pd.DataFrame | None = None) -> pd.DataFrame:
-    """Compare each published value with those of the winners of the runs.
+def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
+    """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        See `runs_as_published`.
-    published : DataFrame, optional
-        Table I by default, see `table_1`.
-
-    Returns
-    -------
-    DataFrame, one row per binning and range: range, n_runs (with a winner), alpha to delta published, n_won (runs in
-    which the published combination won), and for d and Z_tS: the published value, mean, sd, lowest and highest of the
-    runs, n_below (number of runs with a lower value) and p, the two-sided probability of a rank as extreme by chance
+    `published` is Table I by default, see `table_1`; p is the two-sided probability of a rank as extreme by chance.
     """
-    published, out = (table_1() if published is None else published).set_index("range"), []
+    published, out = table_1().set_index("range"), []
     for (binning, k), of_range in runs.groupby(["binning", "range"], sort=False):
         won = of_range[of_range["n_combinations"] > 0]
         expected = published.loc[k]  # type: ignore[call-overload]  # the stubs know no index of ints
@@ -150,20 +119,10 @@ def _rank(values: np.ndarray, published: float) -> dict[str, float]:
 def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = ()) -> dict[str, float]:
     """Test all published values at once by the sum of their squared distances from the runs, in standard deviations.
 
-    If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with
-    n - 1 degrees of freedom. Rows have their own test dots and draws, so the squares add.
+    If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with n - 1
+    degrees of freedom. Rows have their own test dots and draws, so the squares add.
 
-    Parameters
-    ----------
-    comparison : DataFrame
-        `place_published_values`, of one binning.
-    name : {'d', 'Z_tS'}
-    leave_out : sequence of int
-        Ranges (from 1).
-
-    Returns
-    -------
-    dict: n_rows, statistic, p
+    `comparison` is from `place_published_values`, of one binning; `name` is d or Z_tS, and `leave_out` lists ranges, from 1.
     """
     rows = comparison[~comparison["range"].isin(leave_out)].dropna(subset=[f"{name}_sd", f"{name}_published"])
     n = rows["n_runs"].to_numpy()
@@ -184,20 +143,10 @@ def _simulated_statistics(runs: tuple[int, ...], simulated: int) -> np.ndarray:
 def tests_of_table_1(
     comparison: pd.DataFrame, centres: np.ndarray, published_centres: int = CENTRES
 ) -> pd.DataFrame:
-    """Run every test of Table I, under both binnings.
+    """Run every test of Table I, under both binnings: the rows of paper_tests.csv.
 
-    Parameters
-    ----------
-    comparison : DataFrame
-        See `place_published_values`.
-    centres : (R,) int
-        See `centres_in_random_orders`.
-    published_centres : int
-
-    Returns
-    -------
-    DataFrame, with a row per binning for d, Z_tS, centres (by Student's t, as one more order) and together (three times the
-    smallest of the three, Bonferroni): binning, measure, n_rows, statistic, p
+    The number of centres is tested by Student's t, as one more order (see `centres_in_random_orders`). p of all together is
+    three times the smallest of the three (Bonferroni).
     """
     t = (published_centres - np.mean(centres)) / (np.std(centres, ddof=1) * np.sqrt(1 + 1 / len(centres)))
     of_centres = {"n_rows": 1, "statistic": t**2, "p": float(2 * stdtr(len(centres) - 1, -abs(t)))}
@@ -214,87 +163,10 @@ def tests_of_table_1(
     return pd.DataFrame(rows)
 
 
-def power(
-    runs: pd.DataFrame, centres: np.ndarray, other_runs: pd.DataFrame, other_centres: np.ndarray
-) -> pd.DataFrame:
-    """Compute the share of runs with another parameter that the tests of Table I distinguish from runs as published.
-
-    Each of the other runs replaces Table I once.
-
-    Parameters
-    ----------
-    runs, centres : from `runs_as_published` and `centres_in_random_orders`, with the published parameters
-    other_runs, other_centres : the same with another parameter
-
-    Returns
-    -------
-    DataFrame: binning, measure, n_runs, power (share with p below `SIGNIFICANCE_LEVEL`)
-    """
-    tables = []
-    for run in sorted(other_runs["run"].unique().tolist()):
-        of_run = other_runs[other_runs["run"] == run]
-        for binning, table in of_run.groupby("binning", sort=False):
-            comparison = place_published_values(runs[runs["binning"] == binning], table)
-            tables.append(
-                tests_of_table_1(comparison, centres, other_centres[(run - 1) % len(other_centres)])
-            )
-    groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
-    return groups.agg(n_runs="size", power=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
-
-
-def size_of_tests(runs: pd.DataFrame) -> pd.DataFrame:
-    """Compute how often the tests of Table I reject a run of the same kind: each run replaces Table I once, against the others.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        See `runs_as_published`; if it has a column `centres`, the number of centres of each run is tested, too.
-
-    Returns
-    -------
-    DataFrame: binning, measure, n_runs, share (with p below `SIGNIFICANCE_LEVEL`), low and high (its 95 % interval, somewhat too
-    narrow: any two runs are compared with nearly the same others).
-    """
-    centres, tables = runs.groupby("run")["centres"].first() if "centres" in runs else None, []
-    for run in sorted(runs["run"].unique().tolist()):
-        for _, of_binning in runs.groupby("binning", sort=False):
-            others, this_run = of_binning[of_binning["run"] != run], of_binning[of_binning["run"] == run]
-            comparison = place_published_values(others, this_run)
-            if centres is None:
-                binning = comparison["binning"].iloc[0]
-                tests = [
-                    {"binning": binning, "measure": name, **joint_test(comparison, name)} for name in MEASURES
-                ]
-                tables.append(pd.DataFrame(tests))
-            else:
-                tables.append(tests_of_table_1(comparison, centres.drop(run).to_numpy(), centres[run]))
-    groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
-    out = groups.agg(n_runs="size", share=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
-    low, high = wilson_interval(out["share"].to_numpy(), out["n_runs"].to_numpy())
-    return out.assign(low=low, high=high)
-
-
-def wilson_interval(share: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends of the 95 % interval of a share of n independent cases (Wilson, J. Am. Stat. Assoc. 22:209, 1927)."""
-    z2 = NORMAL_QUANTILE**2
-    middle = (share + z2 / (2 * n)) / (1 + z2 / n)
-    half = NORMAL_QUANTILE * np.sqrt(share * (1 - share) / n + z2 / (4 * n**2)) / (1 + z2 / n)
-    return middle - half, middle + half
-
-
 def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     """Compare d and Z_tS of the winners with those of the same combinations at many shared test dots.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        See `runs_as_published`.
-    table : DataFrame
-        grid.csv of the same surface with shared test dots.
-
-    Returns
-    -------
-    DataFrame, one row per binning and range: d_bias, Z_tS_bias (means over the runs)
+    `table` is grid.csv of the same surface; returns the means over the runs, a row per binning and range.
     """
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])

@@ -23,12 +23,7 @@ TENTHS = 10  # of all dots, by roughness
 
 
 def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
-    """Evaluate the published combinations under both readings, with shared test dots.
-
-    Returns
-    -------
-    DataFrame, ten rows: n_S_low_percent, n_S_high_percent, d_published, Z_tS_published, then `tables.grid_table`
-    """
+    """Evaluate the published combinations under both readings, with shared test dots: the rows of paper_rows.csv."""
     published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
     measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws))
     return pd.concat(
@@ -37,13 +32,9 @@ def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.Da
 
 
 def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
-    """Measure d of the published combinations under `as_coded` for other linking distances.
+    """Measure d of the published combinations under `as_coded` for other linking distances: the rows of paper_links.csv.
 
     The sampling itself keeps D_link = 0.5 Å; only the islands of the evaluation change.
-
-    Returns
-    -------
-    DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, median_patch_size
     """
     tests = prepared.draw_tests(n_tests)
     pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
@@ -72,18 +63,10 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
 
 
 def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
-    """Find where d of each published row peaks and where its sign is significant.
+    """Find where d of each published row peaks over D_link and where its sign is significant.
 
-    Parameters
-    ----------
-    links : DataFrame
-        See `sweep_links`.
-
-    Returns
-    -------
-    DataFrame, one row per published row: row, n_S_percent, d_first (at the first D_link), D_link_best and d_best,
-    positive_to, the last D_link up to which the interval of d is above 0 at every D_link, and negative_from, the first from
-    which on it is below 0 (NaN if there is none)
+    positive_to is the last D_link up to which the interval of d is above 0 at every D_link, and negative_from the first from
+    which on it is below 0 (NaN if there is none).
     """
     out = []
     for row, of_row in links.groupby("row"):
@@ -111,12 +94,7 @@ DEFECTS = {
 
 
 def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
-    """Measure n_S, d and Z_tS of the published combinations with each defect of the published sampling corrected.
-
-    Returns
-    -------
-    DataFrame: sampling, row, n_S_percent (closed form), then d and Z_tS under both readings
-    """
+    """Measure the published combinations with each defect of the published sampling corrected: the rows of paper_defects.csv."""
     out = []
     for name, (distance_from_moved_centre, chance_in_every_patch) in DEFECTS.items():
         cover = published.build_cover(
@@ -146,18 +124,8 @@ def tuned_family(
 ) -> pd.DataFrame:
     """Compare every combination of exponents that can keep a requested n_S with a uniform subset of the same size.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    exponents : (K, 3) float64
-        beta, gamma, delta.
-    percents : sequence of float
-    n_tests, draws : int
-
-    Returns
-    -------
-    DataFrame, one row per requested n_S (`percent`) and combination that reaches it with an alpha of at most 1: alpha to
-    delta, n_S_percent, Z_tS, Z_tR, d with d_low and d_high, under `as_written`
+    `exponents` is (K, 3): beta, gamma, delta. Returns the rows of paper_family.csv, of combinations that reach the n_S with an
+    alpha of at most 1, under `as_written`.
     """
     n_dots, requested, rows = len(prepared.points), [], []
     exponents = np.unique(np.asarray(exponents, float), axis=0)
@@ -179,12 +147,7 @@ def tuned_family(
 
 
 def gathering_by_roughness(prepared: PreparedSurface, draws: int) -> pd.DataFrame:
-    """Measure which share of the dots the sampling keeps in each tenth of all dots by roughness, the roughest first.
-
-    Returns
-    -------
-    DataFrame: combination, tenth (from 1), roughness (mean R of the tenth), kept_percent, uniform_percent
-    """
+    """Measure which share of the dots the sampling keeps in each tenth of all dots by roughness, the roughest first."""
     order = np.argsort(prepared.roughness, kind="stable")
     rows = []
     for combination in GATHERED:

@@ -16,15 +16,7 @@ MEASURED = {"N": 0, "area": 0, "mean_roughness": 3, "n_S_percent": 1}  # columns
 
 
 def ensemble_page(name: str, table: pd.DataFrame, combination: Sequence[float]) -> dict[str, Any]:
-    """Collect the values of the page.
-
-    Parameters
-    ----------
-    name : str, of the protein
-    table : DataFrame
-        ensemble.csv.
-    combination : sequence of 4 float
-    """
+    """Collect the values of the page of ensemble.csv."""
     readings = readings_of_columns(table, "d_")
     columns = MEASURED | {f"d_{reading}": 2 for reading in readings}
     return {

@@ -44,14 +44,10 @@ FIGURES = {  # number in the paper: file in the surface's figures, and chapter w
 def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     """Collect the values of the page.
 
-    Parameters
-    ----------
-    data : dict
-        DataFrames: `grid` and `ranges` of the surface, `rows` (`replication.published_rows`), `places`, `tests` and
-        `bias` (`published_runs`), `links` and `signs` (`replication.sweep_links`, `sign_changes`), `defects`, `bins`
-        (`rough_and_flat.bins_table`, with a column `around`), `family` (`replication.best_of_family`), `required_dots`
-        (`required_dots.required_dots_table`), `gathering` (`replication.gathering_by_roughness`). `best` (dict), `uniform`
-        (dict: median number of patches of a dot), `surface` (dict, see `surface_of`).
+    `data` holds `grid`, `ranges`, `best` and `required_dots` of the surface; `rows`, `links`, `signs`, `defects`, `family` and
+    `gathering` of `paper.replication`; `places`, `tests` and `bias` of `paper.published_runs`; `bins` of
+    `rough_and_flat.bins_table` with a column `around`; `uniform`, the median number of patches of a dot; and `surface`, see
+    `surface_of`.
     """
     grid, null = data["grid"], data["best"]["references"]["Z_mean_descriptor"]
     chapters = {

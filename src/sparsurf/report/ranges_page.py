@@ -21,16 +21,7 @@ REFERENCES = {
 def ranges_page(
     name: str, ranges: pd.DataFrame, best: dict[str, Any], references: dict[str, Any]
 ) -> dict[str, Any]:
-    """Collect the values of the page.
-
-    Parameters
-    ----------
-    name : str, of the conformation
-    ranges : DataFrame
-        See `tables.ranges_table`.
-    best, references : dict
-        See `tables.best_combinations`.
-    """
+    """Collect the values of the page from ranges.csv and the two parts of `tables.best_combinations`."""
     readings = [key for key in READINGS if key in best]
     errors = {key: references[key] for key in REFERENCES} | references.get("floors", {})
     return {

@@ -33,13 +33,7 @@ class Combination(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Read a combination from its text.
-
-        Raises
-        ------
-        ValueError
-            If the text is not four numbers in brackets.
-        """
+        """Read a combination from its text, four numbers in brackets."""
         values = [float(part) for part in text.strip().removeprefix("(").removesuffix(")").split(",")]
         if len(values) != len(cls._fields):
             raise ValueError(f"{text!r} is not a combination of alpha, beta, gamma and delta")

@@ -7,28 +7,11 @@ from sparsurf.patches.index import PatchIndex, ball
 
 
 def farthest_point_sampling(index: PatchIndex, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Choose dots that are as far from one another as possible.
+    """Choose dots that are as far from one another as possible (Gonzalez, Theor. Comput. Sci. 38:293, 1985).
 
-    The first dot is random; then the dot that is farthest from all chosen dots is added until `n` are chosen [1]_.
-
-    Parameters
-    ----------
-    index : PatchIndex
-    n : int, 1 to N
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    (n,) int64 dots, in the order of choice; the first m of them are the result for m
-
-    Notes
-    -----
-    A new dot only changes the distances of dots within the largest distance so far. Only those are visited, and no N x n
-    distances are stored.
-
-    References
-    ----------
-    .. [1] Gonzalez, Theor. Comput. Sci. 38:293 (1985).
+    The first dot is random; then the dot that is farthest from all chosen ones is added until `n` are chosen. Returns them in
+    the order of choice; the first m are the result for m. A new dot only changes the distances of dots within the largest
+    distance so far: only those are visited, and no N x n distances are stored.
     """
     start = int(index.position[int(rng.integers(len(index.dot)))])
     return index.dot[_farthest_positions(index, start, n)].astype(np.int64)

@@ -73,25 +73,13 @@ def build_cover(
 ) -> Cover:
     """Cover the surface with patches until every dot lies in one.
 
-    Dots are visited in index order; a dot that lies in no earlier patch starts a new one. If the island of that patch does
-    not contain the dot itself, the centre moves to the dot of the patch that is nearest to it.
+    Dots are visited in index order; a dot that lies in no earlier patch starts a new one. If the island of that patch does not
+    contain the dot itself, the centre moves to the dot of the patch that is nearest to it.
 
-    Parameters
-    ----------
-    index : PatchIndex
-    roughness : (N,) float64
-        R_i of every dot.
-    radius : float
-        R_patch in Å.
-    distance_from_moved_centre : bool
-        True, as in the authors' code: r_ij is measured from the patch's centre, which may have moved, so that it can exceed
-        R_patch and p can exceed 1. False: from the dot that started the patch.
-    chance_in_every_patch : bool
-        True, as in the authors' code: a dot has a chance in every patch that contains it. False: only in the first.
-
-    Returns
-    -------
-    Cover
+    `roughness` is R_i by dot, `radius` R_patch in Å. As in the authors' code, `distance_from_moved_centre` measures r_ij from
+    the patch's centre, which may have moved, so that it can exceed R_patch and p can exceed 1; otherwise from the dot that
+    started the patch. As there, `chance_in_every_patch` gives a dot a chance in every patch that contains it; otherwise only
+    in the first.
     """
     radius = float(radius)  # an int would compile the kernels again
     max_dots = ball_bound(index, index.xyz, radius) + 1
@@ -167,15 +155,7 @@ def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray,
 def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
     """Compute the expected number of kept dots in closed form, sum_j [1 - prod_i (1 - p_ij)].
 
-    Parameters
-    ----------
-    cover : Cover
-    combinations : (K, 4) float64
-        alpha, beta, gamma, delta.
-
-    Returns
-    -------
-    (K,) float64
+    `combinations` is (K, 4): alpha, beta, gamma, delta; returns (K,).
     """
     combinations = np.ascontiguousarray(combinations, np.float64)
     out = np.empty(len(combinations))
@@ -221,21 +201,10 @@ def _log_p(alpha: float, beta: float, gamma: float, delta: float, r: float) -> t
 
 
 def sample(cover: Cover, combination: Sequence[float], rng: np.random.Generator) -> np.ndarray:
-    """Draw one subset by the roughness-dependent sampling (paper, eq. 2).
+    """Draw one subset by the roughness-dependent sampling (paper, eq. 2); return its dots, ascending.
 
-    A pair is kept when a uniform random number lies below p. -ln of a uniform number is exponentially distributed, so the
-    test needs neither a power nor a logarithm.
-
-    Parameters
-    ----------
-    cover : Cover
-    combination : sequence of 4 floats
-        alpha, beta, gamma, delta.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    (n_S,) int64, ascending dot indices
+    A pair is kept when a uniform random number lies below p. -ln of a uniform number is exponentially distributed, so the test
+    needs neither a power nor a logarithm.
     """
     alpha, beta, gamma, delta = map(float, combination)
     keep = np.zeros(cover.n_dots, np.bool_)

@@ -60,21 +60,7 @@ def sampler_label(name: str) -> str:
 
 
 def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CHOICES) -> dict[str, Sampler]:
-    """Return the samplers called `names`, by name.
-
-    Parameters
-    ----------
-    names : iterable of str
-    key : str
-        Config key that gives the names, for the error message.
-    choices : Choices
-        Combinations that the paper's samplers take.
-
-    Raises
-    ------
-    InputError
-        If a name is not registered.
-    """
+    """Return the samplers called `names`, by name; an error names the config `key` that gives the names."""
     samplers = {}
     for name in names:
         if name not in list(SAMPLERS):  # a list: a user's value may be unhashable
@@ -176,27 +162,12 @@ def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.n
 
 
 def subset_weights(points: np.ndarray, subset: np.ndarray) -> np.ndarray:
-    """Count the surface dots that are nearest to each kept dot (itself included).
-
-    Parameters
-    ----------
-    points : (N, 3) float64
-    subset : (n,) int, dot indices
-
-    Returns
-    -------
-    (n,) int64; the sum is N.
-    """
+    """Count the surface dots that are nearest to each kept dot (itself included), (n,) int64; the sum is N."""
     return np.bincount(nearest_kept(points, subset)[0], minlength=len(subset))
 
 
 def nearest_kept(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Find the kept dot nearest to every dot.
-
-    Returns
-    -------
-    (N,) int64 indices into `subset`, and (N,) float64 distances in Å.
-    """
+    """Find the kept dot nearest to every dot: (N,) indices into `subset`, and (N,) distances in Å."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     distance, nearest = cKDTree(points[subset]).query(points, workers=threads)

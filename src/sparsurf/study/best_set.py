@@ -55,16 +55,9 @@ def scatter(x: ArrayLike) -> Scatter:
 
 
 def best_set(x: np.ndarray) -> np.ndarray:
-    """Find the combinations that contain the best one with 95 % confidence.
+    """Find the combinations that contain the best one with 95 % confidence, (K,) bool; that with the highest mean is always one.
 
-    Parameters
-    ----------
-    x : (K, D, T)
-        d of K combinations at the same test dots.
-
-    Returns
-    -------
-    (K,) bool; the combination with the highest mean is always included
+    `x` is (K, D, T): d of K combinations at the same test dots.
     """
     parts, draws = scatter(x), x.shape[1]
     first = int(np.argmax(parts.mean))

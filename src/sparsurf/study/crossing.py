@@ -32,27 +32,12 @@ def fitted_crossing(
 
     Around the crossing, Z is fitted by a + b / n + c / n^2 + d ln n (least squares). The error of the recovered surface falls
     with a power of n; the rest falls slowly, as the share of kept dots grows. The interval comes from a bootstrap over the
-    test dots, the same ones for curve and floor, and over the draws. Deviations of draws from their mean are scaled by
-    sqrt(K / (K - 1)), since a few draws vary too little (Rao & Wu, J. Am. Stat. Assoc. 83:231, 1988).
+    test dots, the same ones for curve and floor, and over the draws. Deviations of draws from their mean are scaled by sqrt(K
+    / (K - 1)), since a few draws vary too little (Rao & Wu, J. Am. Stat. Assoc. 83:231, 1988).
 
-    Parameters
-    ----------
-    n : (P,) float64
-        n_S, ascending.
-    distances : (P, K, T) float64
-        |z_tot - z| at T test dots, for K draws at each n_S that are independent of those at other n_S.
-    floor : (F, T) float64
-        The same for F draws of the floor, at the same test dots.
-    limit : float
-    n_dots : int
-        N, the largest n_S.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    Crossing
-        `n` is inf if no measured n_S is enough, and 0 if the smallest is. The interval is NaN in these cases, and with fewer
-        than `MIN_SIZES` n_S around the crossing.
+    `n` is (P,), ascending; `distances` (P, K, T) holds |z_tot - z| at T test dots for K independent draws at each n_S, `floor`
+    (F, T) those of F draws of the floor. The result is inf if no measured n_S is enough, and 0 if the smallest is. The
+    interval is NaN in these cases, and with fewer than `MIN_SIZES` n_S around the crossing.
     """
     z = distances.mean(axis=(1, 2)) / (limit * floor.mean())
     start = first_crossing(np.log(n), np.log(z))

@@ -44,29 +44,12 @@ def measure_floors(
     moved: Sequence[float] = ATOM_DISPLACEMENTS,
     draws: int = DRAWS,
 ) -> dict[str, np.ndarray]:
-    """Measure the noise floors of one surface.
+    """Measure the noise floors of one surface: by name, (D, T) distances between descriptors for D draws at T test dots.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    n_tests : int
-    generate_surface : callable, optional
-        Function from the positions of the atoms, (A, 3), Å, to their Surface. Without it, fresh dots are placed on the
-        surface recovered from all dots, and atoms cannot be displaced.
-    atoms : (A, 3) float64, Å
-        Positions of the atoms.
-    frames : dict, optional
-        Time in ps -> list of positions of the atoms, (A, 3), that much earlier or later, superposed on `atoms`.
-    moved : sequence of float
-        Å, rms displacements of the atoms.
-    draws : int
-        Number of sets of fresh dots, and of rotations.
-
-    Returns
-    -------
-    dict: name of each floor that can be measured -> (D, T) distances between descriptors for D draws at the T test dots of
-    the study. `turned`: fresh dots of the rotated molecule, described in that orientation. `fresh dots`: the same dots
-    rotated back.
+    `generate_surface` makes a Surface of positions of atoms, (A, 3) Å; without it, fresh dots are placed on the surface
+    recovered from all dots, and atoms cannot be displaced. `frames` lists positions that much earlier or later (ps),
+    superposed on `atoms`; `moved` are rms displacements of the atoms in Å. `turned` are fresh dots of the rotated molecule,
+    described in that orientation, and `fresh dots` the same dots rotated back.
     """
     tests = prepared.draw_tests(n_tests)
     test_points, centre = prepared.points[tests], prepared.points.mean(axis=0)
@@ -156,18 +139,9 @@ def _fresh_dots(
 
 
 def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[float, list[np.ndarray]]:
-    """Select frames before and after a time, superposed on the atoms at that time.
+    """Select frames before and after a time (ps), superposed on the atoms at that time: lists of (A, 3) Å by gap in ps.
 
-    Parameters
-    ----------
-    molecule : Molecule
-        Frames of a trajectory with the atoms of `atoms`.
-    atoms : (A, 3) float64, Å
-    time : float, ps
-
-    Returns
-    -------
-    dict: ps -> list of (A, 3); without the gaps for which there is no frame. Empty if all atoms lie on a line.
+    Gaps for which there is no frame are left out; none is left if all atoms lie on a line.
     """
     by_gap = {}
     for gap in TIME_GAPS_PS:

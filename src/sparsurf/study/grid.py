@@ -65,27 +65,11 @@ def evaluate_grid(
     shared: bool = True,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Grid:
-    """Evaluate every combination.
+    """Evaluate every combination, (K, 4), with `draws` sampled and uniform subsets each.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    combinations : (K, 4) float64
-    n_tests : int
-        T.
-    draws : int
-        D, sampled and uniform subsets per combination.
-    readings : tuple of str
-        Those of `readings.GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per
-        uniform subset (per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots).
-    shared : bool
-        Use the same test dots and uniform subsets for all combinations. Otherwise draw new ones for each, as published.
-    progress : callable
-        Callback with the numbers of finished and total subsets.
-
-    Returns
-    -------
-    Grid
+    `readings.GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per uniform subset
+    (per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots and
+    uniform subsets are drawn anew for each combination, as published.
     """
     combinations = np.asarray(combinations, float)
     tests = prepared.draw_tests(n_tests)
@@ -288,13 +272,7 @@ def write_grid(path: Path | str, grid: Grid) -> None:
 
 
 def read_grid(path: Path | str) -> Grid:
-    """Read a Grid that `write_grid` wrote.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged.
-    """
+    """Read a Grid that `write_grid` wrote."""
     try:
         with np.load(path, allow_pickle=False) as data:
             values = {f.name: data[f.name] for f in fields(Grid)}

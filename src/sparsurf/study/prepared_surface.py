@@ -145,22 +145,10 @@ class PreparedSurface:
         weights: np.ndarray | None = None,
         many: bool = False,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute |z_tot - z| of subsets at the test dots under one reading.
+        """Compute |z_tot - z| of B subsets at T test dots under one reading, (B, T), and the dots in their patches, (B, T).
 
-        Parameters
-        ----------
-        subsets : sequence of B arrays of dot indices
-        tests : (T,) int
-        z_tot : (T, 121) float64, descriptors of the full surface at the test dots
-        reading : str
-        weights : (B, N) float64, optional
-            Weight of each kept dot, by position; only for readings of the full surface.
-        many : bool
-            Use the faster variant of a reading, see `build_index_fast` of `readings.Reading`.
-
-        Returns
-        -------
-        (B, T) float64 distances and (B, T) patch sizes
+        `z_tot` (T, 121) are descriptors of the full surface at the test dots; `weights` (B, N), by position, are for readings
+        of the full surface only. `many` takes the faster variant of a reading, see `build_index_fast` of `readings.Reading`.
         """
         alone = (many and READINGS[reading].build_index_fast) or READINGS[reading].build_index
         if alone:
@@ -300,18 +288,9 @@ def prepare_surface(
     distance_from_moved_centre: bool = True,
     chance_in_every_patch: bool = True,
 ) -> PreparedSurface:
-    """Prepare a surface with the patches of a config.
+    """Prepare a surface with the section `patches` of a config; without `roughness_values`, R_i is computed.
 
-    Parameters
-    ----------
-    surface : Surface
-    patches : dict, the section `patches` of the config
-    roughness_values : (N,) float64, R_i of every dot; None: computed
-    seed : int
-    name : str, of the conformation; names the random streams
-    threads : int
-    distance_from_moved_centre, chance_in_every_patch : bool
-        Two rules of the published sampling, see `build_cover`.
+    `name`, of the conformation, names the random streams; for the last two arguments see `build_cover`.
     """
     return PreparedSurface(
         surface,

@@ -28,18 +28,10 @@ AT_MOST, MORE = "at most", "more"  # bounds: the smallest measured n_S is enough
 
 
 def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
-    """Find the smallest n_S that reaches Z = z on a measured curve.
+    """Find the smallest n_S that reaches Z = z on a measured curve, whose n ascends.
 
-    Rises of the curve are removed, and ln Z is interpolated linearly over ln n_S.
-
-    Parameters
-    ----------
-    z : float
-    n, values : (P,) float64, n_S, ascending, and the Z measured there
-
-    Returns
-    -------
-    float in the unit of `n`; 0 stands for fewer than the smallest measured n_S, inf for more than the largest
+    Rises of the curve are removed, and ln Z is interpolated linearly over ln n_S. Returns 0 for fewer than the smallest
+    measured n_S, inf for more than the largest.
     """
     values = np.minimum.accumulate(values).clip(1e-9)
     if z > values[0]:
@@ -194,18 +186,8 @@ def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
     """Find the smallest n_S from which the surface is recovered with a Z of at most `FLOOR_FACTOR` times a noise floor.
 
     The first of `Trials.sizes` whose Z is at most the limit brackets the crossing. `crossing.fitted_crossing` then fits the
-    sizes around it.
-
-    Parameters
-    ----------
-    trials : Trials
-    floor : (D, T) float64, distances of the floor's draws at the same test dots
-
-    Returns
-    -------
-    Required
-        n_S is rounded up. `bound`: 'at most' if the smallest measured n_S is enough, 'more' if the largest is not; n_S is
-        then N.
+    sizes around it. `floor` holds the distances of its draws at the same test dots, (D, T). n_S is rounded up; `bound` is 'at
+    most' if the smallest measured n_S is enough, 'more' if the largest is not: n_S is then N.
     """
     sizes, limit, n_dots = trials.sizes, FLOOR_FACTOR * floor.mean(), trials.n_dots
     first = trials.first_size(RECOVERED, limit)
@@ -238,21 +220,9 @@ def required_dots_table(
     floors: Mapping[str, np.ndarray],
     readings: Sequence[str] = (WRITTEN_READING, RECOVERED),
 ) -> pd.DataFrame:
-    """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor.
+    """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor: the rows of required_dots.csv.
 
-    Parameters
-    ----------
-    trials : Trials
-    floors : dict
-        Result of `floors.measure_floors`.
-    readings : sequence of str
-        `as_written`, `recovered` or both.
-
-    Returns
-    -------
-    DataFrame: sampler, floor, Z_floor, reading (`as_written`, by `smallest_n_s`, for the kept dots as they are; `recovered`,
-    by `required_to_recover`), n_S, n_S_percent with its 95 % interval, and Z there; `bound`: 'at most' if the smallest
-    measured n_S is enough, 'more' if the largest is not; n_S is then N.
+    `as_written` is by `smallest_n_s`, for the kept dots as they are, `recovered` by `required_to_recover`.
     """
     rows = []
     for reading in readings:

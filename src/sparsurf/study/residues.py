@@ -69,18 +69,7 @@ def mean_roughness_by_residue(roughness: np.ndarray, residue: np.ndarray, n: int
 
 
 def roughness_over_frames(residues: pd.DataFrame, roughness: np.ndarray | pd.DataFrame) -> pd.DataFrame:
-    """Summarise the mean R_i of each residue over the frames of a trajectory.
-
-    Parameters
-    ----------
-    residues : DataFrame with chain, residue, residue_name
-    roughness : (F, n) float64, mean R_i of each residue in each frame; NaN if it has no dots
-
-    Returns
-    -------
-    DataFrame: `residues` with mean, standard deviation, lowest and highest mean R_i over the frames in which the residue has
-    dots, and the number of these frames.
-    """
+    """Summarise the mean R_i of each residue over the frames of a trajectory, (F, n); NaN where it has no dots."""
     values = pd.DataFrame(roughness)
     return residues.assign(
         mean_roughness=values.mean().to_numpy(),

@@ -43,23 +43,7 @@ def by_roughness(
     draws: int,
     kept: bool,
 ) -> ByRoughness:
-    """Measure the distances of the patches around many test dots.
-
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    combination : Combination
-    readings : sequence of str
-    n_tests : int
-        Maximum number of test dots of each draw.
-    draws : int
-    kept : bool
-        Draw the test dots among the dots that the sampling kept; otherwise among all.
-
-    Returns
-    -------
-    ByRoughness
-    """
+    """Measure the distances of the patches around at most `n_tests` test dots of each draw, among the kept dots or among all."""
     pairs = [prepared.pair(combination, draw) for draw in range(draws)]
     if kept:
         n = min([n_tests, *(len(sampled) for sampled, _ in pairs)])
@@ -84,20 +68,10 @@ def _draw(prepared: PreparedSurface, n_dots: int, n: int, *keys: int) -> np.ndar
 
 
 def bins_table(distances: ByRoughness, kept: bool, bins: int = N_BINS) -> pd.DataFrame:
-    """Average distances and d by roughness.
+    """Average distances and d by roughness in bins of equal width, from rough to flat: the rows of rough_and_flat.csv.
 
-    Parameters
-    ----------
-    distances : ByRoughness
-    kept : bool
-        Whether the test dots were drawn among the kept dots, separately for every draw.
-    bins : int
-
-    Returns
-    -------
-    DataFrame, one row per bin, from rough to flat: roughness_low, roughness_high, n (test dots, mean of the draws), then
-    Z_tS, Z_tR, d and the 95 % interval of d for each reading; NaN if a draw has no test dot in the bin. Two more rows,
-    'rougher half' and 'flatter half' in the column `bin`, contain the test dots of the lower and upper half of the bins.
+    `kept` says that the test dots were drawn among the kept dots, separately for every draw. NaN if a draw has no test dot in
+    the bin. Two more rows, 'rougher half' and 'flatter half', contain the test dots of the lower and upper half of the bins.
     """
     edges = range_limits(distances.roughness, bins)
     bin_of = range_index(distances.roughness, edges)

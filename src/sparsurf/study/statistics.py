@@ -95,19 +95,11 @@ def mean_squares(x: np.ndarray) -> MeanSquares:
 
 
 def estimate(x: ArrayLike) -> Estimate:
-    """Estimate the mean over draws and test dots, with its standard error.
+    """Estimate the mean over draws and test dots of (..., D, T), with its standard error.
 
-    Test dots and draws are both random effects (two-way): the variance of the mean is (MS_tests + MS_draws - MS_rest) /
-    (D T), at least MS_rest / (D T), with degrees of freedom by Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1.
-    With a single draw, only the scatter of the test dots is known.
-
-    Parameters
-    ----------
-    x : (..., D, T)
-
-    Returns
-    -------
-    Estimate of (...) float64; error and df are NaN for a single test dot.
+    Test dots and draws are both random effects (two-way): the variance of the mean is (MS_tests + MS_draws - MS_rest) / (D T),
+    at least MS_rest / (D T), with degrees of freedom by Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1. With a
+    single draw, only the scatter of the test dots is known; error and df are NaN for a single test dot.
     """
     x = np.asarray(x, np.float64)
     d, t = x.shape[-2:]
@@ -143,23 +135,13 @@ def mean_and_error(x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
-    """Estimate d of winners on test dots and draws that were not used to choose them.
+    """Estimate d of winners on test dots and draws that were not used to choose them; `x` is (K, D, T).
 
-    Draws and test dots are divided into folds. For every pair of a fold of draws and a fold of test dots, the winner is
-    chosen on all draws and test dots outside of both and measured inside. The variance of the mean is (MS_tests + MS_draws) /
-    (D T) of the winners, which exceeds that of a fixed combination by MS_rest / (D T): the folds are not independent, since
-    every value also helps to choose winners of other folds. docs/coverage.md tests this.
-
-    Parameters
-    ----------
-    x : (K, D, T)
-        d of K combinations at the same test dots.
-    folds : (int, int)
-        Numbers of folds of the draws and of the test dots, at most as many as there are; a single draw is not divided.
-
-    Returns
-    -------
-    Estimate
+    Draws and test dots are divided into `folds`, at most as many as there are; a single draw is not divided. For every pair of
+    a fold of draws and a fold of test dots, the winner is chosen on all draws and test dots outside of both and measured
+    inside. The variance of the mean is (MS_tests + MS_draws) / (D T) of the winners, which exceeds that of a fixed combination
+    by MS_rest / (D T): the folds are not independent, since every value also helps to choose winners of other folds.
+    docs/coverage.md tests this.
     """
     x = np.asarray(x, np.float64)
     _, d, t = x.shape
@@ -193,16 +175,10 @@ def winners_outside(x: np.ndarray, folds: tuple[int, int] = FOLDS) -> np.ndarray
 
 
 def reference_values(z_tot: np.ndarray) -> dict[str, float]:
-    """Compute the values with which every Z is compared, from the descriptors of the full surface.
+    """Compute the values with which every Z is compared, from the descriptors of the full surface, (T, 121).
 
-    Parameters
-    ----------
-    z_tot : (T, 121)
-
-    Returns
-    -------
-    dict: `Z_empty`, mean |z_tot|, which is Z for patches of one dot; `Z_mean_descriptor`, Z if every patch has the mean
-    descriptor; `Z_two_patches`, the mean distance between two different patches.
+    `Z_empty` is mean |z_tot|, which is Z for patches of one dot; `Z_mean_descriptor` is Z if every patch has the mean
+    descriptor; `Z_two_patches` is the mean distance between two different patches.
     """
     rows = len(z_tot) - 1
     total = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))

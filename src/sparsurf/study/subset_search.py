@@ -27,31 +27,11 @@ def find_subset(
     n_tests: int = 400,
     choices: Choices = PUBLISHED_CHOICES,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find a subset with a requested number of dots, a requested Z or a given combination.
+    """Find a subset with a requested number of dots, a requested Z or a given combination, and the dots that each represents.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    sampler : str
-        A name in `samplers.SAMPLERS`.
-    n_s : int, optional
-        Number of dots; exact except for the paper's samplers.
-    z : float, optional
-        Z under `as_written` at the test dots of the study; the smallest n_S that reaches it is used.
-    combination : sequence of 4 floats, optional
-        One draw of the paper's sampling with this combination, or of paper_corrected if that is the sampler.
-    n_tests : int
-    choices : combination.Choices
-        Combinations from which the paper's samplers take their parameters.
-
-    Returns
-    -------
-    (n,) int64 dots, in the order of choice, and (n,) int64 weights, the number of dots that each represents.
-
-    Raises
-    ------
-    InputError
-        If the sampler is unknown, n_S exceeds N, or Z cannot be reached.
+    `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `as_written` at the test dots of
+    the study is used. `combination` is one draw of the paper's sampling, or of paper_corrected if that is the sampler. Dots
+    are in the order of choice.
     """
     get_samplers([sampler], "minimal.sampler", choices)  # raises if it is unknown
     n_dots = len(prepared.points)
@@ -114,20 +94,7 @@ def smallest_recovered_subset(
 ) -> tuple[np.ndarray, tuple[float, float] | None]:
     """Find the smallest subset from which the surface is recovered with a Z within a fifth of a noise floor.
 
-    Parameters
-    ----------
-    trials : Trials
-    floors : dict, result of `floors.measure_floors`
-    floor : str, a key of `floors`
-
-    Returns
-    -------
-    (n,) int64 dots, in the order of choice, and the ends of the 95 % interval of their number, or None if unknown.
-
-    Raises
-    ------
-    InputError
-        If this surface lacks the floor.
+    Returns dots in the order of choice, and the ends of the 95 % interval of their number, or None if unknown.
     """
     name = trials.prepared.name
     if floor not in floors:

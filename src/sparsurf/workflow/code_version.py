@@ -17,12 +17,7 @@ NOT_COMPUTING = (
 
 
 def code_version(*parts: str) -> str:
-    """Return a short hash of the bytes of all source files in parts of the library.
-
-    Parameters
-    ----------
-    parts : names of packages, or of modules, in src/sparsurf
-    """
+    """Return a short hash of the bytes of all source files in packages or modules of src/sparsurf."""
     candidates = (path for part in parts for path in (LIBRARY / f"{part}.py", *(LIBRARY / part).rglob("*")))
     paths = sorted(path for path in candidates if path.is_file())
     sources = [path for path in paths if "__pycache__" not in path.parts]

@@ -55,18 +55,10 @@ def file_name(url: str) -> str:
 
 
 def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: str) -> None:
-    """Fetch `url` to `path`; record where it came from, its size and its checksum.
+    """Fetch `url` (https, or http with a checksum) to `path`; record where it came from, its size and its checksum.
 
-    Parameters
-    ----------
-    url : str, https; or http with a checksum
-    sha256 : str or None, checksum that the file must have
-    path, path_to_record : str
-    name : str, of the protein, for the sentence
-
-    Raises
-    ------
-    InputError : no network, no such file, cut short, too large, or another checksum
+    `name`, of the protein, is for the sentence of an error: no network, no such file, cut short, too large, or another
+    checksum.
     """
     if not allowed(url, sha256):
         raise InputError(f"proteins.{name}.url is {shorten(repr(url))}, but {ONLY}.")

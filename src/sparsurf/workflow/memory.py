@@ -15,10 +15,7 @@ THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands
 def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
     """Return the bytes that the distances of one surface need at most.
 
-    Parameters
-    ----------
-    config : dict, as `check_config` returns it
-    thousand_dots : float, size of the surface; used only where `test_dots` is 'published'
+    The size of the surface is used only where `test_dots` is 'published'.
     """
     sampling, evaluation = config["sampling"], config["evaluation"]
     test_dots = evaluation["test_dots"]

@@ -37,14 +37,7 @@ NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and
 
 
 def sentences(errors: Iterable[Any], config: dict, model: type[BaseModel]) -> Iterator[str]:
-    """Yield one sentence for each mistake: the key, what is wrong, what is allowed.
-
-    Parameters
-    ----------
-    errors : iterable of dict, as `pydantic.ValidationError.errors` returns them
-    config : dict that was validated
-    model : the pydantic model of the config
-    """
+    """Yield one sentence for each mistake of pydantic's `ValidationError.errors`: the key, what is wrong, what is allowed."""
     schema = model.model_json_schema()
     alternatives: dict[
         tuple, dict[str, list]

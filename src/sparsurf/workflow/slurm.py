@@ -14,10 +14,7 @@ SECONDS_BETWEEN_QUESTIONS = 60
 def stop_at_impossible_job(process: subprocess.Popen, prefix: str) -> None:
     """Watch a process of Snakemake, and end it with a sentence once Slurm will never start one of its jobs.
 
-    Parameters
-    ----------
-    process : Snakemake
-    prefix : begins the names of the study's jobs
+    `prefix` begins the names of the study's jobs.
     """
 
     def watch() -> None:

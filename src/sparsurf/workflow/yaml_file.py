@@ -64,12 +64,7 @@ def _count_values(node: yaml.Node, counts: dict[int, float]) -> float:
 
 
 def read_config(path: str | Path) -> dict:
-    """Read the config in a YAML file.
-
-    Raises
-    ------
-    InputError : one sentence, with the line where there is one
-    """
+    """Read the config in a YAML file; an error names the line where there is one."""
     name = Path(path).name
     try:
         content = Path(path).read_bytes()

@@ -43,18 +43,7 @@ def draw(results: Results) -> Figure:
 
 @styled
 def figure(grid: pd.DataFrame, name: str = "") -> Figure:
-    """Draw d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading.
-
-    Parameters
-    ----------
-    grid : pandas.DataFrame
-        Columns alpha, beta, gamma, delta and, for each reading, d_<reading> and d_se_<reading>.
-    name : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading."""
     readings, alpha = readings_of_columns(grid, "d_"), grid.alpha.max()
     grid = grid[grid.alpha == alpha].reset_index(drop=True)
     scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))

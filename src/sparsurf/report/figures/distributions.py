@@ -25,12 +25,7 @@ BINS = 40
 
 @styled
 def figure(measures: pd.DataFrame) -> Figure:
-    """Draw a histogram of each measure, with the median as a line.
-
-    Parameters
-    ----------
-    measures : DataFrame, see `batches.summary.measures`
-    """
+    """Draw a histogram of each of `batches.summary.measures`, with the median as a line."""
     figure = layout.constrained(layout.PAGE, 90)
     for k, ((column, words), ax) in enumerate(zip(PANELS.items(), figure.subplots(2, 2).flat, strict=True)):
         values = measures[column].dropna().to_numpy(float)

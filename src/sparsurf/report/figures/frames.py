@@ -33,24 +33,9 @@ def frames_projection(
 ) -> Figure:
     """Draw frames in the plane of the first two principal components, explained variance and silhouette.
 
-    Parameters
-    ----------
-    projection : (F, k) float64
-        Å.
-    labels : (F,) int
-        Cluster of each frame.
-    chosen : (C,) int
-        Frames that became conformations.
-    names : (C,) str
-    explained : (k,) float64
-        Share of the variance of each component, 0..1; may be empty.
-    silhouettes : dict
-        Mean silhouette for each number of clusters K; may be empty.
-    name : str, of the protein
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `projection` is (F, k) in Å, `labels` the cluster of each frame, `chosen` and `names` those of the frames that became
+    conformations. `explained` is the share of the variance of each component, and `silhouettes` the mean for each number of
+    clusters K; both may be empty.
     """
     if np.ptp(projection, axis=0).max() == 0:
         figure = layout.sheet(layout.COLUMN, 8, name)

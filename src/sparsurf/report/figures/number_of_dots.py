@@ -28,18 +28,7 @@ def draw(results: Results) -> Figure:
 
 @styled
 def figure(grid: pd.DataFrame, name: str = "") -> Figure:
-    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta).
-
-    Parameters
-    ----------
-    grid : pandas.DataFrame
-        Columns alpha, beta, gamma, delta, n_S, n_S_percent, n_S_expected, as in grid.csv.
-    name : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta)."""
     grid = grid.assign(expected=grid.n_S_expected * grid.n_S_percent / grid.n_S).sort_values("delta")
     alphas, betas, gammas = (np.unique(grid[p]) for p in ("alpha", "beta", "gamma"))
     deltas, shape = np.unique(grid.delta), (len(alphas), len(betas))

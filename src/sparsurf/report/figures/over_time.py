@@ -31,19 +31,7 @@ BURIED = "#BBBBBB"
 
 @styled
 def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str = "") -> Figure:
-    """Draw n_S, mean roughness and d of one combination over time, and their distributions.
-
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        See `ensemble.evaluate_frames`.
-    combination : sequence of 4 floats
-    name : str, of the protein
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw n_S, mean roughness and d of one combination over time, and their distributions."""
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
     panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_of_columns(table, "d_")}
     time, unit = time_axis(table)
@@ -116,20 +104,7 @@ def _ensemble_handles(window: int) -> list[Line2D]:
 
 @styled
 def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str = "") -> Figure:
-    """Draw mean R_i of every residue against time, and its mean and standard deviation.
-
-    Parameters
-    ----------
-    over_time : DataFrame
-        Mean R_i of each residue (columns) in each frame.
-    residues : DataFrame
-        See `residues.roughness_over_frames`.
-    name : str, of the protein
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw mean R_i of every residue (a column of `over_time`) against time, and its mean and standard deviation."""
     values = over_time.iloc[:, 2:].to_numpy(float)
     time, label = time_axis(over_time)
     n = len(residues)

@@ -116,21 +116,10 @@ def draw_surface(
     camera: Camera,
     radius: float | None = None,
 ) -> Scene:
-    """Draw a closed surface.
+    """Draw a closed surface, of which dots that face away from the viewer are left out.
 
-    Parameters
-    ----------
-    points, normals : (N, 3) float64
-        Å; unit outward normals. Dots that face away from the viewer are left out.
-    colours : (N, 3) float64, or 3 numbers for all
-        Red, green, blue in 0..1.
-    camera : Camera
-    radius : float, optional
-        Of the discs, in Å; `closing_radius` without.
-
-    Returns
-    -------
-    Scene
+    `points` and `normals` are (N, 3) in Å, `colours` red, green and blue in 0..1, for each dot or for all. `radius` is that of
+    the discs in Å; `closing_radius` without.
     """
     scale = camera.scale * SUPERSAMPLING
     disc = max((closing_radius(points) if radius is None else radius) * scale, 1.0)

@@ -107,15 +107,7 @@ def draw(results: Results) -> Figure:
 def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTEN_READING) -> Figure:
     """Draw Z against n_S: of one surface, of a few side by side, of many the median with a band.
 
-    Parameters
-    ----------
-    surfaces : sequence of Tables
-    floor : str, the row of floors.csv that defines what is enough
-    reading : str, under which all combinations are shown if they were evaluated so
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `floor` defines what is enough. All combinations are shown under `reading` if they were evaluated so.
     """
     panels = {tables.name: panel_of(tables, floor, reading) for tables in surfaces}
     if len(panels) > 1:

@@ -72,24 +72,11 @@ def figure(
     bins: int = N_BINS,
     name: str = "",
 ) -> Figure:
-    """Draw a rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch.
+    """Draw a rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch in bins of equal width.
 
-    Parameters
-    ----------
-    panels : list
-        Per panel, two in a row: title, then for its test dots roughness, Z_tS(j) and Z_tR(j), each (T,) float64.
-    patches : list
-        Per patch: title, points (n, 3), normals (n, 3), and which of its dots the sampling and
-        the uniform subset keep (int, counted within the patch).
-    references : dict, optional
-        `Z_empty`, `Z_mean_descriptor` and among its `floors` `fresh dots`; a line is drawn if the value lies in the range.
-    bins : int
-        Equal-width intervals of roughness.
-    name : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    Panels, two in a row, have a title, then for T test dots roughness, Z_tS(j) and Z_tR(j). Patches have a title, points and
+    normals (n, 3), and which of these dots the sampling and the uniform subset keep. Of the references and their `floors`,
+    those in the range are drawn as lines.
     """
     top = 46  # mm, of the first panels
     figure = layout.sheet(2 * PITCH, top + 58 * -(-len(panels) // 2), name)

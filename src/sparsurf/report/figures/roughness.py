@@ -22,20 +22,7 @@ def draw(results: Results) -> Figure:
 
 @styled
 def figure(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray, name: str = "") -> Figure:
-    """Draw the surface coloured by roughness, on the scale of all surfaces, and the distribution of the roughness.
-
-    Parameters
-    ----------
-    points, normals : (N, 3) float64
-        Å; unit vectors.
-    roughness : (N,) float64
-        R_i.
-    name : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the surface coloured by roughness, on the scale of all surfaces, and the distribution of the roughness."""
     mean = f"{roughness.mean():.2f}"
     figure = layout.sheet(layout.COLUMN, 105, layout.headed(name, f"mean roughness {mean}"))
     scale = layout.scale(*render.ROUGHNESS_LIMITS)

@@ -33,13 +33,7 @@ WINDOWS = 20  # per series; the moving mean is over one
 def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.DataFrame) -> Figure:
     """Draw temperature, pressure, density and energy of the stages in sequence, RMSD and radius of gyration.
 
-    Parameters
-    ----------
-    energies, motion, judged : DataFrame, see `simulation.quality`
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    The tables are those of `simulation.quality`.
     """
     target = judged.set_index("quantity")["target"]
     figure = layout.constrained(PAGE, 110)

@@ -38,16 +38,7 @@ def figure(
 ) -> Figure:
     """Draw the surface, subsets of it in one view, and a recovered surface with its distance from the first.
 
-    Parameters
-    ----------
-    surface : Surface
-    subsets : list of (title, Surface, colour)
-    recovered : (title, Surface, (M,) float64 distance in Å), optional
-    name : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    Subsets are (title, Surface, colour); `recovered` is (title, Surface, distance in Å).
     """
     cells = len(subsets) + (3 if recovered else 1)
     columns = 2 if cells == 4 else 3

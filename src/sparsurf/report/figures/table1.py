@@ -31,17 +31,7 @@ OTHER: dict[str, Any] = {
 
 @styled
 def table1_figure(places: pd.DataFrame, rows: pd.DataFrame, binning: str = "half-open") -> Figure:
-    """Draw d on the left and Z_tS on the right, with a line for each row of Table I.
-
-    Parameters
-    ----------
-    places : DataFrame
-        See `published_runs.place_published_values`.
-    rows : DataFrame
-        See `replication.published_rows`.
-    binning : str
-        Binning under which the runs chose their winners.
-    """
+    """Draw d on the left and Z_tS on the right, with a line for each row of Table I; the runs chose winners by `binning`."""
     places = places[places["binning"] == binning].reset_index(drop=True)
     figure = layout.constrained(layout.PAGE, 82)
     panels = figure.subplots(1, 2)

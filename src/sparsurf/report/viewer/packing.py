@@ -18,17 +18,9 @@ UNKNOWN = 255
 
 
 def pack(header: dict[str, Any], columns: dict[str, np.ndarray]) -> str:
-    """Pack a header and columns of integers, as `unpack.js` reads them.
+    """Pack a header for JSON and columns of integers, as `unpack.js` reads them, in base64.
 
-    Parameters
-    ----------
-    header : dict that JSON can hold
-    columns : dict of name to (n,) int
-        Each is stored as numbers or as differences between neighbours, whichever is shorter.
-
-    Returns
-    -------
-    str, base64
+    Each column is stored as numbers or as differences between neighbours, whichever is shorter.
     """
     planes, listed = [], []
     for name, values in columns.items():

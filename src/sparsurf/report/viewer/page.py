@@ -69,40 +69,15 @@ def page(
     says: str = "",
     turn: np.ndarray | None = None,
 ) -> str:
-    """Render the page, with everything in one file.
+    """Render the page, with everything in one file of at most MAX_BYTES.
 
-    Parameters
-    ----------
-    title : str
-    surface : surfaces.surface.Surface
-    rough : (N,) float64, R_i
-    cover : sampling.published.Cover
-    radius : float, R_patch in Å
-    orders : dict of name to (n,) int
-        Dots in the order in which nested samplers choose them; if a surface is too large for a page, the first dots of the
-        first sampler are shown.
-    grid : DataFrame, optional
-        See `study.tables.grid_table`; without it the page has no d and Z.
-    best : dict, optional
-        See `study.tables.best_combinations`.
-    residues : sequence of str
-        Name of the residue of each atom of the structure; empty if unknown.
-    values : sequence of Values
-        Further values to colour by.
-    minimal : sequence of int
-        Dots of the minimal subset.
-    opens : (str, int or str), optional
-        The sampler that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'.
-    up : str
-        Link to the page of the run; empty for none.
-    says : str
-        A further answer below the title.
-    turn : (3, 3) float64, optional
-        Rotation of the first view; its rows point right, up and to the viewer.
-
-    Returns
-    -------
-    str, HTML of at most MAX_BYTES
+    `rough` is R_i by dot and `radius` R_patch in Å. `orders` hold dots in the order in which nested samplers choose them; if a
+    surface is too large for a page, the first dots of the first sampler are shown. Without `grid` (`study.tables.grid_table`)
+    the page has no d and Z; `best` is from `study.tables.best_combinations`. `residues` names that of each atom of the
+    structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
+    that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'. `up` links to the page of the run,
+    `says` is a further answer below the title, and rows of `turn`, the rotation of the first view, point right, up and to the
+    viewer.
     """
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
     values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
@@ -146,13 +121,7 @@ def coloured_page(
 ) -> str:
     """Render the page of a surface without a grid, which opens with all dots in the colours of the first values.
 
-    Parameters
-    ----------
-    title : str
-    name : str, of the surface, from which the order of its dots is drawn
-    surface, values, residues, says : as for `page`
-    patches : dict, the section `patches` of the config
-    seed : int
+    `name` is that of the surface, from which the order of its dots is drawn; the rest is as for `page`.
     """
     prepared = prepare_surface(surface, patches, None, seed, name)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
