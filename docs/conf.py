@@ -44,15 +44,13 @@ def _mind_the_time(gallery, script, when):
 
 
 GALLERY = [
-    "surface",
     "roughness",
-    "minimal_into_pymol",
+    "patch_and_descriptor",
+    "law_of_the_sampling",
     "recover_a_mesh",
-    "compare_samplers",
+    "minimal_into_pymol",
     "trajectory",
-    "find_a_site",
 ]
-GALLERY += ["patch_and_descriptor", "law_of_the_sampling", "own_sampler", "snakefile_as_module"]
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "_gallery",

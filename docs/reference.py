@@ -1,9 +1,8 @@
-"""The tables of the reference, from parsers, glossary and the list of columns."""
+"""The tables of the reference, from parsers and the list of columns."""
 
 import re
 import textwrap
 
-import sparsurf
 import sparsurf.columns
 from sparsurf.cli import command
 
@@ -34,15 +33,6 @@ def _option(action):
     meaning = (action.help or "").replace("%%", "%").replace("|", "\\|").replace("<", "&lt;")
     meaning += "" if few or not action.choices else f": {', '.join(action.choices)}"
     return f"| {', '.join(f'`{name}`' for name in names)} | {meaning} |\n"
-
-
-def glossary():
-    """The words of the library's one glossary, as a definition list."""
-    text = sparsurf.__doc__.partition("Glossary")[2].partition("\n\n")[2]
-    yield "```{glossary}\n"
-    for word, meaning in re.findall(r"^(\S.*?)  +(.*(?:\n +.*)*)", text, re.M):
-        yield f"{word}\n  {' '.join(meaning.split())}\n\n"
-    yield "```\n"
 
 
 def columns():

@@ -26,7 +26,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow import names
 
 TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-RECIPES = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
+RECIPES = dict(re.findall(r"^## (An? .*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
 
 
 @pytest.fixture
