@@ -610,7 +610,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["roughness", "protein.pdb", "-o", "x.dms"], 1, "cannot be written as '.dms'"),
         (["roughness", "protein.pdb", "-o", "x.minimal"], 1, "cannot be written as '.minimal'"),
         (
-            ["surface", "protein.pdb", "--fields", "charge", "-o", "x.dms"],
+            ["surface", "protein.pdb", "--fields", "potential", "-o", "x.dms"],
             1,
             "--fields: .dms has no room for them",
         ),
@@ -620,7 +620,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             "--binary is about a PLY, and x.csv is none",
         ),
         (
-            ["minimal", "protein.pdb", "--fields", "charge", "-o", "x.minimal"],
+            ["minimal", "protein.pdb", "--fields", "potential", "-o", "x.minimal"],
             1,
             ".minimal has no room for them",
         ),

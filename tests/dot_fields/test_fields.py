@@ -36,24 +36,18 @@ def molecule():
     return sparsurf.read_molecule(PEPTIDE)
 
 
-# Kyte & Doolittle 1982, table 2; Zamyatnin 1972; typed from the papers, in the order of the letters
+# Kyte & Doolittle 1982, table 2, typed from the paper, in the order of the letters
 SEQUENCE = "ARNDCQEGHILKMFPSTWYV"
-SOURCES = {
-    "hydropathy": "1.8 -4.5 -3.5 -3.5 2.5 -3.5 -3.5 -0.4 -3.2 4.5 3.8 -3.9 1.9 2.8 -1.6 -0.8 -0.7 -0.9 -1.3 4.2",
-    "volume": "88.6 173.4 114.1 111.1 108.5 143.8 138.4 60.1 153.2 166.7 166.7 168.6 162.9 189.9 112.7 89 116.1 227.8 193.6 140",
-    "aromaticity": "0 0 0 0 0 0 0 0 .6 0 0 0 0 1 0 0 0 1 1 0",
-    "charge": "0 1 0 -1 0 0 -1 0 0 0 0 1 0 0 0 0 0 0 0 0",
-}
+HYDROPATHY = "1.8 -4.5 -3.5 -3.5 2.5 -3.5 -3.5 -0.4 -3.2 4.5 3.8 -3.9 1.9 2.8 -1.6 -0.8 -0.7 -0.9 -1.3 4.2"
 
 
-@pytest.mark.parametrize("name", SOURCES)
-def test_scales_of_residues_are_those_of_their_sources(name):
+def test_hydropathy_is_that_of_its_source():
     """One residue alone has its own value at every dot."""
     for residue, value in zip(
-        gemmi.expand_one_letter_sequence(SEQUENCE, gemmi.ResidueKind.AA), SOURCES[name].split(), strict=True
+        gemmi.expand_one_letter_sequence(SEQUENCE, gemmi.ResidueKind.AA), HYDROPATHY.split(), strict=True
     ):
         alone = SimpleNamespace(residue_name=np.array([residue]), xyz=np.zeros((1, 1, 3)))
-        assert FIELDS[name].function(alone, np.eye(3)) == pytest.approx([float(value)] * 3), residue
+        assert FIELDS["hydropathy"].function(alone, np.eye(3)) == pytest.approx([float(value)] * 3), residue
 
 
 def test_one_charge_has_the_potential_of_the_formula():
@@ -389,13 +383,13 @@ PEPTIDE_DOTS = (np.zeros((1, 3)), np.array([[0, 0, 1.0]]))
 
 def test_a_column_that_is_called_like_a_field_is_refused(tmp_path, molecule):
     path = tmp_path / "scores.csv"
-    path.write_text("residue,charge,score\n209,1,2\n")
-    with pytest.raises(InputError, match=r"scores\.csv has the column 'charge'"):
-        sparsurf.fields(molecule, PEPTIDE_DOTS, ("charge",), table=path)
+    path.write_text("residue,bfactor,score\n209,1,2\n")
+    with pytest.raises(InputError, match=r"scores\.csv has the column 'bfactor'"):
+        sparsurf.fields(molecule, PEPTIDE_DOTS, ("bfactor",), table=path)
 
 
 def test_an_unknown_field_is_refused_with_the_known_ones(molecule):
-    with pytest.raises(InputError, match="hydropathy, volume"):
+    with pytest.raises(InputError, match="hydropathy, potential"):
         sparsurf.fields(molecule, PEPTIDE_DOTS, ("colour",))
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import gemmi
 import numpy as np
 import pandas as pd
 import pytest
@@ -27,6 +28,7 @@ from sparsurf.pairs.residue_moments import (
     ORDER,
     PERCENT,
     RADIUS,
+    _fields,
     describe_residues,
     distances,
     spread_of_moments,
@@ -89,6 +91,25 @@ def test_residues_have_the_means_of_their_places(form, own):
     first = own.moments[:, 1 + FIELDS.index("charge"), 0]
     assert first[LYSINE] > 0 > first.min()
     assert np.corrcoef(first, own.fields[:, FIELDS.index("charge")])[0, 1] > 0.7
+
+
+# Zamyatnin 1972, typed from the paper, in the order of the letters
+SEQUENCE = "ARNDCQEGHILKMFPSTWYV"
+SCALES = {
+    "volume": "88.6 173.4 114.1 111.1 108.5 143.8 138.4 60.1 153.2 166.7 166.7 168.6 162.9 189.9 112.7 89 116.1 227.8 193.6 140",
+    "aromaticity": "0 0 0 0 0 0 0 0 .6 0 0 0 0 1 0 0 0 1 1 0",
+    "charge": "0 1 0 -1 0 0 -1 0 0 0 0 1 0 0 0 0 0 0 0 0",
+}
+
+
+def test_scales_of_residues_are_those_of_their_sources(form):
+    """A molecule of one kind of residue has its value at every dot."""
+    names = gemmi.expand_one_letter_sequence(SEQUENCE, gemmi.ResidueKind.AA)
+    for k, residue in enumerate(names):
+        alike = replace(form.molecule, residue_name=np.full_like(form.molecule.residue_name, residue))
+        table = _fields(alike, form.surface.points[:3])
+        for name, values in SCALES.items():
+            assert table[name].to_numpy() == pytest.approx([float(values.split()[k])] * 3), (name, residue)
 
 
 def test_a_surface_too_small_for_a_patch_is_a_sentence(form):

@@ -620,10 +620,10 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
         "grid": minimal,
     }.items():
         table.to_csv(inputs[name], index=False)
-    charge = np.linspace(-1, 1, len(prepared.points))
-    write_npz(inputs["surface"], replace(prepared.surface, fields={"component": charge * 0}))
+    potential = np.linspace(-1, 1, len(prepared.points))
+    write_npz(inputs["surface"], replace(prepared.surface, fields={"component": potential * 0}))
     with open(inputs["fields"], "wb") as stream:
-        np.savez(stream, charge=charge)
+        np.savez(stream, potential=potential)
     Path(inputs["best"]).write_text('{"combinations": 3}')
     required_dots = [
         ("turned", "recovered", 2),
@@ -671,8 +671,8 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     assert (tmp_path / "view.html").read_text() == "the page"
     assert shown[0][0] == "p"
     (values, field), dots = shown[0][-2:]
-    assert (field.name, field.symbol, field.unit) == ("charge of side chains", "charge", " e")
-    np.testing.assert_array_equal(field.values, charge)
+    assert (field.name, field.symbol, field.unit) == ("electrostatic potential", "potential", " kT/e")
+    np.testing.assert_array_equal(field.values, potential)
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
     (orders,) = [given for given in shown[0] if isinstance(given, dict) and "farthest" in given]

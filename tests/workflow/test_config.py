@@ -181,7 +181,7 @@ def test_the_default_config_lists_all_samplers():
         ("tables.max_n_S_percent", 120, ["tables.max_n_S_percent is 120", "100 or less"]),
         ("surface.method", "msms", ["surface.method is 'msms'", "analytic, dms"]),
         ("patches", 7, ["patches is 7", "must be a mapping"]),
-        ("fields", ["colour"], ["fields.0 is 'colour'", "did you mean 'volume'?"]),
+        ("fields", ["colour"], ["fields.0 is 'colour'", "must be one of hydropathy, potential, bfactor"]),
         (
             "proteins.tdp43.residues",
             "209-",
@@ -229,8 +229,8 @@ def test_the_default_config_lists_all_samplers():
         ("draws", 3, ["unknown key 'draws' in the config; it belongs to evaluation or ensemble."]),
         ("pairs", {"q": {"complex": "x.pdb"}}, ["pairs.q needs exactly one of 'proteins', 'files' and"]),
         ("fields", ["hydropaty"], ["fields.0 is 'hydropaty'", "did you mean 'hydropathy'?"]),
-        ("fields", ["charge", "charge"], ["fields holds a value twice"]),
-        ("fields", "charge", ["fields is 'charge', but must be a list, as [charge]"]),
+        ("fields", ["potential", "potential"], ["fields holds a value twice"]),
+        ("fields", "potential", ["fields is 'potential', but must be a list, as [potential]"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
         (
             "proteins.tdp43.pdbfile",
@@ -281,16 +281,19 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
     plain = DEFAULT["proteins"]["tdp43"]
     taken = {"a": plain | {"table": str(tmp_path / "taken.csv")}}
     entries = {name: plain | {"table": str(tmp_path / f"{name}.csv")} for name in "ab"} | {"c": plain}
-    assert check_config({"proteins": entries, "fields": ["score", "charge"]})["fields"] == ["score", "charge"]
+    assert check_config({"proteins": entries, "fields": ["score", "potential"]})["fields"] == [
+        "score",
+        "potential",
+    ]
     for config, said in (
         ({"proteins": entries, "fields": ["other"]}, "fields.0 is 'other', but must be one of hydropathy"),
-        ({"proteins": {"c": plain}, "fields": ["charge", "score"]}, "fields.1 is 'score'"),
+        ({"proteins": {"c": plain}, "fields": ["potential", "score"]}, "fields.1 is 'score'"),
         ({"proteins": taken, "fields": ["points"]}, "fields.0 is 'points', but must be one of hydropathy"),
         ({"proteins": entries, "fields": ["score"], "seed": -1}, "seed is -1, but must be 0 or more"),
         ({"proteins": {"a": {"surface": "x.dms", "table": "t.csv"}}}, "remove `table`: it applies to"),
         ({"proteins": {"a": plain | {"table": "no.csv"}}}, "proteins.a.table: there is no file 'no.csv'"),
         (
-            {"proteins": {"a": entries["a"]}, "fields": ["charge"]},
+            {"proteins": {"a": entries["a"]}, "fields": ["potential"]},
             "table: `fields` names none of its columns",
         ),
         ({"proteins": {"a": plain | {"table": 3}}, "fields": ["score"]}, "proteins.a.table is 3"),

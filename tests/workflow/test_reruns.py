@@ -41,7 +41,7 @@ KEYS = {
         COMPUTE - {"select_minimal_subset"} | {"tabulate_best", "compare_samplers"},
     ),
     "fields": (
-        ["charge", "score"],
+        ["potential", "score"],
         {"select_minimal_subset", "tabulate_residues", "draw_view"},
         COMPUTE - {"select_minimal_subset"},
     ),

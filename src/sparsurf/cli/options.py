@@ -91,7 +91,7 @@ def add_fields(parser: argparse.ArgumentParser) -> None:
     fields.add_argument(
         "--fields",
         metavar="NAMES",
-        help="hydropathy, potential, bfactor, volume, aromaticity, charge, or columns of --table; with commas between",
+        help="hydropathy, potential, bfactor, or columns of --table; with commas between",
     )
     fields.add_argument(
         "--table", help="CSV with a value for each residue, or atom, in columns residue, chain, atom, NAME"

@@ -30,15 +30,6 @@ HYDROPATHY = {
     "ASP": -3.5, "ASN": -3.5, "LYS": -3.9, "ARG": -4.5,
 }  # fmt: skip
 
-# Volume of a residue inside proteins, Å^3: Zamyatnin, Prog. Biophys. Mol. Biol. 24:107, 1972
-VOLUME = {
-    "ALA": 88.6, "ARG": 173.4, "ASN": 114.1, "ASP": 111.1, "CYS": 108.5, "GLN": 143.8, "GLU": 138.4, "GLY": 60.1,
-    "HIS": 153.2, "ILE": 166.7, "LEU": 166.7, "LYS": 168.6, "MET": 162.9, "MSE": 162.9, "PHE": 189.9, "PRO": 112.7,
-    "SER": 89.0, "THR": 116.1, "TRP": 227.8, "TYR": 193.6, "VAL": 140.0,
-}  # fmt: skip
-RINGS = {"PHE": 1.0, "TYR": 1.0, "TRP": 1.0, "HIS": 0.6}  # aromatic residues; histidine's ring is polar
-CHARGES = {"LYS": 1.0, "ARG": 1.0, "ASP": -1.0, "GLU": -1.0}  # of side chains at pH 7
-
 
 class Field(NamedTuple):
     """A field.
@@ -69,28 +60,10 @@ def field(label: str, unit: str) -> Callable[[Callable[..., np.ndarray]], Callab
 @field("hydropathy", "Kyte-Doolittle")
 def hydropathy(molecule: Molecule, points: np.ndarray) -> np.ndarray:
     """Average Kyte and Doolittle's hydropathy of nearby amino acids, 4.5 (hydrophobic) to -4.5."""
-    return _mean_of_residues(HYDROPATHY, molecule, points)
+    return mean_of_residues(HYDROPATHY, molecule, points)
 
 
-@field("residue volume", "Å^3")
-def volume(molecule: Molecule, points: np.ndarray) -> np.ndarray:
-    """Average the volume of nearby amino acids."""
-    return _mean_of_residues(VOLUME, molecule, points)
-
-
-@field("aromaticity", "share")
-def aromaticity(molecule: Molecule, points: np.ndarray) -> np.ndarray:
-    """Compute the share of aromatic residues nearby."""
-    return _mean_of_residues(dict.fromkeys(VOLUME, 0.0) | RINGS, molecule, points)
-
-
-@field("charge of side chains", "e")
-def charge(molecule: Molecule, points: np.ndarray) -> np.ndarray:
-    """Average the charge of nearby side chains: less detailed than the potential, less sensitive to moving atoms."""
-    return _mean_of_residues(dict.fromkeys(VOLUME, 0.0) | CHARGES, molecule, points)
-
-
-def _mean_of_residues(scale: dict[str, float], molecule: Molecule, points: np.ndarray) -> np.ndarray:
+def mean_of_residues(scale: dict[str, float], molecule: Molecule, points: np.ndarray) -> np.ndarray:
     """Turn a scale of residues into a smooth field; residues that are not in the scale do not count."""
     names, inverse = np.unique(molecule.residue_name, return_inverse=True)
     of_name = np.array([scale.get(standard_name(str(name)), np.nan) for name in names])

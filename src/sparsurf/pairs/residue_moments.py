@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.dot_fields.registry import compute_fields, mean_of_residues
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
@@ -25,6 +25,14 @@ from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.surface import Surface
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
+# Volume of a residue inside proteins, Å^3: Zamyatnin, Prog. Biophys. Mol. Biol. 24:107, 1972
+VOLUME = {
+    "ALA": 88.6, "ARG": 173.4, "ASN": 114.1, "ASP": 111.1, "CYS": 108.5, "GLN": 143.8, "GLU": 138.4, "GLY": 60.1,
+    "HIS": 153.2, "ILE": 166.7, "LEU": 166.7, "LYS": 168.6, "MET": 162.9, "MSE": 162.9, "PHE": 189.9, "PRO": 112.7,
+    "SER": 89.0, "THR": 116.1, "TRP": 227.8, "TYR": 193.6, "VAL": 140.0,
+}  # fmt: skip
+RINGS = {"PHE": 1.0, "TYR": 1.0, "TRP": 1.0, "HIS": 0.6}  # aromatic residues; histidine's ring is polar
+CHARGES = {"LYS": 1.0, "ARG": 1.0, "ASP": -1.0, "GLU": -1.0}  # of side chains at pH 7
 CHANNELS = ("shape", *FIELDS)
 PERCENT = 10  # of the dots are described
 RADIUS = 10.0  # Å, of the patches
@@ -65,7 +73,7 @@ def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int
     InputError : no patch has MIN_DOTS_IN_PATCH dots
     """
     kept = _farthest_subset(dots)
-    table = compute_fields(FIELDS, molecule, kept.points)
+    table = _fields(molecule, kept.points)
     # The moment of n = 0 is the mean of a field, without its sign. With this offset, the mean is positive
     lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
     moments, described = _moments(kept, (table + lift).to_numpy().T, name, threads)
@@ -77,6 +85,15 @@ def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int
         _means(table.to_numpy(), residue, n),
         np.bincount(residue, minlength=n),
     )
+
+
+def _fields(molecule: Molecule, points: np.ndarray) -> pd.DataFrame:
+    """Return FIELDS at dots (N, F): those that users know, and scales of residues (Å^3, share, e)."""
+    table = compute_fields(["hydropathy", "potential"], molecule, points)
+    none = dict.fromkeys(VOLUME, 0.0)
+    for name, scale in (("volume", VOLUME), ("aromaticity", none | RINGS), ("charge", none | CHARGES)):
+        table[name] = mean_of_residues(scale, molecule, points)
+    return table[[*FIELDS]]
 
 
 def _farthest_subset(dots: Surface) -> Surface:

@@ -11,7 +11,7 @@ Sampler = Literal[
 ]
 Roughness = Literal["published"]
 Descriptor = Literal["published", "rotation_robust"]
-Field = Literal["hydropathy", "volume", "aromaticity", "charge", "potential", "bfactor"]
+Field = Literal["hydropathy", "potential", "bfactor"]
 Reading = Literal["as_coded", "as_written", "recovered"]
 Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
 
