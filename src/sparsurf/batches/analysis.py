@@ -48,22 +48,7 @@ class Structure:
 
 
 def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[str, pd.DataFrame]:
-    """Place dots on a structure, select its minimal subset and tabulate its residues.
-
-    Parameters
-    ----------
-    structure : Structure
-    config : dict, the keys surface, patches, sampling, evaluation, minimal, fields and seed of the config
-
-    Returns
-    -------
-    dict of DataFrame: 'surfaces', a row; 'residues', a row for each; 'dots', those of the minimal subset, ascending
-
-    Raises
-    ------
-    InputError
-        One sentence on what is wrong with the structure.
-    """
+    """Place dots on a structure, select its minimal subset and tabulate its residues: the tables of a batch, by name."""
     name, patches, d_link = structure.name, config["patches"], config["patches"]["D_link"]
     settings = config["surface"]
     molecule = read_molecule(structure.path, **structure.options)
@@ -122,15 +107,8 @@ def analyse_batch(
 ) -> dict[str, pd.DataFrame]:
     """Analyse the structures of a batch; one that fails becomes a row of 'failures' and stops no other.
 
-    Parameters
-    ----------
-    structures : list of Structure
-    config : as for `analyse_structure`
-    report : callback with the numbers of finished and of all structures
-
-    Returns
-    -------
-    dict of DataFrame, by the names of `assignment.TABLES`
+    `report` is called with the numbers of finished and of all structures. Returns tables by the names of
+    `assignment.tables_of`.
     """
     tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
     for done, structure in enumerate(structures, 1):

@@ -23,20 +23,12 @@ def size_as_pdb(path: str | os.PathLike[str]) -> float:
 
 
 def assign_batches(sizes: Mapping[str, float], batch: str | int = "auto") -> dict[str, list[str]]:
-    """Assign structures to batches by a hash of their names.
+    """Assign structures to batches by a hash of their names: sorted names by the name of the batch, '0001', ...
 
-    A structure that is added, removed or replaced changes its own batch only, unless the number of batches changes. For
-    `auto` that is a power of two, so it rarely does.
+    A structure that is added, removed or replaced changes its own batch only, unless the number of batches changes. For `auto`
+    that is a power of two, so it rarely does.
 
-    Parameters
-    ----------
-    sizes : dict, size of each structure in bytes by name
-    batch : 'auto' or int
-        Mean number of structures in a batch; 'auto' for about `BATCH_BYTES` of structures.
-
-    Returns
-    -------
-    dict, sorted names of the structures by the name of the batch, '0001', ...; batches without structures are left out
+    `sizes` are in bytes; `batch` is the mean number of structures in a batch, or 'auto' for about `BATCH_BYTES` of structures.
     """
     if batch == "auto":
         needed = sum(sizes.values()) / BATCH_BYTES

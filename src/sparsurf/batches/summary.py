@@ -34,19 +34,10 @@ def measures(surfaces: pd.DataFrame) -> pd.DataFrame:
 
 
 def most_unusual(surfaces: pd.DataFrame, n: int) -> pd.DataFrame:
-    """Find the surfaces that lie farthest from the median of the run in any of `MEASURES`.
+    """Find the n surfaces that lie farthest from the median of the run in any of `MEASURES`, the farthest first; ties by name.
 
-    Parameters
-    ----------
-    surfaces : DataFrame, the table of the run
-    n : int
-        Largest number of surfaces.
-
-    Returns
-    -------
-    DataFrame: the rows of `surfaces` with the columns of `measures`, `deviation`, the distance from the median in robust
-    standard deviations (1.4826 times the median absolute deviation; of the number of atoms, of its logarithm), and
-    `unusual`, the measure in which it is largest. Farthest first; ties by name.
+    `deviation` is the distance from the median in robust standard deviations (1.4826 times the median absolute deviation; of
+    the number of atoms, of its logarithm), and `unusual` the measure in which it is largest.
     """
     values = measures(surfaces)
     table = surfaces.join(values.drop(columns=["atoms", "mean_roughness"]))
@@ -65,13 +56,7 @@ def most_unusual(surfaces: pd.DataFrame, n: int) -> pd.DataFrame:
 def grouped_reasons(failures: pd.DataFrame) -> list[tuple[str, list[str]]]:
     """Group failures whose reasons differ only in names of files and in numbers.
 
-    Parameters
-    ----------
-    failures : DataFrame with protein and reason
-
-    Returns
-    -------
-    list of (reason of the first, names of all), the largest group first
+    Returns the reason of the first and the names of all, the largest group first.
     """
     groups: dict[str, tuple[str, list[str]]] = {}
     for name, reason in failures[["protein", "reason"]].itertuples(index=False):

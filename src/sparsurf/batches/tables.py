@@ -91,13 +91,7 @@ def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
 def pack_dots(points: np.ndarray, normals: np.ndarray) -> pd.DataFrame:
     """Round places and normals to integers, which take a third of the bytes; `unpack_dots` gives them back.
 
-    Parameters
-    ----------
-    points, normals : (N, 3) float, Å and unit vectors
-
-    Returns
-    -------
-    DataFrame: x32, y32, z32 (1/32 Å); polar and azimuth (°), the angles of the normal to z, and around z from x
+    x32, y32 and z32 are in 1/32 Å; polar and azimuth are the angles of the normal to z, and around z from x, in °.
     """
     table = pd.DataFrame(np.rint(points * STEPS_PER_ANGSTROM).astype(np.int32), columns=["x32", "y32", "z32"])
     polar = np.degrees(np.arccos(np.clip(normals[:, 2], -1, 1)))
@@ -116,13 +110,7 @@ def unpack_dots(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def import_pyarrow() -> Any:
-    """Return pyarrow with its module `parquet`.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
+    """Return pyarrow with its module `parquet`, or say that it is not installed."""
     try:
         importlib.import_module("pyarrow.parquet")
         return importlib.import_module("pyarrow")
@@ -135,12 +123,8 @@ def import_pyarrow() -> Any:
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
     """Write the rows of one batch, rounded to `STEPS`; a table without rows has all columns, too.
 
-    Parameters
-    ----------
-    path : file to write
-    table : one of `assignment.TABLES`
-    rows : DataFrame with the columns of `columns_of`
-    fields : list of str, the fields of the config
+    `table` is one of `assignment.TABLES`, and `fields` are those of the config. Settings are stored in the file as JSON; a row
+    group then holds one protein, so that it can be read alone.
     """
     pyarrow = import_pyarrow()
     columns = columns_of(table, fields)
@@ -163,19 +147,7 @@ def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequ
 
 
 def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.DataFrame:
-    """Read a table of a run, of all batches or of one protein.
-
-    Parameters
-    ----------
-    run : folder of the results, results/<run>
-    table : one of `assignment.TABLES`
-    protein : name, optional
-
-    Raises
-    ------
-    InputError
-        pyarrow is not installed, or the folder holds no such table.
-    """
+    """Read one of `assignment.TABLES` of a run (results/<run>), of all batches or of one protein."""
     import_pyarrow()
     folder = Path(run, table)
     if not any(folder.glob("*.parquet")):
@@ -189,13 +161,7 @@ def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.
 
 
 def locate_structure(run: str | Path, path: str) -> Path:
-    """Find the file of a structure of a study; its path starts at the folder of the study or at the current one.
-
-    Raises
-    ------
-    InputError
-        It does not exist any more.
-    """
+    """Find the file of a structure of a study; its path starts at the folder of the study or at the current one."""
     candidates = [Path(path), Path(run).resolve().parents[1] / path]
     file = next((file for file in candidates if file.is_file()), None)
     if file is None:
