@@ -122,13 +122,7 @@ def read_finished_rows(path: Path | str, mark: str) -> tuple[str, list[str]]:
 def frame_row(
     molecule: Molecule, position: int, atom_radii: np.ndarray, settings: Mapping[str, Any], name: str
 ) -> dict[str, Any]:
-    """Evaluate one frame and return its row.
-
-    Raises
-    ------
-    InputError
-        As `surface_of_frame` and `refuse_sparse`; the message names the frame.
-    """
+    """Evaluate one frame and return its row; an error names the frame."""
     number, ensemble = int(molecule.frame_number[position]), settings["ensemble"]
     where = f"{name}, frame {number}"
     try:
@@ -167,19 +161,7 @@ def frame_row(
 
 
 def split_residue_columns(table: pd.DataFrame, residues: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Split the rows of `evaluate_frames` into two tables.
-
-    Parameters
-    ----------
-    table : DataFrame
-        See `evaluate_frames`.
-    residues : DataFrame with chain, residue, residue_name
-        See `Molecule.residues`.
-
-    Returns
-    -------
-    The table without the columns of residues, and a table with frame, time_ps and a column for each residue.
-    """
+    """Split the rows of `evaluate_frames` into a table without residues, and one with frame, time_ps and the residues."""
     columns = [name for name in table.columns if name.startswith(RESIDUE_PREFIX)]
     labels = residues["chain"] + ":" + residues["residue_name"] + residues["residue"]
     over_time = table[["frame", "time_ps", *columns]].set_axis(["frame", "time_ps", *labels], axis=1)

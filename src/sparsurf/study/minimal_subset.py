@@ -67,28 +67,11 @@ def select_minimal_subset(
     floors: Mapping[str, np.ndarray] | None = None,
     molecule: Molecule | None = None,
 ) -> Subset:
-    """Select the requested subset.
+    """Select the subset that `request`, the config's `minimal`, asks for: by floor, n_S, n_S_percent, Z or combination.
 
-    Parameters
-    ----------
-    trials : required_dots.Trials
-        Trials of a `with_shared_streams` PreparedSurface, so that the subset does not depend on the name of the surface.
-    request : dict
-        The config's `minimal`: one of floor, n_S, n_S_percent, Z and combination. The sampler and `relax` are those of
-        `trials`.
-    floors : dict
-        Result of `floors.measure_floors`, if a floor is requested.
-    molecule : Molecule, optional
-        Molecule to whose atoms the dots belong.
-
-    Returns
-    -------
-    Subset
-
-    Raises
-    ------
-    InputError
-        As `find_subset` and `smallest_recovered_subset`.
+    `trials` are those of a `with_shared_streams` PreparedSurface, so that the subset does not depend on the name of the
+    surface; the sampler and `relax` are theirs. `floors` are from `floors.measure_floors`, if a floor is requested. The dots
+    belong to the atoms of `molecule`.
     """
     prepared, interval = trials.prepared, None
     if "floor" in request:
@@ -126,19 +109,7 @@ def _n_s(request: Mapping[str, Any], n_dots: int) -> int | None:
 def subset_table(
     dots: np.ndarray, weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
 ) -> pd.DataFrame:
-    """Return the rows of minimal.csv.
-
-    Parameters
-    ----------
-    dots, weight, kept : as in `Subset`, with its `surface`
-    molecule : Molecule, optional
-        Molecule to whose atoms the dots belong.
-
-    Returns
-    -------
-    DataFrame: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å) of the kept dots around it, reach (in spacings); with a
-    molecule also chain, residue, residue_name, atom_name and atom, its index from 0.
-    """
+    """Return the rows of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
     table["weight"], table["spacing"] = weight, dot_spacing(kept.points, kept.normals)

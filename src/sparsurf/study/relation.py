@@ -25,23 +25,13 @@ SAMPLED_PERMUTATIONS = 1999
 
 
 def relate_to_roughness(rows: pd.DataFrame, rng: np.random.Generator) -> dict[str, Any]:
-    """Test whether the winners of one range depend on the mean roughness.
+    """Test whether the winners of one range depend on the mean roughness; `rows` are of one reading, one per surface, none empty.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        Rows of `summary.summary_table` of one reading, one per surface, none empty.
-    rng : numpy.random.Generator
-        For a sample of the permutations, if there are too many.
-
-    Returns
-    -------
-    dict: n_surfaces; n_proteins, the number of units of every p and interval; n_winners, the number of different winners;
-    `shared`, the combination in most confidence sets of the best, and n_shared, the number of these sets; n_pairs, the number
-    of pairs of surfaces of equal mean roughness, n_changes of which have different winners, and n_distinct winners outside
-    each other's confidence set; Spearman's rho of each parameter with mean roughness and its 95 % interval; p, the
-    probability of such a large |rho| of any parameter if roughness did not matter; gain, the mean of d_from_near - d_from_far,
-    and over_all, that of d_from_near - d_from_all, with their 95 % intervals. NaN where a value cannot be computed.
+    n_proteins is the number of units of every p and interval, and n_winners that of different winners. n_pairs counts pairs of
+    surfaces of equal mean roughness, n_changes those with different winners, and n_distinct those with winners outside each
+    other's confidence set. p is the probability of so large a |rho| (Spearman) of any parameter if roughness did not matter.
+    gain is the mean of d_from_near - d_from_far, over_all that of d_from_near - d_from_all. NaN where a value cannot be
+    computed.
     """
     winners, sets = combination_labels(rows), rows["best_set"].map(split_combinations).tolist()
     occurrences = Counter(text for best_set in sets for text in best_set)

@@ -54,19 +54,7 @@ class Result:
 
 
 def read_result(folder: Path | str, sampled: bool = True) -> Result:
-    """Read one conformation from its folder, <protein>/<conformation>.
-
-    Parameters
-    ----------
-    folder : path
-    sampled : bool
-        Also read the results of the grid.
-
-    Raises
-    ------
-    InputError
-        If a file is missing or damaged.
-    """
+    """Read one conformation from its folder, <protein>/<conformation>, with the results of the grid if it was `sampled`."""
     folder = Path(folder)
 
     def optional_table(name: str) -> pd.DataFrame | None:
@@ -102,20 +90,9 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
 
 
 def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulate the conformations: size, roughness, n_S of the grid, and the best combination by reading.
+    """Tabulate the conformations: the rows of surfaces.csv, without columns of values that were not measured.
 
-    Parameters
-    ----------
-    results : list of Result
-    patches : dict
-        The config's `patches`, with which the mean roughness was computed.
-
-    Returns
-    -------
-    DataFrame with area in Å^2 (NaN for a ready surface without areas), the columns of `components.summarize_components` (not
-    for ready surfaces), spacing (median distance between neighbouring dots, in Å), minimal_n_S (dots of the minimal subset),
-    the best combinations (highest d at the largest alpha), and required_percent_<floor>_<reading> (n_S in % that reaches a
-    noise floor). Columns of values that were not measured are missing.
+    `patches` is the section of the config with which the mean roughness was computed.
     """
     rows = []
     for result in results:
@@ -167,16 +144,12 @@ def evaluated_readings(result: Result) -> list[str]:
 
 
 def summary_table(results: Sequence[Result]) -> pd.DataFrame:
-    """Combine ranges.csv of all conformations, with the choices of other surfaces.
+    """Combine ranges.csv of all conformations, with the choices of other surfaces: the rows of summary.csv.
 
-    Returns
-    -------
-    DataFrame, one row per conformation, reading and range of n_S: protein, conformation, mean_roughness, reading, range
-    (from 1), the columns of `tables.ranges_table`; `local`, the combination (of this range) with the highest mean d on this
-    surface and those nearest in mean roughness, `N_NEAREST` in all; and `GUESSES`: d that this surface gets from the
-    combination with the highest mean d on the `N_NEAREST` other surfaces nearest in mean roughness, on as many farthest, and
-    on all others. Others are surfaces of other proteins, if there are any. They do not include this surface, so there is no
-    selection bias. NaN if there are too few.
+    `local` is the combination (of this range) with the highest mean d on this surface and those nearest in mean roughness,
+    `N_NEAREST` in all. `GUESSES` are d that this surface gets from the combination with the highest mean d on the `N_NEAREST`
+    other surfaces nearest in mean roughness, on as many farthest, and on all others. Others are surfaces of other proteins, if
+    there are any. They do not include this surface, so there is no selection bias. NaN if there are too few.
     """
     chosen = {reading: chosen_nearby(results, reading) for reading in evaluated_readings(results[0])}
     tables = []
@@ -226,13 +199,7 @@ def nearest_first(results: Sequence[Result], s: int) -> np.ndarray:
 
 
 def stack_column(results: Sequence[Result], column: str) -> np.ndarray:
-    """Stack one column of all grids, (S, K) float64.
-
-    Raises
-    ------
-    InputError
-        If the grids differ in combinations or readings.
-    """
+    """Stack one column of all grids, (S, K); refuses grids that differ in combinations or readings."""
     first = _grid(results[0])[PARAMETERS].to_numpy()
     for result in results:
         grid = _grid(result)
@@ -247,21 +214,7 @@ def stack_column(results: Sequence[Result], column: str) -> np.ndarray:
 def relation_table(
     results: Sequence[Result], summary: pd.DataFrame, rng: np.random.Generator
 ) -> pd.DataFrame:
-    """Find, per reading and range, the best combination on average, and whether the winners follow mean roughness.
-
-    Parameters
-    ----------
-    results : list of Result
-    summary : DataFrame
-        See `summary_table`.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    DataFrame: reading, range, limits and n_S (means over the surfaces), the combination with the highest mean d
-    over all surfaces, that d and its standard deviation over the surfaces, the mean of `d_from_all`, and the
-    columns of `relation.relate_to_roughness`.
-    """
+    """Find, per reading and range, the best combination on average, and whether the winners follow mean roughness."""
     percent = stack_column(results, "n_S_percent").mean(axis=0)
     rows = []
     for reading, part in summary.groupby("reading", sort=False):

@@ -24,20 +24,9 @@ if TYPE_CHECKING:
 
 
 def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> pd.DataFrame:
-    """Read a table of a run's results.
+    """Read a table of a run's results, a CSV or CSV.gz, and check its columns against columns.yaml and its number of `rows`.
 
-    Parameters
-    ----------
-    path : CSV, also packed (.gz)
-    rows : int, optional
-        Number of rows that it must have.
-    of : str
-        Name of the rows for the error message.
-
-    Raises
-    ------
-    InputError
-        If it is not a table, is cut short, lacks a column that columns.yaml lists, or has another number of rows.
+    `of` names the rows for the error message.
     """
     try:
         text = read_bytes(path).decode("utf-8")
@@ -57,13 +46,7 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
 
 
 def read_roughness(path: Path | str, surface: Surface) -> np.ndarray:
-    """Read R_i of the dots of a surface, (N,), from roughness.csv.
-
-    Raises
-    ------
-    InputError
-        If the number of rows is not N, or a value is not between 0 and 1.
-    """
+    """Read R_i of the dots of a surface, (N,), from roughness.csv, each between 0 and 1."""
     table = read_table(path, len(surface), "dots")
     values = pd.to_numeric(table.get("roughness", pd.Series(["none"])), errors="coerce").to_numpy(float)
     if not ((values >= 0) & (values <= 1)).all():
@@ -78,13 +61,7 @@ def read_residues(path: Path | str) -> pd.DataFrame:
 
 
 def read_minimal(path: Path | str, surface: Surface) -> pd.DataFrame:
-    """Read minimal.csv.
-
-    Raises
-    ------
-    InputError
-        If the weights do not add up to the number of dots of the surface.
-    """
+    """Read minimal.csv, whose weights add up to the number of dots of the surface."""
     table = read_table(path)
     if "weight" not in table or table["weight"].sum() != len(surface):
         raise InputError(
@@ -99,18 +76,7 @@ def number_of_combinations(ranges: pd.DataFrame) -> int:
 
 
 def grid_table(grid: Grid) -> pd.DataFrame:
-    """Summarise a grid in a table with one row per combination.
-
-    Parameters
-    ----------
-    grid : grid.Grid
-
-    Returns
-    -------
-    DataFrame: alpha, beta, gamma, delta; n_S (mean of the draws), n_S_percent, n_S_expected (closed form);
-    then for each reading Z_tS, Z_tR and d with standard errors and 95 % intervals, and the median number of dots in
-    the evaluated patches of the sampled and of the uniform subset.
-    """
+    """Summarise a grid: the rows of grid.csv, one per combination."""
     table = pd.DataFrame(grid.combinations, columns=PARAMETERS)
     table["n_S"] = grid.n_s.mean(axis=1)
     table["n_S_percent"] = 100 * table["n_S"] / grid.n_dots
@@ -137,23 +103,10 @@ def ranges_table(
 ) -> pd.DataFrame:
     """Choose the combination with the highest d in each range of n_S, under each reading (paper, Table I).
 
-    Parameters
-    ----------
-    table : DataFrame
-        See `grid_table`.
-    grid : grid.Grid
-        The raw distances of the same combinations.
-    n_ranges : int
-    floors : dict, optional
-        floor -> Z.
-
-    Returns
-    -------
-    DataFrame, one row per reading and range: limits, number of combinations, the winner with its n_S, `d_cv` with
-    its 95 % interval (`statistics.cross_validated`: d on test dots and draws that were not used for the selection), d and
-    its interval (too high, as d is the criterion of the selection), Z_tS, Z_tR, median_patch_size, and `best_set`, the
-    combinations that contain the truly best one with 95 % confidence. The rows share their test dots. A range without
-    combinations has NaN. Every row ends with the reference values.
+    Returns the rows of ranges.csv; `table` is the `grid_table` of the grid. `d_cv` is measured on test dots and draws that
+    were not used for the selection (`statistics.cross_validated`); d is too high, as it is the criterion of the selection.
+    `best_set` are the combinations that contain the truly best one with 95 % confidence. The rows share their test dots. A
+    range without combinations has NaN.
     """
     percent = table["n_S_percent"].to_numpy()
     limits = range_limits(percent, n_ranges)
@@ -214,18 +167,10 @@ def best_combinations(
     max_n_s_percent: float,
     floors: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
-    """Choose the best combinations of a surface, and return them with the reference values.
+    """Choose the best combinations of a surface, and return them with the reference values: the content of best.json.
 
-    Parameters
-    ----------
-    table, grid, floors : as for `ranges_table`
-    max_n_s_percent : float, % of the dots
-
-    Returns
-    -------
-    dict: N, combinations (their number), draws (of each), max_n_S_percent, `references` (see `statistics.reference_values`)
-    and per reading `unrestricted` (highest d at the largest alpha; the paper fixes alpha = 1) and `under_max_n_S` (highest d
-    with n_S at most `max_n_s_percent` % of the dots; `answer` explains if there is none).
+    Per reading, `unrestricted` has the highest d at the largest alpha (the paper fixes alpha = 1), and `under_max_n_S` that
+    with n_S at most `max_n_s_percent` % of the dots; `answer` explains if there is none.
     """
     alpha = table["alpha"].max()
     few = table["n_S_percent"].to_numpy() <= max_n_s_percent
