@@ -56,18 +56,8 @@ SHIFT_TO_REFUSE = 1.0  # Å; they are of another structure
 def table_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     """Look up the charges of a molecule's first frame in the built-in table.
 
-    Residues that the table does not have are neutral, with a warning.
-
-    Parameters
-    ----------
-    molecule : Molecule
-        With or without hydrogens.
-
-    Returns
-    -------
-    positions : (Q, 3) float64, Å
-        Heavy atoms and polar hydrogens.
-    charges : (Q,) float64, elementary charges
+    Residues that the table does not have are neutral, with a warning. Returns positions of heavy atoms and polar hydrogens,
+    (Q, 3) Å, and their charges, (Q,) e.
     """
     xyz, heavy = molecule.xyz[0], molecule.heavy
     rows = _table_rows(molecule, heavy)
@@ -201,23 +191,9 @@ def _build_hydrogens(
 def pqr_charges(
     path: str | os.PathLike[str], molecule: Molecule | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Read the charges of a PQR file, whose last two columns are charge and radius.
+    """Read the charges of a PQR file, whose last two columns are charge and radius: positions, (Q, 3) Å, and charges, (Q,) e.
 
-    Parameters
-    ----------
-    path : str or Path
-    molecule : Molecule, optional
-        Its heavy atoms must lie at atoms of the file.
-
-    Returns
-    -------
-    positions : (Q, 3) float64, Å
-    charges : (Q,) float64, elementary charges
-
-    Raises
-    ------
-    InputError
-        No atoms, a line without five numbers or with an impossible one, or atoms that are not the molecule's.
+    Heavy atoms of the molecule must lie at atoms of the file.
     """
     rows = []
     for number, line in enumerate(read_text(path).split("\n"), 1):
@@ -259,22 +235,9 @@ def _check_positions(positions: np.ndarray, molecule: Molecule, path: str | os.P
 
 
 def pdb2pqr_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Compute charges with the program pdb2pqr, which adds and optimises hydrogens and uses PARSE.
+    """Compute charges of a molecule's first frame with the program pdb2pqr, which adds and optimises hydrogens and uses PARSE.
 
-    Parameters
-    ----------
-    molecule : Molecule
-        Its first frame.
-
-    Returns
-    -------
-    positions : (Q, 3) float64, Å
-    charges : (Q,) float64, elementary charges
-
-    Raises
-    ------
-    InputError
-        pdb2pqr is not on the PATH, or fails.
+    Returns positions, (Q, 3) Å, and charges, (Q,) e.
     """
     program = shutil.which("pdb2pqr")
     if program is None:

@@ -25,25 +25,9 @@ KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row;
 
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
-    """Read the values of a column for the atoms of a molecule.
+    """Read the values of a column for the atoms of a molecule, (A,); NaN for atoms without a row.
 
-    Parameters
-    ----------
-    path : str or Path
-        CSV with `residue` (number with insertion code) and, where these matter, `chain` and `atom` (its name).
-    name : str
-        The column.
-    molecule : Molecule
-
-    Returns
-    -------
-    (A,) float64
-        NaN for atoms without a row.
-
-    Raises
-    ------
-    InputError
-        No such column, a value that is not a number, or no row that fits the molecule.
+    The CSV has `residue` (number with insertion code) and, where these matter, `chain` and `atom` (its name).
     """
     table = _read_cells(path)
     if name not in table.columns or name in KEYS:

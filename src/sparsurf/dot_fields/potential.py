@@ -27,20 +27,7 @@ TABLE_STEP = 0.02  # Å, of the table of the sum's terms
 
 
 def potential_of_charges(positions: np.ndarray, charges: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Compute the potential at dots.
-
-    Parameters
-    ----------
-    positions : (Q, 3) float64, Å
-        Positions of the charges.
-    charges : (Q,) float64, elementary charges
-    points : (N, 3) float64, Å
-        Dots.
-
-    Returns
-    -------
-    (N,) float64, kT/e at 298 K and 0.15 M salt
-    """
+    """Compute the potential at dots, (N,) kT/e at 298 K and 0.15 M salt, from charges in e; positions are in Å."""
     table = potential_of_unit_charge(np.arange(0, CUTOFF + 2 * TABLE_STEP, TABLE_STEP))
     return _sum_terms(
         np.ascontiguousarray(positions, np.float64),

@@ -99,30 +99,11 @@ def compute_fields(
     charges: str | os.PathLike[str] = "table",
     table: str | os.PathLike[str] | None = None,
 ) -> pd.DataFrame:
-    """Compute fields at dots.
+    """Compute fields of a molecule's first frame at dots (Å), one column per name.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names in `FIELDS`, or columns of `table`.
-    molecule : Molecule
-        Its first frame.
-    points : (N, 3) float64, Å
-        Dots.
-    charges : str or Path
-        See `potential`.
-    table : str or Path, optional
-        CSV with a value for each residue or atom, see `columns.column_of_atoms`.
-
-    Returns
-    -------
-    DataFrame
-        (N, F), one column per name.
-
-    Raises
-    ------
-    InputError
-        A name that neither `FIELDS` nor the table has, or both; a field without a value at any dot.
+    Names are those in `FIELDS`, or columns of `table`, a CSV with a value for each residue or atom
+    (`columns.column_of_atoms`). For `charges` see `potential`. Refused are a name that neither has, or both, and a field
+    without a value at any dot.
     """
     if not isinstance(charges, str | os.PathLike):
         raise InputError(

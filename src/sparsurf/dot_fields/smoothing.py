@@ -14,23 +14,9 @@ CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
 def gaussian_mean(
     values: np.ndarray, xyz: np.ndarray, points: np.ndarray, sigma: float = SIGMA
 ) -> np.ndarray:
-    """Average values of atoms with a Gaussian around each dot.
+    """Average values of atoms, (A,), with a Gaussian of width `sigma` Å around each dot, (N,).
 
-    Parameters
-    ----------
-    values : (A,) float64
-        NaN where an atom has no value.
-    xyz : (A, 3) float64, Å
-        Coordinates of the atoms.
-    points : (N, 3) float64, Å
-        Dots.
-    sigma : float, Å
-        Width of the Gaussian.
-
-    Returns
-    -------
-    (N,) float64 in the unit of the values
-        NaN where no atom with a value lies within four sigmas.
+    An atom without a value has NaN, and so has a dot with none within four sigmas.
     """
     known = np.isfinite(values)
     out = np.full(len(points), np.nan)
