@@ -108,7 +108,7 @@ def analyse_batch(
     """Analyse the structures of a batch; one that fails becomes a row of 'failures' and stops no other.
 
     `report` is called with the numbers of finished and of all structures. Returns tables by the names of
-    `assignment.tables_of`.
+    `assignment.TABLES`.
     """
     tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
     for done, structure in enumerate(structures, 1):
