@@ -53,18 +53,7 @@ def noise(
 ) -> np.ndarray:
     """Compute the distances of a form's residues from the same residues with fresh dots, or with displaced atoms.
 
-    Parameters
-    ----------
-    form : Form
-    residues : Residues of the form
-    rng : numpy.random.Generator
-    moved : float, rms displacement of the atoms, Å
-    draws : int
-    threads : int
-
-    Returns
-    -------
-    (draws, R, C + 1) float64, see `distances`
+    `moved` is the rms displacement of the atoms in Å; returns (draws, R, C + 1), see `distances`.
     """
     drawn, centre = [], form.molecule.xyz[0].mean(axis=0)
     for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
@@ -80,19 +69,10 @@ def noise(
 
 
 def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
-    """Estimate the distance of each residue that a `share` of its draws exceeds.
+    """Estimate the distance of each residue that a `share` of its draws exceeds, (R, C + 1).
 
-    A residue has too few draws for a quantile. The root mean square of its draws is therefore multiplied by a common factor,
-    the quantile over all residues of the ratio of one draw to the others.
-
-    Parameters
-    ----------
-    drawn : (draws, R, C + 1) float64, see `noise`
-    share : float
-
-    Returns
-    -------
-    (R, C + 1) float64
+    A residue has too few draws for a quantile. The root mean square of its draws (see `noise`) is therefore multiplied by a
+    common factor, the quantile over all residues of the ratio of one draw to the others.
     """
     known = ~np.isnan(drawn)
     if not known.any():
@@ -106,21 +86,7 @@ def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
 
 
 def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 1) -> pd.DataFrame:
-    """Compare two forms.
-
-    Parameters
-    ----------
-    first, second : Form, the second with the residue numbers of the first, see `numbered_alike`
-    rng : numpy.random.Generator
-    threads : int
-
-    Returns
-    -------
-    DataFrame, one row per common residue: LABELS, residue_name_second; places_first, places_second; `total` and CHANNELS, the
-    distances, NaN if either residue is buried; total_floor and <channel>_floor from fresh dots, total_moved from displaced
-    atoms; `above` and `above_moved`, 1 if the total exceeds the floor; <field>_difference, second minus first, in the field's
-    unit
-    """
+    """Compare two forms, numbered alike (`numbered_alike`), by common residue: the rows of changes.csv."""
     forms = first, second
     described = [describe_residues(form.surface, form.molecule, form.name, threads) for form in forms]
     rows = common_residues(first, second)
@@ -155,12 +121,7 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
 
 
 def unmatched_residues(first: Form, second: Form) -> tuple[str, str]:
-    """Name the residues of each form that the other lacks, as ranges such as 'A:1-5,90'; empty if there are none.
-
-    Parameters
-    ----------
-    first, second : Form
-    """
+    """Name the residues of each form that the other lacks, as ranges such as 'A:1-5,90'; empty if there are none."""
     tables = [form.molecule.residues for form in (first, second)]
     absent = [np.ones(len(table), bool) for table in tables]
     for mask, rows in zip(absent, common_residues(first, second), strict=True):
@@ -169,13 +130,7 @@ def unmatched_residues(first: Form, second: Form) -> tuple[str, str]:
 
 
 def residue_ranges(residues: pd.DataFrame, selected: np.ndarray) -> str:
-    """Write the selected residues as ranges of the key `residues`, such as 'A:1-5,90,B:7'.
-
-    Parameters
-    ----------
-    residues : DataFrame of LABELS, see `Molecule.residues`
-    selected : (R,) bool
-    """
+    """Write the selected residues as ranges of the key `residues`, such as 'A:1-5,90,B:7'."""
     parts, chain = [], None
     new_run = np.diff(selected, prepend=False) | (residues["chain"] != residues["chain"].shift()).to_numpy()
     for _, run in residues[selected].groupby(np.cumsum(new_run)[selected]):
@@ -187,20 +142,7 @@ def residue_ranges(residues: pd.DataFrame, selected: np.ndarray) -> str:
 
 
 def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
-    """Find the residues that two forms share by chain and number.
-
-    Parameters
-    ----------
-    first, second : Form
-
-    Returns
-    -------
-    two (R,) int, rows of the residues of each form
-
-    Raises
-    ------
-    InputError : fewer than MIN_COMMON_RESIDUES
-    """
+    """Find the residues that two forms share by chain and number, at least `MIN_COMMON_RESIDUES`: two (R,) rows of each form."""
     row_of = [
         {row: k for k, row in enumerate(zip(table["chain"], table["residue"], strict=True))}
         for table in (first.molecule.residues, second.molecule.residues)
@@ -215,16 +157,7 @@ def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
 
 
 def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
-    """Rename the chain of a molecule to that of the reference if both have a single chain.
-
-    Parameters
-    ----------
-    molecule, reference : Molecule
-
-    Returns
-    -------
-    Molecule
-    """
+    """Rename the chain of a molecule to that of the reference if both have a single chain."""
     chains = [np.unique(one.chain) for one in (molecule, reference)]
     if len(chains[0]) == len(chains[1]) == 1:
         return replace(molecule, chain=np.full_like(reference.chain, chains[1][0], shape=len(molecule.chain)))
@@ -232,14 +165,5 @@ def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
 
 
 def superpose_forms(second: Molecule, first: Molecule) -> Molecule:
-    """Superpose the second form of a protein onto the first by the residues that they share, for pictures.
-
-    Parameters
-    ----------
-    second, first : Molecule
-
-    Returns
-    -------
-    Molecule, of one frame
-    """
+    """Superpose the second form of a protein onto the first by the residues that they share, for pictures."""
     return superpose_onto(second, first, MIN_COMMON_RESIDUES)

@@ -38,26 +38,10 @@ class Nearest(NamedTuple):
 
 
 def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple[Nearest, Nearest]:
-    """Find the k nearest vectors of `b` to each of `a`, and of `a` to each of `b` [1]_.
+    """Find the k nearest vectors of `b` to each of `a`, and of `a` to each of `b` (paper, 'Complementarity evaluation').
 
-    Parameters
-    ----------
-    a, b : (n_A, M) and (n_B, M) float64
-        Descriptors; those of one side 'up' and of the other 'down' for complementarity, both 'up' for similarity.
-    k : int
-    threads : int
-
-    Returns
-    -------
-    Nearest of `a` (n_A rows) and Nearest of `b` (n_B rows). Time grows as n_A n_B M; memory as n_A k + threads n_B k.
-
-    Raises
-    ------
-    InputError : one side has fewer than k vectors
-
-    References
-    ----------
-    .. [1] Paper, 'Complementarity evaluation'; the smallest distance of each dot is the authors' binding propensity.
+    Descriptors of one side are 'up' and of the other 'down' for complementarity, both 'up' for similarity; the smallest
+    distance of each dot is the authors' binding propensity. Time grows as n_A n_B M; memory as n_A k + threads n_B k.
     """
     if not 1 <= k <= min(len(a), len(b)):
         raise InputError(

@@ -55,23 +55,7 @@ class Residues(NamedTuple):
 
 
 def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> Residues:
-    """Describe the residues of a molecule from the dots of its surface.
-
-    Parameters
-    ----------
-    dots : Surface, its `atom` refers to the atoms of the molecule
-    molecule : Molecule
-    name : str
-    threads : int
-
-    Returns
-    -------
-    Residues
-
-    Raises
-    ------
-    InputError : no patch has MIN_DOTS_IN_PATCH dots
-    """
+    """Describe the residues of a molecule from the dots of its surface, whose `atom` refers to its atoms."""
     kept = _farthest_subset(dots)
     table = _fields(molecule, kept.points)
     # The moment of n = 0 is the mean of a field, without its sign. With this offset, the mean is positive
@@ -130,17 +114,9 @@ def _means(rows: np.ndarray, group: np.ndarray, n: int) -> np.ndarray:
 
 
 def distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Compute the distances between the moments of residues.
+    """Compute the distances between the moments of residues, (R, C, K), by channel and of all: (R, C + 1).
 
-    Parameters
-    ----------
-    first, second : (R, C, K) float64
-
-    Returns
-    -------
-    (R, C + 1) float64
-        By channel, and of all channels: the root mean square over the moments, each in units of its standard deviation
-        over the places of many proteins.
+    They are the root mean square over the moments, each in units of its standard deviation over the places of many proteins.
     """
     square = (((first - second) / spread_of_moments()) ** 2).mean(axis=2)
     return np.sqrt(np.column_stack([square, square.mean(axis=1)]))

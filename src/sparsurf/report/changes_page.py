@@ -29,13 +29,8 @@ def changes_page(
 ) -> dict[str, Any]:
     """Collect the values of the page of two forms.
 
-    Parameters
-    ----------
-    name : str
-    forms : two str, the conformations
-    table : DataFrame of changes.csv
-    rare : float, share of the residues of one form above a floor by chance
-    unmatched : two str, residues of each form that the other lacks
+    `rare` is the share of the residues of one form above a floor by chance, and `unmatched` names the residues of each form
+    that the other lacks.
     """
     known = table.dropna(subset=["total"])
     order = over_floor(known).sort_values(ascending=False)

@@ -36,12 +36,7 @@ BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
 def seen_alike(
     forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]],
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Superpose two forms and look at what changes most; points and normals (N, 3) of each, towards the viewer along z.
-
-    Parameters
-    ----------
-    forms : as for `changes_figure`
-    """
+    """Superpose two forms and look at what changes most; points and normals (N, 3) of each, towards the viewer along z."""
     (_, surface, molecule, change), (_, other, moved, _) = forms
     most = change >= np.nanquantile(change, 0.9)
     view = render.oblique(surface.points[most], surface.normals[most], 90)  # from above
@@ -70,15 +65,8 @@ def changes_figure(
 ) -> Figure:
     """Draw two forms in the colours of their change, and the change along the residues.
 
-    Parameters
-    ----------
-    name : str
-    forms : two (title, Surface, Molecule, change over its floor (N,)), NaN if unknown; see `changes_page.over_floor`
-    table : DataFrame of changes.csv with `over_floor`, see `changes_page.over_floor`
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    Forms are (title, Surface, Molecule, change over its floor by dot, NaN if unknown); that of the table is from
+    `changes_page.over_floor`.
     """
     known = table["over_floor"].dropna()
     n_above = (known > 1).sum()
