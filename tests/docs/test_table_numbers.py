@@ -21,7 +21,7 @@ SHOWN = {
         'half of 65 proteins need {{ proteins_required_means.csv "floor=fresh dots" | at most {median:.1f} % }}',
         f"from the true one by {{{{ {FARTHEST} | {{distance:.3f}} }}}} Å on average",
         f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} }}}} Å.",
-        'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å.',
+        'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å',
         f"of the dots it is {{{{ proteins_d.csv reading=as_coded range=5 | {AT_44} as coded }}}}",
         f"{{{{ proteins_d.csv reading=as_written range=5 | {AT_44} as written (mean of {{n}} proteins) }}}}",
         "worse than the mean patch, on all {{ proteins_d.csv reading=as_coded range=5 | {n_worse:.0f} }}.",
