@@ -229,6 +229,17 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     np.testing.assert_allclose(table[[f"{field}_difference" for field in FIELDS]], difference)
 
 
+def test_a_buried_residue_has_no_change_and_is_not_called_missing(form, monkeypatch):
+    monkeypatch.setattr(module, "noise", lambda *_: np.full((1, 30, 7), 0.02))
+    exposed = form.molecule.residue_index[form.surface.atom] != LYSINE
+    buried = form._replace(name="two", surface=form.surface.take(exposed))
+    table = changes(form, buried, np.random.default_rng(0))
+    assert table["residue"].tolist() == form.molecule.residues["residue"].tolist()
+    row = table.iloc[LYSINE]
+    assert np.isnan(row["total"]) and row["above"] == 0 and row["places_second"] == 0 < row["places_first"]
+    assert table["total"].drop(LYSINE).notna().all() and unmatched_residues(form, buried) == ("", "")
+
+
 def test_forms_share_residues_by_chain_and_number(form):
     molecule = form.molecule
     other = replace(molecule, chain=np.full_like(molecule.chain, "Z"))
