@@ -5,9 +5,6 @@ import logging
 import os
 import re
 import signal
-import tempfile
-import zlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +15,7 @@ from sparsurf import InputError
 from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.config import check_config, read_config
 
 # Words of the sentence: what is wrong and what to do. The name of the file or of the key is checked for all.
@@ -234,15 +229,6 @@ DMS = "".join(
 )
 
 
-def compact(version=b"1", change=lambda rest: rest):
-    """A file of dots of 12 bytes each, of any version, with the checksum of whatever it holds."""
-    with tempfile.NamedTemporaryFile() as file:
-        write_compact(file.name, Surface(*DOTS))
-        content = Path(file.name).read_bytes()
-    rest = change(content[23:])
-    return content[:17] + version + b"\n" + zlib.crc32(rest).to_bytes(4, "little") + rest
-
-
 def with_value(value):
     """The table, with another value for one x."""
     return CSV.replace(ROWS[9][0], value, 1)
@@ -268,11 +254,6 @@ SURFACES = {  # content and words of the sentence, none where all dots are read
     "more_bytes.ply": (HEAD.format("binary_little_endian", N).encode() + TABLE.astype("<f4").tobytes(), ("more than",)),
     "ends.ply": (HEAD.format("binary_little_endian", N + 60).encode() + TABLE.astype("<f4").tobytes() + b"\n", ()),
     "commas.ply": (HEAD.format("ascii", N) + WORDS.replace(" ", ","), ("cannot be read",)),
-    "good.minimal": (compact(), ()),
-    "newer.minimal": (compact(b"2"), ("another version",)),
-    "much_newer.minimal": (compact(b"10"), ("another version",)),
-    "half_a_dot.minimal": (compact(change=lambda rest: rest[:-5]), ("cut short or damaged",)),
-    "no_dots.minimal": (compact(change=lambda rest: rest[:24]), ("holds no dots",)),
     "good.dms": (DMS, ()),
     "type.dms": (DMS.replace("SC0", "XX0", 1), ("line 1 is a dot of no type",)),
     "grid.dx": ("object 1 class gridpositions counts 3 3 3\norigin 0 0 0\n", ("holds no dots",)),

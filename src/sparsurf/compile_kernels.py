@@ -48,8 +48,8 @@ def remove_kernels() -> None:
         if "@njit(" in path.read_text(encoding="utf-8"):
             module = import_module(".".join(path.relative_to(library.parent).with_suffix("").parts))
             kernels = (value for value in vars(module).values() if isinstance(value, Dispatcher))
-            for folder in {Path(kernel.stats.cache_path) for kernel in kernels}:
-                for file in folder.glob("*.nb[ic]"):
+            for folder in {kernel.stats.cache_path for kernel in kernels}:
+                for file in Path(folder).glob("*.nb[ic]") if folder else ():
                     file.unlink(missing_ok=True)
 
 

@@ -499,13 +499,6 @@ def test_triangles_that_are_left_out_are_reported(blob, tmp_path, monkeypatch, c
     assert caplog.messages == [
         f"{len(blob[0])} dots are too many for triangles between them: {tmp_path / 'a.ply'} has none"
     ]
-    with pytest.raises(InputError, match=r"a\.stl would hold no triangles"):
-        writing.write_dots(
-            tmp_path / "a.stl",
-            None,
-            writing.Dots(Surface(*blob), pd.DataFrame(index=range(len(blob[0])))),
-            with_faces=False,
-        )
 
 
 def test_dots_and_atoms_are_of_one_frame():

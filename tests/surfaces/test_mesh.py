@@ -283,17 +283,6 @@ def test_written_meshes_are_closed(files):
     assert grid_step_for_density(4 * 5.35) == pytest.approx(grid_step_for_density(5.35) / 2)
 
 
-def test_a_mesh_library_opens_them(files):
-    trimesh = pytest.importorskip(
-        "trimesh", reason="trimesh is not installed: our own checks of the same files stand alone"
-    )
-    for name in ("true", "back"):
-        mesh = trimesh.load(files / f"{name}.ply")
-        assert (
-            mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2 and mesh.volume > 0
-        )
-
-
 def test_a_mesh_is_a_ply(files, capsys):
     assert command.main(["surface", str(files / "protein.pdb"), "--mesh", "-o", str(files / "x.csv")]) == 1
     assert "cannot be written as '.csv'" in capsys.readouterr().err

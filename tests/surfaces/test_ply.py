@@ -1,12 +1,10 @@
 """PLY files: what they hold, whether their triangles close, whether PyMOL opens them."""
 
 import ast
-import base64
 import os
 import shutil
 import struct
 import subprocess
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, viridis, write_ply
-from sparsurf.surfaces.formats.vtp import write_vtp
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -236,30 +233,6 @@ def test_ply_holds_dots_values_and_colours(tmp_path, small):
     colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
     assert colours[[0, -1, 5]].tolist() == [[68, 1, 84], [253, 231, 36], [160, 160, 160]]
     assert np.abs(colours[len(small) // 2] - [33, 145, 140]).max() <= 3
-
-
-@pytest.mark.parametrize("known", [True, False])
-def test_vtp_holds_dots_normals_values_and_triangles(tmp_path, small, known):
-    faces = triangulate(small)[::-1] if known else None
-    columns = {"roughness": np.linspace(0, 1, len(small)), "atom": small.atom}
-    write_vtp(tmp_path / "a.vtp", small, columns, faces)
-    root = ElementTree.parse(tmp_path / "a.vtp").getroot()
-    held = {}
-    for each in root.iter("DataArray"):
-        content = base64.b64decode(each.text)
-        assert int.from_bytes(content[:8], "little") == len(content) - 8
-        kind = {"Float32": "<f4", "Int32": "<i4"}[each.get("type")]
-        values = np.frombuffer(content[8:], kind)
-        held[each.get("Name")] = values.reshape(-1, int(each.get("NumberOfComponents", 1)))
-    np.testing.assert_allclose(held["Points"], small.points, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(held["Normals"], small.normals, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(held["roughness"][:, 0], columns["roughness"], rtol=0, atol=1e-6)
-    assert held["atom"][:, 0].tolist() == small.atom.tolist()
-    corners = held["connectivity"].reshape(-1, 3)
-    np.testing.assert_array_equal(corners, triangulate(small)[::-1] if known else triangulate(small))
-    assert held["offsets"][:, 0].tolist() == list(range(3, 3 * len(corners) + 1, 3))
-    counts = {key: int(value) for key, value in root.find(".//Piece").items()}
-    assert counts == {"NumberOfPoints": len(small), "NumberOfPolys": len(corners)}
 
 
 def test_without_values_the_colours_tell_the_kinds_of_dots(tmp_path, small):

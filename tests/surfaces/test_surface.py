@@ -14,7 +14,6 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
 from sparsurf.surfaces.formats.npz import with_fields, write_npz
@@ -659,11 +658,10 @@ def test_every_format_has_its_file_and_its_own_suffixes():
     assert {each.name.lower() for each in FORMATS} == modules - {"__init__", "format"}
     suffixes = [suffix for each in FORMATS for suffix in each.suffixes]
     assert len(set(suffixes)) == len(suffixes)
-    readable = {suffix for each in FORMATS if each.read for suffix in each.suffixes}
-    assert readable == {".minimal", ".npz", ".csv", ".dms", ".ply"}
+    assert {*suffixes} == {".npz", ".csv", ".dms", ".ply"}
 
 
-@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply", "a.minimal"])
+@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply"])
 def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, name):
     """Whatever a file is called, one format takes it, and gives the dots back."""
     as_csv = "\n".join(
@@ -673,13 +671,10 @@ def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, nam
     write_dms(tmp_path / "a.dms", small, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], np.zeros((3, 3)))
     written(tmp_path, as_csv, "a.csv")
     write_ply(tmp_path / "a.ply", small, mesh=False)
-    write_compact(tmp_path / "a.minimal", small)
     content = (tmp_path / name).read_bytes()
     assert [each.suffixes[0] for each in FORMATS if each.sniff(content[:1000])] == [name[1:]]
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
-        np.testing.assert_allclose(
-            read_surface(path).points, small.points, rtol=0, atol=0.00251 if name == "a.minimal" else 0.00051
-        )
+        np.testing.assert_allclose(read_surface(path).points, small.points, rtol=0, atol=0.00051)
 
 
 def test_a_new_format_is_one_file_and_one_line(tmp_path, small, monkeypatch):
@@ -720,22 +715,6 @@ def test_numbers_of_a_dms_file_do_not_touch_the_names(tmp_path, small):
     write_dms(tmp_path / "a.dms", moved, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], xyz)
     lines = (tmp_path / "a.dms").read_text().splitlines()
     assert {len(line.split()) for line in lines} == {7, 11}
-
-
-def test_every_format_says_what_it_can_do():
-    known = {each.name: each for each in FORMATS}
-    assert {name: each.suffixes for name, each in known.items()} == {
-        "npz": (".npz",), "CSV": (".csv",), "DMS": (".dms",), "PLY": (".ply",), "compact": (".minimal",), "VTP": (".vtp",),
-    }  # fmt: skip
-    can = {name: (each.read is not None, each.write is not None) for name, each in known.items()}
-    assert can == {
-        "npz": (True, True),
-        "CSV": (True, False),
-        "DMS": (True, True),
-        "PLY": (True, True),
-        "compact": (True, True),
-        "VTP": (False, True),
-    }
 
 
 def test_a_table_of_dots_says_of_their_atoms_and_of_their_components_where_all_are_there():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import importlib
 import logging
 import os
 import shutil
@@ -22,11 +21,9 @@ from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_oth
 from sparsurf.api.scenes import SCENES, write_scene
 from sparsurf.files import shorten
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.formats.vtp import write_vtp
 from sparsurf.surfaces.surface import ARRAY_NAMES, Surface
 from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
@@ -36,10 +33,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-BY_TRIMESH = (".obj", ".glb", ".stl", ".off")  # where trimesh is installed
-MESHES = (".ply", ".vtp", *BY_TRIMESH)
-NUMBERS = (".csv", ".npz", ".ply", ".vtp")  # which have room for numbers at the dots
-DOTS_ALONE = (".csv", ".npz", ".minimal", *MESHES, *SCENES)
+MESHES = (".ply",)
+NUMBERS = (".csv", ".npz", ".ply")  # which have room for numbers at the dots
+DOTS_ALONE = (*NUMBERS, *SCENES)
 DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
@@ -189,18 +185,6 @@ def write_dots(
             return np.empty((0, 3), int)
         return triangulate(surface) if dots.faces is None else dots.faces
 
-    def solid(path: Path) -> None:
-        triangles = faces()
-        if not len(triangles):
-            raise InputError(f"{output} would hold no triangles, and holds nothing else; write a PLY.")
-        mesh = import_trimesh(output).Trimesh(
-            surface.points, triangles, vertex_normals=surface.normals, process=False
-        )
-        mesh.export(path)
-
-    def vtp(path: Path) -> None:
-        write_vtp(path, surface, dots.numbers, faces())
-
     def ply(path: Path) -> None:
         values = dots.numbers
         colours = values.pop(dots.shown).astype(float) if dots.shown else None
@@ -223,10 +207,8 @@ def write_dots(
         ".npz": npz,
         ".ply": ply,
         ".dms": dms,
-        ".minimal": lambda path: write_compact(path, surface),
-        ".vtp": vtp,
     }
-    writers |= dict.fromkeys(BY_TRIMESH, solid) | dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
+    writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
     write_file(output, format_given, dots.formats, writers)
 
 
@@ -261,7 +243,7 @@ def write(
     molecule: MoleculeLike | None = None,
     frame: int = 0,
 ) -> None:
-    """Write the result of a function in the format of the suffix of a path (.csv, .npz, .ply, .vtp, .minimal, ...; also .gz).
+    """Write the result of a function in the format of the suffix of a path (.csv, .npz, .ply, .dms; also .gz).
 
     For PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb next to it), .bild
     holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field.
@@ -324,22 +306,6 @@ def _write_scene(path: Path, dots: Dots) -> None:
     numbers = np.asarray(columns[0], float) if columns else None
     one_colour = dots.shown == "weight" or dots.faces is not None
     write_scene(path, dots.surface, molecule, frame, numbers, one_colour, dots.faces)
-
-
-def import_trimesh(output: str | Path) -> Any:
-    """Return the module trimesh, which some formats need.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
-    try:
-        return importlib.import_module("trimesh")
-    except ImportError:
-        raise InputError(
-            f"{output} needs trimesh: run pip install trimesh, or name a file in .ply."
-        ) from None
 
 
 def _npz(path: Path, arrays: Mapping[str, Any]) -> None:

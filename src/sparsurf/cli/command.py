@@ -31,7 +31,7 @@ FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = """\
 FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, except for `surface`, a file of dots (DMS, CSV with
-x,y,z,nx,ny,nz, PLY, npz or .minimal). Lengths are in Å. -o names the file of the result, and its suffix the format; `-o -`
+x,y,z,nx,ny,nz, PLY or npz). Lengths are in Å. -o names the file of the result, and its suffix the format; `-o -`
 writes to standard output. npz and DMS keep the area, kind and atom of every dot. Errors are one sentence on standard error.
 
 exit codes: 0 done, 1 the sentence says what is wrong with a file, 2 the command line was not understood

@@ -21,15 +21,14 @@ dots are kept. Z falls slowly there, so the number has a 95 % interval: another 
 
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
-A file named .minimal holds positions and normals in 12 bytes a dot. A .pml opens the dots on their molecule in PyMOL, a .bild
-as spheres in ChimeraX.
+A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX.
 
 With --relax the dots move a little: they are no longer dots of the surface, but fewer of them suffice to recover it.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
   sparsurf minimal protein.pdb --dots 500 --sampler poisson -o minimal.ply
-  sparsurf minimal protein.pdb --percent 10 -o protein.minimal
+  sparsurf minimal protein.pdb --percent 10 -o protein.npz
   sparsurf minimal protein.pdb -o minimal.pml
   sparsurf minimal dots.csv --max-error 1.0 -o minimal.npz
 """

@@ -9,17 +9,7 @@ from collections.abc import Iterable
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.api.writing import (
-    BY_TRIMESH,
-    DOTS,
-    NUMBERS,
-    SCENES,
-    Dots,
-    import_trimesh,
-    parse_output,
-    write_dots,
-    write_file,
-)
+from sparsurf.api.writing import NUMBERS, Dots, parse_output, write_dots, write_file
 from sparsurf.surfaces.formats.csv import write_csv
 
 FRAME = "{frame}"  # in the name of a file: its number
@@ -39,13 +29,9 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
     if any(_writes_to(args.output, file) for file in files if isinstance(file, str) and file):
         raise InputError(f"{args.output} is a file that is read; name another one to write.")
     suffix = parse_output(args.output, args.format, formats)[0]
-    if suffix in BY_TRIMESH:
-        import_trimesh(args.output)
-    if suffix in BY_TRIMESH and getattr(args, "no_faces", False):
-        raise InputError(f"--no-faces: {suffix} holds triangles only; leave it out, or name a file in .ply.")
     if suffix != ".ply" and getattr(args, "binary", False):
         raise InputError(f"--binary is about a PLY, and {args.output} is none; leave it out.")
-    if suffix in {*DOTS} - {*NUMBERS, *SCENES} and getattr(args, "fields", None):
+    if suffix == ".dms" and getattr(args, "fields", None):
         raise InputError(f"--fields: {suffix} has no room for them; name a file in {', '.join(NUMBERS)}.")
     every_model = getattr(args, "model", None) == "all" and args.frame is None
     several = getattr(args, "frames", None) or every_model

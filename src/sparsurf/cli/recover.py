@@ -21,7 +21,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 EXAMPLES = """\
-FILE holds a few dots with normals, such as minimal.csv, a .minimal file or the dots of any program. The dots come first, then
+FILE holds a few dots with normals, such as minimal.csv, or the dots of any program. The dots come first, then
 those that fill the gaps. Other columns of FILE, such as a potential, are interpolated.
 From a tenth of the dots the surface comes back 0.02 Å off on average, and 99 % of the whole surface is within 0.11 Å of it.
 Single places are farther off (docs/recover.md).

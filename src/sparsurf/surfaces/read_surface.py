@@ -8,18 +8,11 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.files import read_bytes
-from sparsurf.surfaces.formats import compact, csv, dms, npz, ply, vtp
+from sparsurf.surfaces.formats import csv, dms, npz, ply
 from sparsurf.surfaces.surface import Format, Surface
 
 # All surface formats. The first that recognises the start of a file reads it.
-FORMATS = (
-    compact.FORMAT,
-    npz.FORMAT,
-    csv.FORMAT,
-    dms.FORMAT,
-    ply.FORMAT,
-    vtp.FORMAT,
-)
+FORMATS = (npz.FORMAT, csv.FORMAT, dms.FORMAT, ply.FORMAT)
 BYTES_TO_RECOGNISE = 100_000  # from the start of a file
 
 
@@ -50,7 +43,6 @@ def read_surface(path: Path | str) -> Surface:
     >>> dots.points, dots.normals, dots.area  # doctest: +SKIP
     """
     content, surface_format = _recognised(path)
-    assert surface_format.read is not None
     return surface_format.read(content, path)
 
 
@@ -73,7 +65,6 @@ def read_points(path: Path | str) -> np.ndarray:
     content, surface_format = _recognised(path)
     if surface_format is csv.FORMAT:
         return csv.read_points(content, path)
-    assert surface_format.read is not None
     return surface_format.read(content, path).points
 
 
@@ -81,7 +72,7 @@ def _recognised(path: Path | str) -> tuple[bytes, Format]:
     """Return the unpacked bytes of a file of dots, and its format."""
     content = read_bytes(path)
     for surface_format in FORMATS:
-        if surface_format.read and surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
+        if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
     raise InputError(
         f"{path} holds no dots; expected a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz."

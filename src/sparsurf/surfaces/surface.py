@@ -258,15 +258,13 @@ class Format:
     name : name of the format for people
     suffixes : suffixes of its files, in lower case; a file may also be compressed (.gz)
     sniff : function from the first bytes of an unpacked file to whether it has this format
-    read : function from (unpacked bytes of the file, path for messages) to a Surface; None if the format is only written
-    write : function of (path, surface, and what else the format shows); None if the format is only read
+    read : function from (unpacked bytes of the file, path for messages) to a Surface
     """
 
     name: str
     suffixes: tuple[str, ...]
     sniff: Callable[[bytes], bool]
-    read: Callable[[bytes, Path | str], Surface] | None = None
-    write: Callable[..., None] | None = None
+    read: Callable[[bytes, Path | str], Surface]
 
 
 def surface_of_columns(

@@ -18,7 +18,7 @@ Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Ã…", "atoms moved 0.3 Ã
 SAMPLERS, FIELDS, FLOORS = map(get_args, (Sampler, Field, Floor))
 ROUGHNESSES, DESCRIPTORS, READINGS = map(get_args, (Roughness, Descriptor, Reading))
 SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
-SURFACE_SUFFIXES = (".minimal", ".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
+SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
 
 # Keys of a protein by their purpose.
 FILE_KEYS = ("structure", "trajectory", "surface", "table")

@@ -174,4 +174,4 @@ def surface_by_dms_program(
         return read_dms(read_bytes(output), path_to_pdb)
 
 
-FORMAT = Format("DMS", (".dms",), _sniff, read_dms, write_dms)
+FORMAT = Format("DMS", (".dms",), _sniff, read_dms)
