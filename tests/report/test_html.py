@@ -458,6 +458,18 @@ def test_a_single_structure_goes_by_its_name_alone():
     assert list(short_names(places).values()) == ["p", "q/c1", "q/c2", "r/f0000"]
 
 
+@pytest.mark.parametrize(
+    ("places", "offered"),
+    [
+        ([("p", "c1"), ("p", "c2")], ["p/c1/minimal.csv", "p/c1/required_dots.csv"]),
+        ([("p", "c1"), ("q", "c1")], []),
+    ],
+)
+def test_files_are_offered_of_a_single_protein_only(tmp_path, places, offered):
+    known = first_page(tmp_path / "run", write_run(tmp_path / "run", places), ())
+    assert [path for path, _ in known["taken"]] == offered
+
+
 def test_names_are_escaped_everywhere(tmp_path):
     name = "<b>x&y"
     known = first_page(tmp_path / "run", write_run(tmp_path / "run"), ())

@@ -119,7 +119,9 @@ def first_page(
         "taken_from": short_names(names).get(first, first),
         "taken": [
             (f"{first}/{name}", words) for name, words in DOWNLOADS.items() if f"{first}/{name}" in files
-        ],
+        ]
+        if len({protein for protein, _ in names}) == 1
+        else [],
     }
     figures = [path for path in figures_of(known) if path]
     images = embedded_figures(folder, figures)
