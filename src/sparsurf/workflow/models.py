@@ -445,7 +445,7 @@ class Config(Section):
     pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
     changes: dict[Name, Two[Conformation]] = key(
         {},
-        "Two forms of a protein to compare residue by residue, by name: proteins, or protein/conformation.",
+        "Forms of a protein to compare residue by residue, such as {opening: [open, tdp43/c2]}.",
     )
     batch: Literal["auto"] | Positive = optional(
         "Analyse structures in batches, for thousands of them: auto, or the mean number of structures in a batch."
