@@ -26,10 +26,6 @@ def floor(protein="p", **z):
     )
 
 
-def floors_at(fresh):
-    return floor(**{"fresh dots": fresh, "turned": 1.0, "atoms moved 0.1 Å": 2.0, "atoms moved 0.3 Å": 0.9})
-
-
 def required_of(n, low, high, reading="recovered", bound=""):
     row = {"floor": "turned", "Z_floor": 0.5, "reading": reading, "n_S_percent": n, "n_S": 7}
     return row | {"n_S_percent_low": low, "n_S_percent_high": high, "bound": bound}

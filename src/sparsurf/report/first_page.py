@@ -25,6 +25,7 @@ from sparsurf.report.numbers import (
 )
 from sparsurf.report.page import embedded_figures
 from sparsurf.report.pair_page import MAIN_SCORE, means_by_score
+from sparsurf.study.floors import FRESH
 
 TEMPLATE = "first.html.j2"
 Gallery = tuple[
@@ -32,7 +33,6 @@ Gallery = tuple[
 ]  # heading, (page, name), (page, picture, name)
 Rows = list[tuple[str, str, str, list[str], list[str]]]  # of surfaces: place, page, picture, files, numbers
 NAMES = ["protein", "conformation"]
-FRESH = "fresh dots"
 WORTH = ("Z_tS", "Z_tR", "Z_mean_descriptor")  # of summary.csv, shown next to d
 SCALES = {  # columns of surfaces.csv that tell what a Z means, the first that was measured
     "Z_frames_1_ps_apart": "Two frames of the simulation 1 ps apart",

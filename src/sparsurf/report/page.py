@@ -36,12 +36,11 @@ WEBP: dict[str, Any] = {
 
 
 def embedded(path: Path | str) -> str | None:
-    """Encode the picture at `path` as a data URL; None if it is missing or too large."""
+    """Encode the PNG at `path` as a data URL; None if it is missing or too large."""
     path = Path(path)
     if not path.is_file() or path.stat().st_size > MAX_FIGURE_BYTES:
         return None
-    kind = {".svg": "svg+xml"}.get(path.suffix, path.suffix[1:])
-    return f"data:image/{kind};base64," + base64.b64encode(path.read_bytes()).decode()
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
 def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:

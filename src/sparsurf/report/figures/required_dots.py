@@ -17,6 +17,7 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import enough_dots, share, short_names
 from sparsurf.sampling.samplers import sampler_label
+from sparsurf.study.floors import FRESH
 from sparsurf.study.tables import read_table
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     from sparsurf.report.figures.results import Results
 
-FRESH = "fresh dots"
 FLOORS = {
     FRESH: "fresh dots of\nthe same surface",
     "turned": "the molecule rotated",
