@@ -7,10 +7,16 @@ from conftest import ROOT
 from sparsurf import InputError, columns
 from sparsurf.cli import command
 from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.pairs import residue_moments
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.tables import read_table
 
-NAMES = {*FIELDS, *SAMPLERS, "score"}  # of fields and samplers; the small study has a field called score
+NAMES = {
+    *FIELDS,
+    *residue_moments.FIELDS,
+    *SAMPLERS,
+    "score",
+}  # of fields and samplers; the small study has a field called score
 PLACES = ("<field>", "<sampler>", "<floor>")
 
 
