@@ -68,7 +68,7 @@ def _clusters(
 ) -> None:
     """Draw the frames coloured by cluster, with the chosen ones ringed."""
     colour = np.array(layout.PALETTE)[np.unique(labels, return_inverse=True)[1] % len(layout.PALETTE)]
-    ax.scatter(plane[:, 0], plane[:, 1], s=5, c=colour, alpha=0.5, linewidths=0, rasterized=True)
+    ax.scatter(plane[:, 0], plane[:, 1], s=5, c=colour, alpha=0.5, linewidths=0)
     ax.scatter(
         plane[chosen, 0],
         plane[chosen, 1],

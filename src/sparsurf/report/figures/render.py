@@ -140,13 +140,6 @@ def draw_dots(
     return _paint(scene, points, normals, colours, max(radius * scene.camera.scale * SUPERSAMPLING, 1.0))
 
 
-def seen(scene: Scene, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Return which dots (N,) bool of a surface face the viewer, with nothing of the scene in front of them."""
-    xyz, turned = _project(points, normals, scene.camera)
-    columns, rows = (np.clip(xyz[:, axis].astype(int), 0, scene.depth.shape[1 - axis] - 1) for axis in (0, 1))
-    return (turned[:, 2] > 0) & (xyz[:, 2] >= scene.depth[rows, columns] - scene.slack)
-
-
 def picture(scene: Scene) -> np.ndarray:
     """Return the finished picture, (rows, columns, 3) uint8, with a white background."""
     out = np.empty((*scene.camera.shape, 3), np.uint8)

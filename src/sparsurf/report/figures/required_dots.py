@@ -198,7 +198,7 @@ def _count(grid: pd.DataFrame, reading: str) -> str:
 
 def _draw_coded(ax: Axes, coded: Coded, panel: Panel, floor: str) -> None:
     """Draw all combinations as coded and their uniform subsets, on their own scale: there a Z is several times larger."""
-    ax.scatter(coded.n, coded.uniform, s=2.5, color=UNIFORM, alpha=0.35, linewidths=0, rasterized=True)
+    ax.scatter(coded.n, coded.uniform, s=2.5, color=UNIFORM, alpha=0.35, linewidths=0)
     _draw(ax, Panel((coded.n, coded.sampled), {}, panel.floors, (np.nan, np.nan)), floor, [floor])
     ax.set_title(coded.head)
     ax.set_ylim(0, 1.04 * np.nanmax([coded.sampled, coded.uniform]))
@@ -236,7 +236,7 @@ def _look(sampler: str, reading: str) -> tuple[str, str]:
 def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
     """Draw cloud, curves, floors and the answer."""
     n, z = panel.cloud
-    ax.scatter(n, z, s=2.5, color=CLOUD, alpha=0.35, linewidths=0, rasterized=True)
+    ax.scatter(n, z, s=2.5, color=CLOUD, alpha=0.35, linewidths=0)
     lowest, highest = min(n, default=np.inf), np.nanmax([0, *z])
     for key, (x, y, *band) in panel.lines.items():
         colour = _look(*key)[0]
