@@ -493,14 +493,6 @@ def test_what_is_wrong_with_numbers_is_reported_in_the_words_of_the_call(blob):
         sparsurf.residues(dots, roughness_values=["a"] * len(dots))
 
 
-def test_triangles_that_are_left_out_are_reported(blob, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(writing, "MAX_DOTS_TO_TRIANGULATE", 100)
-    sparsurf.write(Surface(*blob), tmp_path / "a.ply")
-    assert caplog.messages == [
-        f"{len(blob[0])} dots are too many for triangles between them: {tmp_path / 'a.ply'} has none"
-    ]
-
-
 def test_dots_and_atoms_are_of_one_frame():
     one = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
     both = replace(

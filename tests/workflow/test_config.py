@@ -553,7 +553,7 @@ def test_names_are_those_of_the_library():
     assert tuple(name for name in SAMPLERS if SAMPLERS[name].choosing) == names.SAMPLERS_OF_COMBINATIONS
     assert (*ROUGHNESS,) == names.ROUGHNESSES and (*DESCRIPTORS,) == names.DESCRIPTORS
     assert (*FIELDS,) == names.FIELDS
-    readable = [suffix for file_format in FORMATS if file_format.read for suffix in file_format.suffixes]
+    readable = [suffix for file_format in FORMATS for suffix in file_format.suffixes]
     assert sorted(names.SURFACE_SUFFIXES) == sorted(readable)
     assert {"fresh dots", "turned"} < {*names.FLOORS}
 

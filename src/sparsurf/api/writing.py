@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import logging
 import os
 import shutil
 import sys
@@ -25,13 +24,10 @@ from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import ARRAY_NAMES, Surface
-from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
 if TYPE_CHECKING:
     from sparsurf.study.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
-
-log = logging.getLogger("sparsurf")
 
 MESHES = (".ply",)
 NUMBERS = (".csv", ".npz", ".ply")  # which have room for numbers at the dots
@@ -178,17 +174,10 @@ def write_dots(
     """
     surface = dots.surface
 
-    def faces() -> np.ndarray:
-        if dots.faces is None and with_faces and len(surface) > MAX_DOTS_TO_TRIANGULATE:
-            log.warning("%d dots are too many for triangles between them: %s has none", len(surface), output)
-        if dots.faces is None and (not with_faces or len(surface) > MAX_DOTS_TO_TRIANGULATE):
-            return np.empty((0, 3), int)
-        return triangulate(surface) if dots.faces is None else dots.faces
-
     def ply(path: Path) -> None:
         values = dots.numbers
         colours = values.pop(dots.shown).astype(float) if dots.shown else None
-        write_ply(path, surface, colours, dots.shown or "", values, faces=faces(), binary=binary)
+        write_ply(path, surface, colours, dots.shown or "", values, with_faces, dots.faces, binary)
 
     def dms(path: Path) -> None:
         molecule = dots.molecule

@@ -139,7 +139,7 @@ def write_dms(
 
 
 def surface_by_dms_program(
-    path_to_pdb: Path | str, probe: float = PROBE_RADIUS, density: float = DENSITY, program: str = "dms"
+    path_to_pdb: Path | str, probe: float = PROBE_RADIUS, density: float = DENSITY
 ) -> Surface:
     """Generate a surface with UCSF's program DMS, if it is installed.
 
@@ -148,7 +148,6 @@ def surface_by_dms_program(
     path_to_pdb : PDB file of one model; all its atoms are used
     probe : Å
     density : dots per Å^2, as for `molecular_surface`
-    program : name that is looked up on the PATH
 
     Returns
     -------
@@ -159,9 +158,9 @@ def surface_by_dms_program(
     InputError
         The program is not installed, or it fails.
     """
-    executable = shutil.which(program)
+    executable = shutil.which("dms")
     if executable is None:
-        raise InputError(f"surface.method dms needs the program {program} on the PATH; else use analytic.")
+        raise InputError("surface.method dms needs the program dms on the PATH; else use analytic.")
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(path_to_pdb, Path(folder, "in.pdb"))
         command = [executable, "in.pdb", "-a", "-n", "-d", f"{density / DENSITY:.6g}"]
@@ -170,7 +169,7 @@ def surface_by_dms_program(
         output = Path(folder, "out.dms")
         if run.returncode != 0 or not output.is_file():
             reason = (run.stderr.strip().splitlines() or [f"exit status {run.returncode}"])[-1]
-            raise InputError(f"{program} made no surface of {path_to_pdb}: {reason}")
+            raise InputError(f"dms made no surface of {path_to_pdb}: {reason}")
         return read_dms(read_bytes(output), path_to_pdb)
 
 
