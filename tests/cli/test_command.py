@@ -388,6 +388,7 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
         field_table=None,
         minimal={"sampler": "farthest", "relax": False} | wishes,
         field_names=fields,
+        whole_curve=False,
     )
     options = {"n_S_percent": "--percent", "sampler": "--sampler"}
     words = [each for key, value in wishes.items() if key in options for each in (options[key], value)]
