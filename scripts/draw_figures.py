@@ -89,7 +89,7 @@ def main(
     n_tests = MAX_TEST_DOTS
     if isinstance(test_dots, int):
         n_tests = min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
-    sampler = sampler_label(_sampler(minimal_settings))
+    sampler = sampler_label(minimal_settings["sampler"])
     results = Results(
         name=name,
         surface=dots,
@@ -119,13 +119,6 @@ def main(
         for path in figures:
             if Path(path).stem == figure:
                 layout.save(drawn, path)
-
-
-def _sampler(minimal: dict) -> str:
-    """Name the sampler of minimal.csv: a combination is one of the paper's sampling, also with the default sampler."""
-    if "combination" in minimal and minimal["sampler"] == "farthest":
-        return "paper"
-    return minimal["sampler"]
 
 
 def _recovered(prepared: PreparedSurface, subset: Surface, threads: int) -> tuple[str, Surface, np.ndarray]:

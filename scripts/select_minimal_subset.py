@@ -88,7 +88,7 @@ def main(
         )
     n_tests = number_of_tests(test_dots, len(dots))
     noise_floors = read_distances(floors)
-    trials = Trials(prepared, minimal["sampler"], n_tests, choices, minimal["relax"])
+    trials = Trials(prepared, minimal["sampler"], n_tests, choices)
     subset = select_minimal_subset(trials, minimal, noise_floors, molecule)
     lowest = min(distances.mean() for distances in noise_floors.values())
     trials.down_to = -1 if whole_curve else FLOOR_FACTOR * lowest

@@ -156,7 +156,6 @@ def measured():
     from sparsurf.patches.index import build_index
     from sparsurf.patches.roughness import published as roughness_of
     from sparsurf.recovery.recovering import recover
-    from sparsurf.recovery.relaxation import relax
     from sparsurf.sampling.farthest_point import farthest_point_sampling
     from sparsurf.study.best_set import _critical_values, best_set, scatter
     from sparsurf.study.floors import floors_table, measure_floors
@@ -205,7 +204,6 @@ def measured():
         note(f"{kind} sizes", sizes)
     note("roughness", roughness_of(index, 6.0, 2))
     note("recovered", *recover(points[dots], normals[dots], 4.0, threads=2, keep=False)[:2])
-    note("relaxed", *relax(points[dots], normals[dots], points, normals))
 
     d_of_combinations = (
         np.random.default_rng(2).normal(size=(60, 4, 20)) + np.linspace(0, 0.4, 60)[:, None, None]

@@ -57,7 +57,7 @@ from sparsurf import progress
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.fields import fields, residues
-    from sparsurf.api.minimal import floors, minimal, recover, relax
+    from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surfaces import components, mesh, surface
@@ -85,7 +85,6 @@ FUNCTIONS = {
     "compare": "api.subsets",
     "minimal": "api.minimal",
     "floors": "api.minimal",
-    "relax": "api.minimal",
     "recover": "api.minimal",
     "fields": "api.fields",
     "residues": "api.fields",
@@ -117,7 +116,6 @@ __all__ = [
     "read_molecule",
     "read_surface",
     "recover",
-    "relax",
     "residues",
     "roughness",
     "sample",

@@ -21,7 +21,6 @@ from sparsurf.cli import command, descriptors, options
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
-from sparsurf.recovery.relaxation import relax
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED
@@ -218,10 +217,6 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         *(
             (lambda dots, ready, d=d: sparsurf.recover(dots, density=d), f"density is {d!r}; {LENGTHS}")
             for d in (float("nan"), 0, -1, 1e9)
-        ),
-        (
-            lambda dots, ready: sparsurf.minimal(dots, percent=5, relax="no"),
-            "relax is 'no'; it must be True or False.",
         ),
         (
             lambda dots, ready: sparsurf.surface(BALL, density="high"),
@@ -604,10 +599,6 @@ def test_what_minimal_gave_is_taken_for_its_dots(blob):
         few.dots
     )
     assert sparsurf.mesh(few).volume == pytest.approx(sparsurf.mesh(Surface(*blob)).volume, rel=0.01)
-    points, normals = relax(few.points, few.normals, *blob)
-    assert np.linalg.norm(normals - few.normals, axis=1).max() > 0.01
-    for better in (sparsurf.relax(few, blob), sparsurf.minimal(blob, percent=20, relax=True, d_link=D_LINK)):
-        assert np.array_equal(better.points, points) and np.array_equal(better.normals, normals)
 
 
 def test_dots_of_a_file_know_no_molecule(blob):
@@ -807,12 +798,6 @@ def test_minimal_keeps_the_share_that_is_requested(dots, ready, tmp_path):
     assert len(some) == len(others) == 40 and len(set(some) & set(others)) < 10
     near, spread = (pdist(ready.points[kept]).min() for kept in (some, table["dot"][:40]))
     assert near < 0.5 * spread  # by chance two uniform dots lie together, farthest ones never
-    ran("minimal", dots, "--percent", 5, "--relax", "-o", tmp_path / "s.csv")
-    settled = pd.read_csv(tmp_path / "s.csv")
-    assert settled["dot"].tolist() == table["dot"].tolist()
-    moved = np.linalg.norm(settled[["x", "y", "z"]] - table[["x", "y", "z"]], axis=1)
-    assert 0 < moved.mean() < 0.5
-    assert np.linalg.norm(settled[["nx", "ny", "nz"]], axis=1) == pytest.approx(1, abs=2e-4)
     z = 0.9 * sparsurf.compare(ready, table["dot"], test_dots=400)["Z"].iloc[0]
     ran("minimal", dots, "--max-error", z, "-o", tmp_path / "z.csv")
     assert len(pd.read_csv(tmp_path / "z.csv")) > 150

@@ -517,20 +517,6 @@ def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):
     assert "left out 2 of 6 residues, whose pLDDT is below 70" in " ".join(out["warnings"]["sentence"])
 
 
-@pytest.mark.parametrize("relax", [True, False])
-def test_kept_dots_are_relaxed_where_the_config_says_so(tmp_path, relax):
-    config = check_config(config_of(tmp_path, minimal={"n_S_percent": 10, "relax": relax}))
-    path = tmp_path / "a.pdb"
-    dots = analyse_batch([Structure("a", str(path))], config)["dots"].sort_values("dot")
-    expected = sparsurf.minimal(path, percent=10, relax=relax, seed=config["seed"])
-    order = np.argsort(expected.dots)
-    assert dots["dot"].to_list() == expected.dots[order].tolist()
-    points, _ = tables.unpack_dots(dots)
-    assert np.allclose(points, expected.points[order], atol=1 / 64)
-    moved = np.linalg.norm(points - sparsurf.surface(path).points[dots["dot"]], axis=1)
-    assert (moved.max() > 0.03) == relax  # rounded to 1/64 Å along each axis, at most 0.014 Å away
-
-
 def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):
     config = check_config(config_of(tmp_path))
     batch = [Structure("a", str(tmp_path / "a.pdb")), Structure("x", "/nowhere.pdb")]

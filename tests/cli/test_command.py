@@ -386,7 +386,7 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
         ranges=None,
         structure=own,
         field_table=None,
-        minimal={"sampler": "farthest", "relax": False} | wishes,
+        minimal={"sampler": "farthest"} | wishes,
         field_names=fields,
         whole_curve=False,
     )
@@ -437,16 +437,6 @@ def test_the_floor_is_that_of_dots_as_dense_on_as_many_tests_as_in_a_study(folde
         ended("minimal", folder / "protein.pdb", "--density", 2, "--d-link", 1, "-o", tmp_path / "x.csv") == 1
     )
     assert seen[0][0] == 200 and seen[0][1] == seen[0][2]
-
-
-def test_fewer_dots_suffice_at_better_places(folder, tmp_path):
-    found = []
-    for name, more in (("as", []), ("better", ["--relax"])):
-        assert ended("minimal", folder / "protein.pdb", *more, "-o", tmp_path / f"{name}.csv") == 0
-        found.append(pd.read_csv(tmp_path / f"{name}.csv"))
-    places = sparsurf.surface(folder / "protein.pdb").points[found[1]["dot"]]
-    moved = np.linalg.norm(found[1][["x", "y", "z"]] - places, axis=1)
-    assert len(found[1]) < len(found[0]) and 0 < moved.mean() < 0.3
 
 
 def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
@@ -928,8 +918,8 @@ def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
     ("function", "words", "wanted"),
     [
         ("roughness", "--r-patch 5 --d-link 0.7", {"radius": 5.0, "d_link": 0.7}),
-        ("minimal", "--percent 8 --seed 5 --d-link 0.7 --relax", {"percent": 8.0, "seed": 5, "d_link": 0.7, "relax": True}),
-        ("minimal", "--dots 90 --sampler poisson", {"n_dots": 90, "sampler": "poisson", "relax": False}),
+        ("minimal", "--percent 8 --seed 5 --d-link 0.7", {"percent": 8.0, "seed": 5, "d_link": 0.7}),
+        ("minimal", "--dots 90 --sampler poisson", {"n_dots": 90, "sampler": "poisson"}),
         ("descriptors", "--radius 5 --down --d-link 0.7", {"radius": 5.0, "up": False, "d_link": 0.7}),
         ("mesh", "--cavities remove --probe 1.5 --radii bondi", {"cavities": "remove", "probe_radius": 1.5, "radii": "bondi"}),
     ],

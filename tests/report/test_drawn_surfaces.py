@@ -599,8 +599,8 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     monkeypatch.setattr(draw_figures, "FIGURES", {"subsets": SimpleNamespace(draw=shown.append)})
     monkeypatch.setattr(draw_figures.layout, "save", lambda *_: None)
     for own, words in (
-        ({"floor": "turned"}, "farthest point"),
-        ({"combination": [1, 0, 6, 0]}, "paper's sampling"),
+        ({"sampler": "farthest", "floor": "turned"}, "farthest point"),
+        ({"sampler": "paper", "combination": [1, 0, 6, 0]}, "paper's sampling"),
     ):
         draw_figures.main(
             **inputs,
@@ -610,7 +610,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
             distance_from_moved_centre=True,
             chance_in_every_patch=True,
             test_dots=2,
-            minimal_settings={"sampler": "farthest", "relax": False} | own,
+            minimal_settings=own,
             seed=1,
             name="p/c1",
         )

@@ -305,7 +305,7 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
 
 
 def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
-    for own in ({"sampler": "poisson"}, {"relax": True}, {}):
+    for own in ({"sampler": "poisson"}, {}):
         assert check_config(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
     assert "floor" not in check_config(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
@@ -452,9 +452,9 @@ def test_a_combination_stands_without_another_sampler():
     own = {"combination": [1.0, 0.0, 6.0, 0.0]}
     for sampler in ({}, {"sampler": "paper"}, {"sampler": "paper_corrected"}):
         checked = check_config(DEFAULT | {"minimal": own | sampler})
-        assert checked["minimal"] == own | {"sampler": "farthest", "relax": False} | sampler
-        assert check_config(checked) == checked  # a default that is written out asks for nothing
-    for sampler in ("poisson", "uniform"):
+        assert checked["minimal"] == own | {"sampler": "paper"} | sampler
+        assert check_config(checked) == checked
+    for sampler in ("farthest", "uniform"):
         with pytest.raises(InputError) as error:
             check_config(DEFAULT | {"minimal": own | {"sampler": sampler}})
         assert str(error.value) == (

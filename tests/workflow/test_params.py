@@ -78,7 +78,7 @@ def planned(tmp_path_factory):
         "sampling": config["sampling"] | {"distance_from_moved_centre": False},
         "evaluation": {"test_dots": 21, "draws": 3},
         "tables": {"ranges": 10, "max_n_S_percent": 33},
-        "minimal": {"sampler": "paper_corrected", "n_S_percent": 12, "relax": True},
+        "minimal": {"sampler": "paper_corrected", "n_S_percent": 12},
         "ensemble": {
             "run": True,
             "jobs": 2,

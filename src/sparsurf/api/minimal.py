@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -19,19 +18,17 @@ from sparsurf.api.inputs import (
     SurfaceLike,
     as_dots,
     as_molecule,
-    check_flag,
     has_atoms,
     refuse_other_rules,
     refuse_placement,
 )
 from sparsurf.api.subsets import prepare
-from sparsurf.api.surfaces import as_surface, surface, surface_settings
+from sparsurf.api.surfaces import surface, surface_settings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
-from sparsurf.recovery.relaxation import relax as relaxed_dots
 from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.floors import FRESH, floors_table, measure_floors
 from sparsurf.study.minimal_subset import Subset, select_minimal_subset
@@ -63,7 +60,6 @@ def minimal(
     n_dots: int | None = None,
     max_error: float | None = None,
     sampler: str = "farthest",
-    relax: bool = False,
     seed: int = DEFAULT_SEED,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
@@ -83,8 +79,6 @@ def minimal(
         Share of all dots, number of dots, or largest Z. Without a size, as few dots as suffice to recover the surface.
     sampler : str
         As in `sample`.
-    relax : bool
-        Whether the dots move a little, so that fewer suffice to recover the surface.
     seed : int
     frame, probe_radius, density, radii, d_link, cavities : as in `surface`
 
@@ -114,7 +108,6 @@ def minimal(
         "n_S": None if n_dots is None else NUMBER_OF_DOTS.check(n_dots, "n_dots"),
         "Z": None if max_error is None else ERROR.check(max_error, "max_error"),
     }
-    check_flag(relax, "relax")
     request = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
         raise InputError("minimal: give only one of percent, n_dots and max_error.")
@@ -125,7 +118,7 @@ def minimal(
     if n_dots is not None and n_dots > len(dots):
         raise InputError(f"minimal: n_dots is {n_dots}, more than the {len(dots)} dots of the surface.")
     prepared, n_tests = prepare(dots, d_link=d_link, seed=seed), number_of_tests(TEST_DOTS, len(dots))
-    trials = Trials(prepared, sampler, n_tests, relaxed=bool(relax))
+    trials = Trials(prepared, sampler, n_tests)
     floor = None
     if not request:
         request = {"floor": FRESH}
@@ -167,34 +160,6 @@ def floors(
     dots, generator, _ = _dots_and_generator(surface, frame, rules)
     prepared = prepare(dots, d_link=d_link, seed=seed)
     return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *generator))
-
-
-def relax(few: DotsLike, surface: SurfaceLike) -> Surface:
-    """Move kept dots a little, so that the surface recovered from them fits the whole one better.
-
-    Parameters
-    ----------
-    few : the kept dots, as in `recover`
-    surface : all dots, as in `prepare`
-
-    Returns
-    -------
-    Surface
-
-    Examples
-    --------
-    >>> import sparsurf
-    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> few = dots[sparsurf.sample(dots, percent=2)]
-    >>> better = sparsurf.relax(few, dots)
-    >>> bool(0.01 < abs(better.points - few.points).mean() < 0.5)
-    True
-    """
-    kept, whole = as_dots(few), as_surface(surface)
-    points, normals = relaxed_dots(
-        kept.points, kept.normals, whole.points, whole.normals, threads=available_cores()
-    )
-    return replace(kept, points=points, normals=normals)
 
 
 def recover(

@@ -202,9 +202,7 @@ def compare(
     kept = [subset_indices(name, subset, n) for name, subset in by_name.items()]
     for (name, subset), dots in zip(by_name.items(), kept, strict=True):
         if isinstance(subset, Subset) and not np.array_equal(subset.points, prepared.points[dots]):
-            raise InputError(
-                f"{name}: this subset was relaxed, or chosen from other dots; compare its own dots."
-            )
+            raise InputError(f"{name}: this subset was chosen from other dots; compare its own dots.")
     tests = prepared.draw_tests(number_of_tests(test_dots, n))
     uniform = [published.uniform_subset(n, len(dots), prepared.stream("compare", len(dots))) for dots in kept]
     z_tot, _ = prepared.describe(tests)

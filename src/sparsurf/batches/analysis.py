@@ -74,7 +74,7 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
         config["sampling"]["chance_in_every_patch"],
     ).with_shared_streams
     n_tests = number_of_tests(config["evaluation"]["test_dots"], len(dots))
-    trials = Trials(prepared, config["minimal"]["sampler"], n_tests, relaxed=config["minimal"]["relax"])
+    trials = Trials(prepared, config["minimal"]["sampler"], n_tests)
     subset = select_minimal_subset(trials, config["minimal"])
     residues = residue_table(dots, prepared.roughness, molecule, subset.dots, subset.weight, component)
     row = {

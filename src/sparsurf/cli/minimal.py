@@ -23,8 +23,6 @@ Each dot comes with `dot`, its number on the surface from 0, and `weight`, the n
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
 A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX.
 
-With --relax the dots move a little: they are no longer dots of the surface, but fewer of them suffice to recover it.
-
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
   sparsurf minimal protein.pdb --dots 500 --sampler poisson -o minimal.ply
@@ -63,11 +61,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"how to choose: {', '.join(SAMPLERS)} (default farthest)",
     )
     parser.add_argument(
-        "--relax",
-        action="store_true",
-        help="move the dots a little, so that the surface recovered from them fits the whole one better",
-    )
-    parser.add_argument(
         "--seed",
         type=options.number(SEED),
         default=DEFAULT_SEED,
@@ -93,7 +86,6 @@ def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
             n_dots=args.dots,
             max_error=args.max_error,
             sampler=args.sampler,
-            relax=args.relax,
             seed=args.seed,
             d_link=args.d_link,
         )

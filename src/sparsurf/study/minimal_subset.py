@@ -1,7 +1,7 @@
 """Select the minimal subset that a config, a command or a call requests."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import DTypeLike
 
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.recovery.recovering import REACH, dot_spacing
-from sparsurf.recovery.relaxation import relax
 from sparsurf.sampling.samplers import subset_weights
 from sparsurf.study.required_dots import Trials
 from sparsurf.study.subset_search import find_subset, smallest_recovered_subset
@@ -25,7 +24,7 @@ class Subset:
     ----------
     dots : (n,) int64, their indices, in the order of choice
     weight : (n,) int64, number of dots of the surface that each represents
-    surface : Surface of the kept dots alone, at their new positions if relaxed
+    surface : Surface of the kept dots alone
     table : DataFrame, the rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels
     interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered
     """
@@ -48,7 +47,7 @@ class Subset:
 
     @property
     def points(self) -> np.ndarray:
-        """Positions of the kept dots, (n, 3) float64, Å; moved if relaxed."""
+        """Positions of the kept dots, (n, 3) float64, Å."""
         return self.surface.points
 
     @property
@@ -70,7 +69,7 @@ def select_minimal_subset(
     """Select the subset that `request`, the config's `minimal`, asks for: by floor, n_S, n_S_percent, Z or combination.
 
     `trials` are those of a `with_shared_streams` PreparedSurface, so that the subset does not depend on the name of the
-    surface; the sampler and `relax` are theirs. `floors` are from `floors.measure_floors`, if a floor is requested. The dots
+    surface; the sampler is theirs. `floors` are from `floors.measure_floors`, if a floor is requested. The dots
     belong to the atoms of `molecule`.
     """
     prepared, interval = trials.prepared, None
@@ -89,13 +88,7 @@ def select_minimal_subset(
             n_tests=len(trials.tests),
             choices=trials.choices,
         )
-    full = prepared.surface
-    kept = full.take(dots)
-    if trials.relaxed:
-        points, normals = relax(
-            kept.points, kept.normals, full.points, full.normals, threads=prepared.threads
-        )
-        kept = replace(kept, points=points, normals=normals)
+    kept = prepared.surface.take(dots)
     return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule), interval)
 
 

@@ -9,8 +9,7 @@ import pandas as pd
 
 from sparsurf import progress
 from sparsurf.patches.readings import WRITTEN_READING
-from sparsurf.recovery.readings import RECOVERED, recovered_index
-from sparsurf.recovery.relaxation import relax
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers
 from sparsurf.study.crossing import fitted_crossing, near
@@ -54,8 +53,6 @@ class Trials:
     sampler : str
     n_tests : int
     choices : combination.Choices
-    relaxed : bool
-        Recover the surface from relaxed dots, see `relaxation.relax`.
 
     Attributes
     ----------
@@ -74,9 +71,8 @@ class Trials:
         sampler: str,
         n_tests: int,
         choices: Choices = PUBLISHED_CHOICES,
-        relaxed: bool = False,
     ) -> None:
-        self.prepared, self.sampler, self.choices, self.relaxed = prepared, sampler, choices, relaxed
+        self.prepared, self.sampler, self.choices = prepared, sampler, choices
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
         self.down_to = -np.inf
@@ -103,18 +99,7 @@ class Trials:
 
     def distances(self, subsets: Sequence[np.ndarray], reading: str) -> np.ndarray:
         """Compute |z_tot - z| at the test dots, (B, T)."""
-        if not (self.relaxed and reading == RECOVERED):
-            return self.prepared.distances(subsets, self.tests, self._z_tot, reading)[0]
-        return np.array([self._distances_of_relaxed(dots) for dots in subsets])
-
-    def _distances_of_relaxed(self, dots: np.ndarray) -> np.ndarray:
-        """Compute |z_tot - z| of the surface recovered from relaxed dots, (T,)."""
-        full = self.prepared
-        points, normals = relax(
-            full.points[dots], full.normals[dots], full.points, full.normals, threads=full.threads
-        )
-        index = recovered_index(points, normals, full.d_link, full.area, full.density)
-        return full.distances_to_index(index, self.tests, self._z_tot)[0]
+        return self.prepared.distances(subsets, self.tests, self._z_tot, reading)[0]
 
     @cached_property
     def sizes(self) -> np.ndarray:

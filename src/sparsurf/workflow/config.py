@@ -258,7 +258,7 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield "sampling is false, but `compare` needs its grid; remove one of the two."
     if config.get("paper", "") in {*config["proteins"]} - {*sampled}:
         yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
-    if "combination" in minimal and minimal["sampler"] not in ("farthest", *SAMPLERS_OF_COMBINATIONS):
+    if "combination" in minimal and minimal["sampler"] not in SAMPLERS_OF_COMBINATIONS:
         yield f"minimal.sampler is {minimal['sampler']}, but minimal.combination belongs to the paper's; remove one of the two."
     if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
         yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."

@@ -365,7 +365,6 @@ class Minimal(Section):
     """The minimal subset, by one of floor, n_S_percent, n_S, Z and combination."""
 
     sampler: names.Sampler = key("farthest", "Sampler of the subset.")
-    relax: bool = key(False, "Move the dots off the surface, so that the recovered surface fits better.")
     floor: names.Floor = optional(
         "Noise floor that the recovered surface reaches within 20 %; fresh dots by default."
     )
@@ -373,7 +372,7 @@ class Minimal(Section):
     n_S: Positive = optional("Requested number of dots.")
     Z: Number = optional("Requested Z under `as_written`; the smallest n_S that reaches it is taken.", ge=0)
     combination: Combination = optional(
-        "alpha, beta, gamma, delta of one draw of the paper's sampling, or of paper_corrected."
+        "alpha, beta, gamma, delta of one draw of the sampler: paper, unless paper_corrected is named."
     )
 
     @model_validator(mode="after")
@@ -385,6 +384,8 @@ class Minimal(Section):
             )
         if not requests:
             self.floor = FLOORS[0]
+        if self.combination is not None and "sampler" not in self.model_fields_set:
+            self.sampler = "paper"
         return self
 
 
