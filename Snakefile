@@ -29,6 +29,7 @@ rule all:
     input:
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
         [early_outputs(protein) for protein in PROTEINS],
+        outputs_beside_proteins(),  # also named here, as a protein without frames hides all final outputs
         final_outputs,
 
 
@@ -379,64 +380,32 @@ if "paper" in config and not is_excluded(config["paper"], "c1"):
     include: "rules/paper.smk"
 
 
-rule collect_warnings:
-    input:
-        results=results_before_pages,
-    output:
-        table="results/{run}/warnings.csv",
-    log:
-        "results/{run}/logs/collect_warnings.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        logs="results/{run}/logs",
-        jobs=log_names(workflow.rules),
-    message:
-        "Warnings of the run"
-    script:
-        "scripts/collect_warnings.py"
-
-
-rule write_front_page:
-    input:
-        results=results_before_pages,
-        warnings="results/{run}/warnings.csv",
-    output:
-        page="results/{run}/index.html",
-        failures="results/{run}/failures.csv",
-    log:
-        "results/{run}/logs/write_front_page.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        exclude=config["exclude"],
-        floor=config["minimal"].get("floor"),
-        code=REPORT,
-    message:
-        "First page of the run"
-    script:
-        "scripts/write_front_page.py"
-
-
 if BATCHED:
 
     include: "rules/batches.smk"
 
+else:
 
-rule write_crate:
-    input:
-        results=results_before_pages,
-        pages=["results/{run}/index.html", "results/{run}/failures.csv", "results/{run}/warnings.csv"],
-    output:
-        crate="results/{run}/ro-crate-metadata.json",
-    log:
-        "results/{run}/logs/write_crate.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    message:
-        "Description of all files for archives"
-    script:
-        "scripts/write_crate.py"
+    rule close_run:
+        input:
+            results=results_before_pages,
+        output:
+            page="results/{run}/index.html",
+            failures="results/{run}/failures.csv",
+            warnings="results/{run}/warnings.csv",
+            crate="results/{run}/ro-crate-metadata.json",
+        log:
+            "results/{run}/logs/close_run.log",
+        localrule: True
+        conda:
+            "envs/study.yaml"
+        params:
+            exclude=config["exclude"],
+            floor=config["minimal"].get("floor"),
+            logs="results/{run}/logs",
+            jobs=log_names(workflow.rules),
+            code=REPORT,
+        message:
+            "First page of the run"
+        script:
+            "scripts/close_run.py"

@@ -1,10 +1,6 @@
 # Thousands of structures, where the config has `batch`: a job for each batch of them, tables and one page for the run.
 
 
-ruleorder: summarise_batches > collect_warnings
-ruleorder: summarise_batches > write_front_page
-
-
 rule analyse_batch:
     input:
         files_of_batch,
@@ -48,6 +44,7 @@ rule summarise_batches:
         failures="results/{run}/failures.csv",
         warnings="results/{run}/warnings.csv",
         png="results/{run}/distributions.png",
+        crate="results/{run}/ro-crate-metadata.json",
     log:
         "results/{run}/logs/summarise_batches.log",
     localrule: True

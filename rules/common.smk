@@ -2,11 +2,12 @@
 
 import re
 
-from sparsurf.batches.assignment import TABLES, assign_batches, size_as_pdb
+from sparsurf.batches.assignment import TABLES, batches_of
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
+from sparsurf.workflow.names import FIGURES, PAPER_FIGURES
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
 
 let_jobs_import_library()
@@ -32,9 +33,7 @@ if BATCHED:  # some of them get the pages of a study, too, of the model that the
         for name, protein in PROTEINS.items()
         if f"{name}/*" not in EXCLUDED
     }
-BATCHES = assign_batches(
-    {name: size_as_pdb(protein.structure) for name, protein in BATCHED.items()}, config.get("batch", "auto")
-)
+BATCHES = batches_of(config)
 PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}" not in EXCLUDED}
 CHANGES = {name: forms for name, forms in config["changes"].items() if f"changes/{name}" not in EXCLUDED}
 READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
@@ -44,14 +43,6 @@ SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is n
 DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
-PAPER_FIGURES = (
-    "roughness",
-    "number_of_dots",
-    "d_over_grid",
-    "rough_and_flat",
-    "subsets",
-)  # 1 to 5, also as SVG
-FIGURES = ("required_dots", *PAPER_FIGURES)
 CHANGES_FILES = (
     "changes.csv",
     "changes.html",
@@ -301,6 +292,17 @@ def results_of_pages(wildcards):
     return [f"{run}/{file}" for file in files] + of_proteins
 
 
+def outputs_beside_proteins():
+    """Files of the pairs, of the forms that are compared, and of the comparison with the paper."""
+    files = [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
+    files += [f"changes/{name}/{file}" for name in CHANGES for file in CHANGES_FILES]
+    if "paper" in config and not is_excluded(config["paper"], "c1"):
+        files += ["verdict.html", "table1.png", "table1.svg", "paper_as_published.csv", "paper_places.csv"]
+        files += ["paper_tests.csv", "paper_rows.csv", "paper_links.csv", "paper_defects.csv"]
+        files += ["paper_family.csv"]
+    return [f"results/{config['run']}/{file}" for file in files]
+
+
 def results_before_pages(wildcards):
     """All outputs except the first page and its tables."""
     run = f"results/{config['run']}"
@@ -315,21 +317,10 @@ def results_before_pages(wildcards):
     if config["compare"]["run"] and SAMPLED:
         files += ["compare.csv", "compare_needed.csv", "compare.html"]
         files += [f"compare{part}.png" for part in ("", "_panels")]
-    if "paper" in config and not is_excluded(config["paper"], "c1"):
-        files += ["verdict.html", "table1.png", "table1.svg", "paper_as_published.csv", "paper_places.csv"]
-        files += ["paper_tests.csv", "paper_rows.csv", "paper_links.csv", "paper_defects.csv"]
-        files += ["paper_family.csv"]
     if PAIRS:
-        files += [
-            "pairs/pairs.csv",
-            "pairs/means.csv",
-            "pairs/pairs.html",
-            "pairs/pairs.png",
-        ]
-    files += [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
-    files += [f"changes/{name}/{file}" for name in CHANGES for file in CHANGES_FILES]
+        files += [f"pairs/{name}" for name in ("pairs.csv", "means.csv", "pairs.html", "pairs.png")]
     of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
-    return [f"{run}/{file}" for file in files] + of_proteins
+    return [f"{run}/{file}" for file in files] + outputs_beside_proteins() + of_proteins
 
 
 def pair_files(pair):

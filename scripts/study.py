@@ -14,13 +14,19 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 from sparsurf import InputError
-from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config, read_config
-from sparsurf.workflow.jobs import DISK_ERRORS
+from sparsurf.workflow.jobs import DISK_ERRORS, job
 from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
-from sparsurf.workflow.running import locked, run_snakemake
+from sparsurf.workflow.running import (
+    failed_jobs,
+    locked,
+    make_writable,
+    run_snakemake,
+    say_what_failed,
+)
 from sparsurf.workflow.slurm import stop_at_impossible_job
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -116,28 +122,39 @@ def checked_config(paths: Sequence[Path], here: bool) -> dict:
 
 
 def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
-    """Run what is out of date; where jobs fail, run the rest without them. Return the exit code."""
+    """Run what is out of date; where jobs fail, close the run without them. Return the exit code."""
     begin, run = time.time(), Path("results", config["run"])
-    partial_runs.make_writable(run / "logs")
+    make_writable(run / "logs")
     errors = run / "logs" / "snakemake.err"
     errors.unlink(missing_ok=True)
     watch = (
         partial(stop_at_impossible_job, prefix=job_prefix()) if "--slurm-jobname-prefix" in options else None
     )
-    snakemake = partial(run_snakemake, ROOT, errors=errors, begun=watch)
-    with partial_runs.failed_jobs() as failed:
-        code = snakemake(files, "--logger", "sparsurf", *options)
+    with failed_jobs() as failed:
+        code = run_snakemake(ROOT, files, "--logger", "sparsurf", *options, errors=errors, begun=watch)
     finished = code == 0
     if code:
-        exclude = partial_runs.exclude_failures(config, run, failed)
-        if exclude.keys() - config["exclude"].keys() and partial_runs.something_is_left(config, run, exclude):
-            print("Running the rest without what failed:")
-            rest = partial_runs.write_exclude(exclude, ROOT / ".snakemake" / "exclude.yaml")
-            finished = snakemake([*files, rest], "--logger", "sparsurf", *options) == 0
-        partial_runs.say_what_failed(run, failed)
-        config = config | {"exclude": exclude}
+        import close_partial_run  # here, as it imports pandas and matplotlib
+
+        failures = close_partial_run.failed_places(config, run, failed)
+        if failures.keys() - config["exclude"].keys():
+            finished = closed(config, run, failures)
+        say_what_failed(run, failed)
+        config = config | {"exclude": failures}
     say_what_came_out(config, run, time.time() - begin, finished and (run / "index.html").is_file())
     return code
+
+
+def closed(config: dict, run: Path, failures: dict[str, str]) -> bool:
+    """Close a run in which jobs failed; return whether it has a first page."""
+    import close_partial_run
+
+    closing = SimpleNamespace(rule="close_partial_run", log=[run / "logs" / "close_partial_run.log"])
+    try:
+        with job(closing):
+            return close_partial_run.main(config, run, failures)
+    except SystemExit:  # with a sentence
+        return False
 
 
 def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -> None:

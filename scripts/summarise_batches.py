@@ -1,9 +1,10 @@
-"""Summarise a run in batches: its first page, the figure of its distributions, failures and warnings as CSV."""
+"""Close a run in batches: its first page, the figure of its distributions, failures and warnings, and the crate."""
 
 from pathlib import Path
 
 import pandas as pd
 
+from close_run import write_crate
 from sparsurf.batches.assignment import TABLES
 from sparsurf.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf.batches.tables import read_parquet
@@ -25,12 +26,13 @@ def main(
     failures: str,
     warnings: str,
     png: str,
+    crate: str,
     exclude: dict[str, str],
     logs: str,
     jobs: list[str],
     floor: str | None,
 ) -> None:
-    """Write index.html, distributions.png, failures.csv and warnings.csv.
+    """Write index.html, distributions.png, failures.csv, warnings.csv and the crate.
 
     Parameters
     ----------
@@ -68,6 +70,7 @@ def main(
         studied=rows_of_studied,
     )
     write(page, TEMPLATE, **values, images=images, n_outside=len(set(figures) - set(images)))
+    write_crate([*tables, png, *studied, page, failures, warnings], crate)
 
 
 def remove_others(run: Path, tables: list[str]) -> None:
@@ -88,6 +91,7 @@ if __name__ == "__main__":
             failures=snakemake.output.failures,
             warnings=snakemake.output.warnings,
             png=snakemake.output.png,
+            crate=snakemake.output.crate,
             exclude=snakemake.params.exclude,
             logs=snakemake.params.logs,
             jobs=snakemake.params.jobs,

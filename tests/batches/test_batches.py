@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import close_partial_run
 import small_study
 import sparsurf
 import summarise_batches
@@ -18,7 +19,6 @@ from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
 from sparsurf.report import batches_page
 from sparsurf.report.page import render
-from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config
 
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
@@ -29,6 +29,7 @@ FILES_OF_RUN = {
     "failures": "failures.csv",
     "warnings": "warnings.csv",
     "png": "distributions.png",
+    "crate": "ro-crate-metadata.json",
 }
 GOOD = [f"p{k:02d}" for k in range(1, 11)]
 
@@ -213,7 +214,7 @@ def test_a_structure_with_a_page_gets_the_files_of_a_study(many, tmp_path):
     with (run / "logs/p02/c1/draw_view.log").open("a") as log:
         log.write("WARNING told by a page\n")
     assert sorted(read(folder, "surfaces")["protein"]) == GOOD
-    excluded = partial_runs.exclude_failures(
+    excluded = close_partial_run.failed_places(
         check_config(config_of(tmp_path, pages=["a"])),
         run,
         [str(run / "logs/a/c1/draw_view.log"), str(run / "logs/a/choose_frames.log")],

@@ -12,9 +12,8 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+import close_run
 import sparsurf
-import write_crate
-import write_front_page
 from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.report import ensemble_page, pair_page, summary_page
@@ -490,8 +489,10 @@ def test_the_script_writes_the_first_page_and_what_failed(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     folder = Path("results", "run")
     results = [str(folder / path) for path in write_run(folder)]
-    page, failures = folder / "index.html", folder / "failures.csv"
-    write_front_page.main(results, str(page), str(failures), {"q": "too few dots."})
+    names = ("index.html", "failures.csv", "warnings.csv", "crate.json")
+    page, failures, warnings, crate = paths = [folder / name for name in names]
+    close_run.main(results, *map(str, paths), {"q": "too few dots."}, "fresh dots", f"{folder}/logs", [])
+    assert warnings.read_text() == "protein,conformation,job,sentence\n" and crate.is_file()
     assert "q: too few dots." in Page(page.read_text()).text["note"]
     assert failures.read_text() == "place,reason\nq,too few dots.\n"
     assert (
@@ -507,7 +508,7 @@ def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
     (folder / "p/laid/1.pdb").write_text("END\n")
     (folder / "p/a b.csv").write_text("x\n1\n")
     outputs = {"crate": folder / "c.json"}
-    write_crate.main([str(folder / path) for path in [*files, "p/laid"]], str(outputs["crate"]))
+    close_run.write_crate([str(folder / path) for path in [*files, "p/laid"]], str(outputs["crate"]))
     by = {each["@id"]: each for each in json.loads(outputs["crate"].read_text())["@graph"]}
     listed = [unquote(each["@id"]) for each in by["./"]["hasPart"]]
     assert listed == [*files, "p/laid/1.pdb"] and "p/a%20b.csv" in by

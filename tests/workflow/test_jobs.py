@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 
-import collect_warnings
+import close_run
 from sparsurf import InputError
 from sparsurf.workflow import job_logs, jobs
 
@@ -155,12 +155,7 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         "summarise_best",
         "match_partners",
     )
-    collect_warnings.main(
-        results=[f"{run}/{file}" for file in files],
-        table=f"{run}/w.csv",
-        logs=f"{run}/logs",
-        jobs=[*names],
-    )
+    close_run.write_warnings([f"{run}/{file}" for file in files], f"{run}/w.csv", f"{run}/logs", [*names])
     table = (run / "w.csv").read_bytes()
     sentences = [line.rsplit(",", 1)[1] for line in table.decode().splitlines()[1:]]
     assert sentences == counted and b"\r" not in table

@@ -65,7 +65,7 @@ KEYS = {
     "pairs.both.proteins": (["still", "moving"], {"match_partners", "thin_pair", "draw_pair"}, COMPUTE),
     "exclude": (
         {"ready/c1": "too small"},
-        {"summarise_surfaces", "summarise_best", "write_front_page"},
+        {"summarise_surfaces", "summarise_best", "close_run"},
         COMPUTE | {"match_partners"},
     ),
 }
@@ -142,7 +142,7 @@ def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again,
         ("pairs/files/book.png", "draw_pair"),
         ("changes/bend/changed_2.pdb", "compare_forms"),
         ("summary.png", "summarise_best"),
-        ("failures.csv", "write_front_page"),
+        ("failures.csv", "close_run"),
     ],
 )
 def test_a_deleted_result_is_made_again(own, config, file, rule):
@@ -154,7 +154,7 @@ def test_a_deleted_result_is_made_again(own, config, file, rule):
 def test_code_that_draws_runs_again_figures_and_pages_alone(study, config):
     planned = planned_rules(study, config, REPORT="another")
     drawn = {"draw_frames", "draw_figures", "draw_view", "draw_ensemble", "draw_pair", "draw_changes"}
-    assert drawn | {"write_front_page"} <= planned
+    assert drawn | {"close_run"} <= planned
     assert not planned & (COMPUTE | {"choose_frames", "follow_frames", "tabulate_residues"})
 
 

@@ -172,7 +172,10 @@ def test_a_truncated_table_is_refused_by_the_rule_that_reads_it(study, tmp_path,
 
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory):
-    """A checkout with a study of three files of structures, of which one cannot be read; what `make run` printed twice."""
+    """A checkout with a study of three files of structures, of which one cannot be read; what `make run` printed twice.
+
+    The file that cannot be read has models, so that its conformations are known to no other job.
+    """
     root = tmp_path_factory.mktemp("mein Ordner é") / "checkout"
     (root / "my" / "structures").mkdir(parents=True)
     for name in ("src", "rules", "envs", "data", "profiles", "Snakefile", "config.yaml", "studies", ".cache"):
@@ -184,10 +187,11 @@ def checkout(tmp_path_factory):
     write(
         root / "my/structures/two.pdb", f"MODEL        1\n{model}ENDMDL\nMODEL        2\n{moved}ENDMDL\nEND\n"
     )
-    write(root / "my/structures/bad.pdb", "REMARK nothing here\n")
+    write(root / "my/structures/bad.pdb", "MODEL        1\nENDMDL\nMODEL        2\nENDMDL\n")
     (root / "my" / "structures").chmod(0o555)
     config = SETTINGS | {"run": "mine", "sampling": False, "proteins": {"folder": "my/structures"}}
-    config["frames"] = {"selection": "all"}
+    config |= {"frames": {"selection": "all"}, "pairs": {"good": {"proteins": ["still", "two"]}}}
+    config["pairs"]["lost"] = {"proteins": ["still", "bad"]}
     (root / "mine.yaml").write_text(yaml.safe_dump(config))
     processes = [make_run(root) for _ in range(2)]
     return root, *processes
@@ -212,7 +216,7 @@ def test_a_protein_that_fails_does_not_stop_the_others(checkout):
     run = root / "results" / "mine"
     assert process.returncode == again.returncode == 1
     assert "bad.pdb holds no atoms" in process.stdout and "Traceback" not in output(process)
-    assert "- bad/choose_" in process.stderr and "Look at   results/mine/index.html" in process.stdout
+    assert "- bad/choose_frames:" in process.stderr and "Look at   results/mine/index.html" in process.stdout
     surfaces = pd.read_csv(run / "surfaces.csv", dtype={"protein": str})
     places = [["still", "f0"], ["two", "f0"], ["two", "f1"]]
     assert surfaces[["protein", "conformation"]].to_numpy().tolist() == places
@@ -223,7 +227,9 @@ def test_a_protein_that_fails_does_not_stop_the_others(checkout):
         assert row.minimal_n_S == required_dots.loc[("fresh dots", "recovered"), "n_S"]
         assert (folder / "view.png").stat().st_size > 1000 and not (folder / "grid.csv").exists()
     failures = (run / "failures.csv").read_text().splitlines()
-    assert len(failures) == 2 and re.fullmatch(r"bad,choose_\w+: .*bad\.pdb holds no atoms.*", failures[1])
+    assert re.fullmatch(r"bad,choose_frames: .*bad\.pdb holds no atoms.*", failures[1])
+    assert failures[2:] == ["pairs/lost,bad could not be finished."]
+    assert (run / "pairs/good/agreement.csv").exists() and (run / "pairs/pairs.csv").exists()
     page = (run / "index.html").read_text()
     assert page.count('class="thumb"') == 3 and "bad.pdb holds no atoms" in page
 
@@ -261,6 +267,13 @@ def test_the_next_run_does_only_what_failed(checkout):
     assert not [job for job in jobs if "two" in job or "still" in job]
     planned = make_run(root, "--dry-run")
     assert planned.returncode == 0 and "bad" in planned.stdout
+    (root / "my/structures").chmod(0o755)
+    (root / "my/structures/bad.pdb").unlink()
+    config = yaml.safe_load((root / "mine.yaml").read_text())
+    config["pairs"].pop("lost")
+    (root / "mine.yaml").write_text(yaml.safe_dump(config))
+    planned = make_run(root, "--dry-run")
+    assert "All surfaces side by side" in planned.stdout and "First page" in planned.stdout
 
 
 def test_the_config_of_the_readme_is_a_study(tmp_path):

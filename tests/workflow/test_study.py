@@ -15,9 +15,10 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
+import close_partial_run
 import study
 from conftest import ROOT
-from sparsurf.workflow import job_logs, memory, partial_runs, slurm
+from sparsurf.workflow import job_logs, memory, running, slurm
 
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
 
@@ -41,6 +42,16 @@ def checkout(tmp_path, monkeypatch):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text("minimal_n_S_percent\n4.5\n" if file == "surfaces.csv" else "a\n1\n")
 
+        def close_with(self, *files):
+            """Let the closing of a run write these files, and note what failed in `failures`."""
+
+            def close(config, run, failures):
+                played_checkout.failures = failures
+                played_checkout.make(*files)
+                return True
+
+            monkeypatch.setattr(close_partial_run, "main", close)
+
         def fail(self, *logs):
             """Return the work of a Snakemake in which some jobs fail."""
 
@@ -49,7 +60,7 @@ def checkout(tmp_path, monkeypatch):
                 for log in logs:
                     path = played_checkout.root / f"results/mine/logs/{log}.log"
                     path.write_text(f"INFO fine\nERROR {log} is bad.\n")
-                with open(os.environ[partial_runs.FAILED_JOBS], "a") as stream:
+                with open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
                     stream.writelines(f"results/mine/logs/{log}.log\n" for log in logs)
 
             return work
@@ -116,8 +127,8 @@ def test_a_comparison_that_failed_has_no_answer_of_an_earlier_run(checkout, caps
         table.parent.mkdir(parents=True)
         table.write_text("total,above_moved\n1,1\n2,0\n3,0\n")
     checkout.make("p/frames.csv", "q/frames.csv")
-    made = lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")  # noqa: E731
-    checkout.work, checkout.codes = [checkout.fail("changes/bend/compare_forms"), made], [1, 0]
+    checkout.work, checkout.codes = [checkout.fail("changes/bend/compare_forms")], [1]
+    checkout.close_with("surfaces.csv", "warnings.csv", "index.html")
     changes = {name: ["p", "q"] for name in ("bend", "fold", "turn")}
     proteins = {"p": STRUCTURE, "q": STRUCTURE}
     assert study.main(checkout.config(proteins=proteins, changes=changes, exclude=["changes/turn"])) == 1
@@ -128,17 +139,16 @@ def test_a_comparison_that_failed_has_no_answer_of_an_earlier_run(checkout, caps
 
 def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, capsys):
     checkout.make("q/frames.csv")
-    checkout.work = [checkout.fail("p/choose_frames"), lambda: checkout.make("index.html")]
-    checkout.codes = [1, 0]
+    checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
+    checkout.close_with("index.html")
     assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE})) == 1
-    assert checkout.files == ["mine.yaml", "exclude.yaml"]
-    exclude = yaml.safe_load((checkout.root / ".snakemake" / "exclude.yaml").read_text())
-    assert exclude == {"exclude": {"p": "choose_frames: p/choose_frames is bad."}}
+    assert len(checkout.calls) == 1 and checkout.files == ["mine.yaml"]
+    assert checkout.failures == {"p": "choose_frames: p/choose_frames is bad."}
     printed = capsys.readouterr()
     assert "- p/choose_frames: p/choose_frames is bad." in printed.err and "Look at" in printed.out
 
 
-def test_where_nothing_is_left_there_is_no_second_run_and_no_answer(checkout, capsys):
+def test_where_nothing_is_left_there_is_no_answer(checkout, capsys):
     checkout.make("surfaces.csv", "index.html")  # of an earlier run
     checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
     assert study.main(checkout.config()) == 1 and len(checkout.calls) == 1
@@ -150,7 +160,7 @@ def test_where_nothing_is_left_there_is_no_second_run_and_no_answer(checkout, ca
 def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
     def complain():
         (checkout.root / "results" / "mine" / "logs" / "snakemake.err").write_text(
-            f"{partial_runs.SNAKEMAKES_GREETING} profiles/default\nusage\nsnakemake: error: four is no number\n\n"
+            f"{running.SNAKEMAKES_GREETING} profiles/default\nusage\nsnakemake: error: four is no number\n\n"
         )
 
     checkout.codes, checkout.work = [1], [complain]
@@ -178,48 +188,50 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
         (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "changes/two": "?"}),
         (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),
         (["changes/two/draw_changes"], {"changes/two": "draw_changes: ?"}),
-        (["q/c1/draw_view"], {"q/c1": "?", "q": "None of", "pairs/both": "?", "changes/two": "?"}),
+        (["q/c1/draw_view"], {"q/c1": "?", "pairs/both": "?", "changes/two": "?"}),
         (["summarise_best"], {}),
     ],
 )
-def test_a_second_run_excludes_what_failed_and_what_needs_it(tmp_path, logs, exclude):
+def test_what_failed_and_what_needs_it_is_named_with_its_reason(tmp_path, logs, exclude):
     (tmp_path / "p").mkdir()
     (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
     pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
     config = {"exclude": {}, "proteins": {"p": {}, "q": {"surface": "x"}}, "pairs": pairs}
     config["changes"] = {"one": ["p", "p/c2"], "two": ["p/c3", "q"]}
     failed = [str(tmp_path / "logs" / f"{log}.log") for log in logs]
-    found = partial_runs.exclude_failures(config, tmp_path, failed)
+    found = close_partial_run.failed_places(config, tmp_path, failed)
     assert found.keys() == exclude.keys()
     assert all(found[place].startswith(reason.rstrip("?")) for place, reason in exclude.items())
-    assert partial_runs.something_is_left(config, tmp_path, found)
 
 
 def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformations():
     """A job that comes before them and is not listed would stop the run of the other proteins."""
     rules = "".join(path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")))
     jobs = set(re.findall(r'"results/\{run\}/logs/\{protein\}/(\w+)[^/"]*\.log"', rules))
-    after = {job for job in jobs if not job.startswith(partial_runs.BEFORE_CONFORMATIONS)}
+    after = {job for job in jobs if not job.startswith(close_partial_run.BEFORE_CONFORMATIONS)}
     assert after == {"draw_frames", "follow_frames_", "follow_ensemble", "draw_ensemble"}
 
 
-def test_a_protein_without_any_conformation_is_excluded_itself(tmp_path):
+def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     (tmp_path / "p").mkdir()
-    (tmp_path / "p" / "frames.csv").write_text("conformation\nf0002\nf0013\n")
+    (tmp_path / "p" / "frames.csv").write_text("conformation\nf0002\nf0013\nf0020\nf0021\n")
+    for name in ("f0002", "f0013", "f0020"):
+        (tmp_path / "p" / name).mkdir()
+        (tmp_path / "p" / name / "view.html").write_text("")
     config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "changes": {}}
-    found = partial_runs.exclude_failures(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
-    assert found["p"] == "None of its conformations could be finished." and len(found) == 3
-    assert not partial_runs.something_is_left(config, tmp_path, found)
-    assert partial_runs.exclude_failures(config, tmp_path, []).keys() == {"p/f13"}
-    config["pairs"]["files"] = {"files": ["a", "b"]}
-    assert partial_runs.something_is_left(config, tmp_path, found)
+    found = close_partial_run.failed_places(
+        config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"]
+    )
+    assert found.keys() == {"p/f13", "p/f0002"}
+    assert close_partial_run.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
+    assert not close_partial_run.main(config, tmp_path, found | {"p/f20": "?"})
 
 
 @pytest.mark.parametrize("full", ["results/mine", ".snakemake"])
 def test_a_disk_that_becomes_full_is_one_sentence(checkout, capsys, monkeypatch, full):
     free = {full: 0}
     monkeypatch.setattr(
-        partial_runs.shutil, "disk_usage", lambda path: SimpleNamespace(free=free.get(str(path), 10**9))
+        running.shutil, "disk_usage", lambda path: SimpleNamespace(free=free.get(str(path), 10**9))
     )
     checkout.codes = [1]
     assert study.main(checkout.config()) == 1
@@ -449,6 +461,6 @@ def test_a_job_that_a_second_attempt_finished_has_not_failed(tmp_path):
     logs = [tmp_path / f"{name}.log" for name in ("failed", "finished")]
     logs[0].write_text(f"{job_logs.ERROR}it is too small.\n")
     logs[1].write_text(f"{job_logs.ERROR}no memory.\n{job_logs.USED}1 s\n")
-    with partial_runs.failed_jobs() as failed, open(os.environ[partial_runs.FAILED_JOBS], "a") as stream:
+    with running.failed_jobs() as failed, open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
         stream.writelines(f"{path}\n" for path in (*logs, logs[0]))
     assert failed == [str(logs[0])]

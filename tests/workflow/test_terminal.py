@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf.workflow import job_logs, partial_runs, terminal
+from sparsurf.workflow import job_logs, terminal
 from sparsurf.workflow.terminal import Terminal
 
 
@@ -43,7 +43,7 @@ def test_a_job_is_a_line_with_its_warnings(said, tmp_path):
 
 
 def test_a_job_that_failed_is_reported_with_its_sentence_and_noted(said, tmp_path, monkeypatch):
-    monkeypatch.setenv(partial_runs.FAILED_JOBS, str(tmp_path / "failed"))
+    monkeypatch.setenv(job_logs.FAILED_JOBS, str(tmp_path / "failed"))
     (tmp_path / "a.log").write_text("ERROR x.pdb holds no atoms.\n")
     (tmp_path / "b.log").write_text("USED 1 MB\n")
     (tmp_path / "c.log").write_text("INFO begins\n")

@@ -3,11 +3,21 @@
 import os
 import zlib
 from collections.abc import Mapping
+from typing import Any
 
 TABLES = ("surfaces", "residues", "dots", "failures", "warnings")  # folders of a run, a file for each batch
 BATCH_BYTES = 8_000_000  # of uncompressed PDB files, a minute or two of CPU time
 GZIP_FACTOR = 4  # a PDB file is about this much larger than its .gz
 CIF_FACTOR = 0.7  # a PDB file is about this much of an mmCIF file with the same atoms
+
+
+def batches_of(config: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Return the batches of a checked config, see `assign_batches`; none where it does not ask for any."""
+    if "batch" not in config:
+        return {}
+    structures = {name: entry["structure"] for name, entry in config["proteins"].items()}
+    sizes = {name: size_as_pdb(path) for name, path in structures.items() if name not in config["exclude"]}
+    return assign_batches(sizes, config["batch"])
 
 
 def size_as_pdb(path: str | os.PathLike[str]) -> float:

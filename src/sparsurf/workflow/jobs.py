@@ -44,6 +44,7 @@ def job(snakemake: Any) -> Iterator[None]:
             print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
+            logging.captureWarnings(False)
             logging.getLogger().removeHandler(handler)
             with suppress(OSError):
                 log.close()

@@ -1,16 +1,21 @@
-"""Snakemake as another process: one study at a time per checkout, signals passed on, its error output kept in a file."""
+"""Snakemake as another process: one study at a time per checkout, signals passed on, its errors kept and reported."""
 
 import fcntl
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
 from sparsurf import InputError
+from sparsurf.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure
+
+SNAKEMAKES_GREETING = "Using workflow specific profile"
 
 
 @contextmanager
@@ -76,3 +81,48 @@ def run_snakemake(
     if received and code:
         raise KeyboardInterrupt(received[0])
     return code
+
+
+def make_writable(folder: Path) -> None:
+    """Create a folder; raise InputError if it cannot be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(FULL_DISK_BYTES // 10))
+    except OSError as error:
+        raise InputError(f"{folder}/ cannot be written ({error.strerror}). Repair that first.") from None
+
+
+@contextmanager
+def failed_jobs() -> Iterator[list[str]]:
+    """Yield a list that receives the logs of the failed jobs on exit."""
+    failed: list[str] = []
+    with tempfile.NamedTemporaryFile("r", encoding="utf-8") as file:
+        os.environ[FAILED_JOBS] = file.name
+        yield failed
+        logs = dict.fromkeys(file.read().splitlines())
+        failed += [log for log in logs if failure(log) is not None]  # a second attempt may have finished
+
+
+def say_what_failed(run: Path, failed: list[str]) -> None:
+    """Print on standard error why some results are missing."""
+    folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
+    for folder in folders:
+        if shutil.disk_usage(folder).free < FULL_DISK_BYTES:
+            print(
+                f"The disk of {folder}/ is full. Free some space and run again: finished results stay.",
+                file=sys.stderr,
+            )
+            break
+    reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
+    if not reasons:
+        errors = run / "logs" / "snakemake.err"
+        lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []
+        reasons = [line for line in lines if line.strip() and not line.startswith(SNAKEMAKES_GREETING)][-1:]
+        reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
+    print(
+        f"\nSome results could not be computed. Finished results are in {run}/.",
+        *reasons,
+        sep="\n",
+        file=sys.stderr,
+    )

@@ -18,8 +18,7 @@ from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from sparsurf import printable
-from sparsurf.workflow.job_logs import failure, progress, warnings_in
-from sparsurf.workflow.partial_runs import FAILED_JOBS
+from sparsurf.workflow.job_logs import FAILED_JOBS, failure, progress, warnings_in
 
 SECONDS_BEFORE_BAR = 10
 BAR_WIDTH = 24  # characters

@@ -1,19 +1,64 @@
-"""Describe the files of a run for archives (RO-Crate 1.1, w3id.org/ro/crate/1.1)."""
+"""Close a run: its warnings, its failures, its first page, and a description of all files for archives.
 
+The description is an RO-Crate 1.1, w3id.org/ro/crate/1.1.
+"""
+
+import csv
 import json
 import mimetypes
 from datetime import date
 from pathlib import Path
 from urllib.parse import quote
 
+import pandas as pd
+
 from sparsurf import __version__
-from sparsurf.report.first_page import DOWNLOADS
+from sparsurf.report.first_page import DOWNLOADS, TEMPLATE, first_page
+from sparsurf.report.page import write
+from sparsurf.rounding import write_table
+from sparsurf.workflow.job_logs import collected_warnings
 from sparsurf.workflow.jobs import job
 
+COLUMNS = ("protein", "conformation", "job", "sentence")
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 
 
-def main(results: list[str], crate: str) -> None:
+def main(
+    results: list[str],
+    page: str,
+    failures: str,
+    warnings: str,
+    crate: str,
+    exclude: dict[str, str],
+    floor: str | None,
+    logs: str,
+    jobs: list[str],
+) -> None:
+    """Write index.html, failures.csv, warnings.csv and the crate.
+
+    Parameters
+    ----------
+    results : files and folders of the run, which the page leads to
+    exclude : reason for each excluded part of the study
+    floor : the noise floor that the minimal subset goes by; None where the config asks for something else
+    logs : folder of the logs
+    jobs : names of the rules of the study
+    """
+    folder = Path(page).parent
+    write_warnings(results, warnings, logs, jobs)
+    files = [Path(path).relative_to(folder).as_posix() for path in results]
+    write(page, TEMPLATE, **first_page(folder, files, list(exclude.items()), floor))
+    write_table(failures, pd.DataFrame(exclude.items(), columns=["place", "reason"]))
+    write_crate([*results, page, failures, warnings], crate)
+
+
+def write_warnings(results: list[str], table: str, logs: str, jobs: list[str]) -> None:
+    """Write what the jobs of a run warned about."""
+    with open(table, "w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *collected_warnings(results, logs, jobs)])
+
+
+def write_crate(results: list[str], crate: str) -> None:
     """Write the crate of the files and folders of a run."""
     folder = Path(crate).parent
     paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
@@ -58,4 +103,14 @@ def _describe_file(folder: Path, file: str) -> dict:
 
 if __name__ == "__main__":
     with job(snakemake):
-        main(results=[*snakemake.input.results, *snakemake.input.pages], crate=snakemake.output.crate)
+        main(
+            results=snakemake.input.results,
+            page=snakemake.output.page,
+            failures=snakemake.output.failures,
+            warnings=snakemake.output.warnings,
+            crate=snakemake.output.crate,
+            exclude=snakemake.params.exclude,
+            floor=snakemake.params.floor,
+            logs=snakemake.params.logs,
+            jobs=snakemake.params.jobs,
+        )
