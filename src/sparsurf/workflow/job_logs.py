@@ -34,20 +34,10 @@ def warnings_in(path: str | Path) -> list[str]:
 def collected_warnings(
     files: Iterable[str], logs: str | Path, jobs: Iterable[str]
 ) -> list[tuple[str, str, str, str]]:
-    """Collect what the jobs of a run warned about.
+    """Collect what the jobs of a run warned about: (protein, conformation, job, sentence).
 
-    Logs of proteins, pairs, comparisons and conformations without results, and of jobs that the study does not have, are
-    left from earlier studies in the same folder and do not count.
-
-    Parameters
-    ----------
-    files : results of the run
-    logs : folder of the logs, in the folder of the run
-    jobs : names of the rules of the study
-
-    Returns
-    -------
-    list of (protein, conformation, job, sentence)
+    Logs of proteins, pairs, comparisons and conformations without results, and of jobs that the study does not have, are left
+    from earlier studies in the same folder and do not count. `jobs` are names of rules.
     """
     run = Path(logs).parent
     folders = {folder.relative_to(run).as_posix() for path in files for folder in Path(path).parents[:-2]}

@@ -49,17 +49,11 @@ def run_snakemake(
     errors: Path | None = None,
     begun: Callable[[subprocess.Popen], None] | None = None,
 ) -> int:
-    """Run Snakemake in a checkout and return its exit code.
+    """Run Snakemake in a checkout and return its exit code; a config stands before an earlier one.
 
-    The terminal sends Ctrl-C to it directly, and SIGTERM is passed on. Both wait until it has ended its jobs.
-
-    Parameters
-    ----------
-    root : path of the checkout
-    configs : config files, a later one before an earlier
-    options : Snakemake's
-    errors : file for what processes write to standard error, such as tracebacks of jobs that are stopped
-    begun : called with the process once it runs
+    The terminal sends Ctrl-C to it directly, and SIGTERM is passed on. Both wait until it has ended its jobs. `errors` is a
+    file for what processes write to standard error, such as tracebacks of jobs that are stopped. `begun` is called with the
+    process once it runs.
     """
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
