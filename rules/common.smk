@@ -7,7 +7,7 @@ from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
-from sparsurf.workflow.names import FIGURES, PAPER_FIGURES
+from sparsurf.workflow.names import FIGURES, MIN_PROTEINS_OF_RELATION, PAPER_FIGURES
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
 
 let_jobs_import_library()
@@ -313,7 +313,9 @@ def results_before_pages(wildcards):
     if PROTEINS:
         files += ["surfaces.csv", "required_dots.png"]
     if SAMPLED:
-        files += ["summary.csv", "relation.csv", "summary.html", "summary.png"]
+        files += ["summary.csv", "relation.csv"]
+    if len(SAMPLED) >= MIN_PROTEINS_OF_RELATION:
+        files += ["summary.html", "summary.png"]
     if config["compare"]["run"] and SAMPLED:
         files += ["compare.csv", "compare_needed.csv", "compare.html"]
         files += [f"compare{part}.png" for part in ("", "_panels")]

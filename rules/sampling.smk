@@ -120,23 +120,44 @@ rule summarise_best:
         grid=every_conformation("grid.csv", SAMPLED),
         surfaces=every_conformation("surface.npz", SAMPLED),
         roughness=every_conformation("roughness.csv", SAMPLED),
-        table="results/{run}/surfaces.csv",
     output:
         summary=in_report(
             "results/{run}/summary.csv", "Best combination per surface and range of n_S", "All surfaces"
         ),
         relation="results/{run}/relation.csv",
+    log:
+        "results/{run}/logs/summarise_best.log",
+    conda:
+        "../envs/study.yaml"
+    resources:
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 10 * input.size_mb),
+    params:
+        seed=config["seed"],
+        code=METHOD,
+    message:
+        "Best parameters of all surfaces"
+    script:
+        "../scripts/summarise_best.py"
+
+
+rule draw_summary:
+    input:
+        surfaces="results/{run}/surfaces.csv",
+        summary="results/{run}/summary.csv",
+        relation="results/{run}/relation.csv",
+    output:
         page="results/{run}/summary.html",
         png=in_report("results/{run}/summary.png", "Best parameters against mean roughness", "All surfaces"),
     log:
-        "results/{run}/logs/summarise_best.log",
-    localrule: True
+        "results/{run}/logs/draw_summary.log",
     conda:
         "../envs/study.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * 1500,
     params:
-        seed=config["seed"],
-        code=[METHOD, REPORT],
+        draws=config["evaluation"]["draws"],
+        code=REPORT,
     message:
         "Best parameters against mean roughness"
     script:
-        "../scripts/summarise_best.py"
+        "../scripts/draw_summary.py"

@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 
 from drawn import bars_of, colour_of, legend_of, words_of
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import distributions, layout, over_time, summary_figures
+from sparsurf.report.figures import distributions, over_time, summary_figures
 from sparsurf.report.figures.simulation import simulation_figure
 from sparsurf.sampling.combination import PARAMETERS
 
@@ -90,55 +90,6 @@ def test_the_end_of_every_range_has_its_colour():
     viridis = summary_figures.colormaps["viridis"]
     shown = [to_hex(c) for c in figure.axes[0].collections[0].get_facecolors()[:3]]
     assert shown[0] == to_hex(viridis(0)) and shown[-1] == to_hex(viridis(255))
-
-
-def test_few_surfaces_are_drawn_against_n_s():
-    table = winners({"a": 0.5, "b": 0.62}).sample(frac=1, random_state=1)
-    first = table["protein"].iloc[0]
-    figure = summary_figures.summary_figure(table, relations())
-    names = list(dict.fromkeys(table["protein"]))
-    assert names[0] == first
-    assert [w for w in words_of(figure) if w in WORDS] == WORDS
-    for j, reading in enumerate(("as_coded", "as_written")):
-        panels = figure.axes[5 * j : 5 * j + 5]
-        for ax, column, label in zip(
-            panels,
-            [*PARAMETERS, "d_cv"],
-            [*"αβγδ", "$d$, cross-validated\n(bars: 95 % intervals)"],
-            strict=True,
-        ):
-            lines = [line for line in ax.lines if line.get_marker() in "os^"]
-            for s, (line, name) in enumerate(zip(lines, names, strict=True)):
-                own = table[(table["reading"] == reading) & (table["protein"] == name)].sort_values(
-                    "n_S_percent"
-                )
-                np.testing.assert_array_equal(line.get_xydata(), own[["n_S_percent", column]])
-                assert colour_of(line) == layout.PALETTE[s] and line.get_marker() == "os"[s]
-            assert ax.get_xlim() == (0, 100)
-            assert ax.get_ylabel() == (label if j == 0 else "")
-        for bars, name in zip(panels[-1].collections, names, strict=True):
-            own = table[(table["reading"] == reading) & (table["protein"] == name)]
-            drawn = sorted(map(tuple, np.array(bars.get_segments()).reshape(-1, 4)[:, [0, 1, 3]]))
-            wanted = own[["n_S_percent", "d_cv_low", "d_cv_high"]].dropna()
-            assert drawn == sorted(wanted.itertuples(index=False, name=None))
-            low, high = panels[-1].get_ylim()
-            assert low < wanted["d_cv_low"].min() and wanted["d_cv_high"].max() < high
-    limits = [ax.get_ylim() for ax in figure.axes[:10]]
-    assert limits[:5] == limits[5:]  # both readings on one scale
-    rough = table.groupby("protein")["mean_roughness"].first()
-    wanted = [f"{name}, mean roughness {rough[name]:.2f}" for name in names]
-    assert legend_of(figure) == list(zip(wanted, layout.PALETTE, strict=False))
-
-
-def test_a_subset_of_nearly_all_dots_is_not_counted_as_better():
-    table = winners({"a": 0.5, "b": 0.62})
-    table.loc[table["range"] == 3, "n_S_percent"] = 99.5
-    table.loc[(table["range"] == 1) & (table["reading"] == "as_written"), "d_cv_low"] = -0.1
-    head = words_of(summary_figures.summary_figure(table, relations()))[0]
-    assert (
-        head
-        == "4 of 4 best combinations beat a uniform subset as coded, 2 as written (below 99 % of the dots)"
-    )
 
 
 def trajectory(n=100, step=200.0):

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
+import draw_summary
 import summarise_best
 import summarise_surfaces
 from drawn import drawn_texts
@@ -269,8 +270,11 @@ def sum_up(folder, **patches):
         summarise_surfaces.main(
             surfaces, table, str(folder / "required_dots.png"), PATCHES | patches, {}, proteins
         )
-    names = ("summary.csv", "relation.csv", "summary.html", "summary.png")
-    summarise_best.main(surfaces, table, *(str(folder / name) for name in names), 0, folder.name)
+    best, relation, page, png = (
+        str(folder / name) for name in ("summary.csv", "relation.csv", "summary.html", "summary.png")
+    )
+    summarise_best.main(surfaces, best, relation, 0)
+    draw_summary.main(table, best, relation, page, png, 2, folder.name)
 
 
 @pytest.fixture(scope="module")
@@ -307,26 +311,6 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
         summary_back, related["summary"], check_dtype=False, rtol=1e-3, atol=0.006
     )  # d is written to two digits of its error, of .03 and more here
     assert "<td>p12</td><td>1,000</td><td>0.650</td><td>(1, 0, 5, 0)</td>" in before[3].decode()
-
-
-def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
-    drawn, curves = [], []
-    monkeypatch.setattr(summarise_surfaces.required_dots, "read", lambda own, sampled: own.parent.name)
-    monkeypatch.setattr(summarise_surfaces.required_dots, "figure", lambda *given: curves.append(given))
-    for script in (summarise_surfaces, summarise_best):
-        save = lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])  # noqa: E731
-        monkeypatch.setattr(script.layout, "save", save)
-    for n in (2, 3):
-        surfaces = [str(folder / f"p{k + 1:02d}" / "c1" / "surface.npz") for k in range(n)]
-        table = str(tmp_path / "surfaces.csv")
-        summarise_surfaces.main(
-            surfaces, table, "required_dots.png", PATCHES, {"floor": "turned"}, ["p01", "p02", "p03"]
-        )
-        names = ("summary.csv", "relation.csv", "summary.html", "summary.png")
-        summarise_best.main(surfaces, table, *(str(tmp_path / name) for name in names), 0, "mine")
-    drawn = [limit for limit in drawn if limit is not None]
-    assert drawn[0] == 100 and drawn[1] < 1
-    assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
 
 
 def test_how_many_dots_are_enough_for_each_floor(tmp_path):
@@ -375,16 +359,6 @@ def test_chance_gives_so_many_tests_below_the_limit_at_most(n):
     assert binom.cdf(k, n, 0.05) >= 0.95 and (k == 0 or binom.cdf(k - 1, n, 0.05) < 0.95)
 
 
-def test_figure_without_a_comparison_has_no_panels_for_it(related):
-    relations = related["relation"]
-    whole = summary_figures.summary_figure(related["summary"], relations)
-    relations = relations.assign(gain=np.nan, gain_low=np.nan, gain_high=np.nan)
-    figure = summary_figures.summary_figure(related["summary"], relations)
-    assert len(figure.axes) == len(whole.axes) - 2
-    assert not figure.legends and whole.legends
-    assert figure.get_figheight() < whole.get_figheight()
-
-
 def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
     write_run(tmp_path, study(lambda r, s: 2, [0.6]))
     folder = tmp_path / "p01" / "c1"
@@ -429,20 +403,16 @@ def test_damaged_results_are_named(tmp_path):
         summary.read_result(tmp_path / "p01" / "c1")
 
 
-CASES = ["related", "unrelated", 1, 2, "one reading", "three readings", "three readings of few", "many"]
+CASES = ["related", "unrelated", "one reading", "three readings", "many"]
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.filterwarnings("error")
 def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monkeypatch):
     known = {"related": related, "unrelated": unrelated, "one reading": related, "three readings": related}
-    if case in known:
-        run = known[case]
-    else:
-        n = {"many": 30, "three readings of few": 2}.get(case, case)
-        run = run_of(study(lambda r, s: s % 5, np.linspace(0.5, 0.6, n)))
+    run = known.get(case) or run_of(study(lambda r, s: s % 5, np.linspace(0.5, 0.6, 30)))
     table, relations = run["summary"], run["relation"]
-    if str(case).startswith("three"):
+    if case == "three readings":
         table, relations = (
             pd.concat([t, t[t["reading"] == "as_written"].assign(reading="recovered")], ignore_index=True)
             for t in (table, relations)

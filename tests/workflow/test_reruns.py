@@ -141,7 +141,7 @@ def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again,
         ("moving/residues.csv", "follow_ensemble"),
         ("pairs/files/book.png", "draw_pair"),
         ("changes/bend/changed_2.pdb", "compare_forms"),
-        ("summary.png", "summarise_best"),
+        ("summary.csv", "summarise_best"),
         ("failures.csv", "close_run"),
     ],
 )

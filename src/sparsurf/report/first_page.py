@@ -94,6 +94,7 @@ def first_page(
         "without": list(exclude),
         "warnings": warned(folder / "warnings.csv", short_names(names)),
         "surfaces": surfaces,
+        "summary_page": "summary.html" in files,
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,

@@ -16,7 +16,6 @@ from sparsurf.study.required_dots import COLUMN_PREFIX, CURVE_PERCENTS
 from sparsurf.study.required_dots import MIN_DOTS as FEWEST_DOTS
 
 TEMPLATE = "summary.html.j2"
-MIN_PROTEINS = 10  # for a relation: with 5 a real one is found in 1 to 3 % of runs
 SIGNIFICANT = 0.05
 
 
@@ -40,9 +39,6 @@ def summary_page(
     return {
         "run": run,
         "readings": readings,
-        "n_surfaces": len(surfaces),
-        "n_proteins": int(surfaces["protein"].nunique()),
-        "fewest": MIN_PROTEINS,
         "related": int((known["p"] < SIGNIFICANT).sum()),
         "rows_tested": len(known),
         "by_chance": by_chance(len(known)),

@@ -1,4 +1,4 @@
-"""Best parameters and their d over all surfaces of a run: against mean roughness, or for few surfaces against n_S."""
+"""Best parameters and their d over all surfaces of a run, against mean roughness."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from matplotlib.ticker import MaxNLocator
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
-from sparsurf.report.numbers import short_names
 from sparsurf.sampling.combination import PARAMETERS
 
 if TYPE_CHECKING:
@@ -31,14 +30,11 @@ GAIN: dict[str, Any] = {
     "color": "black",
     "markeredgewidth": 0.6,
 }
-NEARLY_ALL = 99  # % of the dots, from where on every subset is the surface
-MIN_SURFACES = 3  # for parameters against mean roughness
-MARKERS = "os^"
 
 
 @styled
 def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame) -> Figure:
-    """Draw best parameters and their d against mean roughness, and the gain of a choice by it; for few surfaces against n_S.
+    """Draw best parameters and their d against mean roughness, and the gain of a choice by it.
 
     Parameters
     ----------
@@ -51,22 +47,17 @@ def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    if summary.groupby(["protein", "conformation"]).ngroups < MIN_SURFACES:
-        return _by_range(summary)
     readings = readings_of_columns(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
     limits = np.append(relations.n_S_low_percent[: relations.range.max()], relations.n_S_high_percent.max())
     norm = colors.BoundaryNorm(limits, 256) if np.ptp(limits) > 0 else colors.Normalize()
     scale = ScalarMappable(norm, colormaps["viridis"])
-    compared = relations.gain.notna().any()  # otherwise there are too few surfaces to choose from
-    message = ""
-    if compared:
-        gains = (relations.gain_low > 0).sum()
-        message = (
-            "choosing by roughness gains d in some ranges" if gains else "choosing by roughness gains nothing"
-        )
-    figure = layout.sheet(PAGE, 187 if compared else 137, message)
+    gains = (relations.gain_low > 0).any()
+    message = (
+        "choosing by roughness gains d in some ranges" if gains else "choosing by roughness gains nothing"
+    )
+    figure = layout.sheet(PAGE, 187, message)
     widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
         rows = summary[(summary.reading == reading) & summary.d.notna()]
@@ -74,14 +65,12 @@ def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame) -> Figure:
         layout.letter(figure, x - 15, 1, ascii_uppercase[k])
         layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
         _parameters(figure, x, width, rows, scale, limits, left=k == 0)
-        if compared:
-            layout.letter(figure, x - 15, 137, ascii_uppercase[len(readings) + k])
-            words = "choice of the nearest surfaces against the farthest"
-            layout.text(figure, x - 10, 137.3, layout.folded(words, pitch - 5))
-            ax = layout.axes(figure, x, 144, width, 26)
-            _gain(ax, relations[relations.reading == reading], 1.1 * widest, left=k == 0)
-    if compared:
-        _gain_key(figure)
+        layout.letter(figure, x - 15, 137, ascii_uppercase[len(readings) + k])
+        words = "choice of the nearest surfaces against the farthest"
+        layout.text(figure, x - 10, 137.3, layout.folded(words, pitch - 5))
+        ax = layout.axes(figure, x, 144, width, 26)
+        _gain(ax, relations[relations.reading == reading], 1.1 * widest, left=k == 0)
+    _gain_key(figure)
     bar = figure.colorbar(scale, cax=layout.axes(figure, 169, 8, 2.5, 116), spacing="proportional")
     bar.set_ticks(limits.tolist(), labels=[f"{limit:.0f}" for limit in limits])
     bar.set_label("range of $n_S$ (% of the dots)")
@@ -143,88 +132,9 @@ def _gain(ax: Axes, rows: pd.DataFrame, limit: float, left: bool) -> None:
     ax.set_ylabel("gain in $d$" if left else "")
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
     rows = rows[rows.gain.notna()]
-    if rows.empty:
-        ax.text(50, 0.3 * limit, "needs 3 proteins or more", ha="center", va="bottom")
     middle = (rows.n_S_low_percent + rows.n_S_high_percent) / 2
     half = ((rows.gain_high - rows.gain_low) / 2).fillna(0)
     ax.errorbar(middle, rows.gain, half, fmt="none", ecolor="black", elinewidth=0.5, capsize=1.5)
     for related, face in ((True, "black"), (False, "white")):
         selected = (rows.p < SIGNIFICANT) == related
         ax.plot(middle[selected], rows.gain[selected], **GAIN | {"markerfacecolor": face})
-
-
-def _by_range(summary: pd.DataFrame) -> Figure:
-    """Draw the winner of every range of n_S, with a colour and a marker for each surface."""
-    readings = readings_of_columns(summary.reading.unique())
-    pitch = (PAGE - 3) / max(2, len(readings))
-    surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
-    winners_of_all = summary[summary.d.notna()]
-    low_ends = winners_of_all[winners_of_all.n_S_percent < NEARLY_ALL].groupby("reading").d_cv_low
-    limits = winners_of_all[["d_cv", "d_cv_low", "d_cv_high"]].stack().dropna()
-    margin = 0.05 * np.ptp(limits) + 0.01
-    ends = limits.min() - margin, limits.max() + margin  # the same for all readings
-    better = {READINGS[str(key)].words: (int((low > 0).sum()), len(low)) for key, low in low_ends}
-    message = layout.beats_uniform(better, "best combinations") if better else ""
-    if better and (winners_of_all.n_S_percent >= NEARLY_ALL).any():
-        message += f" (below {NEARLY_ALL} % of the dots)"
-    figure = layout.sheet(PAGE, 142, message)
-    for k, reading in enumerate(readings):
-        x = 16 + pitch * k
-        layout.letter(figure, x - 15, 1, ascii_uppercase[k])
-        layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
-        panels = _panels(figure, x, pitch - 18)
-        winners = summary[(summary.reading == reading) & summary.d.notna()]
-        for s, ((protein, conformation), _) in enumerate(surfaces):
-            of_surface = (winners.protein == protein) & (winners.conformation == conformation)
-            _surface(panels, winners[of_surface], s)
-        for panel, parameter in zip(panels, GREEK, strict=False):
-            known = np.unique(winners_of_all[parameter])  # the same for all readings
-            layout.ticks(panel.yaxis, known, 18)
-            panel.set_ylim(known[0] - 0.2 * (np.ptp(known) or 1), known[-1] + 0.2 * (np.ptp(known) or 1))
-        panels[-1].set_ylim(ends)
-        for panel, words in zip(
-            panels, (*GREEK.values(), "$d$, cross-validated\n(bars: 95 % intervals)"), strict=True
-        ):
-            panel.set_ylabel(words if k == 0 else "")
-    shown = short_names((str(protein), str(conformation)) for (protein, conformation), _ in surfaces)
-    handles = [
-        Line2D(
-            [],
-            [],
-            marker=MARKERS[s],
-            color=layout.PALETTE[s],
-            label=f"{name}, mean roughness {rows.mean_roughness.iloc[0]:.2f}",
-        )
-        for s, (name, (_, rows)) in enumerate(zip(shown.values(), surfaces, strict=True))
-    ]
-    layout.legend(figure, 16, 136, handles, ncols=2)
-    return figure
-
-
-def _panels(figure: layout.Sheet, x: float, width: float) -> list[Axes]:
-    """Add five axes, one below the other, with the same n_S."""
-    panels = [layout.axes(figure, x, 8 + 21 * row, width, 18 if row < 4 else 32) for row in range(5)]
-    for panel in panels:
-        panel.set_xlim(0, 100)
-        panel.tick_params(labelbottom=panel is panels[-1])
-    panels[-1].set_xlabel("$n_S$ (% of the dots)")
-    panels[-1].axhline(0, color="black", linewidth=0.4, zorder=0)
-    return panels
-
-
-def _surface(panels: list[Axes], rows: pd.DataFrame, s: int) -> None:
-    """Draw the winners of surface number s."""
-    rows = rows.sort_values("n_S_percent")
-    style: dict[str, Any] = {
-        "color": layout.PALETTE[s],
-        "marker": MARKERS[s],
-        "linewidth": 0.6,
-        "clip_on": False,
-    }
-    for panel, name in zip(panels, GREEK, strict=False):
-        panel.plot(rows.n_S_percent, rows[name], **style)
-    panels[-1].plot(rows.n_S_percent, rows.d_cv, **style)
-    colour = style["color"]
-    panels[-1].vlines(
-        rows.n_S_percent, rows.d_cv_low, rows.d_cv_high, color=colour, linewidth=0.6, clip_on=False
-    )
