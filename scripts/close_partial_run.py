@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import close_run
+import draw_summary
 import summarise_batches
 import summarise_best
 import summarise_comparison
@@ -14,7 +15,7 @@ from sparsurf.batches.assignment import TABLES, batches_of
 from sparsurf.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
 from sparsurf.workflow.conformations import first_column, without_zeros
 from sparsurf.workflow.job_logs import failure, place_of_log
-from sparsurf.workflow.names import FIGURES
+from sparsurf.workflow.names import FIGURES, MIN_PROTEINS_OF_RELATION
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = (
@@ -78,9 +79,11 @@ def write_summaries(config: dict, run: Path, folders: list[Path], pairs: list[Pa
         surfaces = [f"{folder}/surface.npz" for folder in folders]
         summarise_surfaces.main(surfaces, *outputs, config["patches"], config["minimal"], sampled)
     if of_grid:
-        outputs = paths("summary.csv", "relation.csv", "summary.html", "summary.png")
-        surfaces = [f"{folder}/surface.npz" for folder in of_grid]
-        summarise_best.main(surfaces, f"{run}/surfaces.csv", *outputs, config["seed"], run.name)
+        best = paths("summary.csv", "relation.csv")
+        summarise_best.main([f"{folder}/surface.npz" for folder in of_grid], *best, config["seed"])
+        if len({folder.parent.name for folder in of_grid}) >= MIN_PROTEINS_OF_RELATION:
+            outputs, draws = paths("summary.html", "summary.png"), config["evaluation"]["draws"]
+            draw_summary.main(f"{run}/surfaces.csv", *best, *outputs, draws, run.name)
     if of_grid and config["compare"]["run"]:
         outputs = paths(
             "compare.csv", "compare_needed.csv", "compare.html", "compare.png", "compare_panels.png"
