@@ -23,17 +23,10 @@ def batches_page(
     n_batches: int,
     studied: Rows,
 ) -> dict[str, Any]:
-    """Collect the values of the page.
+    """Collect the values of the page of the run.
 
-    Parameters
-    ----------
-    run : str, its name
-    surfaces : DataFrame, the table of the run
-    unusual : DataFrame, see `batches.summary.most_unusual`
-    failures : list of (reason, names)
-    warnings : list of (names, sentence)
-    n_batches : int
-    studied : rows of the structures with pages of their own, see `first_page.rows_of`
+    `unusual` is from `batches.summary.most_unusual`, `failures` lists (reason, names), `warnings` (names, sentence), and
+    `studied` the rows of the structures with pages of their own, see `first_page.rows_of`.
     """
     n_failed = sum(len(names) for _, names in failures)
     known: dict[str, Any] = {

@@ -22,16 +22,7 @@ SIGNIFICANT = 0.05
 def summary_page(
     run: str, surfaces: pd.DataFrame, relation: pd.DataFrame, draws: int | None = None
 ) -> dict[str, Any]:
-    """Collect the values of the page.
-
-    Parameters
-    ----------
-    run : str
-    surfaces, relation : DataFrame
-        See `summary.surfaces_table` and `summary.relation_table`.
-    draws : int, optional
-        Draws of each combination.
-    """
+    """Collect the values of the page from surfaces.csv and relation.csv; `draws` is the number of draws of each combination."""
     readings = readings_of_columns(surfaces, "best_")
     known = relation[relation["p"].notna()]
     names = short_names(surfaces[["protein", "conformation"]].itertuples(index=False))

@@ -34,19 +34,7 @@ GAIN: dict[str, Any] = {
 
 @styled
 def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame) -> Figure:
-    """Draw best parameters and their d against mean roughness, and the gain of a choice by it.
-
-    Parameters
-    ----------
-    summary : pandas.DataFrame
-        See `summary.summary_table`.
-    relations : pandas.DataFrame
-        See `summary.relation_table`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw best parameters and their d against mean roughness, and the gain of a choice by it; for few surfaces against n_S."""
     readings = readings_of_columns(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
