@@ -123,8 +123,7 @@ def import_pyarrow() -> Any:
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
     """Write the rows of one batch, rounded to `STEPS`; a table without rows has all columns, too.
 
-    `table` is one of `assignment.TABLES`, and `fields` are those of the config. Settings are stored in the file as JSON; a row
-    group then holds one protein, so that it can be read alone.
+    `table` is one of `assignment.TABLES`, and `fields` are those of the config.
     """
     pyarrow = import_pyarrow()
     columns = columns_of(table, fields)

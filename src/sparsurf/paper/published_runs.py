@@ -32,8 +32,7 @@ def runs_as_published(
 ) -> pd.DataFrame:
     """Repeat Table I as published: N / 200 new test dots per combination, one draw, `as_coded`.
 
-    `combinations` is (K, 4); `alpha` is a factor of every alpha in the sampling, and the table shows alpha without it. Returns
-    the rows of paper_as_published.csv, of the winner of each run, binning and range.
+    `combinations` is (K, 4); returns the rows of paper_as_published.csv, of the winner of each run, binning and range.
     """
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
@@ -91,7 +90,7 @@ def table_1() -> pd.DataFrame:
 def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
     """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
-    `published` is Table I by default, see `table_1`; p is the two-sided probability of a rank as extreme by chance.
+    p is the two-sided probability of a rank as extreme by chance.
     """
     published, out = table_1().set_index("range"), []
     for (binning, k), of_range in runs.groupby(["binning", "range"], sort=False):

@@ -34,7 +34,7 @@ GAIN: dict[str, Any] = {
 
 @styled
 def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame) -> Figure:
-    """Draw best parameters and their d against mean roughness, and the gain of a choice by it; for few surfaces against n_S."""
+    """Draw best parameters and their d against mean roughness, and the gain of a choice by it."""
     readings = readings_of_columns(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
