@@ -8,7 +8,7 @@ rule evaluate_grid:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     output:
         grid="results/{run}/{protein}/{conformation}/grid.csv",
-        distances="results/{run}/{protein}/{conformation}/distances.npz",
+        distances=temp("results/{run}/{protein}/{conformation}/distances.npz"),  # 25 MB; --notemp keeps it
     log:
         "results/{run}/logs/{protein}/{conformation}/evaluate_grid.log",
     priority: 2  # before what only follows from it
@@ -41,7 +41,6 @@ rule tabulate_best:
         ),
         best="results/{run}/{protein}/{conformation}/best.json",
         page="results/{run}/{protein}/{conformation}/ranges.html",
-        markdown="results/{run}/{protein}/{conformation}/ranges.md",
     log:
         "results/{run}/logs/{protein}/{conformation}/tabulate_best.log",
     conda:

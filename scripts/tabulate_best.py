@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from sparsurf.report.page import write
-from sparsurf.report.ranges_page import TEMPLATE, TWIN, ranges_page
+from sparsurf.report.ranges_page import TEMPLATE, ranges_page
 from sparsurf.rounding import write_table
 from sparsurf.study import tables
 from sparsurf.study.grid import read_grid
@@ -18,7 +18,6 @@ def main(
     ranges: str,
     best: str,
     page: str,
-    markdown: str,
     n_ranges: int,
     max_n_s_percent: float,
     title: str,
@@ -40,7 +39,6 @@ def main(
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
     values = ranges_page(title, tables.read_table(ranges), best_of_all, best_of_all["references"])
     write(page, TEMPLATE, **values)
-    write(markdown, TWIN, **values)
 
 
 if __name__ == "__main__":
@@ -52,7 +50,6 @@ if __name__ == "__main__":
             ranges=snakemake.output.ranges,
             best=snakemake.output.best,
             page=snakemake.output.page,
-            markdown=snakemake.output.markdown,
             n_ranges=snakemake.params.ranges,
             max_n_s_percent=snakemake.params.max_n_s_percent,
             title=snakemake.params.title,

@@ -151,7 +151,7 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     floors[["se", "low", "high", "draws", "test_dots"]] = [0.1, 0.4, 0.9, 1, 20]
     floors.to_csv(tmp_path / "floors.csv", index=False)
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
-    outputs = {name: tmp_path / name for name in ("ranges", "best", "markdown", "page")}
+    outputs = {name: tmp_path / name for name in ("ranges", "best", "page")}
     inputs["floors"] = tmp_path / "floors.csv"
     tabulate_best.main(**inputs, **outputs, n_ranges=4, max_n_s_percent=20, title="p")
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
@@ -160,8 +160,7 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     assert best["as_coded"]["under_max_n_S"]["n_S_percent"] == 5
     assert best["as_coded"]["unrestricted"]["n_S_percent"] == 30
     assert best["draws"] == 1
-    for key in ("markdown", "page"):
-        assert "With a single draw" in outputs[key].read_text() and "0.50" in outputs[key].read_text()
+    assert "With a single draw" in outputs["page"].read_text() and "0.50" in outputs["page"].read_text()
 
 
 def test_tables_are_the_same_after_the_disk(tmp_path):

@@ -1,4 +1,4 @@
-"""Page on the best combinations of one surface: of all, and per range of n_S; also as Markdown for the terminal."""
+"""Page on the best combinations of one surface: of all, and per range of n_S."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pandas as pd
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
 
-TEMPLATE, TWIN = "ranges.html.j2", "ranges.md.j2"
+TEMPLATE = "ranges.html.j2"
 REFERENCES = {
     "Z_empty": "an empty patch",
     "Z_two_patches": "two different patches",
