@@ -16,7 +16,7 @@ Reading = Literal["as_coded", "as_written", "recovered"]
 Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
 
 SAMPLERS, FIELDS, FLOORS = map(get_args, (Sampler, Field, Floor))
-ROUGHNESSES, DESCRIPTORS, READINGS = map(get_args, (Roughness, Descriptor, Reading))
+ROUGHNESSES, DESCRIPTORS = map(get_args, (Roughness, Descriptor))
 SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
 SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
 
