@@ -52,7 +52,7 @@ def test_a_config_of_pairs_needs_no_proteins(folder):
         ({"complex": "no.pdb", "chains": [["A"], ["B"]]}, "pairs.p: there is no file 'no.pdb'"),
         ({"complex": "both.pdb"}, "pairs.p"),
         ({"complex": "both.pdb", "chains": [["A"], ["A", "B"]]}, "chain A is on both sides"),
-        ({"complex": "both.pdb", "chains": [["A"]]}, "needs at least 2 values"),
+        ({"complex": "both.pdb", "chains": [["A"]]}, "must be a list of 2 or more"),
         ({"files": ["both.pdb", "both.pdb"]}, "'both.pdb' is on both sides; name two partners"),
         ({"proteins": ["a", "b"]}, "'a' is none of the proteins; these are none"),
         (

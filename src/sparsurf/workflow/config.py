@@ -63,7 +63,7 @@ def check_config(
     try:
         checked = Config.model_validate(config).model_dump(exclude_none=True)
     except ValidationError as error:
-        errors = [*sentences(error.errors(include_url=False), config, Config)]
+        errors = [*sentences(error.errors(include_url=False))]
     if not {"proteins", "pairs"} & set(config):
         errors.append("the config lacks the key 'proteins'.")
     if not errors:

@@ -1,195 +1,129 @@
 """One sentence for each mistake that pydantic finds in a config."""
 
 import datetime
-import difflib
 import re
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel
 
 from sparsurf import InputError
+from sparsurf.files import shorten
 from sparsurf.suggestions import did_you_mean
+from sparsurf.workflow.models import FORMS, Config
 
-TYPES = {
-    "int_type": "a whole number, as 3",
-    "float_type": "a number, as 0.5",
+WRONG_TYPES = {
+    "int_type": "a whole number without quotes, as 3",
+    "float_type": "a number without quotes, as 0.5",
     "finite_number": "a number, as 0.5",
-    "string_type": "a string",
+    "string_type": "a string; put it in quotes",
     "bool_type": "true or false",
-    "list_type": "a list, as [1, 2]",
-    "dict_type": "a mapping, as {key: value}",
-    "model_type": "a mapping, as {key: value}",
+    "list_type": "a list in brackets, as [1, 2]",
+    "dict_type": "a mapping, as {{key: value}}",
+    "model_type": "a mapping, as {{key: value}}",
+    "literal_error": "{names}",
 }
-LIMITS = {
+ALLOWED = WRONG_TYPES | {
     "greater_than": "more than {gt}",
     "greater_than_equal": "{ge} or more",
     "less_than": "less than {lt}",
     "less_than_equal": "{le} or less",
+    "string_too_short": "a string that is not empty",
+    "string_too_long": "a string of at most {max_length} characters",
+    "string_pattern_mismatch": "of the form {form}",
+    "too_short": "a list of {min_length} or more",
+    "too_long": "a list of {max_length} or fewer",
 }
-# A number in quotes, or like 1e3, which YAML reads as a string.
-NUMBER = re.compile(r"[+-]?\d*\.?\d+(e[+-]?\d+)?", re.I)
-# Names that other programs have for keys
-SYNONYMS = dict.fromkeys(
-    ("pdbfile", "pdb_file", "file", "path", "topology", "top", "cif", "mmcif"), ("structure",)
-)
+KIND = re.compile(r"\[|^(bool|str)$")  # in a location of pydantic: not a key, but a kind of value
 NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', not '.' first."
+NAMES_OF_STRUCTURE = ("pdbfile", "pdb_file", "file", "path", "topology", "top", "cif", "mmcif")  # elsewhere
 
 
-def sentences(errors: Iterable[Any], config: dict, model: type[BaseModel]) -> Iterator[str]:
-    """Yield one sentence for each mistake of pydantic's `ValidationError.errors`: the key, what is wrong, what is allowed."""
-    schema = model.model_json_schema()
-    alternatives: dict[
-        tuple, dict[str, list]
-    ] = {}  # errors of a union's alternatives, by the key of the union
-    for error in errors:
-        path, alternative = _split_location(error, config)
-        if alternative is None:
-            yield _sentence(error, path, schema)
-        else:
-            key = path[: alternative[0]]
-            alternatives.setdefault(key, {}).setdefault(alternative[1], []).append((error, path))
-    for key, by_alternative in alternatives.items():
-        yield from _union_sentences(key, by_alternative, schema)
+def sentences(errors: Iterable[Any]) -> Iterator[str]:
+    """Yield one sentence for each of pydantic's mistakes: the key, what is wrong, what is allowed."""
+    by_key: dict[tuple, list[dict]] = {}
+    for error in errors:  # where a key may hold several kinds of values, one for each kind
+        key = tuple(part for part in error["loc"] if part == "[key]" or not KIND.search(str(part)))
+        by_key.setdefault(key, []).append(error)
+    for key, of_key in by_key.items():
+        tried = [error for error in of_key if error["type"] in WRONG_TYPES and key[-1] != "[key]"]
+        meant = [error for error in of_key if error not in tried]
+        yield from (_sentence(key, error) for error in meant)
+        if tried and not meant and not any(key == other[: len(key)] for other in by_key if other != key):
+            yield _but_must_be(key, tried)
 
 
-def _split_location(error: dict, config: dict) -> tuple[tuple, tuple[int, str] | None]:
-    """Split pydantic's location into the path of a key, and the place and name of a union's alternative."""
-    path: list = []
-    alternative, value = None, config
-    for depth, part in enumerate(error["loc"], 1):
-        is_missing = error["type"] == "missing" and depth == len(error["loc"])
-        if (isinstance(value, dict) and part in value) or (isinstance(value, list) and isinstance(part, int)):
-            value = value[part]
-        elif part != "[key]" and not is_missing:
-            alternative = alternative or (len(path), part)
-            continue
-        path.append(part)
-    return tuple(path), alternative
-
-
-def _union_sentences(key: tuple, by_alternative: dict[str, list], schema: dict) -> Iterator[str]:
-    """Yield the mistakes of the alternative that the user meant: the one whose type fits."""
-    wrong_type = {*TYPES, "literal_error"}
-    for errors in by_alternative.values():
-        if not any(path == key and error["type"] in wrong_type for error, path in errors):
-            yield from (_sentence(error, path, schema) for error, path in errors)
-            return
-    first = [errors[0][0] for errors in by_alternative.values()]
-    allowed = " or ".join(_allowed(error, {}) for error in first)
-    yield _but_must_be(key, first[0]["input"], allowed, schema)
-
-
-def _sentence(error: dict, path: tuple, schema: dict) -> str:
-    kind, value, key = error["type"], error["input"], ".".join(map(str, path)) or "the config"
-    parent = ".".join(map(str, path[:-1])) or "the config"
-    rule = _rule_at(path, schema)
+def _sentence(key: tuple, error: dict) -> str:
+    kind, value = error["type"], error["input"]
+    if kind == "extra_forbidden":
+        return _unknown_key(key)
+    if kind == "missing":
+        return f"{_name(key[:-1])} lacks the key {key[-1]!r}."
     if kind == "value_error":
         reason = error["ctx"]["error"]
-        return str(reason) if isinstance(reason, InputError) else f"{key} {reason}"
-    if kind == "extra_forbidden":
-        return _unknown_key(parent, path[-1], _rule_at(path[:-1], schema))
-    if kind == "missing":
-        return f"{parent} lacks the key {path[-1]!r}."
-    if kind == "invalid_key" or (path[-1:] == ("[key]",) and kind == "string_type"):
-        where = parent if kind == "invalid_key" else ".".join(map(str, path[:-2]))
-        return f"the key {value!r} in {where} is not read as a string; put it in quotes."
-    if path[-1:] == ("[key]",) or (
-        path == ("run",) and kind in ("string_pattern_mismatch", "string_too_long")
-    ):
-        where = ".".join(map(str, path[:-2])) or key
-        return f"{_short(value)} in {where} {NAME_RULE}"
-    if kind in ("too_short", "too_long"):
-        word, limit = ("at least", "min_length") if kind == "too_short" else ("at most", "max_length")
-        number = error["ctx"][limit]
-        shown = value if len(value) < 10 else f"{len(value)} values long"
-        return f"{key} is {shown}, but needs {word} {number} value{'s' if number > 1 else ''}."
-    return _but_must_be(path, value, _allowed(error, rule), schema)
+        return str(reason) if isinstance(reason, InputError) else f"{_name(key)} {reason}"
+    if kind == "invalid_key" or (key[-1] == "[key]" and kind == "string_type"):
+        return f"the key {value!r} in {_name(key[:1])} is not read as a string; put it in quotes."
+    if key[-1] == "[key]" or key == ("run",):
+        return f"{_short(value)} in {key[0]} {NAME_RULE}"
+    return _but_must_be(key, [error])
 
 
-def _but_must_be(path: tuple, value: Any, allowed: str, schema: dict) -> str:
-    key = ".".join(map(str, path)) or "the config"
-    meaning = next(
-        (
-            rule["description"]
-            for rule in (_rule_at(path, schema), _rule_at(path[:-1], schema))
-            if "description" in rule
-        ),
-        "",
-    ).rstrip(".")
-    end = f" ({meaning})." if meaning else "" if allowed.endswith("?") else "."
-    return f"{key} is {_short(value)}, but must be {allowed}{end}"
-
-
-def _allowed(error: dict, rule: dict) -> str:
-    """Return the allowed values in words."""
-    kind, value, limits = error["type"], error["input"], error.get("ctx", {})
-    if kind in LIMITS:
-        return LIMITS[kind].format(**{key: int(limit) for key, limit in limits.items()})
-    if kind == "literal_error":
-        names = re.findall("'(.*?)'", limits["expected"])
-        return one_of(str(value), names)
-    if kind == "string_too_short":
-        return "a string that is not empty"
-    if kind == "string_too_long":
-        return f"a string of at most {limits['max_length']} characters"
-    if kind == "string_pattern_mismatch":
-        return f"of the form {rule.get('examples', [limits['pattern']])[0]}"
-    allowed = TYPES.get(kind, error["msg"])
-    if kind == "string_type" and isinstance(value, int | float | datetime.date):
-        return f"{allowed}; put it in quotes"
-    if kind in ("int_type", "float_type") and isinstance(value, str) and NUMBER.fullmatch(value):
-        return f"{allowed}; write it without quotes and without e"
-    if kind == "list_type" and isinstance(value, str):
-        return f"a list, as [{value}]"
-    return allowed
+def _but_must_be(key: tuple, errors: list[dict]) -> str:
+    """Return a sentence with the allowed values and the meaning of a key."""
+    value, allowed = errors[0]["input"], []
+    for error in errors:
+        context = error.get("ctx", {}).items()
+        limits: dict[str, Any] = {
+            name: int(limit) if isinstance(limit, float) else limit for name, limit in context
+        }
+        names, form = re.findall("'(.*?)'", limits.get("expected", "")), FORMS.get(limits.get("pattern", ""))
+        words = ALLOWED.get(error["type"], "another value")
+        allowed.append(words.format(**limits, form=form, names=one_of(str(value), names)))
+    return f"{_name(key)} is {_short(value)}, but must be {' or '.join(allowed)} ({_known(key)[1]})."
 
 
 def one_of(value: str, names: list[str]) -> str:
     """Return 'one of a, b, c', with the name that the user may have meant."""
-    listed = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
+    listed = f"one of {', '.join(names)}" if len(names) > 1 else "".join(names)
     return listed + did_you_mean(value, names)
 
 
-def _unknown_key(parent: str, unknown: str, rule: dict) -> str:
-    known = rule["properties"]
-    sections = [key for key in known if unknown in _resolved(known[key], rule["$defs"]).get("properties", {})]
-    near = difflib.get_close_matches(unknown, known, 1, 0.5)
-    if sections:
-        hint = f"it belongs to {' or '.join(sections)}."
-    elif meant := [key for key in SYNONYMS.get(unknown.lower(), ()) if key in known]:
-        hint = f"did you mean {meant[0]!r}?"
-    elif near:
-        hint = f"did you mean {near[0]!r}?"
+def _unknown_key(key: tuple) -> str:
+    unknown, known = key[-1], _known(key[:-1])[0].model_fields
+    below = {name: _section(field.annotation) for name, field in known.items()}
+    owners = [name for name, model in below.items() if model and unknown in model.model_fields]
+    if owners:
+        hint = f"; it belongs to {' or '.join(owners)}."
+    elif unknown.lower() in NAMES_OF_STRUCTURE and "structure" in known:
+        hint = "; did you mean 'structure'?"
     else:
-        hint = f"the keys here are {', '.join(known)}."
-    return f"unknown key {unknown!r} in {parent}; {hint}"
+        hint = did_you_mean(unknown, known) or f"; the keys here are {', '.join(known)}."
+    return f"unknown key {unknown!r} in {_name(key[:-1])}{hint}"
 
 
-def _rule_at(path: tuple, schema: dict) -> dict:
-    """Return the JSON Schema of the key at a path, with the definitions that it refers to."""
-    rule = schema
-    for part in path:
-        rule = _resolved(rule, schema["$defs"])
-        if isinstance(part, int):
-            rule = rule.get("items", {})
-        else:
-            names = [*rule.get("patternProperties", {}).values(), rule.get("additionalProperties")]
-            rule = rule.get("properties", {}).get(part) or next(filter(None, names), {})
-    return _resolved(rule, schema["$defs"]) | {"$defs": schema["$defs"]}
+def _known(key: tuple) -> tuple[type[BaseModel], str]:
+    """Return the section that a key leads to, and what the key means."""
+    section: type[BaseModel] = Config
+    meaning = ""
+    for part in key:
+        if field := section.model_fields.get(part):
+            section = _section(field.annotation) or section
+            meaning = field.description or section.__doc__ or ""
+    return section, meaning.rstrip(".")
 
 
-def _resolved(rule: dict, definitions: dict) -> dict:
-    """Return a rule with its references resolved and the keys of all its alternatives."""
-    rule = rule if isinstance(rule, dict) else {}
-    if "$ref" in rule:
-        rule = definitions[rule["$ref"].rsplit("/", 1)[-1]] | {k: v for k, v in rule.items() if k != "$ref"}
-    for alternative in rule.get("anyOf", ()):
-        rule = _resolved(alternative, definitions) | rule
-    return rule
+def _section(annotation: Any) -> type[BaseModel] | None:
+    """Return the section, or the section of the entries, that a key holds; None for other keys."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(filter(None, map(_section, get_args(annotation))), None)
+
+
+def _name(key: tuple) -> str:
+    return ".".join(map(str, key)) or "the config"
 
 
 def _short(value: Any) -> str:
-    """Return a value as Python writes it (a date as in the file), cut where it is long."""
-    text = str(value) if isinstance(value, datetime.date) else repr(value)
-    return text if len(text) <= 100 else f"{text[:80]}... ({len(text)} characters)"
+    """Return a value as the file has it, cut where it is long."""
+    return shorten(value if isinstance(value, datetime.date) else repr(value))

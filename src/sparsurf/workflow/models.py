@@ -76,18 +76,27 @@ Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
 Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
 PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
 Text = Annotated[str, Field(min_length=1)]
-Word = Annotated[str, Field(pattern="^[A-Za-z0-9_-]+$", examples=["charmm27"])]
-Url = Annotated[str, Field(pattern="^https?://", examples=["https://address/of/a/file"])]
+WORD = "^[A-Za-z0-9_-]+$"
+URL = "^https?://"
 PDB_ID = "^([0-9][A-Za-z0-9]{3}|pdb_[0-9]{5}[A-Za-z0-9]{3})$"
-PdbId = Annotated[str, Field(pattern=PDB_ID, examples=["1ubi"]), BeforeValidator(_as_id)]
-Sha256 = Annotated[str, Field(pattern="^[0-9A-Fa-f]{64}$", examples=["64 digits and letters from a to f"])]
+SHA256 = "^[0-9A-Fa-f]{64}$"
+CONFORMATION = "^[^/]+(/[cf][0-9]+)?$"
+RESIDUES = f"^{RESIDUE_RANGE}(,{RESIDUE_RANGE})*$"
+FORMS = {  # examples of strings of these patterns
+    WORD: "charmm27",
+    URL: "https://address/of/a/file",
+    PDB_ID: "1ubi",
+    SHA256: "64 digits and letters from a to f",
+    CONFORMATION: "my_protein or my_protein/c2",
+    RESIDUES: "A:10-52A,60,-5--3",
+}
+Word = Annotated[str, Field(pattern=WORD)]
+Url = Annotated[str, Field(pattern=URL)]
+PdbId = Annotated[str, Field(pattern=PDB_ID), BeforeValidator(_as_id)]
+Sha256 = Annotated[str, Field(pattern=SHA256)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
-Conformation = Annotated[
-    str, Field(pattern="^[^/]+(/[cf][0-9]+)?$", examples=["my_protein or my_protein/c2"])
-]
-Residues = Annotated[
-    str, Field(pattern=f"^{RESIDUE_RANGE}(,{RESIDUE_RANGE})*$", examples=["A:10-52A,60,-5--3"])
-]
+Conformation = Annotated[str, Field(pattern=CONFORMATION)]
+Residues = Annotated[str, Field(pattern=RESIDUES)]
 UniqueList = Annotated[
     list[T],
     Field(min_length=1),
