@@ -1,77 +1,36 @@
-"""Complementarity and reference scores of one complex, and against a partner of another complex."""
+"""AUC of the maps of one complex and of protrusion, with each descriptor."""
 
-import numpy as np
 import pandas as pd
 
-from measures.partners import pair_of, unbound_pair
-from sparsurf.pairs.complex_scores import centres_of, score_complex
-from sparsurf.pairs.matching import Recipe, descriptors_at
-from sparsurf.pairs.partners import Partner
-from sparsurf.patches.descriptors import PUBLISHED
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs.matching import Recipe, agreement, maps, match
+from sparsurf.pairs.partner_files import select_centres
+from sparsurf.pairs.partners import partner_of
+from sparsurf.surfaces.molecular_surface import surface_for_d_link
+from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
+from sparsurf.workflow.models import Patches, Surface
 
-RADII = (6.0, 12.0)  # Å, R_zernike; the first is the published one
+SEED = 0
+SCORES = ("propensity_smoothed", "protrusion")
 
-
-def main(
-    partners: list[str],
-    bound: list[str],
-    control: list[str],
-    areas: str,
-    contacts: str,
-    control_table: str,
-    pair: str,
-    descriptor: str,
-    patches: int,
-    threads: int,
-) -> None:
-    """Write the areas of all scores, the patches in contact, and the control against another complex's partner.
-
-    `partners` is the unbound form if the structures of the `bound` one are given, too.
-    """
-    recipes = [Recipe(descriptor, radius) for radius in (RADII if descriptor == PUBLISHED else RADII[:1])]
-    name = pair.removesuffix("_u")
-    labels, others = None, None
-    if bound:
-        both, labels = unbound_pair(partners, bound, name)
-    else:
-        both = pair_of(partners, name)
-    if control:
-        others = _descriptors(pair_of(control, "other"), recipes[0], patches, threads)
-    table, touching, _, same = score_complex(
-        both, others, labels, recipes, max_patches=patches, threads=threads
-    )
-    keys = {"complex": name, "form": "unbound" if bound else "bound"}
-    table.assign(**keys).to_csv(areas, index=False)
-    touching = pd.DataFrame() if touching is None else touching
-    touching.assign(**keys, descriptor=descriptor).to_csv(contacts, index=False)
-    correlations = {"correlation_1": same[0], "correlation_2": same[1], "descriptor": descriptor}
-    pd.DataFrame([keys | correlations]).to_csv(control_table, index=False)
-
-
-def _descriptors(
-    pair: list[Partner], recipe: Recipe, patches: int, threads: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return 'up' descriptors of the first partner and 'down' descriptors of the second."""
-    first, second = pair
-    up, _ = descriptors_at(first, first.surface.points[centres_of(first, patches)], True, recipe, threads)
-    down, _ = descriptors_at(
-        second, second.surface.points[centres_of(second, patches)], False, recipe, threads
-    )
-    return up, down
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            partners=snakemake.input.partners,
-            bound=snakemake.input.bound,
-            control=snakemake.input.control,
-            areas=snakemake.output.areas,
-            contacts=snakemake.output.contacts,
-            control_table=snakemake.output.control,
-            pair=snakemake.wildcards.pair,
-            descriptor=snakemake.wildcards.descriptor,
-            patches=snakemake.params.patches,
-            threads=snakemake.threads,
+with job(snakemake):
+    name, threads = snakemake.wildcards.pair, snakemake.threads
+    patches, settings = Patches().model_dump(), Surface().model_dump()
+    pair = []
+    for side, path in enumerate(snakemake.input.partners, 1):
+        molecule = read_molecule(path)
+        dots, _ = surface_for_d_link(
+            molecule, 0, radii(molecule, settings["radii"]), settings, patches["D_link"], f"{name} {side}"
         )
+        pair.append(partner_of(dots, molecule, f"{name} {side}", patches["D_link"]))
+    wanted = {"sampler": "farthest", "n_S": snakemake.params.patches}
+    centres = [select_centres(partner, wanted, patches, SEED, threads) for partner in pair]
+    tables = []
+    for descriptor in snakemake.params.descriptors:
+        found = match(*pair, centres, recipe=Recipe(descriptor, patches["R_zernike"]), threads=threads)
+        for side in (0, 1):
+            areas = agreement(found, side, maps(found, side, threads=threads), seed=SEED, threads=threads)
+            tables.append(areas.assign(complex=name, partner=side + 1, descriptor=descriptor))
+    table = pd.concat(tables)
+    table[table["score"].isin(SCORES)].to_csv(snakemake.output.areas, index=False)

@@ -80,19 +80,6 @@ def protein_entry(structure: Structure, folder: str | None, **options: str | int
 
 
 def complexes(structures: dict[str, Structure]) -> dict[str, tuple[str, str]]:
-    """Return complexes and their two partners: 1a1u, those of the set `bound`, then those of the set `unbound`.
-
-    Those of the set `unbound` have a second entry, NAME_u, for their unbound form.
-    """
-    receptors = [name for name in structures if name.endswith("_r")]
-    pairs = {"1a1u": ("1a1u_A", "1a1u_C")} if "1a1u_A" in structures else {}
-    for receptor in receptors:
-        if "bound" in structures[receptor].sets:
-            name = receptor.split("_")[0]
-            pairs[name] = f"{name}_r", f"{name}_l"
-    for receptor in receptors:
-        if "unbound" in structures[receptor].sets:
-            name = receptor.split("_")[0]
-            pairs[name] = f"{name}_r", f"{name}_l"
-            pairs[f"{name}_u"] = f"{name}_r_u", f"{name}_l_u"
-    return pairs
+    """Return the complexes of the set `bound` and their two partners."""
+    names = [name.removesuffix("_r") for name in names_in_set(structures, "bound") if name.endswith("_r")]
+    return {name: (f"{name}_r", f"{name}_l") for name in names}

@@ -1,52 +1,20 @@
-"""Tables over many complexes, with every descriptor."""
+"""AUC of complementarity and of protrusion over many complexes: tables and figure."""
 
-from measures.complex_tables import tables_of
-from measures.tables import cpu_table, read_tables, write_tables
+from measures.tables import read_tables, write_tables
+from sparsurf.pairs.ranking import means_over_pairs
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.pair_figures import over_pairs
 from sparsurf.workflow.jobs import job
 
+COLUMNS = ["complex", "partner", "descriptor", "score", "auc", "low", "high", "dots", "interface"]
+NAMES = {"rotation_robust propensity_smoothed": "complementarity, rotation-robust"}  # in the figure
 
-def main(
-    areas: list[str],
-    contacts: list[str],
-    control: list[str],
-    complexes: str,
-    complexes_means: str,
-    complexes_variants: str,
-    complexes_contacts: str,
-    complexes_control: str,
-    complexes_cpu: str,
-    chosen_on: int,
-    logs: str,
-) -> None:
-    """Write every table; contacts are those of the bound forms."""
-    touching = read_tables(contacts)
-    touching = touching[touching["form"] == "bound"]
-    tables = tables_of(read_tables(areas), touching, read_tables(control), chosen_on)
-    write_tables(
-        {
-            complexes: tables["complexes"],
-            complexes_means: tables["complexes_means"],
-            complexes_variants: tables["complexes_variants"],
-            complexes_contacts: tables["complexes_contacts"],
-            complexes_control: tables["complexes_control"],
-            complexes_cpu: cpu_table(logs),
-        },
-        "%.4f",
-    )
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            areas=snakemake.input.areas,
-            contacts=snakemake.input.contacts,
-            control=snakemake.input.control,
-            complexes=snakemake.output.complexes,
-            complexes_means=snakemake.output.complexes_means,
-            complexes_variants=snakemake.output.complexes_variants,
-            complexes_contacts=snakemake.output.complexes_contacts,
-            complexes_control=snakemake.output.complexes_control,
-            complexes_cpu=snakemake.output.complexes_cpu,
-            chosen_on=snakemake.params.chosen_on,
-            logs=snakemake.params.logs,
-        )
+with job(snakemake):
+    areas = read_tables(snakemake.input.areas)[COLUMNS]
+    areas["descriptor"] = areas["descriptor"].mask(areas["score"] == "protrusion", "-")
+    areas = areas.drop_duplicates(COLUMNS[:4])
+    means = means_over_pairs(areas, ["descriptor", "score"])
+    tables = {snakemake.output.complexes: areas, snakemake.output.complexes_means: means}
+    write_tables(tables, "%.4f")
+    named = (areas["descriptor"] + " " + areas["score"]).map(NAMES).fillna(areas["score"])
+    layout.save(over_pairs("complexes", areas.assign(score=named)), snakemake.output.figure)

@@ -320,19 +320,17 @@ def results_before_pages(wildcards):
         files += ["compare.csv", "compare_needed.csv", "compare.html"]
         files += [f"compare{part}.png" for part in ("", "_panels")]
     if PAIRS:
-        files += [f"pairs/{name}" for name in ("pairs.csv", "means.csv", "pairs.html", "pairs.png")]
+        files += ["pairs/pairs.csv", "pairs/pairs.png"]
     of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
     return [f"{run}/{file}" for file in files] + outputs_beside_proteins() + of_proteins
 
 
 def pair_files(pair):
     """Files of a pair."""
-    files = ["propensity.csv", "best_pairs.csv", "agreement.csv", "contacts.csv", "pair.html"]
-    files += ["partner_1.ply", "partner_2.ply", "book.png", "view_1.html", "view_2.html"]
+    files = ["propensity.csv", "best_pairs.csv", "agreement.csv", "contacts.csv"]
+    files += ["partner_1.ply", "partner_2.ply", "book.png", "view.html"]
     if not set(PAIRS[pair].get("proteins", ())) & set(READY_SURFACES):
         files += ["partner_1.pdb", "partner_2.pdb", "residues.csv", "open.pml", "open.cxc"]
-    if config["complementarity"]["thinning"]["run"]:
-        files += ["thinning.csv", "thinning.png"]
     return files
 
 

@@ -35,21 +35,20 @@ rule match_partners:
         contacts="results/{run}/pairs/{pair}/contacts.csv",
         ply_1="results/{run}/pairs/{pair}/partner_1.ply",
         ply_2="results/{run}/pairs/{pair}/partner_2.ply",
-        page="results/{run}/pairs/{pair}/pair.html",
     log:
         "results/{run}/logs/pairs/{pair}/match_partners.log",
     conda:
         "../envs/study.yaml"
     threads: 8
     params:
-        pair=lambda wildcards: PAIRS[wildcards.pair],
+        pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its proteins
         patches=config["patches"],
         centres=config["complementarity"]["centres"],
         nearest=config["complementarity"]["nearest"],
         smoothing=config["complementarity"]["smoothing"],
         interface=config["complementarity"]["interface"],
         seed=config["seed"],
-        code=[METHOD, REPORT],
+        code=METHOD,
     message:
         "Comparing the patches of both partners of {wildcards.pair}"
     script:
@@ -86,17 +85,8 @@ rule draw_pair:
         agreement="results/{run}/pairs/{pair}/agreement.csv",
     output:
         png=in_report("results/{run}/pairs/{pair}/book.png", "{pair}", "Pairs"),
-        view_1=in_report(
-            "results/{run}/pairs/{pair}/view_1.html",
-            "{pair}, partner 1 to turn",
-            "Pairs",
-            caption="pair_view",
-        ),
-        view_2=in_report(
-            "results/{run}/pairs/{pair}/view_2.html",
-            "{pair}, partner 2 to turn",
-            "Pairs",
-            caption="pair_view",
+        view=in_report(
+            "results/{run}/pairs/{pair}/view.html", "{pair}, to turn", "Pairs", caption="pair_view"
         ),
     log:
         "results/{run}/logs/pairs/{pair}/draw_pair.log",
@@ -113,39 +103,11 @@ rule draw_pair:
         "../scripts/draw_pair.py"
 
 
-rule thin_pair:  # where complementarity.thinning asks for it
-    input:
-        unpack(partner_files),
-    output:
-        table="results/{run}/pairs/{pair}/thinning.csv",
-        png=in_report("results/{run}/pairs/{pair}/thinning.png", "{pair}, fewer centres", "Pairs"),
-    log:
-        "results/{run}/logs/pairs/{pair}/thin_pair.log",
-    conda:
-        "../envs/study.yaml"
-    params:
-        pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its proteins
-        patches=config["patches"],
-        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
-        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
-        thinning=config["complementarity"]["thinning"],
-        smoothing=config["complementarity"]["smoothing"],
-        interface=config["complementarity"]["interface"],
-        seed=config["seed"],
-        code=[METHOD, REPORT],
-    message:
-        "Maps of {wildcards.pair} from fewer centres"
-    script:
-        "../scripts/thin_pair.py"
-
-
 rule summarise_pairs:
     input:
         tables=expand("results/{{run}}/pairs/{pair}/agreement.csv", pair=PAIRS),
     output:
         table="results/{run}/pairs/pairs.csv",
-        means=in_report("results/{run}/pairs/means.csv", "Means over pairs", "Pairs", caption="pairs"),
-        page="results/{run}/pairs/pairs.html",
         png=in_report("results/{run}/pairs/pairs.png", "All pairs", "Pairs"),
     log:
         "results/{run}/logs/summarise_pairs.log",

@@ -90,7 +90,7 @@ def write_summaries(config: dict, run: Path, folders: list[Path], pairs: list[Pa
         )
         summarise_comparison.main([f"{folder}/compare.csv" for folder in of_grid], *outputs, run.name)
     if pairs:
-        outputs = paths("pairs/pairs.csv", "pairs/means.csv", "pairs/pairs.html", "pairs/pairs.png")
+        outputs = paths("pairs/pairs.csv", "pairs/pairs.png")
         summarise_pairs.main([f"{pair}/agreement.csv" for pair in pairs], *outputs, run.name)
     return written
 

@@ -1,18 +1,20 @@
-"""Draw both partners of a pair, opened like a book, and a page of each with the rank of every dot by its match."""
+"""Draw both partners of a pair, opened like a book: a picture, and a page with the rank of every dot by its match."""
 
-from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import book_figure, opened, ranks
-from sparsurf.report.numbers import interval
-from sparsurf.report.pair_page import MAIN_SCORE
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import job
+
+GAP = 5.0  # Å, between both partners on the page
 
 
 def main(
@@ -23,13 +25,12 @@ def main(
     dots: str,
     agreement: str,
     png: str,
-    view_1: str,
-    view_2: str,
+    view: str,
     patches: dict,
     seed: int,
     name: str,
 ) -> None:
-    """Write the picture and the pages view_1.html and view_2.html.
+    """Write the picture and the page view.html.
 
     Parameters
     ----------
@@ -40,27 +41,35 @@ def main(
     dot_table = pd.read_csv(dots, low_memory=False)
     surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
     tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
-    scores = pd.read_csv(agreement)
-    layout.save(book_figure(name, surfaces, tables, scores), png)
-    auc = scores[scores["score"] == MAIN_SCORE].set_index("partner")[["auc", "low", "high"]]
+    layout.save(book_figure(name, surfaces, tables, pd.read_csv(agreement)), png)
     pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
-    files = (structure_1, view_1), (structure_2, view_2)
-    for side, (surface, page, table, (structure, view)) in enumerate(
-        zip(surfaces, pages, tables, files, strict=True), 1
-    ):
-        seen = replace(surface, points=surface.points @ page.T, normals=surface.normals @ page.T)
-        rank = ranks(table["propensity_smoothed"])
-        values = [
-            Values(
-                "rank of the distance to the nearest patch", "rank", " %", rank, "good match", "poor match"
-            ),
-            Values("distance to the partner", "gap", " Å", table["gap"].to_numpy(), "touching", "far"),
-        ]
-        title = f"{name}, partner {side}"
-        says = f"AUC {interval(*auc.loc[side])} for the interface" if side in auc.index else ""
-        labels = residue_labels(structure)
-        text = coloured_page(title, f"{name}/{side}", seen, patches, seed, values, labels, says)
-        Path(view).write_text(text, encoding="utf-8")
+    labels = [
+        [f"{label}, partner {side}" for label in residue_labels(structure)]
+        for side, structure in enumerate((structure_1, structure_2), 1)
+    ]
+    rank = np.concatenate([ranks(table["propensity_smoothed"]) for table in tables])
+    values = [
+        Values("rank of the distance to the nearest patch", "rank", " %", rank, "good match", "poor match"),
+        Values("distance to the partner", "gap", " Å", dot_table["gap"].to_numpy(), "touching", "far"),
+    ]
+    both = side_by_side(surfaces, pages, [len(names) for names in labels])
+    text = coloured_page(name, name, both, patches, seed, values, [*chain(*labels)])
+    Path(view).write_text(text, encoding="utf-8")
+
+
+def side_by_side(surfaces: list[Surface], pages: list[np.ndarray], n_atoms: list[int]) -> Surface:
+    """Join both partners to one surface, the pages of an open book; `n_atoms` are those with a label, 0 for none."""
+    points = [surface.points @ page.T for surface, page in zip(surfaces, pages, strict=True)]
+    middles = [(x.min(axis=0) + x.max(axis=0)) / 2 for x in points]
+    shift = (np.ptp(points[0][:, 0]) + np.ptp(points[1][:, 0])) / 2 + GAP
+    points = [points[0] - middles[0], points[1] - middles[1] + [shift, 0, 0]]
+    normals = [surface.normals @ page.T for surface, page in zip(surfaces, pages, strict=True)]
+    atoms = [
+        np.where((surface.atom < 0) | (n == 0), -1, surface.atom + before)
+        for surface, n, before in zip(surfaces, n_atoms, (0, n_atoms[0]), strict=True)
+    ]
+    kind = np.concatenate([surface.kind for surface in surfaces])
+    return Surface(np.concatenate(points), np.concatenate(normals), kind=kind, atom=np.concatenate(atoms))
 
 
 if __name__ == "__main__":
@@ -73,8 +82,7 @@ if __name__ == "__main__":
             dots=snakemake.input.dots,
             agreement=snakemake.input.agreement,
             png=snakemake.output.png,
-            view_1=snakemake.output.view_1,
-            view_2=snakemake.output.view_2,
+            view=snakemake.output.view,
             patches=snakemake.params.patches,
             seed=snakemake.params.seed,
             name=snakemake.wildcards.pair,

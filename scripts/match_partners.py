@@ -4,9 +4,7 @@ import pandas as pd
 
 from sparsurf.pairs import matching
 from sparsurf.pairs.matching import Recipe
-from sparsurf.pairs.partner_files import partner_labels, read_partners, select_centres
-from sparsurf.report.page import write
-from sparsurf.report.pair_page import TEMPLATE, pair_page
+from sparsurf.pairs.partner_files import read_partners, select_centres
 from sparsurf.rounding import write_table
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import job
@@ -23,8 +21,6 @@ def main(
     contacts: str,
     ply_1: str,
     ply_2: str,
-    page: str,
-    pair: dict,
     patches: dict,
     centres: str | dict,
     nearest: int,
@@ -34,20 +30,19 @@ def main(
     name: str,
     threads: int = 1,
 ) -> None:
-    """Write the tables of a pair, its page and two coloured surfaces.
+    """Write the tables of a pair and two coloured surfaces.
 
     Parameters
     ----------
     structure_1, structure_2 : None for a ready surface
     dots, best, agreement, contacts : tables to be written
-    pair : dict, the entry of `pairs` in the config
     patches : dict, the section `patches` of the config
     centres, nearest, smoothing, interface : see the section `complementarity` of the config
     name : of the pair
     """
-    partners = read_partners(surface_1, surface_2, structure_1, structure_2, patches, name, threads)
+    partners = read_partners(surface_1, surface_2, structure_1, structure_2, patches["D_link"], name)
     recipe = Recipe(patches["descriptor"], patches["R_zernike"])
-    selected = [select_centres(partner, centres, seed) for partner in partners]
+    selected = [select_centres(partner, centres, patches, seed, threads) for partner in partners]
     match = matching.match(*partners, selected, nearest, recipe, threads)
     dot_tables, area_tables = [], []
     for position, (partner, ply) in enumerate(zip(partners, (ply_1, ply_2), strict=True)):
@@ -70,17 +65,6 @@ def main(
     write_table(best, best_table)
     write_table(agreement, agreement_table)
     write_table(contacts, contact_table)
-    sides_without_atoms = [str(side) for side, partner in enumerate(partners, 1) if partner.residues is None]
-    facts = pair_page(
-        name,
-        agreement_table,
-        contact_table,
-        best_table,
-        {"patches": patches, "complementarity": {"interface": interface}},
-        partner_labels(pair),
-        sides_without_atoms,
-    )
-    write(page, TEMPLATE, **facts)
 
 
 if __name__ == "__main__":
@@ -96,8 +80,6 @@ if __name__ == "__main__":
             contacts=snakemake.output.contacts,
             ply_1=snakemake.output.ply_1,
             ply_2=snakemake.output.ply_2,
-            page=snakemake.output.page,
-            pair=snakemake.params.pair,
             patches=snakemake.params.patches,
             centres=snakemake.params.centres,
             nearest=snakemake.params.nearest,

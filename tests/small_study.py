@@ -67,7 +67,6 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "files": {"files": ["one.pdb", "two.pdb"]},
         "chains": {"complex": "complex.pdb", "chains": [["A"], ["B"]]},
     }
-    thinning = {"run": True, "percents": [20], "samplers": ["uniform"], "draws": 1, "recovered": False}
     return SETTINGS | {
         "proteins": proteins,
         "pairs": pairs,
@@ -76,7 +75,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "fields": ["hydropathy", "score"],
         "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},
         "ensemble": {"run": True, "jobs": 2, "test_dots": 20, "stride": 500},
-        "complementarity": {"thinning": thinning},
+        "complementarity": {"centres": "all"},
     }
 
 

@@ -12,7 +12,7 @@ FARTHEST = 'recover_opponents_means.csv "sampler=farthest dots" percent=10'
 AT_44 = "{own:+.2f} ({own_low:+.2f} to {own_high:+.2f})"
 ON_A1 = "fragments_surfaces.csv surface=A1_file reading=as_coded"
 SURFACES = "surface=A1_file|A1_dms|A2|A3|A4|A5|B1|B2"
-AUC = 'complexes_means.csv group=bound score=complementarity map=smoothed "descriptor=published, 6 Å"'
+AUC = "complexes_means.csv score=propensity_smoothed descriptor=published"
 RANGE = "{n_S_low_percent:.0f} to {n_S_high_percent:.0f}"
 D_CV = "{d_cv:+.2f} ({d_cv_low:+.2f} to {d_cv_high:+.2f})"
 AT_10 = "proteins_by_n_s.csv percent=10"
@@ -26,7 +26,7 @@ SHOWN = {
         f"{{{{ proteins_d.csv reading=as_written range=5 | {AT_44} as written (mean of {{n}} proteins) }}}}",
         "worse than the mean patch, on all {{ proteins_d.csv reading=as_coded range=5 | {n_worse:.0f} }}.",
         f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
-        "alone has {{ complexes_means.csv group=bound score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
+        "alone has {{ complexes_means.csv score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
         "{{ fragments_inside.csv surface=A1_file reading=as_coded | {d_inside} of ten published d }}",
         "as coded, and {{ fragments_inside.csv surface=A1_file reading=as_written | {d_inside} as written }}",
     ],

@@ -1,16 +1,15 @@
 """Smoothing, interface, areas under the curve, references: exact cases and plain references."""
 
-import gemmi
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.distance import cdist
-from scipy.stats import mannwhitneyu
+from scipy.stats import mannwhitneyu, t
 
 from conftest import make_blob
-from sparsurf.pairs import baselines
 from sparsurf.pairs.interface import interface, native_pairs
-from sparsurf.pairs.neighbourhoods import means_within, smooth
-from sparsurf.pairs.ranking import auc, blocks_of_residues, bootstrap_auc
+from sparsurf.pairs.neighbourhoods import means_within, protrusion, smooth
+from sparsurf.pairs.ranking import auc, blocks_of_residues, bootstrap_auc, means_over_pairs
 
 
 @pytest.fixture(scope="module")
@@ -147,34 +146,16 @@ def test_the_interval_is_wider_where_dots_come_in_blocks():
     assert again == (area, low, high)
 
 
-def test_planarity_is_the_distance_from_the_best_plane():
-    rng = np.random.default_rng(5)
-    plane = np.column_stack([rng.uniform(-20, 20, (2000, 2)), np.zeros(2000)])
-    assert np.abs(baselines.planarity(plane, plane[:50])).max() < 1e-6
-    rough = plane + np.column_stack([np.zeros((2000, 2)), np.repeat([0.5, -0.5], 1000)])
-    inner = rough[np.abs(rough[:, :2]).max(axis=1) < 8][:50]
-    assert np.allclose(baselines.planarity(rough, inner), -0.5, atol=0.02)
+def test_protrusion_counts_the_atoms_within_ten_angstrom():
+    atoms = np.array([[0.0, 0, 0], [3, 0, 0], [10, 0, 0], [30, 0, 0]])
+    assert protrusion(np.array([[0.0, 0, 0], [30, 0, 0]]), atoms).tolist() == [-3.0, -1.0]
 
 
-def test_hydropathy_is_that_of_kyte_and_doolittle():
-    names = gemmi.expand_one_letter_sequence("IVLFCMAGTSWYPHEQDNKR", gemmi.ResidueKind.AA)
-    values = [
-        4.5, 4.2, 3.8, 2.8, 2.5, 1.9, 1.8, -0.4, -0.7, -0.8,
-        -0.9, -1.3, -1.6, -3.2, -3.5, -3.5, -3.5, -3.5, -3.9, -4.5,
-    ]  # fmt: skip
-    wanted = dict(zip(names, values, strict=True))
-    assert wanted | {"MSE": 1.9} == baselines.KYTE_DOOLITTLE
-
-
-def test_protrusion_counts_atoms_and_hydropathy_averages_residues():
-    atoms = np.array([[0.0, 0, 0], [3, 0, 0], [9, 0, 0], [30, 0, 0]])
-    assert baselines.protrusion(np.array([[0.0, 0, 0], [30, 0, 0]]), atoms).tolist() == [-3.0, -1.0]
-    names = np.array(["ILE", "ARG", "XYZ", "GLY"])
-    found = baselines.hydropathy(atoms, np.array([[0.0, 0, 0], [30, 0, 0], [99, 0, 0]]), names)
-    assert np.allclose(found, [0.0, -0.4, np.nan], equal_nan=True)
-    # 'XYZ' at 9 Å does not count; ILE 4.5, ARG -4.5 and GLY -0.4 do, each alone but for it
-    alone = baselines.hydropathy(atoms, atoms, names, reach=6.5)
-    assert np.allclose(alone, [0.0, 0.0, -4.5, -0.4])
-    beside = np.array([[9.9, 0, 0], [-10.1, 0, 0]])  # 10 Å reach the first atom, or none
-    assert np.allclose(baselines.hydropathy(atoms[:1], beside, names[:1]), [4.5, np.nan], equal_nan=True)
-    assert baselines.distance_from_centroid(atoms, atoms[:1]).tolist() == [10.5]
+def test_means_over_pairs_average_the_sides_first():
+    table = pd.DataFrame({"complex": list("aabb"), "score": "s", "auc": [0.44, 0.56, 0.5, 0.52]})
+    row = means_over_pairs(table).iloc[0]
+    half = t.ppf(0.975, 1) * np.std([0.5, 0.51], ddof=1) / np.sqrt(2)
+    assert row[["mean", "low", "high"]].tolist() == pytest.approx([0.505, 0.505 - half, 0.505 + half])
+    assert row["complexes"] == 2
+    far = means_over_pairs(table.assign(auc=[0.1, 0.3, 0.9, 0.9])).iloc[0]
+    assert (far["low"], far["high"]) == (0, 1)

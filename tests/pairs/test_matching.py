@@ -1,6 +1,4 @@
-"""Partners matched: a lock and its key, tables that add up, labels that are refused, thinning to all dots."""
-
-from types import SimpleNamespace
+"""Partners matched: a lock and its key, tables that add up, partners that do not touch."""
 
 import numpy as np
 import pandas as pd
@@ -12,13 +10,9 @@ from peptides import peptide, write
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs import matching
-from sparsurf.pairs import thinning as thinning_module
-from sparsurf.pairs.partners import baseline_scores, partner_of
+from sparsurf.pairs.partners import partner_of
 from sparsurf.pairs.ranking import auc
-from sparsurf.pairs.thinning import thinning
 from sparsurf.patches.descriptors import describe
-from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -149,8 +143,8 @@ def test_agreement_is_the_area_of_each_score(peptides):
     truth = matching.by_dot(found, 0, table)["interface"].to_numpy()[found.centres[0]] == 1
     at = table.iloc[found.centres[0]]
     assert areas.loc["propensity", "auc"] == auc(-at["propensity"].to_numpy(), truth)
-    assert areas.loc["flatness", "auc"] == auc(peptides[0].roughness[found.centres[0]], truth)
-    assert {"planarity", "protrusion", "hydropathy", "centroid"} <= set(areas.index)
+    near = cdist(peptides[0].surface.points[found.centres[0]], peptides[0].heavy_atoms) <= 10
+    assert areas.loc["protrusion", "auc"] == auc(-near.sum(axis=1), truth)
     assert (areas["low"] <= areas["high"]).all()
     assert areas.loc["propensity", "interface"] == truth.sum()
     blocks = matching.blocks_of(peptides[0], found.centres[0])
@@ -158,16 +152,6 @@ def test_agreement_is_the_area_of_each_score(peptides):
     contact = matching.contacts(*peptides)
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
-
-
-def test_labels_that_are_known_otherwise_count(peptides):
-    found = matching.match(*peptides)
-    table, n = matching.maps(found, 0), len(peptides[0].surface)
-    some = peptides[0].surface.points[:, 0] > 5
-    rows = matching.agreement(found, 0, table, labels=some)
-    assert (rows["interface"] == some[found.centres[0]].sum()).all()
-    for same in (np.ones(n, bool), np.zeros(n, bool)):  # nothing to tell apart
-        assert matching.agreement(found, 0, table, labels=same) is None
 
 
 def test_pairs_of_patches_are_drawn_from_the_whole_contact_and_keep_their_blocks(peptides, monkeypatch):
@@ -198,7 +182,7 @@ def test_residues_without_a_chain_are_residues():
     assert table[["dots", "propensity_smoothed", "interface"]].to_numpy().tolist() == [[2, 2, 0.5]]
 
 
-def test_references_belong_to_the_dots_that_are_requested():
+def test_residues_belong_to_their_dots_and_atoms():
     # five atoms of three residues 20 Å apart, one of them a hydrogen; two dots above each residue
     dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
     surface = Surface(dots, np.tile([0.0, 0, 1], (6, 1)), atom=np.array([0, 1, 2, 2, 4, 4]))
@@ -217,22 +201,17 @@ def test_references_belong_to_the_dots_that_are_requested():
     )
     partner = partner_of(surface, molecule, "three", d_link=1.5)
     assert partner.residue.tolist() == [0, 0, 1, 1, 2, 2]
-    scores = baseline_scores(partner, np.array([4, 0, 2]))
-    assert scores["hydropathy"].tolist() == [-0.4, 4.5, -4.5]
-    assert scores["protrusion"].tolist() == [-1, -2, -1]  # heavy atoms only
-    assert scores["centroid"].tolist() == [19.5, 20.5, 0.5]
+    assert partner.heavy_atoms[:, 0].tolist() == [0, 1, 20, 40]
     residues = pd.DataFrame({"chain": ["A", "B"], "residue": ["2", "1"], "value": [7.0, 9.0]})
     shown = matching.on_atoms(molecule, residues, "value", -1.0)
     assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
 
 
-def test_without_atoms_there_are_fewer_references_and_no_residues(blobs):
+def test_without_atoms_there_are_no_residues_and_no_protrusion(blobs):
     found = matching.match(*blobs)
     table = matching.maps(found, 0)
     assert matching.by_residue(matching.by_dot(found, 0, table)) is None
-    scores = set(matching.agreement(found, 0, table)["score"])
-    assert {"flatness", "planarity", "centroid"} <= scores
-    assert not {"protrusion", "hydropathy"} & scores
+    assert "protrusion" not in set(matching.agreement(found, 0, table)["score"])
 
 
 def test_partners_that_do_not_touch_have_no_area():
@@ -240,87 +219,6 @@ def test_partners_that_do_not_touch_have_no_area():
     found = matching.match(*far)
     assert matching.agreement(found, 0, matching.maps(found, 0)) is None
     assert matching.contacts(*far) is None
-
-
-def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
-    table = thinning(*blobs, percents=(10, 100), samplers=("farthest", "uniform"), draws=1)
-    assert isinstance(table, pd.DataFrame)
-    every = table[table["n_S_percent"] == 100]
-    whole = matching.match(*blobs)
-    for side in (0, 1):
-        truth = matching.by_dot(whole, side, matching.maps(whole, side))["interface"] == 1
-        area = auc(-matching.maps(whole, side)["propensity_smoothed"].to_numpy(), truth.to_numpy())
-        found = table[(table["sampler"] == "all") & (table["side"] == side + 1)]["auc"].iloc[0]
-        assert found == pytest.approx(area, abs=1e-9) and abs(area - 0.5) > 0.01
-    assert np.allclose(every["correlation"], 1.0, atol=1e-12)
-    assert every.groupby("side")["auc"].nunique().eq(1).all()
-    few = table[table["percent"] == 10]
-    prepared_surfaces = [
-        PreparedSurface(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs
-    ]
-    centres = [
-        thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in prepared_surfaces
-    ]
-    thin = thinning_module.thinned_maps(blobs, centres, thinning_module.Clock())
-    wide = thinning(*blobs, percents=(10,), samplers=("farthest",), within=6.0)
-    for side, width, rows in ((0, 3.0, few), (1, 3.0, few), (0, 6.0, wide), (1, 6.0, wide)):
-        mine, other = (blobs[k].surface.points for k in (side, 1 - side))
-        area = auc(-thin[side], cdist(mine, other).min(axis=1) < width)
-        row = rows[(rows["sampler"] == "farthest") & (rows["side"] == side + 1)].iloc[0]
-        assert row["auc"] == pytest.approx(area)
-    assert few["n_S"].tolist() == [120, 110, 120, 110]
-    assert ((few["correlation"] > 0.5) & (few["correlation"] < 0.9999)).all()
-
-
-def test_centres_and_recovered_surfaces_go_by_the_rules_of_the_study(blobs, monkeypatch):
-    asked = []
-    monkeypatch.setattr(thinning_module, "recovered", lambda each, dots, d_link: asked.append(d_link) or each)
-    how = {"percents": (10,), "samplers": ("paper",), "with_recovered": True}
-    every = [thinning(*blobs, **how, rules=rules) for rules in (None, {"r_patch": 6.0}, {"d_link": 1.5})]
-    assert asked == [0.5] * 8 + [1.5] * 4
-    published, wide, linked = (table["correlation"].to_numpy()[2:4] for table in every)
-    assert (published != wide).all() and (published != linked).all()
-
-
-def test_a_map_from_all_dots_is_that_of_a_match_and_knows_no_patches_of_one_dot():
-    both = []
-    for name, seed in (("a", 5), ("b", 6)):
-        points, normals = make_blob(400, seed)
-        alone = np.array([[60.0, 0, 0], [0, 60, 0]])  # whose empty descriptors are equal
-        surface = Surface(np.vstack([points, alone]), np.vstack([normals, normals[:2]]))
-        both.append(partner_of(surface, name=name, d_link=1.5))
-    found = matching.match(*both)
-    thin = thinning_module.thinned_maps(both, [np.arange(402)] * 2, thinning_module.Clock())
-    for side in (0, 1):
-        wanted = matching.maps(found, side)["propensity_smoothed"]
-        assert thin[side] == pytest.approx(wanted.to_numpy()) and thin[side].min() > 0.01
-
-
-def test_centres_of_one_draw_are_nested_and_those_of_another_differ(blobs):
-    prepared = PreparedSurface(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
-    for name in ("farthest", "uniform"):
-        few, more, other = (
-            set(thinning_module._choose(SAMPLERS[name], name, prepared, percent, draw).tolist())
-            for percent, draw in ((5, 0), (10, 0), (10, 1))
-        )
-        assert few < more and more != other and len(other) == 120
-
-
-def test_a_recovered_surface_is_described_instead(peptides, monkeypatch):
-    clock = SimpleNamespace(process_time=iter(range(10_000)).__next__)  # every stage takes a second
-    monkeypatch.setattr(thinning_module, "time", clock)
-    table = thinning(*peptides, percents=(10,), samplers=("farthest",), with_recovered=True)
-    full, recovered = (table[table["surface"] == name] for name in ("full", "recovered"))
-    assert recovered["n_S"].tolist() == full["n_S"].tolist()[2:]
-    sizes = 2 * [len(each.surface) for each in peptides]
-    assert np.allclose(full["n_S_percent"], 100 * full["n_S"] / sizes, rtol=1e-9)
-    assert (
-        recovered["correlation"] > 0.7
-    ).all()  # a tenth of the dots gives the surface back, and with it the map
-    assert (recovered["correlation"] < full["correlation"][2:].to_numpy()).all()
-    stages = list(thinning_module.STAGES)
-    assert full[stages].to_numpy().tolist() == 2 * [[0, 0, 1, 1, 1]] + 2 * [[1, 0, 1, 1, 1]]
-    assert (recovered[stages] == 1).all(axis=None) and (recovered["seconds"] == 5).all()
 
 
 def test_exchanged_partners_are_native_ones_of_other_dots(peptides, monkeypatch):

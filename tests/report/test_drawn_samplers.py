@@ -7,9 +7,10 @@ import pytest
 from conftest import ROOT
 from drawn import bars_of, check_texts, colour_of, legend_of, words_of
 from measures import protein_figures
+from sparsurf.pairs.ranking import means_over_pairs
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import comparison_figure, layout
-from sparsurf.report.figures.pair_figures import over_pairs, thinning_figure
+from sparsurf.report.figures.pair_figures import over_pairs
 
 TABLES = ROOT / "evidence" / "tables"
 BLUE, BLACK, VERMILLION, INDIGO = "#0072B2", "#000000", "#D55E00", "#332288"
@@ -181,93 +182,27 @@ def test_z_over_proteins_is_that_of_the_table(stored):
     assert words_of(figure) == ["A", "the dots as they are", "B", "the surface recovered from the dots"]
 
 
-def test_thinning_shows_means_over_sides_and_draws():
-    rows = [
-        (name, p, surface, 0.5 + p / 100 + side / 10 + (surface == "recovered") / 4, 0.6 + p / 1000, 40 / p)
-        for name in ("farthest", "new")
-        for surface in ("full", "recovered")
-        for p in (1.0, 5.0)
-        for side in (0, 1)
-    ]
-    table = pd.DataFrame(
-        [("all", 100.0, "full", 1.0, 0.75, 300.0), *rows],
-        columns=["sampler", "percent", "surface", "correlation", "auc", "seconds"],
-    )
-    figure = thinning_figure(table.assign(n_S_percent=table["percent"]), "two proteins")
-    (a, b, c, d) = figure.axes
-    for ax, of, values in (
-        (a, [1, 5], [0.56, 0.60]), (b, [8, 40], [0.60, 0.56]),
-        (c, [1, 5], [0.601, 0.605]), (d, [8, 40], [0.605, 0.601]),
-    ):  # fmt: skip
-        np.testing.assert_allclose(ax.lines[0].get_xydata(), np.column_stack([of, values]))
-        assert [line.get_linestyle() for line in ax.lines[:4]] == ["-", "--", "-", "--"]
-        assert colour_of(ax.lines[0]) == colour_of(ax.lines[1]) == BLUE
-    np.testing.assert_allclose(a.lines[1].get_ydata(), [0.81, 0.85])
-    assert a.lines[4].get_ydata()[0] == 1.0 and c.lines[4].get_ydata()[0] == 0.75
-    assert b.lines[4].get_xydata().tolist() == [[300.0, 1.0]]
-    assert d.lines[4].get_xydata().tolist() == [[300.0, 0.75]]
-    assert words_of(figure)[0] == "two proteins"
-    assert "correlation" in a.get_ylabel() and "AUC" in c.get_ylabel() and not b.get_ylabel()
-    assert "% of the dots" in c.get_xlabel() and "CPU seconds" in d.get_xlabel()
-    assert not [text for ax in figure.axes for text in ax.texts]
-    (a, b, *empty) = thinning_figure(table.assign(n_S_percent=table["percent"], auc=np.nan), "apart").axes
-    for ax in empty:
-        assert [t.get_text() for t in ax.texts] == ["none: the partners do not touch\n(or touch everywhere)"]
-        assert not [*ax.get_xticks(), *ax.get_xticks(minor=True), *ax.get_yticks()]
-    assert not a.texts and "AUC" in empty[0].get_ylabel() and "CPU seconds" in empty[1].get_xlabel()
-
-
 def test_every_pair_has_its_dot_beside_the_mean_of_all():
-    """The two partners of a pair count as one; the best score is on top, under its words."""
-    rows = [
-        (name, score, auc + 0.1 * side)
-        for side in (0, 1)
-        for name, score, auc in (
-            ("a", "mine", 0.5),
-            ("b", "mine", 0.7),
-            ("a", "hydropathy", 0.6),
-            ("b", "hydropathy", 0.8),
-        )
-    ]
+    """The two partners of a pair count as one; the best score is on top, under its words; the title has both intervals."""
+    scores = (
+        ("propensity_smoothed", 0.3),
+        ("propensity_smoothed", 0.4),
+        ("protrusion", 0.6),
+        ("protrusion", 0.8),
+    )
+    rows = [(name, score, auc + side) for side in (0, 0.1)
+            for name, (score, auc) in zip("abab", scores, strict=True)]  # fmt: skip
     table = pd.DataFrame(rows, columns=["complex", "score", "auc"])
-    means = pd.DataFrame(
-        {"score": ["hydropathy", "mine"], "mean": [0.75, 0.65], "low": [0.6, 0.5], "high": [0.9, 0.8]}
-    )
-    ax = over_pairs("run", table, means).axes[0]
-    assert [label.get_text() for label in ax.get_yticklabels()] == [
-        "mine",
-        "hydropathy over 10 Å (Kyte-Doolittle)",
-    ]
-    drawn = [line.get_xydata().tolist() for line in ax.lines[:6]]
-    assert drawn[:3] == [[[0.55, 0], [0.75, 0]], [[0.5, 0], [0.8, 0]], [[0.65, 0]]]
-    assert np.allclose(drawn[3], [[0.65, 1], [0.85, 1]]) and drawn[5] == [[0.75, 1]]
-
-
-def test_a_single_pair_shows_both_partners_with_their_intervals():
-    """The title compares complementarity with the baseline that is farthest from 0.5."""
-    rows = [("propensity_smoothed", 0.3, 0.2, 0.45), ("propensity_smoothed", 0.5, 0.4, 0.6),
-            ("flatness", 0.55, 0.5, 0.6), ("flatness", 0.55, 0.5, 0.6),
-            ("hydropathy", 0.2, 0.1, 0.3), ("hydropathy", 0.3, 0.2, 0.4)]  # fmt: skip
-    table = pd.DataFrame(rows, columns=["score", "auc", "low", "high"]).assign(complex="a")
-    means = table.groupby("score", sort=False)["auc"].mean().rename("mean").reset_index()
-    figure = over_pairs("run", table, means.assign(low=np.nan, high=np.nan))
-    assert (
-        words_of(figure)[0] == "one pair: AUC of smoothed complementarity 0.40, of hydropathy over 10 Å 0.25"
-    )
+    figure = over_pairs("run", table)
+    means = means_over_pairs(table).set_index("score")
+    main, baseline = (means.loc[score] for score in ("propensity_smoothed", "protrusion"))
     ax = figure.axes[0]
-    main = [label.get_text() for label in ax.get_yticklabels()].index("complementarity, smoothed")
-    bars = np.array(ax.collections[main].get_segments())
-    assert bars[:, :, 0].tolist() == [[0.2, 0.45], [0.4, 0.6]]
-    assert bars[:, 0, 1] == pytest.approx([main + 0.15, main - 0.15])
-    assert [words for words, _ in legend_of(figure)] == ["each partner with its 95 % interval", "their mean"]
-    two = pd.concat([table, table.assign(complex="b")])
-    figure = over_pairs("run", two, means.assign(low=0.1, high=0.35))
-    assert (
-        words_of(figure)[0]
-        == "AUC of smoothed complementarity 0.40 (0.10 to 0.35), of hydropathy over 10 Å 0.25"
-    )
-    assert [words for words, _ in legend_of(figure)] == ["each pair", "mean with its 95 % interval"]
-    assert (
-        words_of(over_pairs("run", two[two["score"] == "flatness"], means[1:2].assign(low=0.1, high=0.35)))[0]
-        == "run"
-    )
+    labels = [label.get_text() for label in ax.get_yticklabels()]
+    assert labels == ["complementarity, smoothed", "protrusion: few heavy atoms within 10 Å"]
+    drawn = [line.get_xydata() for line in ax.lines[:6]]
+    assert np.allclose(drawn[0], [[0.35, 0], [0.45, 0]]) and np.allclose(drawn[2], [[0.4, 0]])
+    assert np.allclose(drawn[1], [[main["low"], 0], [main["high"], 0]])
+    assert np.allclose(drawn[3], [[0.65, 1], [0.85, 1]]) and np.allclose(drawn[5], [[0.75, 1]])
+    ends = [f"({row['low']:.2f} to {row['high']:.2f})" for row in (main, baseline)]
+    assert words_of(figure)[0] == f"AUC of complementarity 0.40 {ends[0]}, of protrusion 0.75 {ends[1]}"
+    assert words_of(over_pairs("run", table[table["complex"] == "a"]))[0] == "run"

@@ -29,7 +29,6 @@ from sparsurf.report.figures import (
     roughness,
     subsets,
 )
-from sparsurf.report.pair_page import side_of
 from sparsurf.sampling.combination import Combination
 from sparsurf.study.prepared_surface import prepare_surface
 from sparsurf.study.rough_and_flat import by_roughness
@@ -380,7 +379,7 @@ def agreement(*limits):
         for side, (low, high) in enumerate(limits, 1)
     ]
     table = pd.DataFrame(rows, columns=["partner", "score", "auc", "low", "high", "blocks"])
-    return pd.concat([table, table.assign(score="flatness")])
+    return pd.concat([table, table.assign(score="protrusion")])
 
 
 def tables(surfaces, touching=True):
@@ -429,18 +428,19 @@ def test_the_book_shows_propensity_above_the_interface():
 
 
 def test_the_title_of_a_pair_says_where_matching_patches_lie():
-    above, below, around, unknown = (0.6, 0.8), (0.2, 0.4), (0.4, 0.6), (np.nan, np.nan)
-    for limits, words in (
-        ((above, above), "matching patches lie at the interface"),
-        ((around, above), "matching patches lie at the interface of partner 2 only"),
-        ((above, below), "matching patches lie at the interface of partner 1 only"),
-        ((below, below), "matching patches lie away from the interface"),
-        ((below, around), "matching patches do not mark the interface, and lie away from it on partner 1"),
-        ((unknown, unknown), "matching patches do not mark the interface"),
+    for places, words in (
+        (("above", "above"), "matching patches lie at the interface"),
+        (("around", "above"), "matching patches lie at the interface of partner 2 only"),
+        (("above", "below"), "matching patches lie at the interface of partner 1 only"),
+        (("below", "below"), "matching patches lie away from the interface"),
+        (
+            ("below", "around"),
+            "matching patches do not mark the interface, and lie away from it on partner 1",
+        ),
+        (("unknown", "unknown"), "matching patches do not mark the interface"),
         ((), ""),
     ):
-        rows = agreement(*limits).groupby("partner")
-        assert pair_figures.where_matches_lie([side_of(*each) for each in rows]) == words
+        assert pair_figures.where_matches_lie(dict(enumerate(places, 1))) == words
 
 
 def test_the_book_of_partners_apart_shows_the_similarity():

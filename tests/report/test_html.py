@@ -16,10 +16,11 @@ import close_run
 import sparsurf
 from browser import Browser, programs
 from parsed_pages import Page
-from sparsurf.report import ensemble_page, pair_page, summary_page
-from sparsurf.report.first_page import TEMPLATE, first_page, main_figure, of_pairs
+from sparsurf.report import ensemble_page, summary_page
+from sparsurf.report.first_page import TEMPLATE, first_page, main_figure, pair_galleries
 from sparsurf.report.numbers import against_zero, interval, number, share, short_names, span
 from sparsurf.report.page import TEMPLATES, code, embedded, embedded_figures, render
+from sparsurf.report.pairs_section import pairs_section
 
 READINGS = ("as_coded", "as_written")
 D = {"as_coded": 2.51, "as_written": -0.28}  # of the best range
@@ -305,19 +306,19 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
               for b, low in (("half-open", 0.5), ("half-open", 1.2), ("closed", 0.5))]  # fmt: skip
     pd.DataFrame(places).to_csv(folder / "paper_places.csv", index=False)
     (folder / "pairs").mkdir()
-    means = pd.DataFrame({"score": ["propensity_smoothed", "flatness"], "mean": [0.57, 0.6]}).assign(
-        low=0.52, high=1.4
-    )
-    means.to_csv(folder / "pairs" / "means.csv", index=False)
-    pd.DataFrame({"complex": ["007", "b"]}).to_csv(folder / "pairs" / "pairs.csv", index=False)
+    scores = {"propensity_smoothed": (0.56, 0.6, 0.58, 0.58), "protrusion": (0.7, 0.7, 0.8, 0.6)}
+    rows = [(pair, side, score, auc, auc - 0.1, auc + 0.1) for score, aucs in scores.items()
+            for (pair, side), auc in zip((("007", 1), ("007", 2), ("b", 1), ("b", 2)), aucs, strict=True)]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["complex", "partner", "score", "auc", "low", "high"])
+    table.to_csv(folder / "pairs" / "pairs.csv", index=False)
     pd.DataFrame({"d_as_coded": [2.0, 3.0]}).to_csv(folder / "p" / "ensemble.csv", index=False)
     files += [
         "compare_needed.csv",
         "paper_places.csv",
-        "pairs/means.csv",
         "pairs/pairs.csv",
         "p/ensemble.html",
         *(f"pairs/{name}/agreement.csv" for name in ("007", "b", "apart")),
+        "pairs/b/propensity.csv",
     ]
     known = first_page(folder, files, ())
     assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
@@ -325,20 +326,27 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     assert known["pairs"] == {
         "n": 3,
         "touching": 2,
-        "auc": "0.57 (0.52 to 1.00)",
+        "auc": "0.58 (0.58 to 0.58)",
+        "baseline": "0.70 (0.70 to 0.70)",
         "place": "above",
         "partners": [],
-    }
-    alone = pd.DataFrame(
-        {"complex": "b", "score": ["flatness", "propensity_smoothed", "propensity_smoothed"]}
-    ).assign(auc=[0.9, 0.4, 0.7], low=[0.8, 0.3, 0.6], high=[1, 0.5, 0.8])
-    card = of_pairs(means.assign(low=np.nan, high=np.nan), alone, 1)
-    assert card["partners"] == ["0.40 (0.30 to 0.50)", "0.70 (0.60 to 0.80)"]
-    said = " ".join(render(TEMPLATE, **known | {"pairs": card}).split())
-    assert "By partner: 0.40 (0.30 to 0.50), 0.70 (0.60 to 0.80); a coin gives 0.5." in said
+        "rows": [
+            ("007", [], [(1, "0.56 (0.46 to 0.66)", "0.70 (0.60 to 0.80)"),
+                         (2, "0.60 (0.50 to 0.70)", "0.70 (0.60 to 0.80)")]),
+            ("b", ["pairs/b/propensity.csv"], [(1, "0.58 (0.48 to 0.68)", "0.80 (0.70 to 0.90)"),
+                                               (2, "0.58 (0.48 to 0.68)", "0.60 (0.50 to 0.70)")]),
+            ("apart", [], []),
+        ],
+    }  # fmt: skip
+    alone = pairs_section(table[table["complex"] == "b"], files)
+    said = " ".join(Page(render(TEMPLATE, **known | {"pairs": alone})).text["cards"].split())
+    assert "AUC 0.58 (0.48 to 0.68) on partner 1, AUC 0.58 (0.48 to 0.68) on partner 2 for smoothed" in said
+    assert "Protrusion alone has 0.80 (0.70 to 0.90) and 0.60 (0.50 to 0.70)." in said
+    none = render(TEMPLATE, **known | {"pairs": pairs_section(table[:0], files)})
+    assert "No interface among 3 pairs." in " ".join(Page(none).text["cards"].split())
     assert known["ensembles"] == [("p", {"frames": 2, "reading": "as_coded", "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
-    assert {"compare.html", "verdict.html", "pairs/pairs.html", "p/ensemble.html"} <= set(Page(text).links)
+    assert {"compare.html", "verdict.html", "pairs/pairs.csv", "p/ensemble.html"} <= set(Page(text).links)
     said = (
         " ".join(Page(text).text["cards"].split()) if "cards" in Page(text).text else " ".join(text.split())
     )
@@ -361,14 +369,21 @@ def test_a_factor_that_is_a_bound_is_reported_as_one(tmp_path, bound, said):
     assert f"{said} needed by farthest-point" in " ".join(Page(text).text["cards"].split())
 
 
-@pytest.mark.parametrize("touching", [True, False])
-def test_pairs_of_which_none_touches_have_no_figure_on_the_first_page(tmp_path, touching):
+@pytest.mark.parametrize(("touching", "name"), [("ab", "pairs"), ("b", "book"), ("", "book")])
+def test_fewer_than_two_pairs_that_touch_show_their_map_on_the_first_page(tmp_path, touching, name):
     (tmp_path / "pairs").mkdir()
-    rows = [["propensity_smoothed", 0.6, 0.5, 0.7]] if touching else []
-    table = pd.DataFrame(rows, columns=["score", "mean", "low", "high"])
-    table.to_csv(tmp_path / "pairs" / "means.csv", index=False)
-    found = main_figure(tmp_path, ["pairs/means.csv", "pairs/pairs.png"], "")
-    assert found == ({"path": "pairs/pairs.png", "name": "pairs"} if touching else None)
+    pd.DataFrame({"complex": [*touching]}).to_csv(tmp_path / "pairs" / "pairs.csv", index=False)
+    files = [
+        "pairs/pairs.csv",
+        "pairs/pairs.png",
+        "pairs/a/book.png",
+        "pairs/b/book.png",
+        "pairs/b/view.html",
+    ]
+    main = main_figure(tmp_path, files, "")
+    assert main == {"path": {"pairs": "pairs/pairs.png", "book": "pairs/a/book.png"}[name], "name": name}
+    shown = [picture for _, _, items in pair_galleries(files, main["path"]) for _, picture, _ in items]
+    assert shown == ["pairs/a/book.png"] * (name == "pairs") + ["pairs/b/book.png", ""]
 
 
 def test_one_frame_has_no_spread(tmp_path):
@@ -474,15 +489,12 @@ def test_names_are_escaped_everywhere(tmp_path):
     known = first_page(tmp_path / "run", write_run(tmp_path / "run"), ())
     known["run"], known["galleries"] = name, [(name, [], [(f"{name}/view.html", "", "view")])]
     known["taken"] = [(f"{name}/minimal.csv", name)]
-    means = pd.DataFrame({"score": ["propensity_smoothed", name], "mean": 0.5, "low": 0.4, "high": 0.6})
-    table = pd.DataFrame({"complex": [name], "score": "propensity_smoothed", "auc": 0.5})
-    pages = [
-        render(TEMPLATE, **known),
-        render("pairs.html.j2", **pair_page.pairs_page(name, means, 1, 1, table)),
-    ]
-    for page in pages:
-        assert "<b>x" not in page and "&lt;b&gt;x&amp;y" in page
-        assert not [path for path in Page(page).links if "<" in path]
+    known["pairs"] = pairs_section(
+        pd.DataFrame(columns=["complex", "partner"]), [f"pairs/{name}/propensity.csv"]
+    )
+    page = render(TEMPLATE, **known)
+    assert "<b>x" not in page and "&lt;b&gt;x&amp;y" in page
+    assert not [path for path in Page(page).links if "<" in path]
 
 
 def test_the_script_writes_the_first_page_and_what_failed(tmp_path, monkeypatch):
@@ -527,84 +539,6 @@ def test_figures_that_are_missing_or_too_large_stay_outside(tmp_path, monkeypatc
     assert embedded(path) == "data:image/png;base64,eA=="
     monkeypatch.setattr("sparsurf.report.page.MAX_FIGURE_BYTES", 0)
     assert embedded(path) is None
-
-
-AGREEMENT = pd.DataFrame(
-    [(side, score, auc, auc - 0.1, auc + 0.1, 6 * side) for side, aucs in ((1, (0.65, 0.7)), (2, (0.55, 0.5)))
-     for score, auc in zip(("propensity_smoothed", "planarity"), aucs, strict=True)],
-    columns=["partner", "score", "auc", "low", "high", "blocks"],
-)  # fmt: skip
-BEST = pd.DataFrame(
-    {"rank": range(1, 13), "dot_1": 5, "dot_2": 6, "residue_1": "A:VAL1", "distance": 0.5, "gap": 8.25}
-)
-CONTACTS = pd.DataFrame({"against": ["dots", "pairing"], "auc": [0.6, 0.5], "low": 0.4, "high": 0.7})
-SETTINGS = {"complementarity": {"interface": 3.5}}
-
-
-def test_a_pair_has_the_numbers_of_its_tables():
-    known = pair_page.pair_page("one", AGREEMENT, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"), ["2"])
-    assert [(own["auc"], own["place"], own["baseline"], own["baseline_auc"]) for own in known["sides"]] == [
-        (0.65, "above", "planarity over 10 Å", 0.7),
-        (0.55, "around", "planarity over 10 Å", 0.5),
-    ]
-    low = AGREEMENT.assign(auc=AGREEMENT["auc"].where(AGREEMENT["partner"] == 1, 0.42))
-    low.loc[len(low)] = [2, "hydropathy", 0.09, 0.0, 0.2, 12]
-    text = Page(
-        render(pair_page.TEMPLATE, **pair_page.pair_page("one", low, CONTACTS, BEST, SETTINGS, "ab"))
-    ).text
-    assert "partner 1 is planarity over 10 Å: 0.70." in text["page"]
-    assert "hydropathy over 10 Å (Kyte-Doolittle): 0.09, so low values mark the interface." in text["page"]
-    page = Page(render(pair_page.TEMPLATE, **known))
-    assert ["complementarity, smoothed", "0.65 (0.55 to 0.75)", "0.55 (0.45 to 0.65)"] in page.rows
-    assert ["1", "A:VAL1", "0.50", "8.25"] in page.rows and ["11", "A:VAL1", "0.50", "8.25"] not in page.rows
-    answer = " ".join(page.text["answer"].split())
-    assert "On partner 1, smoothed complementarity finds the interface: AUC 0.65 (0.55 to 0.75)." in answer
-    assert (
-        "partner 2, smoothed complementarity does not find the interface: AUC 0.55 (0.45 to 0.65)." in answer
-    )
-    assert "residues.csv" not in page.links and "3.5 Å" in page.text["page"]
-    assert "about 10 Å across: 6 on partner 1, 12 on partner 2." in " ".join(page.text["page"].split())
-    away = AGREEMENT.assign(low=0.1, high=AGREEMENT["auc"].where(AGREEMENT["partner"] == 1, 0.4))
-    known = pair_page.pair_page("one", away, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"))
-    said = " ".join(Page(render(pair_page.TEMPLATE, **known)).text["answer"].split())
-    assert "On partner 2, patches that match lie away from the interface: AUC 0.55 (0.10 to 0.40)." in said
-    none = pair_page.pair_page("one", AGREEMENT.head(0), CONTACTS.head(0), BEST, SETTINGS, ("a", "b"))
-    assert none["sides"] == [] and "interface" in Page(render(pair_page.TEMPLATE, **none)).text["answer"]
-
-
-def test_a_partner_without_an_interval_is_reported_without_one():
-    one = AGREEMENT[AGREEMENT["partner"] == 1].assign(low=np.nan, high=np.nan)
-    known = pair_page.pair_page("one", one, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"))
-    assert known["sides"][0]["place"] == "unknown"
-    assert "has AUC 0.65, without an interval" in " ".join(
-        Page(render(pair_page.TEMPLATE, **known)).text["answer"].split()
-    )
-
-
-def test_means_over_pairs_are_reported_with_their_interval():
-    means = pd.DataFrame(
-        {
-            "score": ["propensity_smoothed", "flatness", "planarity", "similarity"],
-            "mean": [0.55, 0.6, 0.52, 0.9],
-        }
-        | {"low": [0.51, -0.2, 0.51, 0.51], "high": 1.7}
-    )
-    table = pd.DataFrame({"complex": ["a", "a", "b"], "score": "propensity_smoothed", "auc": [0.4, 0.6, 0.7]})
-    known = pair_page.pairs_page("run", means, 3, 2, table)
-    text = " ".join(Page(render(pair_page.OF_ALL, **known)).text["answer"].split())
-    assert "AUC of 0.55 (0.51 to 1.00) for" in text and "It beats a coin." in text
-    assert "The strongest baseline is roughness of the patch: 0.60." in text
-    assert known["pairs"] == {"a": 0.5, "b": 0.7}
-    flatness = known["scores"]["roughness of the patch"]
-    assert (flatness["low"], flatness["high"]) == (0.0, 1.0)
-    single = means.assign(low=np.nan, high=np.nan)
-    page = Page(render(pair_page.OF_ALL, **pair_page.pairs_page("run", single, 1, 1, table[:2])))
-    assert ["score", "mean AUC of both partners"] in page.rows and [
-        "complementarity, smoothed",
-        "0.55",
-    ] in page.rows
-    nothing = render(pair_page.OF_ALL, **pair_page.pairs_page("run", means.head(0), 3, 0, table.head(0)))
-    assert "None of the 3 pairs" in Page(nothing).text["answer"]
 
 
 def test_frames_are_summarised_by_mean_and_spread():

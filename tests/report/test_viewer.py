@@ -683,9 +683,8 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
 
 
-def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeypatch):
+def test_partners_lie_side_by_side_coloured_by_propensity_and_gap(prepared, tmp_path, monkeypatch):
     inputs = {name: str(tmp_path / name) for name in ("surface_1", "surface_2", "dots", "agreement")}
-    outputs = {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
     for side in (1, 2):
         write_npz(inputs[f"surface_{side}"], prepared.surface)
     dots = pd.DataFrame({"partner": np.repeat([1, 2], 3000)})
@@ -693,38 +692,25 @@ def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeyp
     dots["interface"] = np.concatenate([up, down]).astype(int)
     dots["propensity_smoothed"] = np.tile(np.linspace(9, 6, 3000), 2) * dots["partner"]
     dots.assign(gap=10 * dots["partner"]).to_csv(inputs["dots"])
-    rows = [(1, "flatness", 0.9), (1, "propensity_smoothed", 0.75), (2, "propensity_smoothed", 0.5)]
-    agreement = pd.DataFrame(rows, columns=["partner", "score", "auc"])
-    agreement.assign(low=agreement["auc"] - 0.1, high=agreement["auc"] + 0.1).to_csv(
-        inputs["agreement"], index=False
-    )
+    pd.DataFrame(columns=["partner", "score"]).to_csv(inputs["agreement"], index=False)
     shown = []
-    monkeypatch.setattr(
-        draw_pair,
-        "coloured_page",
-        lambda title, *given: shown.append((title, given[4], given[1], given[6])) or title,
-    )
-    agreements = []  # the figure itself is tested in test_drawn_surfaces.py
-    monkeypatch.setattr(
-        draw_pair, "book_figure", lambda *given: agreements.append(given[3]) or layout.sheet(9, 9)
-    )
-    no_atoms = {"structure_1": None, "structure_2": None}
-    rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "seed": 1, "name": "pair"}
-    draw_pair.main(**inputs, **no_atoms, **outputs, **rest)
-    assert agreements[0]["auc"].tolist() == [0.9, 0.75, 0.5]
-    assert [each[3] for each in shown] == [
-        "AUC 0.75 (0.65 to 0.85) for the interface",
-        "AUC 0.50 (0.40 to 0.60) for the interface",
-    ]
-    for side, (title, values, turned, _) in enumerate(shown, 1):
-        front = turned.normals[(up, down)[side - 1]].mean(axis=0)
+    monkeypatch.setattr(draw_pair, "coloured_page", lambda *given: shown.append(given) or "page")
+    monkeypatch.setattr(draw_pair, "book_figure", lambda *_: layout.sheet(9, 9))  # see test_drawn_surfaces.py
+    monkeypatch.setattr(draw_pair, "residue_labels", lambda structure: ["VAL 1 A", structure])
+    rest = {"structure_1": "a", "structure_2": "b", "png": str(tmp_path / "book.png"), "seed": 1, "name": "x"}
+    draw_pair.main(**inputs, **rest, view=str(tmp_path / "view.html"), patches=SETTINGS["patches"])
+    [(_, _, both, _, _, values, labels)] = shown
+    for side, touching in enumerate((up, down)):
+        front = both.normals[side * 3000 :][:3000][touching].mean(axis=0)
         assert front[2] > 0.95 * np.linalg.norm(front)  # the interface faces the viewer
-        assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
-        found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in values]
-        assert found == [
-            (100, 3000, "good match", "poor match"),  # the rank, the same for both
-            (10 * side, 3000, "touching", "far"),
-        ]
+    assert both.points[3000:, 0].min() - both.points[:3000, 0].max() == pytest.approx(draw_pair.GAP)
+    assert labels == ["VAL 1 A, partner 1", "a, partner 1", "VAL 1 A, partner 2", "b, partner 2"]
+    atoms = Surface(prepared.points, prepared.normals, atom=np.zeros(3000, int))
+    for n_atoms, expected in (([2, 1], [0, 2]), ([0, 1], [-1, 0]), ([2, 0], [0, -1])):  # 0: a ready surface
+        joined = draw_pair.side_by_side([atoms, atoms], [np.eye(3)] * 2, n_atoms)
+        assert joined.atom[[0, 3000]].tolist() == expected
+    found = [(one.values[[0, 3000]].tolist(), one.low_is, one.high_is) for one in values]
+    assert found == [([100, 100], "good match", "poor match"), ([10, 20], "touching", "far")]
 
 
 def test_distances_count_from_the_origin_of_a_patch(prepared):

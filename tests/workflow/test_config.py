@@ -253,7 +253,6 @@ def test_the_default_config_lists_all_samplers():
             {"sampler": "farthest", "n_S": 5, "n_S_percent": 5},
             ["exactly one of 'n_S_percent'"],
         ),
-        ("complementarity.thinning", {"draws": 0}, ["complementarity.thinning.draws is 0"]),
         ("ensemble.combination", [0, 1, 1, 1], ["ensemble.combination is [0, 1, 1, 1]", "alpha"]),
         (
             "ensemble.combination",
@@ -418,10 +417,6 @@ OWN = {"proteins": DEFAULT["proteins"]}
         (READY | {"fields": ["hydropathy"]}, "fields names hydropathy, which needs atoms"),
         (READY | MOVED_ATOMS, "'atoms moved 0.1 Å', but proteins.a is a ready surface"),
         (OWN | {"pages": ["tdp43"]}, "pages is for a study with `batch`, and this one gives every protein"),
-        (
-            OWN | {"complementarity": {"thinning": {"run": True}}},
-            "thinning.run is true, but there are no pairs",
-        ),
         (MIXED | {"changes": {"s": ["tdp43", "a"]}}, "changes.s: 'a' is a ready surface without residues"),
         (OWN | {"changes": {"s": ["tdp43/c1", "tdp43/c1"]}}, "changes.s: 'tdp43/c1' is on both sides"),
         (OWN | {"patches": {"D_link": 4.0}}, "patches.D_link is 4 Å, but must be smaller than R_patch and"),

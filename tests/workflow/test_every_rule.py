@@ -11,6 +11,7 @@ from matplotlib.image import imread
 
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.report.numbers import interval
+from sparsurf.study.statistics import mean_interval
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.read_surface import read_surface
 
@@ -158,11 +159,9 @@ def test_a_pair_has_maps_of_both_partners(run, pair):
     )
     assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
     assert dots["propensity_smoothed"].notna().all()
-    thinned = pd.read_csv(folder / "thinning.csv")
-    assert thinned["sampler"].tolist() == ["all", "all", "uniform", "uniform"]
-    page = (folder / "pair.html").read_text(encoding="utf-8")
-    assert ('href="residues.csv"' in page) == (folder / "residues.csv").exists() == (pair != "half")
-    assert ("Partner 2 is a ready surface without atoms" in page) == (pair == "half")
+    page = (run / "index.html").read_text(encoding="utf-8")
+    link = f'href="pairs/{pair}/residues.csv"'
+    assert (link in page) == (folder / "residues.csv").exists() == (pair != "half")
 
 
 @pytest.mark.parametrize("pair", ["both", "files"])
@@ -189,15 +188,11 @@ def test_chains_of_a_complex_give_what_two_files_give(study, run):
 def test_the_table_of_pairs_is_of_those_that_touch(run):
     table = pd.read_csv(run / "pairs/pairs.csv")
     assert table["complex"].unique().tolist() == ["half", "files", "chains"]
-    rows = pd.read_csv(run / "pairs/means.csv").set_index("score")
-    means, (low, high) = rows["mean"], rows.loc["propensity_smoothed", ["low", "high"]].clip(0, 1)
-    smoothed = table.query("score == 'propensity_smoothed'").groupby("complex")["auc"].mean()
-    assert means["propensity_smoothed"] == pytest.approx(
-        smoothed.mean(), abs=1e-3
-    )  # both are rounded by their errors
-    assert "3 of 4 pairs" in (run / "pairs/pairs.html").read_text(encoding="utf-8")
-    card = f"AUC {means['propensity_smoothed']:.2f} ({low:.2f} to {high:.2f})<"
-    assert card in (run / "index.html").read_text(encoding="utf-8")
+    of_pairs = table.groupby(["score", "complex"])["auc"].mean()
+    mean, low, high = mean_interval(of_pairs["propensity_smoothed"])
+    page = (run / "index.html").read_text(encoding="utf-8")
+    assert f"AUC {mean:.2f} ({max(low, 0):.2f} to {min(high, 1):.2f})<" in page
+    assert "over 3 pairs that touch" in page
 
 
 def test_the_interface_is_drawn_in_vermillion(run):
@@ -271,5 +266,5 @@ def test_the_crate_describes_every_file(run):
 
 def test_every_figure_is_a_picture(run):
     pictures = [*run.rglob("*.png")]
-    assert len(pictures) > 50 and all(path.read_bytes()[:4] == b"\x89PNG" for path in pictures)
+    assert len(pictures) > 30 and all(path.read_bytes()[:4] == b"\x89PNG" for path in pictures)
     assert {path.with_suffix(".png") for path in run.rglob("*.svg")} <= {*pictures}

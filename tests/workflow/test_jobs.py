@@ -146,7 +146,7 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"WARNING {log}\n")
     (run / "logs/a/c1/measure_floors.log").write_text("WARNING a/c1/compute_surface\n")
-    files = ("a/c1/surface.npz", "a/c1/figures/required_dots.png", "surfaces.csv", "pairs/ab/pair.html")
+    files = ("a/c1/surface.npz", "a/c1/figures/required_dots.png", "surfaces.csv", "pairs/ab/contacts.csv")
     names = (
         "compute_surface",
         "measure_floors",

@@ -22,7 +22,6 @@ SECTION_OF = {  # params that are a key of a section of the config
     "nearest": "complementarity",
     "smoothing": "complementarity",
     "interface": "complementarity",
-    "thinning": "complementarity",
     "readings": "evaluation",
     "combination": "ensemble",
     "stride": "ensemble",
@@ -89,7 +88,7 @@ def planned(tmp_path_factory):
         },
         "changes": {"bend": ["moving/c1", "moving/c2"]},
     }
-    config["complementarity"] |= {"centres": {"sampler": "farthest", "n_S_percent": 5}, "nearest": 7}
+    config["complementarity"] |= {"centres": {"sampler": "farthest", "n_S": 50}, "nearest": 7}
     config["complementarity"] |= {"interface": 2.5, "smoothing": 4.5}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)

@@ -27,7 +27,7 @@ KEYS = {
     "sampling.alpha": ([1.0], {"evaluate_grid", "tabulate_best"}, COMPUTE - {"evaluate_grid"}),
     "sampling.chance_in_every_patch": (
         False,
-        {"measure_floors", "evaluate_grid", "follow_frames", "thin_pair", "compare_samplers"},
+        {"measure_floors", "evaluate_grid", "follow_frames", "compare_samplers"},
         {"measure_roughness", "match_partners"},
     ),
     "evaluation.draws": (3, {"evaluate_grid", "compare_samplers"}, COMPUTE - {"evaluate_grid"}),
@@ -50,19 +50,14 @@ KEYS = {
     "ensemble.stride": (400, {"follow_frames"}, COMPUTE),
     "compare.percents": ([30], {"compare_samplers", "summarise_comparison"}, COMPUTE | {"tabulate_best"}),
     "compare.samplers": (["uniform", "farthest"], {"compare_samplers", "summarise_comparison"}, COMPUTE),
-    "complementarity.smoothing": (
-        5.0,
-        {"match_partners", "thin_pair"},
-        {"compute_partner_surfaces"} | COMPUTE,
-    ),
-    "complementarity.nearest": (3, {"match_partners", "draw_pair"}, {"thin_pair"}),
-    "complementarity.centres": ({"sampler": "farthest", "n_S": 50}, {"match_partners"}, {"thin_pair"}),
-    "complementarity.thinning.percents": ([10], {"thin_pair"}, {"match_partners", "draw_pair"}),
+    "complementarity.smoothing": (5.0, {"match_partners"}, {"compute_partner_surfaces"} | COMPUTE),
+    "complementarity.nearest": (3, {"match_partners", "draw_pair"}, COMPUTE),
+    "complementarity.centres": ({"sampler": "farthest", "n_S": 50}, {"match_partners"}, COMPUTE),
     "changes.bend": (["moving/f700", "moving/f0"], {"compare_forms", "draw_changes"}, COMPUTE),
     "proteins.moving.residues": ("209-215", {"choose_frames"}, {"choose_single_frame", "read_surface"}),
     "proteins.loaded.sha256": ("0" * 64, {"fetch_structure"}, {"choose_single_frame", "read_surface"}),
     "pairs.files.files": (["two.pdb", "one.pdb"], {"compute_partner_surfaces"}, COMPUTE),
-    "pairs.both.proteins": (["still", "moving"], {"match_partners", "thin_pair", "draw_pair"}, COMPUTE),
+    "pairs.both.proteins": (["still", "moving"], {"match_partners", "draw_pair"}, COMPUTE),
     "exclude": (
         {"ready/c1": "too small"},
         {"summarise_surfaces", "summarise_best", "close_run"},
@@ -166,7 +161,7 @@ def without_frames(config):
 
 
 def test_code_that_computes_runs_again_what_computes(study, config):
-    again = {"choose_single_frame", "read_surface", "compute_partner_surfaces", "follow_frames", "thin_pair"}
+    again = {"choose_single_frame", "read_surface", "compute_partner_surfaces", "follow_frames"}
     few = without_frames(config)
     assert not planned_rules(study, few) & (COMPUTE | again)
     assert again | COMPUTE <= planned_rules(study, few, METHOD="another")
@@ -175,7 +170,7 @@ def test_code_that_computes_runs_again_what_computes(study, config):
 
 def test_the_seed_runs_again_what_draws_random_numbers(study, config):
     planned = planned_rules(study, without_frames(config) | {"seed": 7})
-    assert {"choose_single_frame", "evaluate_grid", "match_partners", "thin_pair", "follow_frames"} <= planned
+    assert {"choose_single_frame", "evaluate_grid", "match_partners", "follow_frames"} <= planned
     assert not planned & {"read_surface", "compute_partner_surfaces"}
 
 

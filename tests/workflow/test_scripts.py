@@ -120,15 +120,12 @@ def test_the_interface_of_the_config_counts_in_every_table_of_a_pair(tmp_path, m
         "read_partners": lambda *_: [SimpleNamespace(surface=None, residues=None)] * 2,
         "select_centres": lambda *_: None,
         "write_ply": lambda *_: None,
-        "pair_page": lambda *args: given.update(page=args[4]["complementarity"]["interface"]) or {},
-        "partner_labels": lambda _: None,
-        "write": lambda *_, **__: None,
     }.items():
         monkeypatch.setattr(match_partners, name, own)
     outputs = {name: str(tmp_path / f"{name}.csv") for name in ("dots", "best", "agreement", "contacts")}
     values = dict.fromkeys(signature(match_partners.main).parameters, 1) | outputs | {"interface": 4.5}
-    match_partners.main(**values | {"patches": {"descriptor": "published", "R_zernike": 6.0}})
-    assert given == dict.fromkeys(("dots", "agreement", "contacts", "page"), 4.5)
+    match_partners.main(**values | {"patches": {"descriptor": "published", "R_zernike": 6.0, "D_link": 0.5}})
+    assert given == dict.fromkeys(("dots", "agreement", "contacts"), 4.5)
 
 
 def models(path, n):

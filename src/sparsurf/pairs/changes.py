@@ -6,7 +6,7 @@ with floors: distances between a form and itself with other dots, or with random
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError, progress
+from sparsurf.molecules.conformations import BACKBONE, determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.pairs.residue_moments import CHANNELS, FIELDS, Residues, describe_residues, distances
 from sparsurf.study.floors import random_rotation, rotate
 from sparsurf.surfaces.surface import Surface
@@ -165,5 +165,37 @@ def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
 
 
 def superpose_forms(second: Molecule, first: Molecule) -> Molecule:
-    """Superpose the second form of a protein onto the first by the residues that they share, for pictures."""
-    return superpose_onto(second, first, MIN_COMMON_RESIDUES)
+    """Superpose the second form of a protein onto the first, for pictures, by the C-alpha atoms of the residues they share.
+
+    If these lie on a line, common atoms of the backbone are used, and then all common atoms.
+    """
+    choices = [_common_atoms(second, first, names) for names in (("CA",), BACKBONE, None)]
+    if len(common := choices[0][0]) < MIN_COMMON_RESIDUES:
+        raise InputError(
+            f"the two forms share {len(common)} residues by chain and number, but need {MIN_COMMON_RESIDUES} to be "
+            "superposed: use the same residue numbers in both."
+        )
+    moved = second.frame(0)
+    for moving, fixed in choices:
+        if determines_rotation(moved.xyz, moving, first.xyz[0][fixed]):
+            return replace(moved, xyz=superpose(moved.xyz, moving, first.xyz[0][fixed]))
+    raise InputError(
+        "the atoms that the two forms share lie on a line, or one form is a mirror image, so that several "
+        "superpositions fit equally well: use forms with more atoms in common."
+    )
+
+
+def _common_atoms(
+    molecule: Molecule, reference: Molecule, names: Collection[str] | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return indices of the atoms that both molecules have, of some names or of all."""
+    atoms = [
+        {
+            (m.chain[i], m.residue[i], m.name[i]): i
+            for i in (range(m.n_atoms) if names is None else np.flatnonzero(np.isin(m.name, list(names))))
+        }
+        for m in (molecule, reference)
+    ]
+    common = [key for key in atoms[0] if key in atoms[1]]
+    moving, fixed = (np.array([atom_of[key] for key in common], int) for atom_of in atoms)
+    return moving, fixed

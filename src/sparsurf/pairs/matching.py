@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.pairs.interface import INTERFACE, gaps, native_pairs
+from sparsurf.pairs.interface import INTERFACE, gaps, interface, native_pairs
 from sparsurf.pairs.nearest import Nearest, nearest
-from sparsurf.pairs.neighbourhoods import SMOOTHING, smooth
-from sparsurf.pairs.partners import Partner, baseline_scores
+from sparsurf.pairs.neighbourhoods import SMOOTHING, protrusion, smooth
+from sparsurf.pairs.partners import Partner
 from sparsurf.pairs.ranking import blocks_of_residues, bootstrap_auc
 from sparsurf.patches.descriptors import PUBLISHED, describe
 from sparsurf.patches.index import R_ZERNIKE
@@ -265,11 +265,10 @@ def agreement(
     side: int,
     table: pd.DataFrame,
     within: float = INTERFACE,
-    labels: np.ndarray | None = None,
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame | None:
-    """Compute the areas under the ROC curve of the maps and of the baselines, at the centres of one side.
+    """Compute the areas under the ROC curve of the maps, and of protrusion if the atoms are known, at one side's centres.
 
     Parameters
     ----------
@@ -277,10 +276,7 @@ def agreement(
     side : 0 or 1
     table : DataFrame of `maps`
     within : float, Å
-    labels : (N,) bool, optional
-        The interface, if it does not follow from the coordinates, as for unbound forms.
-    seed : int
-    threads : int
+    seed, threads : int
 
     Returns
     -------
@@ -289,16 +285,14 @@ def agreement(
         None if the partners do not touch, or touch everywhere.
     """
     partner, centres = match_.partners[side], match_.centres[side]
-    points = partner.surface.points
-    if labels is None:
-        labels = gaps(points, match_.partners[1 - side].surface.points)[0] < within
-    positive = labels[centres]
+    points = partner.surface.points[centres]
+    positive = interface(points, match_.partners[1 - side].surface.points, within)
     if positive.all() or not positive.any():
         return None
     at = table.iloc[centres]
     scores = {name: -at[name].to_numpy() for name in table.columns if name != "match"}
-    scores |= baseline_scores(partner, centres, threads)
-    scores = {name: score for name, score in scores.items() if not np.isnan(score).all()}
+    if partner.heavy_atoms is not None:
+        scores["protrusion"] = protrusion(points, partner.heavy_atoms, threads)
     block = blocks_of(partner, centres)
     areas = bootstrap_auc(scores, positive, block, stream(seed, "agreement", partner.name))
     rows = pd.DataFrame([(name, *area) for name, area in areas.items()], columns=AREAS[1:5])

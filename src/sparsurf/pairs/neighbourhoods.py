@@ -10,6 +10,7 @@ from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
 from sparsurf.threads import parallel_map
 
 SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scripts)
+REACH = 10.0  # Å, radius within which heavy atoms are counted
 
 
 def means_within(
@@ -96,3 +97,25 @@ def smooth(
     if isolated.any():
         means[isolated] = values[cKDTree(centre_points).query(points[isolated])[1]]
     return means
+
+
+def protrusion(at: np.ndarray, heavy_atoms: np.ndarray, threads: int = 1) -> np.ndarray:
+    """Compute minus the number of heavy atoms within REACH, which is highest where the surface protrudes.
+
+    Dots are ranked as by the protrusion index CX, the ratio of the free to the filled volume of that sphere [1]_.
+
+    Parameters
+    ----------
+    at : (n, 3) float64, Å
+    heavy_atoms : (A, 3) float64, Å
+    threads : int
+
+    Returns
+    -------
+    (n,) float64
+
+    References
+    ----------
+    .. [1] Pintar et al., Bioinformatics 18:980 (2002).
+    """
+    return -means_within(at, heavy_atoms, np.zeros(len(heavy_atoms)), REACH, threads)[1].astype(np.float64)

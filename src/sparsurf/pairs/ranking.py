@@ -1,11 +1,14 @@
-"""Area under the ROC curve of scores of dots as predictors of the interface, with intervals."""
+"""Area under the ROC curve of scores of dots as predictors of the interface, with intervals, and means over pairs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
+
+from sparsurf.study.statistics import mean_interval
 
 BLOCK_LENGTH = 10.0  # Å, between the centres of blocks of residues that are resampled together
 N_DRAWS = 500  # of the bootstrap
@@ -101,3 +104,24 @@ def bootstrap_auc(
         low, high = np.percentile(drawn, [2.5, 97.5]) if has_scatter else (np.nan, np.nan)
         areas[name] = (auc(score[known], positive[known]), float(low), float(high))
     return areas
+
+
+def means_over_pairs(table: pd.DataFrame, by: Sequence[str] = ("score",)) -> pd.DataFrame:
+    """Average AUC over pairs; the two sides of a pair are averaged first, since they share its interface.
+
+    Parameters
+    ----------
+    table : DataFrame with `complex`, the columns `by` and `auc`
+    by : sequence of str
+
+    Returns
+    -------
+    DataFrame: `by` in the order of first appearance, mean, low, high (95 %, within 0 to 1), complexes
+    """
+    by = [*by]
+    of_pair = table.groupby([*by, "complex"], sort=False)["auc"].mean().reset_index()
+    rows = []
+    for key, group in of_pair.groupby(by, sort=False):
+        mean, *limits = mean_interval(group["auc"].to_numpy())
+        rows.append((*key, mean, *np.clip(limits, 0, 1), len(group)))
+    return pd.DataFrame(rows, columns=[*by, "mean", "low", "high", "complexes"])

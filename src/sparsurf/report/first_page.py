@@ -24,7 +24,7 @@ from sparsurf.report.numbers import (
     span,
 )
 from sparsurf.report.page import embedded_figures
-from sparsurf.report.pair_page import MAIN_SCORE, means_by_score
+from sparsurf.report.pairs_section import pairs_in, pairs_section
 from sparsurf.study.floors import FRESH
 
 TEMPLATE = "first.html.j2"
@@ -89,6 +89,7 @@ def first_page(
     first = "/".join(names[0]) if names else ""
     surfaces = of_surfaces(folder, files, names, floor) if names else None
     in_rows = {page for _, page, *_ in surfaces["rows"]} if surfaces else set()
+    main = main_figure(folder, files, first)
     known = {
         "run": folder.name,
         "without": list(exclude),
@@ -98,10 +99,8 @@ def first_page(
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
-        "pairs": of_pairs(
-            read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"), len(pairs_in(files))
-        )
-        if "pairs/means.csv" in files
+        "pairs": pairs_section(read(folder, "pairs/pairs.csv"), files)
+        if "pairs/pairs.csv" in files
         else None,
         "changes": [
             (path.split("/")[1], of_changes(read(folder, path)))
@@ -113,9 +112,9 @@ def first_page(
             for path in files
             if path.endswith("/ensemble.html")
         ],
-        "main_figure": main_figure(folder, files, first),
+        "main_figure": main,
         "galleries": galleries(names, [path for path in files if path not in in_rows])
-        + pair_galleries(files)
+        + pair_galleries(files, main["path"] if main else "")
         + changes_galleries(files),
         "taken_from": short_names(names).get(first, first),
         "taken": [
@@ -199,19 +198,13 @@ def rows_of(surfaces: pd.DataFrame, files: Iterable[str], floor: str | None) -> 
 
 
 def main_figure(folder: Path, files: Iterable[str], first: str) -> dict[str, str] | None:
-    """Choose the main figure: that over all surfaces, else that of the first, else what exists."""
-    for path in (
-        "required_dots.png",
-        f"{first}/figures/required_dots.png",
-        f"{first}/figures/d_over_grid.png",
-        "pairs/pairs.png",
-    ):
-        empty = (
-            path.startswith("pairs/") and path in files and read(folder, "pairs/means.csv").empty
-        )  # none touches
-        if path in files and not empty:
-            return {"path": path, "name": Path(path).stem}
-    return None
+    """Choose the main figure: that over all surfaces, else that of the first, else that of the pairs."""
+    paths = ["required_dots.png", f"{first}/figures/required_dots.png", f"{first}/figures/d_over_grid.png"]
+    if pairs := pairs_in(files):
+        several = read(folder, "pairs/pairs.csv")["complex"].nunique() > 1  # that touch
+        paths.append("pairs/pairs.png" if several else f"pairs/{pairs[0]}/book.png")
+    path = next((path for path in paths if path in files), None)
+    return {"path": path, "name": Path(path).stem} if path else None
 
 
 def numbers(surfaces: pd.DataFrame, summary: pd.DataFrame, relation: pd.DataFrame) -> dict[str, Any]:
@@ -377,23 +370,6 @@ def of_paper(places: pd.DataFrame) -> dict[str, int]:
     return {"inside": int(inside.sum()), "rows": len(rows), "runs": int(rows["n_runs"].max())}
 
 
-def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]:
-    """Collect how well the maps of the pairs that touch find the interface."""
-    card: dict[str, Any] = {"n": n, "touching": table["complex"].nunique(), "auc": None}
-    by_score = means_by_score(means)
-    if MAIN_SCORE in by_score.index:
-        row: Any = by_score.loc[MAIN_SCORE]
-        card |= {
-            "auc": interval(row["mean"], row["low"], row["high"]),
-            "place": against_zero(row["low"] - 0.5, row["high"] - 0.5),
-            "partners": [],
-        }
-        if card["touching"] == 1:  # no interval over pairs, but one of each partner
-            rows = table[table["score"] == MAIN_SCORE]
-            card["partners"] = [interval(*one) for one in rows[["auc", "low", "high"]].to_numpy()]
-    return card
-
-
 def of_changes(table: pd.DataFrame) -> dict[str, int]:
     """Count the residues that change from one form to another by more than moved atoms do, and how many would by chance."""
     n = int(table["total"].count())
@@ -443,25 +419,13 @@ def pictures(start: str, pages: Iterable[str]) -> Iterator[tuple[str, str]]:
             yield path, name
 
 
-def pairs_in(files: Iterable[str]) -> list[str]:
-    """List the pairs that have files."""
-    of_pairs = (path for path in files if path.startswith("pairs/") and path.count("/") > 1)
-    return list(dict.fromkeys(path.split("/")[1] for path in of_pairs))
-
-
-def pair_galleries(files: Iterable[str]) -> list[Gallery]:
-    """Collect the pictures of pairs, as `galleries` does."""
+def pair_galleries(files: Iterable[str], main: str) -> list[Gallery]:
+    """Collect the pictures of pairs, as `galleries` does, without the main figure."""
     all_galleries: list[Gallery] = []
     for name in pairs_in(files)[:MAX_WITH_PICTURES]:
-        start = f"pairs/{name}/"
-        items = [
-            (f"{start}book.png", f"{start}book.png", "book"),
-            (f"{start}view_1.html", "", "view_1"),
-            (f"{start}view_2.html", "", "view_2"),
-            (f"{start}thinning.png", f"{start}thinning.png", "thinning"),
-        ]
-        linked = [(f"{start}pair.html", "pair")] * (f"{start}pair.html" in files)
-        all_galleries.append((name, linked, [item for item in items if item[0] in files]))
+        picture, page = f"pairs/{name}/book.png", f"pairs/{name}/view.html"
+        items = [(picture, picture, "book"), (page, "", "partners")]
+        all_galleries.append((name, [], [item for item in items if item[0] in files and item[0] != main]))
     return [gallery for gallery in all_galleries if gallery[2]]
 
 

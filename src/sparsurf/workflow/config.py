@@ -325,8 +325,6 @@ def _check_pairs(config: dict) -> Iterator[str]:
             yield f"pairs.{name}: {partners[0]!r} is on both sides; name two partners."
         if shared := set.intersection(*map(set, pair.get("chains", [[]]))):
             yield f"pairs.{name}.chains: chain {min(shared)} is on both sides; give each chain to one partner."
-    if config["complementarity"]["thinning"]["run"] and not config["pairs"]:
-        yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
 
 
 def needed_conformations(config: dict) -> dict[str, list[str]]:

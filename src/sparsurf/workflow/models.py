@@ -263,28 +263,17 @@ class Centres(Section):
         return self
 
 
-class Thinning(Section):
-    """Complementarity from few centres, compared with the map of all dots."""
-
-    run: bool = key(False, "Thin the centres of every pair.")
-    percents: UniqueList[Percent] = key([1, 2.5, 5, 10, 20], "Centres, % of the dots.")
-    samplers: UniqueList[names.Sampler] = key(
-        ["farthest", "poisson", "uniform", "paper"], "Samplers of the centres."
-    )
-    recovered: bool = key(True, "Also describe the surface recovered from the centres.")
-    draws: Integer = key(3, "Draws of each sampler and size.", ge=1, le=1000)
-
-
 class Complementarity(Section):
     """How the partners of a pair are compared."""
 
     centres: Literal["all"] | Centres = key(
-        "all", "Dots whose patches are compared: all, or as {sampler: farthest, n_S_percent: 5}."
+        {"sampler": "farthest", "n_S_percent": 5},
+        "Dots whose patches are compared: all, or by a sampler; by default {sampler: farthest, n_S_percent: 5}.",
+        validate_default=True,
     )
     nearest: Integer = key(10, "Nearest patches whose mean distance is the second map.", ge=1, le=1000)
     smoothing: Number = key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
     interface: Length = key(3.0, "Dots nearer than this to the partner are interface, Å.")
-    thinning: Annotated[Thinning, _switch(Thinning)] = Thinning()
 
 
 class Stride(Section):
