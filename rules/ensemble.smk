@@ -1,18 +1,17 @@
 # One combination over all frames of a trajectory, where `ensemble` asks for it.
 
 
-wildcard_constraints:
-    part="[0-9]+",
-    parts="[0-9]+",
+scattergather:
+    frames=config["ensemble"]["jobs"],
 
 
 rule follow_frames:  # a part of the frames; one job takes them all unless ensemble.jobs says otherwise
     input:
         unpack(molecule_files),
     output:
-        rows=temp("results/{run}/{protein}/ensemble/{part}of{parts}.csv"),
+        rows=temp("results/{run}/{protein}/ensemble/{scatteritem}.csv"),
     log:
-        "results/{run}/logs/{protein}/follow_frames_{part}of{parts}.log",
+        "results/{run}/logs/{protein}/follow_frames_{scatteritem}.log",
     wildcard_constraints:
         protein=any_of(MOLECULES),
     conda:
@@ -34,10 +33,9 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
         stride=config["ensemble"]["stride"],
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        unfinished="results/{run}/{protein}/ensemble/{part}of{parts}.csv.part",  # survives a killed job
         code=METHOD,
     message:
-        "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.part} of {wildcards.parts}"
+        "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.scatteritem}"
     script:
         "../scripts/follow_frames.py"
 
@@ -45,12 +43,7 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
 rule follow_ensemble:
     input:
         unpack(molecule_files),
-        rows=expand(
-            "results/{run}/{protein}/ensemble/{part}of{parts}.csv",
-            part=range(1, config["ensemble"]["jobs"] + 1),
-            parts=config["ensemble"]["jobs"],
-            allow_missing=True,
-        ),
+        rows=gather.frames("results/{{run}}/{{protein}}/ensemble/{scatteritem}.csv"),
     output:
         table="results/{run}/{protein}/ensemble.csv",
         over_time="results/{run}/{protein}/residues_over_time.csv",

@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import pandas as pd
+
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.rounding import write_table
-from sparsurf.study.ensemble import join_parts, split_residue_columns
+from sparsurf.study.ensemble import split_residue_columns
 from sparsurf.study.residues import roughness_over_frames
 from sparsurf.workflow.jobs import job
 
@@ -30,15 +32,12 @@ def main(
     molecule_options : dict, options of `read_molecule`
     """
     molecule = read_molecule(structure, trajectory, stride=STRIDE_TO_FIRST_FRAME, **molecule_options)
-    paths = [Path(path) for path in rows]
-    all_rows = join_parts(path.read_text(encoding="utf-8") for path in paths)
-    frames, roughness_over_time = split_residue_columns(all_rows, molecule.residues)
+    parts = [pd.read_csv(path) for path in rows if Path(path).stat().st_size > 1]  # some may have no frames
+    frames, roughness_over_time = split_residue_columns(pd.concat(parts), molecule.residues)
     write_table(table, frames)
     write_table(over_time, roughness_over_time)
     roughness = roughness_over_time.to_numpy(float)[:, 2:]
     write_table(residues, roughness_over_frames(molecule.residues, roughness))
-    for leftover in set(paths[0].parent.glob("*of*.csv*")) - set(paths):
-        leftover.unlink()  # of a killed run with another number of parts
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """Follow n_S and d of one combination over some of the frames of a trajectory."""
 
-from pathlib import Path
-
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.ensemble import evaluate_frames
 from sparsurf.workflow.jobs import job, reporter
@@ -22,10 +20,7 @@ def main(
     stride: int,
     seed: int,
     molecule_options: dict,
-    unfinished: str,
-    code: str,
-    part: int,
-    parts: int,
+    part: str,
     name: str,
     threads: int = 1,
 ) -> None:
@@ -38,9 +33,7 @@ def main(
     readings : see the section `evaluation` of the config
     combination, test_dots, draws, stride : see the section `ensemble` of the config
     molecule_options : dict, options of `read_molecule`
-    unfinished : path of the rows that an interrupted run has left, which are not computed again
-    code : version of the code; rows of another version are computed again
-    part, parts : the part, from 1, of that many equal parts of the frames
+    part : 1-of-3 for the first of three equal parts of the frames
     name : of the protein
     """
     molecule = read_molecule(structure, trajectory, stride=stride, **molecule_options)
@@ -55,10 +48,10 @@ def main(
         "ensemble": {"combination": combination, "test_dots": test_dots, "draws": draws, "stride": stride},
         "seed": seed,
     }
-    progress = reporter(f"{name}, part {part} of {parts}", "frames")
-    text = evaluate_frames(molecule, settings, name, threads, unfinished, code, progress, (part, parts))
-    Path(rows).write_text(text, encoding="utf-8")
-    Path(unfinished).unlink()
+    k, n_parts = map(int, part.split("-of-"))
+    progress = reporter(f"{name}, part {k} of {n_parts}", "frames")
+    table = evaluate_frames(molecule, settings, name, threads, progress, (k, n_parts))
+    table.to_csv(rows, index=False, lineterminator="\n")
 
 
 if __name__ == "__main__":
@@ -78,10 +71,7 @@ if __name__ == "__main__":
             stride=snakemake.params.stride,
             seed=snakemake.params.seed,
             molecule_options=snakemake.params.molecule_options,
-            unfinished=snakemake.params.unfinished,
-            code=snakemake.params.code,
-            part=int(snakemake.wildcards.part),
-            parts=int(snakemake.wildcards.parts),
+            part=snakemake.wildcards.scatteritem,
             name=snakemake.wildcards.protein,
             threads=snakemake.threads,
         )

@@ -1,4 +1,4 @@
-"""One combination over frames: the same rows whatever the threads and interruptions, and the chain's own surface."""
+"""One combination over frames: the same rows whatever the threads and jobs, and the chain's own surface."""
 
 from dataclasses import replace
 
@@ -31,11 +31,6 @@ SETTINGS = {
 FRAMES = 7
 
 
-def followed(*arguments, **keys):
-    """The table of all frames, followed in one part."""
-    return ensemble.join_parts([ensemble.evaluate_frames(*arguments, **keys)])
-
-
 @pytest.fixture(scope="module")
 def molecule(tmp_path_factory):
     """Seven models of a peptide, the last residue farther out in each."""
@@ -46,8 +41,8 @@ def molecule(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def table(molecule, tmp_path_factory):
-    return followed(molecule, SETTINGS, "p", 1, tmp_path_factory.mktemp("one") / "part")
+def table(molecule):
+    return ensemble.evaluate_frames(molecule, SETTINGS, "p", 1)
 
 
 def test_one_row_per_frame_in_order(table):
@@ -63,21 +58,24 @@ def test_one_row_per_frame_in_order(table):
         assert np.allclose(table[f"d_{reading}"], difference, atol=1e-9)
 
 
-def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
-    """A run with three jobs was killed, one with two has ended."""
-    folder = tmp_path / "ensemble"
-    folder.mkdir()
-    rows = [folder / f"{k}of2.csv" for k in (1, 2)]
-    for k, path in enumerate(rows, 1):
-        path.write_text(ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, tmp_path / "part", part=(k, 2)))
-    for name in ("1of3.csv", "2of3.csv.part", "1of2.csv.part"):
-        (folder / name).write_text("")
-    molecule.write_pdb(tmp_path / "own.pdb")
-    outputs = {name: tmp_path / f"{name}.csv" for name in ("table", "over_time", "residues")}
-    structure = tmp_path / "own.pdb"
-    follow_ensemble.main(structure=structure, trajectory=None, rows=rows, molecule_options={}, **outputs)
-    assert sorted(folder.iterdir()) == rows
-    assert len(pd.read_csv(outputs["table"])) == len(table)
+@pytest.mark.parametrize("n", [2, 3, 9])
+def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path, monkeypatch, n):
+    """Seven frames; nine parts leave two without any. Progress counts the frames of the part."""
+    monkeypatch.setattr(ensemble, "FRAMES_PER_REPORT", 2)
+    molecule.write_pdb(structure := tmp_path / "own.pdb")
+    written, counted = {}, []
+    for name, n_parts in (("whole", 1), ("parts", n)):
+        rows = [tmp_path / f"{name}_{k}" for k in range(1, n_parts + 1)]
+        for k, path in enumerate(rows, 1):
+            note = lambda *done: counted.append(done)  # noqa: E731
+            part = ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, note, (k, n_parts))
+            part.to_csv(path, index=False)
+        outputs = {key: tmp_path / f"{name}_{key}.csv" for key in ("table", "over_time", "residues")}
+        follow_ensemble.main(structure, None, rows, **outputs, molecule_options={})
+        written[name] = [path.read_bytes() for path in outputs.values()]
+    assert written["whole"] == written["parts"] and len(pd.read_csv(tmp_path / "parts_table.csv")) == FRAMES
+    assert counted[:4] == [(2, 7), (4, 7), (6, 7), (7, 7)]
+    assert sum(done for done, of in counted[4:] if done == of) == FRAMES
 
 
 def test_a_row_is_what_the_parts_give(molecule, table):
@@ -93,99 +91,29 @@ def test_a_row_is_what_the_parts_give(molecule, table):
     assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, "p")["time_ps"] == 30
 
 
-def test_threads_change_no_bit(molecule, table, tmp_path):
-    two = followed(molecule, SETTINGS, "p", 2, tmp_path / "part")
+def test_threads_change_no_bit(molecule, table):
+    two = ensemble.evaluate_frames(molecule, SETTINGS, "p", 2)
     assert two.to_csv() == table.to_csv()
 
 
-@pytest.mark.parametrize("n", [2, 3, 9])
-def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, tmp_path, n):
-    """Seven frames; nine parts leave two without any."""
-    whole = ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, tmp_path / "whole")
-    parts = [
-        ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, tmp_path / f"{k}", part=(k, n))
-        for k in range(1, n + 1)
-    ]
-    assert "".join(parts) == whole and whole.count("\n") == FRAMES + 1
-    assert sum(bool(part) for part in parts) == min(n, FRAMES)
-
-
-def test_rows_of_another_part_are_not_taken_up_and_a_part_counts_its_own_frames(molecule, tmp_path):
-    told = []
-    for part in ((1, 2), (1, 7), (2, 2)):
-        text = ensemble.evaluate_frames(
-            molecule, SETTINGS, "p", 1, tmp_path / "part", part=part, progress=lambda *done: told.append(done)
-        )
-        if part == (1, 7):
-            assert text.count("\n") == 2  # a header and a frame, not the three that lay there
-    assert told == [(3, 3), (1, 1), (4, 4)]
-
-
-def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule, tmp_path):
+def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
     auto = SETTINGS | {"surface": SETTINGS["surface"] | {"density": "auto"}}
-    table = followed(molecule, auto, "p", 1, tmp_path / "part", part=(1, 1))
+    table = ensemble.evaluate_frames(molecule, auto, "p", 1)
     own = radii(molecule)
     density = density_for_d_link(molecule, 0, own, auto["surface"], 0.6, "p")
     assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
 
 
-@pytest.mark.parametrize("cut", [0, 10, 60, 700, 1500, -1, None])
-def test_a_killed_run_is_taken_up_again(molecule, table, tmp_path, monkeypatch, cut):
-    # two frames per write; killed after the third write, and the partial file cut anywhere at that
-    path, done = tmp_path / "part", []
-    monkeypatch.setattr(ensemble, "FRAMES_PER_WRITE", 2)
-
-    def killed(count, of):
-        if count >= 6:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        followed(molecule, SETTINGS, "p", 1, path, progress=killed)
-    path.write_bytes(path.read_bytes()[:cut])
-    again = followed(molecule, SETTINGS, "p", 2, path, progress=lambda count, of: done.append(count))
-    assert again.to_csv() == table.to_csv()
-    if cut is None:
-        assert done == [7]  # only the frame that was missing
-    if cut == -1:
-        assert done == [7]  # a torn row is made anew
-    if cut == 0:
-        assert done == [2, 4, 6, 7]
-
-
-def test_a_finished_part_needs_no_frame(molecule, table, tmp_path, monkeypatch):
-    followed(molecule, SETTINGS, "p", 1, tmp_path / "part")
-    monkeypatch.setattr(ensemble, "frame_row", None)
-    assert followed(molecule, SETTINGS, "p", 1, tmp_path / "part").to_csv() == table.to_csv()
-
-
-def test_rows_of_other_settings_are_not_taken_up(molecule, tmp_path):
-    part = tmp_path / "part"
-    followed(molecule.frame(0), SETTINGS, "p", 1, part)
-    mark = part.read_text().split("\n")[0] + "\n"
-    assert len(ensemble.read_finished_rows(part, mark)[1]) == 1
-    one = molecule.frame(0)
-    other = SETTINGS | {"seed": 4}
-    marks = {
-        ensemble.fingerprint(one, SETTINGS, "p", ""), ensemble.fingerprint(one, other, "p", ""),
-        ensemble.fingerprint(one, SETTINGS, "q", ""), ensemble.fingerprint(one, SETTINGS, "p", "new"),
-        ensemble.fingerprint(molecule.frame(1), SETTINGS, "p", ""),
-    }  # fmt: skip
-    assert len(marks) == 5 and mark == f"# {ensemble.fingerprint(one, SETTINGS, 'p', '')} 1 of 1\n"
-    anew = followed(one, other, "p", 1, part)
-    before = followed(one, SETTINGS, "p", 1, tmp_path / "another")
-    assert len(anew) == 1 and anew["d_as_coded"][0] != before["d_as_coded"][0]
-
-
-def test_a_surface_that_is_too_sparse_is_refused(molecule, tmp_path):
+def test_a_surface_that_is_too_sparse_is_refused(molecule):
     sparse = SETTINGS | {"surface": SETTINGS["surface"] | {"density": 2.0}}
     with pytest.raises(InputError, match="p, frame 0: D_link"):
-        followed(molecule, sparse, "p", 1, tmp_path / "part")
+        ensemble.evaluate_frames(molecule, sparse, "p", 1)
 
 
-def test_the_frame_of_an_error_is_named(molecule, tmp_path):
+def test_the_frame_of_an_error_is_named(molecule):
     without = SETTINGS | {"surface": SETTINGS["surface"] | {"method": "dms"}}
     with pytest.raises(InputError, match=r"p, frame 0: .*program dms"):
-        followed(molecule, without, "p", 1, tmp_path / "part")
+        ensemble.evaluate_frames(molecule, without, "p", 1)
 
 
 def invented(n, time=True, readings=("as_coded", "as_written")):
@@ -260,19 +188,3 @@ def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeyp
     assert {"A 1", "A 4", "B 9", "frame", "residue"} <= set(words)
     assert any("grey: buried" in text for text in words)
     check_texts(figure, monkeypatch)
-
-
-def test_the_mark_of_a_part_follows_all_that_its_rows_depend_on(molecule):
-    moved = replace(molecule, xyz=molecule.xyz + 0.001)
-    later = replace(molecule, time_ps=np.arange(FRAMES) * 1.0)
-    other = replace(molecule, element=np.where(molecule.element == "C", "N", molecule.element))
-    calls = [
-        (molecule, SETTINGS, "p", "code"),
-        (moved, SETTINGS, "p", "code"),
-        (later, SETTINGS, "p", "code"),
-    ]
-    calls += [(other, SETTINGS, "p", "code"), (molecule, SETTINGS | {"seed": 4}, "p", "code")]
-    calls += [(molecule, SETTINGS, "q", "code"), (molecule, SETTINGS, "p", "edited")]
-    marks = [ensemble.fingerprint(*each) for each in calls]
-    assert len(set(marks)) == len(calls)
-    assert ensemble.fingerprint(*calls[0]) == marks[0]

@@ -113,7 +113,6 @@ def of_config(config, job, name):
         "whole_curve": protein != "loaded",
         "logs": "results/small/logs",
         "test_dots": config["ensemble" if job["rule"] == "follow_frames" else "evaluation"]["test_dots"],
-        "unfinished": f"results/small/{protein}/ensemble/{wildcards.get('part')}of2.csv.part",
     }
     if name in own:
         return own[name]
@@ -140,7 +139,7 @@ def test_a_param_has_the_name_of_its_key():
         ):
             found.setdefault((name.lower(), re.findall(r'"(\w+)"', keys)[-1].lower()), path.name)
     assert len(found) > 20
-    assert [pair for pair in found if pair[0] != pair[1]] == [("parts", "jobs")]
+    assert [pair for pair in found if pair[0] != pair[1]] == [("frames", "jobs")]
 
 
 def test_a_script_hands_on_every_param_and_file_by_its_name(planned):

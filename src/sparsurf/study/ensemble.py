@@ -1,10 +1,6 @@
-"""n_S and d of one combination over all frames of a trajectory, in jobs that can be resumed."""
+"""n_S and d of one combination over all frames of a trajectory."""
 
-import hashlib
-import io
-import json
-from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,7 +20,7 @@ from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
 
 RESIDUE_PREFIX = "residue_"  # of the columns of residues
-FRAMES_PER_WRITE = 20  # the most frames that are lost if the job is killed
+FRAMES_PER_REPORT = 20
 
 
 def evaluate_frames(
@@ -32,11 +28,9 @@ def evaluate_frames(
     settings: Mapping[str, Any],
     name: str,
     threads: int,
-    path_to_part: Path | str,
-    code: str = "",
     progress: Callable[[int, int], None] = lambda done, of: None,
     part: tuple[int, int] = (1, 1),
-) -> str:
+) -> pd.DataFrame:
     """Evaluate one combination on every frame of a trajectory, or of a part of it.
 
     Parameters
@@ -48,23 +42,16 @@ def evaluate_frames(
         Name of the protein, which names the random streams.
     threads : int
         Number of frames evaluated in parallel; it does not change the table.
-    path_to_part : path
-        File of the finished rows. Rows that an earlier run wrote there with the same molecule, settings and `code` are
-        reused.
-    code : str
-        Digest of the program.
     progress : callable
         Callback with the numbers of finished and total frames.
     part : (k, n)
-        Evaluate the k-th, from 1, of n equal parts of the frames. The texts of all parts joined are the text of the whole.
+        Evaluate the k-th, from 1, of n equal parts of the frames.
 
     Returns
     -------
-    str, CSV with a header before the first frame, one row per frame: frame, time_ps, N, area (Å^2), mean_roughness, then the
-    columns of `tables.grid_table` without the parameters, then the mean R_i of each residue (see `split_residue_columns`).
+    DataFrame with a row per frame: frame, time_ps, N, area (Å^2), mean_roughness, then the columns of `tables.grid_table`
+    without the parameters, then the mean R_i of each residue (see `split_residue_columns`).
     """
-    mark = f"# {fingerprint(molecule, settings, name, code)} {part[0]} of {part[1]}\n"
-    header, rows = read_finished_rows(path_to_part, mark)
     atom_radii = radii(molecule, settings["surface"]["radii"])
     density = density_for_d_link(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
@@ -72,51 +59,16 @@ def evaluate_frames(
     # one density for all frames
     settings = {**settings, "surface": settings["surface"] | {"density": density}}
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
-    Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
-    for a in range(first + len(rows), last, FRAMES_PER_WRITE):
+    rows: list[dict[str, Any]] = []
+    while first + len(rows) < last:
 
-        def row_of(i: int, _: int, begin: int = a) -> dict[str, Any]:
+        def row_of(i: int, _: int, begin: int = first + len(rows)) -> dict[str, Any]:
             return frame_row(molecule, begin + i, atom_radii, settings, name)
 
-        chunk = pd.DataFrame(parallel_map(row_of, min(FRAMES_PER_WRITE, last - a), threads, 1))
-        with open(path_to_part, "a", encoding="utf-8") as stream:
-            stream.write(chunk.to_csv(index=False, header=a == first, lineterminator="\n"))
-        progress(a + len(chunk) - first, last - first)
-    text = Path(path_to_part).read_text(encoding="utf-8").removeprefix(mark)
-    return text if first == 0 else text.partition("\n")[2]
-
-
-def join_parts(texts: Iterable[str]) -> pd.DataFrame:
-    """Read the table from the texts of all parts, in order."""
-    return pd.read_csv(io.StringIO("".join(texts)))
-
-
-def fingerprint(molecule: Molecule, settings: Mapping[str, Any], name: str, code: str) -> str:
-    """Return a digest of all inputs of the rows."""
-    content = hashlib.sha256(json.dumps([settings, name, code], sort_keys=True).encode())
-    for array in (molecule.xyz, molecule.frame_number, molecule.time_ps):
-        content.update(np.ascontiguousarray(array).tobytes())
-    content.update("\0".join(molecule.element.tolist()).encode())
-    return content.hexdigest()[:32]
-
-
-def read_finished_rows(path: Path | str, mark: str) -> tuple[str, list[str]]:
-    """Read the lines that an interrupted run with the same first line wrote.
-
-    Returns
-    -------
-    header and rows, as lines; ("", []) if there are none
-    """
-    try:
-        lines = Path(path).read_bytes().decode("utf-8", "replace").splitlines(keepends=True)
-    except FileNotFoundError:
-        return "", []
-    if len(lines) < 2 or lines[0] != mark:
-        return "", []
-    columns = lines[1].count(",")
-    damaged = [k for k, line in enumerate(lines) if k and (line.count(",") != columns or line[-1] != "\n")]
-    intact = lines[1 : damaged[0] if damaged else None]
-    return (intact[0], intact[1:]) if len(intact) > 1 else ("", [])  # a header alone is written again
+        n_frames = min(FRAMES_PER_REPORT, last - first - len(rows))
+        rows += parallel_map(row_of, n_frames, threads, 1)
+        progress(len(rows), last - first)
+    return pd.DataFrame(rows)
 
 
 def frame_row(
