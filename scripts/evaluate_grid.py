@@ -44,8 +44,7 @@ def main(
         number_of_tests(evaluation["test_dots"], len(dots)),
         evaluation["draws"],
         tuple(evaluation["readings"]),
-        evaluation["shared_test_dots"],
-        reporter(name),
+        progress=reporter(name),
     )
     grids.write_grid(distances, result)
     grid_table(result).to_csv(grid, index=False)

@@ -144,8 +144,7 @@ def test_fresh_test_dots_differ_between_combinations(blob):
     assert np.allclose(grid.z_tot, grids.evaluate_grid(prepared(blob), GRID[:1], 20).z_tot)
 
 
-@pytest.mark.parametrize(("shared", "shape"), [(True, (5,)), (False, (2, 5))])
-def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_path, shared, shape):
+def test_combinations_share_the_test_dots_of_the_config(blob, tmp_path):
     inputs = {name: str(tmp_path / f"{name}.csv") for name in ("surface", "roughness")}
     outputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     write_npz(inputs["surface"], Surface(*blob))
@@ -156,11 +155,11 @@ def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_pa
         **outputs,
         patches={"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
         sampling=sampling | {"distance_from_moved_centre": True, "chance_in_every_patch": True},
-        evaluation={"test_dots": 5, "draws": 1, "readings": ["as_coded"], "shared_test_dots": shared},
+        evaluation={"test_dots": 5, "draws": 1, "readings": ["as_coded"]},
         seed=1,
         name="p/c1",
     )
-    assert grids.read_grid(outputs["distances"]).tests.shape == shape
+    assert grids.read_grid(outputs["distances"]).tests.shape == (5,)
     assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
         [0.5, 0, 2, 4],
         [1.0, 0, 2, 4],

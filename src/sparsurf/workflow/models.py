@@ -145,11 +145,8 @@ class Simulate(Section):
     nvt_ns: Number = key(0.1, "Length of the thermalisation, ns.", gt=0, le=1000)
     npt_ns: Number = key(0.1, "Length of the pressurisation, ns.", gt=0, le=1000)
     save_ps: Number = key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
-    time_step_fs: Number = key(2.0, "Time step, fs.", gt=0, le=5)
     temperature: Number = key(300.0, "Temperature, K.", gt=0, le=1000)
-    pressure: Number = key(1.0, "Pressure, bar.", gt=0, le=100_000)
     cutoff: Number = key(12.0, "Cut-off of the short-range interactions, Å.", ge=6, le=30)
-    margin: Number = key(11.0, "Distance from the protein to the border of the box, Å.", ge=5, le=50)
     force_field: Word = key("charmm27", "A force field that GROMACS has.")
     water: str = key("tip3p", "A water model that the force field has.", pattern="^[A-Za-z0-9]+$")
 
@@ -341,10 +338,6 @@ class Evaluation(Section):
     """How subsets are compared with the whole surface."""
 
     test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
-    shared_test_dots: bool = key(
-        True,
-        "Same test dots and uniform subsets for all combinations; false draws new ones for each, as published.",
-    )
     draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
     readings: UniqueList[names.Reading] = key(
         ["as_coded", "as_written"],
