@@ -58,21 +58,7 @@ class Match:
 def descriptors_at(
     partner: Partner, centres: np.ndarray, up: bool, recipe: Recipe = RECIPE, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Describe the patches around some positions.
-
-    Parameters
-    ----------
-    partner : Partner
-    centres : (n, 3) float64, Å
-    up : bool, see `patches.descriptors.describe`
-    recipe : Recipe
-    threads : int
-
-    Returns
-    -------
-    descriptors : (n, M) float64
-    sizes : (n,) int, number of dots in each patch
-    """
+    """Describe the patches around some positions, (n, 3) Å: descriptors, (n, M), and the number of dots in each patch, (n,)."""
     return describe(partner.index, centres, recipe.radius, up, threads, recipe.descriptor)
 
 
@@ -86,19 +72,8 @@ def match(
 ) -> Match:
     """Compare all patches of two partners: the first seen 'up' with the second seen 'down', and both 'up'.
 
-    Parameters
-    ----------
-    first, second : Partner
-    centres : two (n,) int or None for all dots
-    k : int
-        Number of nearest patches that are kept for each patch.
-    recipe : Recipe
-    threads : int
-
-    Returns
-    -------
-    Match
-        Centres whose patch has a single dot are excluded, since all empty descriptors match.
+    Without `centres`, all dots are centres; centres whose patch has a single dot are excluded, since all empty descriptors
+    match. Each patch keeps its `k` nearest ones.
     """
     kept, up = [], []
     for partner, dots in zip((first, second), centres, strict=True):
@@ -112,20 +87,10 @@ def match(
 
 
 def maps(match_: Match, side: int, smoothing: float = SMOOTHING, threads: int = 1) -> pd.DataFrame:
-    """Compute the distance maps of one partner on all its dots.
+    """Compute the distance maps of one partner (0 or 1) on all its dots.
 
-    Parameters
-    ----------
-    match_ : Match
-    side : 0 or 1
-    smoothing : float, Å
-    threads : int
-
-    Returns
-    -------
-    DataFrame, one row per dot: `propensity` and `similarity`, the distance to the nearest patch of the partner, and
-    `propensity_k`, the mean of the k nearest (NaN where no patch is evaluated); the same with the suffix `_smoothed`;
-    `match`, the partner's dot with the nearest patch (-1 for none).
+    `propensity` and `similarity` are the distance to the nearest patch of the partner, and `propensity_k` is the mean of the k
+    nearest (NaN where no patch is evaluated); `match` is the partner's dot with the nearest patch (-1 for none).
     """
     points, centres = match_.partners[side].surface.points, match_.centres[side]
     near = match_.complementary[side]
@@ -152,16 +117,7 @@ def _scatter(dots: np.ndarray, values: np.ndarray, n: int, missing: float) -> np
 def by_dot(match_: Match, side: int, table: pd.DataFrame, within: float = INTERFACE) -> pd.DataFrame:
     """Tabulate propensity.csv: position, residue, maps, distance to the partner, and whether a dot is in the interface.
 
-    Parameters
-    ----------
-    match_ : Match
-    side : 0 or 1
-    table : DataFrame of `maps`
-    within : float, Å
-
-    Returns
-    -------
-    DataFrame, a row per dot. The distance is meaningful only if both partners come from one complex.
+    The distance is meaningful only if both partners come from one complex.
     """
     partner, other = match_.partners[side], match_.partners[1 - side]
     out = pd.DataFrame({"dot": np.arange(len(partner.surface))})
@@ -176,17 +132,9 @@ def by_dot(match_: Match, side: int, table: pd.DataFrame, within: float = INTERF
 
 
 def by_residue(dots: pd.DataFrame) -> pd.DataFrame | None:
-    """Average each map over the dots of a residue.
+    """Average each map over the dots of a residue; None if the atoms are unknown.
 
-    Parameters
-    ----------
-    dots : DataFrame of `by_dot`
-
-    Returns
-    -------
-    DataFrame or None
-        chain, residue, residue_name, dots, the smoothed maps and `interface`, the share of its dots in the interface. Buried
-        residues have no dots and no row. None if the atoms are unknown.
+    `interface` is the share of its dots in the interface. Buried residues have no dots and no row.
     """
     keys = ["chain", "residue", "residue_name"]
     if not set(keys) <= set(dots.columns):
@@ -199,38 +147,16 @@ def by_residue(dots: pd.DataFrame) -> pd.DataFrame | None:
 
 
 def on_atoms(molecule: Molecule, residues: pd.DataFrame, name: str, buried: float = np.nan) -> np.ndarray:
-    """Assign a column of `by_residue` to the atoms of a molecule.
-
-    Parameters
-    ----------
-    molecule : Molecule
-    residues : DataFrame of `by_residue`
-    name : str, the column
-    buried : float, value of residues that have no row
-
-    Returns
-    -------
-    (A,) float64
-    """
+    """Assign a column of `by_residue` to the atoms of a molecule, (A,); residues without a row have the value `buried`."""
     values = dict(zip(zip(residues["chain"], residues["residue"], strict=True), residues[name], strict=True))
     keys = zip(molecule.chain, molecule.residue, strict=True)
     return np.array([values.get(key, buried) for key in keys], np.float64)
 
 
 def best_pairs(match_: Match, n: int = MAX_PAIRS, min_distance: float = MIN_PAIR_DISTANCE) -> pd.DataFrame:
-    """List the best-matching pairs of patches that are not close to a better one.
+    """List the n best-matching pairs of patches, without those closer than `min_distance` Å to a better one on both sides.
 
-    Parameters
-    ----------
-    match_ : Match
-    n : int
-    min_distance : float
-        Å; a pair is left out if a better one is closer than this on both sides.
-
-    Returns
-    -------
-    DataFrame: rank, dot_1, dot_2, their residues if known, distance of the descriptors, and `gap`, the distance in Å
-    between the two dots in the files.
+    Returns the rows of best_pairs.csv.
     """
     sides = [
         np.column_stack([match_.centres[0], match_.centres[1][match_.complementary[0].partner[:, 0]]]),
@@ -270,19 +196,8 @@ def agreement(
 ) -> pd.DataFrame | None:
     """Compute the areas under the ROC curve of the maps, and of protrusion if the atoms are known, at one side's centres.
 
-    Parameters
-    ----------
-    match_ : Match
-    side : 0 or 1
-    table : DataFrame of `maps`
-    within : float, Å
-    seed, threads : int
-
-    Returns
-    -------
-    DataFrame or None
-        score, auc, low, high (95 %, by a bootstrap over blocks of residues), dots, interface (number of dots in it), blocks.
-        None if the partners do not touch, or touch everywhere.
+    Returns the rows of agreement.csv, with intervals by a bootstrap over blocks of residues; None if the partners do not
+    touch, or touch everywhere.
     """
     partner, centres = match_.partners[side], match_.centres[side]
     points = partner.surface.points[centres]
@@ -300,17 +215,7 @@ def agreement(
 
 
 def blocks_of(partner: Partner, dots: np.ndarray) -> np.ndarray:
-    """Group some dots into blocks of residues, or of dots if the residues are unknown.
-
-    Parameters
-    ----------
-    partner : Partner
-    dots : (n,) int
-
-    Returns
-    -------
-    (n,) int64, number of the block of each dot
-    """
+    """Group some dots into blocks of residues, or of dots if the residues are unknown; return the block of each."""
     units = np.arange(len(dots)) if partner.residue is None else partner.residue[dots]
     return blocks_of_residues(partner.surface.points[dots], units)
 
@@ -323,25 +228,15 @@ def contacts(
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame | None:
-    """Test whether patches in contact match better than others.
+    """Test whether patches in contact match better than others; None if the partners do not touch.
 
-    Each dot of the first partner's interface has a native partner, the nearest dot of the second surface. The native
-    partner is compared with a random dot of the second surface ('any pair'), and with the native partner of another dot
-    ('exchanged'). Only the latter is unbiased: the nearest dot often lies on a protruding patch, and the descriptors of such
-    patches are far from all others.
+    Each dot of the first partner's interface has a native partner, the nearest dot of the second surface. The native partner
+    is compared with a random dot of the second surface ('any pair'), and with the native partner of another dot ('exchanged').
+    Only the latter is unbiased: the nearest dot often lies on a protruding patch, and the descriptors of such patches are far
+    from all others.
 
-    Parameters
-    ----------
-    first, second : Partner
-    within : float, Å
-    recipe : Recipe
-    seed, threads : int
-
-    Returns
-    -------
-    DataFrame or None
-        against ('any pair', 'exchanged'), auc (probability that the native pair is nearer), low, high (95 %, by a bootstrap
-        over blocks of the first partner's residues), pairs. None if the partners do not touch.
+    Returns the rows of contacts.csv; auc is the probability that the native pair is nearer, with an interval by a bootstrap
+    over blocks of the first partner's residues.
     """
     pairs = native_pairs(first.surface.points, second.surface.points, within)
     if len(pairs) < 2:

@@ -16,23 +16,10 @@ REACH = 10.0  # Å, radius within which heavy atoms are counted
 def means_within(
     points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Average `values` over the centres within `radius` of each point.
+    """Average `values` over the centres within `radius` (Å, inclusive) of each point.
 
-    Parameters
-    ----------
-    points : (N, 3) float64
-        Å.
-    centres : (n, 3) float64
-        Å, where the values are known.
-    values : (n,) or (n, V) float64
-    radius : float
-        Å, inclusive.
-    threads : int
-
-    Returns
-    -------
-    means : (N,) or (N, V) float64, NaN without a centre within the radius
-    counts : (N,) int64, number of centres within the radius
+    `values` are (n,) or (n, V), known at `centres`; returns means, (N,) or (N, V), NaN without a centre within the radius, and
+    the numbers of centres, (N,).
     """
     points = np.ascontiguousarray(points, np.float64)
     columns = np.ascontiguousarray(np.reshape(values, (len(centres), -1)), np.float64)
@@ -74,20 +61,10 @@ def _means(
 def smooth(
     points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float = SMOOTHING, threads: int = 1
 ) -> np.ndarray:
-    """Smooth a map that is known at centres, and extend it to all dots, by the mean of the centres within `radius`.
+    """Smooth a map that is known at centres, and extend it to all dots, by the mean of the centres within `radius` Å.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, Å
-    centres : (n,) int, dots at which the values are known
-    values : (n,) float64
-    radius : float
-        Å; 0 leaves the values of the centres as they are.
-    threads : int
-
-    Returns
-    -------
-    (N,) float64; a dot without a centre within the radius takes the value of the nearest centre
+    A dot without a centre within the radius takes the value of the nearest centre; a radius of 0 leaves the values of the
+    centres as they are.
     """
     centre_points = points[centres]
     means = np.full(len(points), np.nan)
@@ -102,20 +79,7 @@ def smooth(
 def protrusion(at: np.ndarray, heavy_atoms: np.ndarray, threads: int = 1) -> np.ndarray:
     """Compute minus the number of heavy atoms within REACH, which is highest where the surface protrudes.
 
-    Dots are ranked as by the protrusion index CX, the ratio of the free to the filled volume of that sphere [1]_.
-
-    Parameters
-    ----------
-    at : (n, 3) float64, Å
-    heavy_atoms : (A, 3) float64, Å
-    threads : int
-
-    Returns
-    -------
-    (n,) float64
-
-    References
-    ----------
-    .. [1] Pintar et al., Bioinformatics 18:980 (2002).
+    Dots are ranked as by the protrusion index CX, the ratio of the free to the filled volume of that sphere (Pintar et al.,
+    Bioinformatics 18:980, 2002).
     """
     return -means_within(at, heavy_atoms, np.zeros(len(heavy_atoms)), REACH, threads)[1].astype(np.float64)

@@ -22,12 +22,7 @@ def read_partners(
     d_link: float,
     name: str,
 ) -> tuple[Partner, Partner]:
-    """Read both partners of the pair `name`; a surface without atoms has no structure.
-
-    Raises
-    ------
-    InputError : the dots of a partner are too sparse for D_link
-    """
+    """Read both partners of the pair `name`; a surface without atoms has no structure."""
     partners = []
     for side, surface, structure in ((1, surface_1, structure_1), (2, surface_2, structure_2)):
         dots = read_npz(surface)
@@ -40,15 +35,7 @@ def read_partners(
 def select_centres(
     partner: Partner, centres: str | dict, patches: dict, seed: int, threads: int = 1
 ) -> np.ndarray:
-    """Select the dots whose patches are compared, (n,) int, ascending.
-
-    Parameters
-    ----------
-    partner : Partner
-    centres : 'all', or a dict with `sampler` and either `n_S` or `n_S_percent`, as `complementarity.centres` of the config
-    patches : dict, the section `patches` of the config
-    seed, threads : int
-    """
+    """Select the dots whose patches are compared, ascending; `centres` and `patches` are sections of the config."""
     n_dots = len(partner.surface)
     if isinstance(centres, str):  # all
         return np.arange(n_dots)

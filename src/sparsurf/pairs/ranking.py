@@ -19,16 +19,7 @@ DECIMALS = 9
 def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = None) -> Any:
     """Compute the area under the ROC curve: the probability that a dot of the interface scores higher than another dot.
 
-    Parameters
-    ----------
-    score : (n,) float64
-    positive : (n,) bool
-    weight : (n,) or (B, n) float64, optional
-        Weight of each dot; B rows give B areas.
-
-    Returns
-    -------
-    float or (B,) float64; ties (to DECIMALS) count half; NaN if one of the two classes is empty
+    B rows of `weight`, (B, n), give B areas. Ties (to DECIMALS) count half; NaN if one of the two classes is empty.
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
     score = np.round(score, DECIMALS)
@@ -44,21 +35,11 @@ def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = Non
 
 
 def blocks_of_residues(points: np.ndarray, residue: np.ndarray, length: float = BLOCK_LENGTH) -> np.ndarray:
-    """Group neighbouring residues into blocks, the units of a bootstrap.
+    """Group neighbouring residues into blocks, the units of a bootstrap; return the block of each dot, from 0.
 
     A map smoothed over 6 Å is correlated over about twice that distance, so that single dots or residues are not independent.
-    Block centres are centres of residues, each the farthest from the previous ones, until every residue is within `length` of
-    one; each residue joins the nearest block.
-
-    Parameters
-    ----------
-    points : (n, 3) float64, Å
-    residue : (n,) int, the residue of each dot
-    length : float, Å
-
-    Returns
-    -------
-    (n,) int64, number of the block of each dot, from 0
+    Block centres are centres of residues, each the farthest from the previous ones, until every residue is within `length` Å
+    of one; each residue joins the nearest block.
     """
     _, row, count = np.unique(residue, return_inverse=True, return_counts=True)
     centre = np.stack([np.bincount(row, points[:, c]) for c in range(3)], axis=1) / count[:, None]
@@ -79,19 +60,8 @@ def bootstrap_auc(
 ) -> dict[Any, tuple[float, float, float]]:
     """Compute areas under the ROC curve with intervals, by resampling whole blocks with replacement.
 
-    Parameters
-    ----------
-    scores : dict, name -> (n,) float64
-        All scores use the same draws, so that they can be compared.
-    positive : (n,) bool
-    block : (n,) int, from 0
-    rng : numpy.random.Generator
-    draws : int
-
-    Returns
-    -------
-    dict, name -> (area, low, high)
-        The 2.5 and 97.5 percentiles over the draws that have both classes; NaN for a single block.
+    All scores use the same draws, so that they can be compared. Limits are the 2.5 and 97.5 percentiles over the draws that
+    have both classes; NaN for a single block.
     """
     n_blocks = int(block.max()) + 1
     times = rng.multinomial(n_blocks, np.full(n_blocks, 1 / n_blocks), size=draws)
@@ -109,14 +79,7 @@ def bootstrap_auc(
 def means_over_pairs(table: pd.DataFrame, by: Sequence[str] = ("score",)) -> pd.DataFrame:
     """Average AUC over pairs; the two sides of a pair are averaged first, since they share its interface.
 
-    Parameters
-    ----------
-    table : DataFrame with `complex`, the columns `by` and `auc`
-    by : sequence of str
-
-    Returns
-    -------
-    DataFrame: `by` in the order of first appearance, mean, low, high (95 %, within 0 to 1), complexes
+    Rows are in the order of first appearance of `by`, with 95 % intervals within 0 to 1.
     """
     by = [*by]
     of_pair = table.groupby([*by, "complex"], sort=False)["auc"].mean().reset_index()
