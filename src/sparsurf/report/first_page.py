@@ -68,17 +68,10 @@ def first_page(
     exclude: Sequence[tuple[str, str]] = (),
     floor: str | None = FRESH,
 ) -> dict[str, Any]:
-    """Collect the values of the page.
+    """Collect the values of the page of a run.
 
-    Parameters
-    ----------
-    folder : Path, results/<run>
-    paths : sequence of str
-        Files that the page may read and link, from `folder`.
-    exclude : sequence of (protein, pairs/<name> or changes/<name>, reason)
-        What was not finished.
-    floor : str or None
-        The noise floor that sets the size of the minimal subset; None if the config sets it otherwise.
+    The page may read and link `paths`, from `folder`. `exclude` lists what was not finished: protein, pairs/<name> or
+    changes/<name>, and the reason. `floor` sets the size of the minimal subset; None if the config sets it otherwise.
     """
     folder, files = Path(folder), dict.fromkeys(paths)
     names = [
@@ -208,17 +201,7 @@ def main_figure(folder: Path, files: Iterable[str], first: str) -> dict[str, str
 
 
 def numbers(surfaces: pd.DataFrame, summary: pd.DataFrame, relation: pd.DataFrame) -> dict[str, Any]:
-    """Collect the values of the grids of the surfaces.
-
-    Parameters
-    ----------
-    surfaces, summary, relation : DataFrame
-        surfaces.csv, summary.csv and relation.csv of the run.
-
-    Returns
-    -------
-    dict, by the names in the template
-    """
+    """Collect the values of the grids from surfaces.csv, summary.csv and relation.csv."""
     readings = readings_of_columns(surfaces, "best_")
     names = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
     shown = short_names(names)
@@ -385,18 +368,7 @@ def of_ensemble(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def galleries(surfaces: list[tuple[str, ...]], files: Iterable[str]) -> list[Gallery]:
-    """Collect the pictures of each protein and each surface, the first ones of many.
-
-    Parameters
-    ----------
-    surfaces : list of (protein, conformation)
-    files : iterable of str
-        Paths from the folder of the run that the page may link.
-
-    Returns
-    -------
-    list of (heading, pages as (path, name), pictures as (page, picture, name))
-    """
+    """Collect the pictures of each protein and each surface, the first ones of many; `files` are those that the page may link."""
     all_galleries, shown = [], short_names(surfaces)
     for protein in list(dict.fromkeys(protein for protein, _ in surfaces))[:MAX_WITH_PICTURES]:
         folders = [f"{p}/{c}/" for p, c in surfaces[:MAX_WITH_PICTURES] if p == protein]

@@ -33,10 +33,7 @@ def pairs_in(files: Iterable[str]) -> list[str]:
 def pairs_section(table: pd.DataFrame, files: Iterable[str]) -> dict[str, Any]:
     """Collect the mean AUC over the pairs that touch, or that of each partner of one, and a row per pair and partner.
 
-    Parameters
-    ----------
-    table : DataFrame of pairs.csv
-    files : iterable of str, files that the page may link, from the folder of the run
+    `files` are those that the page may link, from the folder of the run.
     """
     files = dict.fromkeys(files)
     pairs = pairs_in(files)

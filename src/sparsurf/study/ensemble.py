@@ -31,26 +31,11 @@ def evaluate_frames(
     progress: Callable[[int, int], None] = lambda done, of: None,
     part: tuple[int, int] = (1, 1),
 ) -> pd.DataFrame:
-    """Evaluate one combination on every frame of a trajectory, or of a part of it.
+    """Evaluate one combination on every frame of a trajectory, or on the k-th, from 1, of n equal parts of the frames.
 
-    Parameters
-    ----------
-    molecule : Molecule
-    settings : dict
-        The config's `surface`, `patches`, `sampling`, `evaluation`, `ensemble` and `seed`.
-    name : str
-        Name of the protein, which names the random streams.
-    threads : int
-        Number of frames evaluated in parallel; it does not change the table.
-    progress : callable
-        Callback with the numbers of finished and total frames.
-    part : (k, n)
-        Evaluate the k-th, from 1, of n equal parts of the frames.
-
-    Returns
-    -------
-    DataFrame with a row per frame: frame, time_ps, N, area (Å^2), mean_roughness, then the columns of `tables.grid_table`
-    without the parameters, then the mean R_i of each residue (see `split_residue_columns`).
+    `settings` are sections of the config, and `name`, of the protein, names the random streams. `threads` frames are evaluated
+    in parallel, which does not change the table: the columns of ensemble.csv, then the mean R_i of each residue (see
+    `split_residue_columns`).
     """
     atom_radii = radii(molecule, settings["surface"]["radii"])
     density = density_for_d_link(

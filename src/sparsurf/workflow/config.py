@@ -34,27 +34,11 @@ MAX_SENTENCES = 20
 def check_config(
     config: dict, paths: Iterable[str | Path] = (), home: str | Path = ".", here: bool = True
 ) -> dict:
-    """Return a checked copy of `config` with all defaults.
+    """Return a checked copy of `config` with all defaults, in the order of `Config`, without optional keys that are not given.
 
-    Parameters
-    ----------
-    config : dict
-        Without `proteins` and `pairs`, it changes the default study key by key.
-    paths : iterable of paths
-        Files that the config comes from; they are read again to find keys that occur twice.
-    home : path
-        Folder of the Snakefile, where the default study and its data lie.
-    here : bool
-        Whether jobs run on this machine. If so, the grid must fit into its memory.
-
-    Returns
-    -------
-    dict of plain values, in the order of `Config`; optional keys that are not given are absent
-
-    Raises
-    ------
-    InputError
-        One sentence per mistake: the key, its value, what is allowed.
+    Without `proteins` and `pairs`, it changes the default study, which lies in `home`, the folder of the Snakefile, key by
+    key. The files `paths` that it comes from are read again to find keys that occur twice. If jobs run `here`, the grid must
+    fit into this machine's memory. An error has one sentence per mistake: the key, its value, what is allowed.
     """
     for path in paths:
         read_config(path)

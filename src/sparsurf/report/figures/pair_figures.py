@@ -33,16 +33,7 @@ def book_figure(
 ) -> Figure:
     """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch).
 
-    Parameters
-    ----------
-    name : str
-    surfaces : two Surface
-    tables : two DataFrames, the rows of propensity.csv of each partner
-    agreement : DataFrame of agreement.csv; empty if the partners do not touch
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `tables` are the rows of propensity.csv of each partner; `agreement` is empty if the partners do not touch.
     """
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     both = all(mask.any() for mask in touching)
@@ -141,15 +132,8 @@ def _page(
 def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return rotations that look at each partner from the other, with a common upright hinge between the pages.
 
-    Parameters
-    ----------
-    surfaces : two Surface
-    touching : two (N,) bool
-        The interface; if a partner has none, they face each other along the line between their centres.
-
-    Returns
-    -------
-    two (3, 3) float64, rows point right, up and to the viewer
+    `touching` is the interface of each; if a partner has none, they face each other along the line between their centres. Rows
+    of a rotation point right, up and to the viewer.
     """
     first, second = surfaces
     if not all(mask.any() for mask in touching):
@@ -167,14 +151,7 @@ def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[
 def over_pairs(run: str, table: pd.DataFrame) -> Figure:
     """Draw AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval.
 
-    Parameters
-    ----------
-    run : str, the title if fewer than two pairs touch
-    table : DataFrame of pairs.csv
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `run` is the title if fewer than two pairs touch.
     """
     means = means_over_pairs(table).sort_values("mean")
     figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), _of_all(means) or run)
