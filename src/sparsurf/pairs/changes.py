@@ -165,7 +165,10 @@ def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
 
 
 def superpose_forms(second: Molecule, first: Molecule) -> Molecule:
-    """Superpose the second form of a protein onto the first by the residues that they share, for pictures."""
+    """Superpose the second form of a protein onto the first, for pictures, by the C-alpha atoms of the residues they share.
+
+    If these lie on a line, common atoms of the backbone are used, and then all common atoms.
+    """
     choices = [_common_atoms(second, first, names) for names in (("CA",), BACKBONE, None)]
     if len(common := choices[0][0]) < MIN_COMMON_RESIDUES:
         raise InputError(
