@@ -253,9 +253,7 @@ def conformation_files(protein):
         files += ["rough_and_flat.csv", *(f"figures/{figure}.png" for figure in FIGURES)]
         files += [f"figures/{figure}.svg" for figure in PAPER_FIGURES]
     if config["compare"]["run"] and protein in SAMPLED:
-        files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
-        files += ["compare_alone.csv", "needed.csv"]
-        files += [f"figures/compare{part}.png" for part in ("", "_panels")]
+        files += ["compare.csv", "figures/compare.png"]
     return files
 
 
@@ -317,8 +315,7 @@ def results_before_pages(wildcards):
     if len(SAMPLED) >= MIN_PROTEINS_OF_RELATION:
         files += ["summary.html", "summary.png"]
     if config["compare"]["run"] and SAMPLED:
-        files += ["compare.csv", "compare_needed.csv", "compare.html"]
-        files += [f"compare{part}.png" for part in ("", "_panels")]
+        files += ["compare.csv", "compare.png"]
     if PAIRS:
         files += ["pairs/pairs.csv", "pairs/pairs.png"]
     of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]

@@ -7,19 +7,9 @@ rule compare_samplers:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         ranges="results/{run}/{protein}/{conformation}/ranges.csv",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
-        structure=structure_of_conformation,
     output:
         table="results/{run}/{protein}/{conformation}/compare.csv",
-        page="results/{run}/{protein}/{conformation}/compare.html",
-        pairs="results/{run}/{protein}/{conformation}/compare_pairs.csv",
-        fewer="results/{run}/{protein}/{conformation}/compare_fewer.csv",
-        alone="results/{run}/{protein}/{conformation}/compare_alone.csv",
-        needed="results/{run}/{protein}/{conformation}/needed.csv",
         png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png", "Samplers compared"),
-        panels=in_report(
-            "results/{run}/{protein}/{conformation}/figures/compare_panels.png",
-            "Samplers compared, every measure",
-        ),
     log:
         "results/{run}/logs/{protein}/{conformation}/compare_samplers.log",
     conda:
@@ -29,7 +19,6 @@ rule compare_samplers:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
         runtime=lambda wildcards, input, attempt: attempt * (10 + 6 * input.size_mb),
     params:
-        surface=config["surface"],
         patches=config["patches"],
         distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
         chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
@@ -50,12 +39,7 @@ rule summarise_comparison:
         tables=every_conformation("compare.csv", SAMPLED),
     output:
         table="results/{run}/compare.csv",
-        needed="results/{run}/compare_needed.csv",
-        page="results/{run}/compare.html",
         png=in_report("results/{run}/compare.png", "Over all proteins", "Samplers compared"),
-        panels=in_report(
-            "results/{run}/compare_panels.png", "Over all proteins, every measure", "Samplers compared"
-        ),
     log:
         "results/{run}/logs/summarise_comparison.log",
     localrule: True

@@ -85,10 +85,8 @@ def write_summaries(config: dict, run: Path, folders: list[Path], pairs: list[Pa
             outputs, draws = paths("summary.html", "summary.png"), config["evaluation"]["draws"]
             draw_summary.main(f"{run}/surfaces.csv", *best, *outputs, draws, run.name)
     if of_grid and config["compare"]["run"]:
-        outputs = paths(
-            "compare.csv", "compare_needed.csv", "compare.html", "compare.png", "compare_panels.png"
-        )
-        summarise_comparison.main([f"{folder}/compare.csv" for folder in of_grid], *outputs, run.name)
+        outputs = paths("compare.csv", "compare.png")
+        summarise_comparison.main([f"{folder}/compare.csv" for folder in of_grid], *outputs)
     if pairs:
         outputs = paths("pairs/pairs.csv", "pairs/pairs.png")
         summarise_pairs.main([f"{pair}/agreement.csv" for pair in pairs], *outputs, run.name)

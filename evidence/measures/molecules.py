@@ -3,12 +3,31 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import DENSITY
+
+DENSITY_STEPS = 4  # of the search for the density with the requested number of dots
 
 
 def atoms_of(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Read coordinates (A, 3) and radii (A,), Å, of the atoms of the first model of a structure, all its polymers."""
     molecule = read_molecule(path, selection=None)
     return molecule.xyz[0], radii(molecule, "dms")
+
+
+def dotted_surface(
+    xyz: np.ndarray, radii: np.ndarray, n: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Generate the surface of atoms with about n dots, after a random rotation; points and normals in the old orientation."""
+    rotation = Rotation.random(random_state=rng).as_matrix()
+    density, best = DENSITY, None
+    for _ in range(DENSITY_STEPS):
+        surface = molecular_surface(xyz @ rotation.T, radii, density=density)
+        if best is None or abs(len(surface) - n) < abs(len(best) - n):
+            best = surface
+        density = density * n / len(surface)
+    return best.points @ rotation, best.normals @ rotation

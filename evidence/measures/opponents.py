@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from measures.molecules import dotted_surface
 from measures.rebuilding import Rebuilder, Simplifier
 from measures.recovery import Truth, angles, nearest, truth
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh

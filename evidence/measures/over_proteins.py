@@ -15,7 +15,7 @@ from sparsurf.sampling.combination import (
     split_combinations,
 )
 from sparsurf.study.best_set import best_set
-from sparsurf.study.comparison.equal_error import REFERENCE
+from sparsurf.study.comparison import REFERENCE
 from sparsurf.study.relation import NORMAL_QUANTILE, rho_interval, with_interval
 from sparsurf.study.required_dots import smallest_n_s
 from sparsurf.study.summary import Result, evaluated_readings, stack_column

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from measures import opponents, rebuilding
+from measures.molecules import dotted_surface
 from measures.recovery import truth
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import recover
@@ -115,3 +116,11 @@ def test_bytes_and_errors():
     few = opponents.measure("no mesh", ATOMS, RADII, None, {}, 40, (100 * 30.6 / len(surface),))
     few = few.set_index("sampler")
     assert opponents.MESH not in few.index and few.loc[opponents.KEPT, "n_S"] == 31
+
+
+def test_a_surface_is_dotted_with_the_requested_number():
+    points, normals = dotted_surface(ATOMS, RADII, 150, np.random.default_rng(0))
+    assert abs(len(points) - 150) <= 12
+    gap = np.linalg.norm(points[:, None] - ATOMS, axis=2) - RADII
+    assert (np.abs(gap).min(axis=1) < 1.5).all()  # turned back: on the molecule again
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1)

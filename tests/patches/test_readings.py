@@ -37,8 +37,7 @@ def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
     link = 1.6 * np.sqrt(900.0 / 300)
     gaps = np.linalg.norm(points[::10][:, None] - points[::10], axis=2)
     assert index.link_start[-1] >= ((gaps < link).sum() - 300)
-    # a D_link of 2 Å is longer than a tenth of the spacing, and links dots that this would not
-    short = readings.linked_by_spacing(points[::10], normals[::10], 2.0, 900.0, scale=0.1)
-    by_d_link = build_index(points[::10], normals[::10], 2.0)
-    assert np.array_equal(short.link_start, by_d_link.link_start)
-    assert by_d_link.link_start[-1] > build_index(points[::10], normals[::10], 0.173).link_start[-1]
+    # a longer D_link links dots that this would not
+    long = readings.linked_by_spacing(points[::10], normals[::10], 4.0, 900.0)
+    assert np.array_equal(long.link_start, build_index(points[::10], normals[::10], 4.0).link_start)
+    assert long.link_start[-1] > index.link_start[-1]

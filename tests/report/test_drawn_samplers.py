@@ -33,76 +33,45 @@ def comparison(factors=FACTORS):
     return table.assign(Z_mean_descriptor=3.5, Z_empty=9.0, Z_resampled=0.4)
 
 
-def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
-    table = comparison()
-    figure = comparison_figure.comparison_panels(table, "q/c1", "95 % of something")
-    panels = [ax for ax in figure.axes if ax.lines]
-    assert len(panels) == len(MEASURES)
-    for ax, measure in zip(panels, MEASURES, strict=True):
-        lines = ax.lines[: len(FACTORS)]
-        own = table[table["measure"] == measure]
-        assert [colour_of(line) for line in lines] == list(COLOURS.values())
-        for line, name in zip(lines, FACTORS, strict=True):
-            wanted = own.loc[own["sampler"] == name, ["n_S_percent", "value"]]
-            np.testing.assert_allclose(line.get_xydata(), wanted)
-        bands = [ax.collections[k].get_paths()[0].vertices for k in range(len(ax.collections))]
-        assert len(bands) == 3  # of the bold lines only
-        for name, band in zip(("farthest", "uniform", "paper"), bands, strict=True):
-            first = own[own["sampler"] == name].iloc[0]
-            at = band[np.isclose(band[:, 0], first["n_S_percent"])][:, 1]
-            assert (at.min(), at.max()) == pytest.approx((first["low"], first["high"]))
-        level = [line.get_ydata()[0] for line in ax.lines[len(FACTORS) :]]
-        wanted = [3.5, 0.4] if measure.startswith("Z ") else []
-        assert level == ([3.5, 9.0, 0.4] if measure == "Z as_coded" else wanted)
-        assert ax.get_ylim()[0] == 0 and ax.get_ylim()[1] >= own["high"].max()
-        assert ax.get_xscale() == "log"
-        assert [t.get_text() for t in ax.get_xticklabels()] == ["5", "10", "20", "40"]
-    assert panels[2].get_ylim()[1] > 9
-    labels = [ax.get_ylabel() for ax in panels]
-    assert labels == [
+def test_samplers_are_drawn_as_measured():
+    table = comparison(FACTORS | {"poisson": 1.2})
+    figure = comparison_figure.comparison_figure(table, "q/c1", "95 % of something")
+    (ax,) = figure.axes
+    own = table[table["measure"] == "Z as_written"]
+    names = [*FACTORS, "poisson"]
+    for line, name in zip(ax.lines, names, strict=False):
+        wanted = own.loc[own["sampler"] == name, ["n_S_percent", "value"]]
+        np.testing.assert_allclose(line.get_xydata(), wanted)
+        assert colour_of(line) == COLOURS.get(name, colour_of(line))
+    bands = [collection.get_paths()[0].vertices for collection in ax.collections]
+    for name, band in zip(("farthest", "uniform", "paper"), bands, strict=True):  # of the bold lines only
+        first = own[own["sampler"] == name].iloc[0]
+        at = band[np.isclose(band[:, 0], first["n_S_percent"])][:, 1]
+        assert (at.min(), at.max()) == pytest.approx((first["low"], first["high"]))
+    assert [line.get_ydata()[0] for line in ax.lines[len(names) :]] == pytest.approx([3.5, 0.4])
+    assert ax.get_ylim()[0] == 0 and ax.get_ylim()[1] >= own["high"].max() and ax.get_xscale() == "log"
+    assert [t.get_text() for t in ax.get_xticklabels()] == ["5", "10", "20", "40"]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "dots kept (% of the surface)",
         "error Z of the descriptors (0: none)",
-        *["error Z"] * 4,
-        "distance (Å)",
-        "angle (degrees)",
-    ]
-    assert [ax.get_xlabel() != "" for ax in panels] == [True, *[False] * 4, True, True]
-    assert words_of(figure)[0] == "q/c1"
-    parts = ["as written", "surface unknown", "D_{link}", "recovered", "centres", "nearest", "normals"]
-    for ax, letter, part in zip(panels, "ABCDEFG", parts, strict=True):
-        title = ax.get_title(loc="left")
-        assert title.startswith(rf"$\mathbf{{{letter}}}$") and part in title
+    )
+    assert words_of(figure)[0] == "q/c1: farthest point errs least"
     assert figure.legends[0].get_title().get_text() == "Shaded, of the bold lines: 95 % of something."
-
-
-def test_the_legend_names_every_sampler_and_reference_value():
-    entries = legend_of(comparison_figure.comparison_panels(comparison(), "q"))
+    entries = legend_of(figure)
     assert entries[:4] == [
         ("farthest point", BLUE), ("uniform subset", BLACK), ("paper's sampling", VERMILLION), ("mine", INDIGO),
     ]  # fmt: skip
-    assert [words for words, _ in entries[4:]] == [
-        "mean descriptor for every patch: 3.50", "empty patches: 9.00", "fresh dots of the surface: 0.40",
+    assert [words for words, _ in entries[5:]] == [
+        "mean descriptor for every patch: 3.50", "fresh dots of the surface: 0.40",
     ]  # fmt: skip
 
 
-def test_at_most_five_samplers_are_drawn_in_the_figure_of_one_panel():
-    factors = FACTORS | {"paper_corrected": 1.1, "poisson": 1.2}
-    figure = comparison_figure.comparison_figure(comparison(factors), "q/c1")
-    (ax,) = figure.axes
-    shown = ["farthest", "uniform", "paper", "paper_corrected", "poisson"]  # the ranking and the best others
-    table = comparison(factors).query("measure == 'Z as_written'")
-    for name, line in zip([n for n in factors if n in shown], ax.lines, strict=False):
-        wanted = table.loc[table["sampler"] == name, ["n_S_percent", "value"]]
-        np.testing.assert_allclose(line.get_xydata(), wanted)
-    assert len(ax.lines) == len(shown) + 2  # and two reference values
-    assert words_of(figure)[0] == "q/c1: farthest point errs least"
-    whole = comparison(factors)
-    # uniform dots with the lowest single value, not the lowest mean
+def test_the_title_names_the_lowest_mean_not_the_lowest_value():
+    whole = comparison()
     uniform = (whole["sampler"] == "uniform").to_numpy()
     once = whole.assign(value=np.where(uniform, np.where(whole["percent"] == 40, 0.01, 50.0), whole["value"]))
     words = words_of(comparison_figure.comparison_figure(once, "q/c1"))
     assert words[0] == "q/c1: farthest point errs least"
-    names = [words for words, _ in legend_of(figure)]
-    assert "mine" not in names and "empty patches: 9.00" not in names and len(names) == 7
 
 
 def test_an_arrow_says_how_many_times_fewer_dots():

@@ -17,7 +17,7 @@ import sparsurf
 from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.report import ensemble_page, summary_page
-from sparsurf.report.first_page import TEMPLATE, first_page, main_figure, pair_galleries
+from sparsurf.report.first_page import TEMPLATE, first_page, galleries, main_figure, pair_galleries
 from sparsurf.report.numbers import against_zero, interval, number, share, short_names, span
 from sparsurf.report.page import TEMPLATES, code, embedded, embedded_figures, render
 from sparsurf.report.pairs_section import pairs_section
@@ -296,12 +296,6 @@ def test_warnings_that_differ_in_numbers_only_are_reported_once(tmp_path):
 def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder)
-    needed = {"use": "surface", "measure": "Z as_written", "than": "uniform", "sampler": "farthest", "n": 1}
-    rows = [
-        needed | {"percent": p, "factor": f, "bound": b}
-        for p, f, b in ((5, 9.0, ""), (11, 1.83, "more than "))
-    ]
-    pd.DataFrame(rows).to_csv(folder / "compare_needed.csv", index=False)
     places = [{"binning": b, "d_published": 1.0, "d_lowest": low, "d_highest": 1.5, "n_runs": 40}
               for b, low in (("half-open", 0.5), ("half-open", 1.2), ("closed", 0.5))]  # fmt: skip
     pd.DataFrame(places).to_csv(folder / "paper_places.csv", index=False)
@@ -313,7 +307,6 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     table.to_csv(folder / "pairs" / "pairs.csv", index=False)
     pd.DataFrame({"d_as_coded": [2.0, 3.0]}).to_csv(folder / "p" / "ensemble.csv", index=False)
     files += [
-        "compare_needed.csv",
         "paper_places.csv",
         "pairs/pairs.csv",
         "p/ensemble.html",
@@ -321,7 +314,6 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
         "pairs/b/propensity.csv",
     ]
     known = first_page(folder, files, ())
-    assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
     assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
     assert known["pairs"] == {
         "n": 3,
@@ -346,27 +338,18 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     assert "No interface among 3 pairs." in " ".join(Page(none).text["cards"].split())
     assert known["ensembles"] == [("p", {"frames": 2, "reading": "as_coded", "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
-    assert {"compare.html", "verdict.html", "pairs/pairs.csv", "p/ensemble.html"} <= set(Page(text).links)
+    assert {"verdict.html", "pairs/pairs.csv", "p/ensemble.html"} <= set(Page(text).links)
     said = (
         " ".join(Page(text).text["cards"].split()) if "cards" in Page(text).text else " ".join(text.split())
     )
     assert "over 2 frames of p, one combination," in said and "as coded" in said
 
 
-@pytest.mark.parametrize(
-    ("bound", "said"),
-    [
-        ("", "1.8 times fewer dots are"),
-        ("about", "≈ 1.8 times fewer dots are"),
-        ("less than", "< 1.8 times fewer dots are"),
-        ("more than", "1.8 times fewer dots, or more, are"),
-    ],
-)
-def test_a_factor_that_is_a_bound_is_reported_as_one(tmp_path, bound, said):
-    files = write_run(tmp_path)
-    own = {"factor": "1.8", "bound": bound, "percent": "11"}
-    text = render(TEMPLATE, **first_page(tmp_path, files, ()) | {"compared": own})
-    assert f"{said} needed by farthest-point" in " ".join(Page(text).text["cards"].split())
+def test_the_samplers_of_several_surfaces_are_compared_in_one_figure():
+    files = ["compare.csv", "compare.png", "p/c1/view.html"]
+    figure = ("All surfaces", [("compare.csv", "compare")], [("compare.png", "compare.png", "compare")])
+    assert galleries([("p", "c1"), ("q", "c1")], files)[0] == figure
+    assert figure not in galleries([("p", "c1")], files)
 
 
 @pytest.mark.parametrize(("touching", "name"), [("ab", "pairs"), ("b", "book"), ("", "book")])

@@ -6,23 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.report import comparison_page, first_page, ranges_page, summary_page
+from sparsurf.report import first_page, ranges_page, summary_page
 from sparsurf.report.page import render
 
 READINGS = ["as_coded", "as_written"]
 NAN = math.nan
-
-
-def test_dots_of_the_farthest_point_sampler_are_compared_as_a_surface():
-    rows = [
-        ("centres", "uniform", 10, 9.0, ""),
-        ("surface", "paper", 10, 7.0, ""),
-        ("surface", "uniform", 10, 2.04, ""),
-        ("surface", "uniform", 40, 1.5, ""),
-    ]
-    needed = pd.DataFrame(rows, columns=["use", "than", "percent", "factor", "bound"])
-    needed = needed.assign(measure="Z as_written", sampler="farthest")
-    assert first_page.compared(needed) == {"factor": "2.0", "bound": "", "percent": "10"}
 
 
 @pytest.mark.parametrize(
@@ -115,74 +103,12 @@ def test_a_row_of_the_relation_says_who_won_and_what_roughness_gains():
     assert [len(line) for line in untested["relations"]["as_coded"]] == [5, 5] and untested["related"] == 0
 
 
-def test_subsets_alone_are_shown_at_the_middle_scale_by_their_z():
-    alone = pd.DataFrame(
-        [
-            {"sampler": sampler, "percent": percent, "scale": scale, "Z": z + scale}
-            for sampler, z in (("a", 3.0), ("b", 1.0), ("c", 2.0))
-            for percent in (5.0, 10.0)
-            for scale in (2.0, 1.0, 4.0)
-        ]
-    )
-    rows = comparison_page.alone_rows(alone, 10.0)
-    assert [(row["sampler"], row["Z"], row["percent"]) for row in rows] == [
-        ("b", 3.0, 10.0),
-        ("c", 4.0, 10.0),
-        ("a", 5.0, 10.0),
-    ]
-
-
-def test_factors_are_shown_the_largest_first_and_recovered_dots_with_the_mean_floor():
-    rows = [("a", "uniform", 1.5), ("b", "uniform", 3.0), ("b", "paper", 2.0), ("c", "uniform", 2.5)]
-    fewer = pd.DataFrame(rows, columns=["sampler", "than", "factor"])
-    assert list(comparison_page.fewer_dots(fewer)) == ["b", "c", "a"]
-    table = pd.DataFrame(
-        {"sampler": ["a", "b"], "percent": 10.0, "measure": "Z recovered", "value": [0.7, 0.5]}
-        | {"Z_resampled": [0.4, 0.6]}
-    )
-    assert comparison_page.recovered(table, 10.0) == {"sampler": "b", "Z": 0.5, "floor": 0.5}
-    z = pd.DataFrame(
-        [
-            {"sampler": sampler, "percent": percent, "measure": "Z as_coded", "value": value}
-            for sampler, values in {"a": (1.0, 3.0, 1.0), "b": (2.0, 2.0, 3.0)}.items()
-            for percent, value in zip((5.0, 9.0, 30.0), values, strict=True)
-        ]
-    )
-    assert list(comparison_page.by_z(z, "Z as_coded").items()) == [
-        ("b", [2.0, 2.0, 3.0]),
-        ("a", [1.0, 3.0, 1.0]),
-    ]
-
-
 def test_a_row_of_ranges_has_the_numbers_of_its_columns():
     row = {"n_S_low_percent": 2.63, "n_S_high_percent": 12.34, "n_S_percent": 11.11, "Z_tS": 1.456}
     row |= dict(zip(("alpha", "beta", "gamma", "delta"), (1.0, 0.0, 6.0, 0.0), strict=True))
     row |= {"d_cv": 0.5, "d_cv_low": 0.25, "d_cv_high": 0.75, "median_patch_size": 61.0, "n_best_set": 17.0}
     cells = ["2.6 – 12.3", "(1, 0, 6, 0)", "11.1", "0.50 (0.25 to 0.75)", "1.46", "61", "17"]
     assert ranges_page.rows_of(pd.DataFrame([row])) == [cells]
-
-
-def test_factors_of_the_page_are_those_of_dots_as_the_surface():
-    table = pd.DataFrame(
-        {"sampler": ["farthest", "uniform"], "percent": 10.0, "measure": "Z as_written", "value": [0.5, 0.9]}
-        | {"lowest": 0.1, "highest": 1.0, "Z_mean_descriptor": 1.7}
-    )
-    rows = [
-        ("centres", "Z as_written", 10.0, 9.0),
-        ("surface", "Z as_written", 20.0, 8.0),
-        ("surface", "Z centres", 10.0, 7.0),
-        ("surface", "Z as_written", 10.0, 2.5),
-    ]
-    fewer = pd.DataFrame(rows, columns=["use", "measure", "percent", "factor"])
-    fewer = fewer.assign(sampler="farthest", than="uniform", bound="", lowest=2.0, highest=3.0)
-    page = comparison_page.comparison_page("run", table, fewer)
-    assert {key: page["against"][key] for key in ("factor", "low", "high")} == {
-        "factor": 2.5,
-        "low": 2.0,
-        "high": 3.0,
-    }
-    assert (page["best"], page["best_Z"], page["at"]) == ("farthest", 0.5, 10.0)
-    assert list(page["fewer"]) == ["farthest"] and page["fewer"]["farthest"]["uniform"]["factor"] == 2.5
 
 
 @pytest.mark.parametrize(

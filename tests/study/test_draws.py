@@ -9,8 +9,7 @@ import pytest
 
 from sparsurf import InputError
 from sparsurf.streams import stream
-from sparsurf.study import grid, minimal_subset
-from sparsurf.study.comparison import measuring
+from sparsurf.study import comparison, grid, minimal_subset
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.subset_search import find_subset
 
@@ -105,7 +104,7 @@ def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(prepared):
     def draw(n, rng):
         return rng.permutation(3000)[:n]
 
-    subsets, seconds = measuring._draw(prepared, "any", draw, (1.0, 2.0), 3)
+    subsets, seconds = comparison._draw(prepared, "any", draw, (1.0, 2.0), 3)
     assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
     assert seconds.shape == (2, 3)
     for a in range(6):

@@ -11,7 +11,6 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.surfaces.components import (
     ARC_STEP,
     _distances,
@@ -200,14 +199,6 @@ def test_components_of_a_protein_are_closed_and_turn_with_it(protein):
     turned = molecule.xyz[0] @ Rotation.random(rng=np.random.default_rng(4)).as_matrix() + [5, 6, 70]
     again = parts(turned, sizes)[2]
     np.testing.assert_allclose(again[["area", "volume"]], table[["area", "volume"]], rtol=0.05)
-
-
-def test_dots_that_others_are_compared_with_have_no_cavities_either():
-    for cavities, inner in (("keep", True), ("remove", False)):
-        points, _ = dotted_surface(
-            shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities
-        )
-        assert (np.linalg.norm(points, axis=1) < 9).any() == inner
 
 
 def test_recovered_dots_are_of_no_known_component():

@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 
 import choose_frames
-import compare_samplers
 import match_partners
 import prepare_system
 import simulate_stage
@@ -25,7 +24,6 @@ from sparsurf.pairs import matching
 from sparsurf.simulation.protocol import DEFAULTS
 from sparsurf.streams import stream
 from sparsurf.study.prepared_surface import prepare_surface
-from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.config import check_config
 
@@ -86,18 +84,6 @@ def test_residues_do_not_count_the_walls_of_cavities(monkeypatch):
     with pytest.raises(InputError):
         tabulate_residues.main(**dict.fromkeys(signature(tabulate_residues.main).parameters, "x"))
     assert given[5] == ("components", dots)
-
-
-def test_sparse_dots_of_a_comparison_lie_on_the_surface_of_the_study(tmp_path):
-    settings = {"radii": "bondi", "probe_radius": 2.5, "reentrant": "dms", "cavities": "remove"}
-    place = compare_samplers._place_dots(str(ROOT / EMBEDDED["structure"]), settings)
-    molecule = read_molecule(ROOT / EMBEDDED["structure"])
-    assert {key: place.keywords[key] for key in ("probe", "reentrant", "cavities")} == {
-        "probe": 2.5,
-        "reentrant": "dms",
-        "cavities": "remove",
-    }
-    np.testing.assert_array_equal(place.args[1], radii(molecule, "bondi"))
 
 
 def test_the_interface_of_the_config_counts_in_every_table_of_a_pair(tmp_path, monkeypatch):

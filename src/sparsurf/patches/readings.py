@@ -46,13 +46,12 @@ def linked_by_spacing(
     d_link: float,
     area: float,
     density: float | None = None,  # noqa: ARG001
-    scale: float = SCALED_LINK,
 ) -> PatchIndex:
-    """Index kept dots with a linking distance of `scale` times their spacing, 1 / sqrt(dots per Å^2), and at least `d_link`.
+    """Index kept dots with a linking distance of SCALED_LINK times their spacing, 1 / sqrt(dots per Å^2), and at least `d_link`.
 
     `area` is that of the full surface, Å^2.
     """
-    return build_index(points, normals, max(d_link, scale * np.sqrt(area / len(points))))
+    return build_index(points, normals, max(d_link, SCALED_LINK * np.sqrt(area / len(points))))
 
 
 READINGS = {

@@ -38,14 +38,12 @@ SCALES = {  # columns of surfaces.csv that tell what a Z means, the first that w
     "Z_frames_1_ps_apart": "Two frames of the simulation 1 ps apart",
     "Z_atoms_moved_0.3_Å": "Atoms moved at random by 0.3 Å",
 }
-MAIN_PERCENT = 10  # of the dots, at which samplers are compared
-MIN_FACTOR = 1.05  # times fewer dots, for a bound to be worth a card
 MAX_WITH_PICTURES = 20  # surfaces, or pairs
 TABLES_OF_ALL = ("surfaces", "summary", "relation")  # over all surfaces; the last two need a grid
 FILES_OF_ROW = ("minimal.csv", "residues.csv")  # linked from the row of a surface
 MAX_RANGE_TABLES = 3  # surfaces with a table of ranges
 SUPPLEMENT = "_panels"  # ends the names of figures for the supplement
-PAGES = ("ranges", "compare", "ensemble")  # linked from the heading of a surface or a protein
+PAGES = ("ranges", "ensemble")  # linked from the heading of a surface or a protein
 DOWNLOADS = {  # files of a surface and what they contain
     "minimal.csv": "the minimal subset: places, normals, weights",
     "minimal.ply": "the same for 3D programs",
@@ -91,7 +89,6 @@ def first_page(
         "summary_page": "summary.html" in files,
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
-        "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
         "pairs": pairs_section(read(folder, "pairs/pairs.csv"), files)
         if "pairs/pairs.csv" in files
         else None,
@@ -322,21 +319,6 @@ def over_all(summary: pd.DataFrame, relation: pd.DataFrame, readings: list[str])
     return rows
 
 
-def compared(needed: pd.DataFrame) -> dict[str, str] | None:
-    """Collect how many times fewer dots farthest-point sampling needs than a uniform subset; None if not measured."""
-    rows = needed[(needed["measure"] == "Z as_written") & (needed["sampler"] == "farthest")]
-    rows = rows[(rows["than"] == "uniform") & (rows["use"] == "surface")]
-    rows = rows[~rows["bound"].astype(str).str.startswith("more") | (rows["factor"] >= MIN_FACTOR)]
-    if rows.empty:
-        return None
-    row = rows.iloc[int((rows["percent"] - MAIN_PERCENT).abs().argmin())]
-    return {
-        "factor": number(row["factor"], 1),
-        "bound": row["bound"].strip(),
-        "percent": share(row["percent"]),
-    }
-
-
 def of_fields(tables: list[pd.DataFrame]) -> list[tuple[str, str]]:
     """List how well the minimal subset recovers each field, the median over surfaces: (field, r)."""
     if not tables:
@@ -369,7 +351,11 @@ def of_ensemble(table: pd.DataFrame) -> dict[str, Any]:
 
 def galleries(surfaces: list[tuple[str, ...]], files: Iterable[str]) -> list[Gallery]:
     """Collect the pictures of each protein and each surface, the first ones of many; `files` are those that the page may link."""
-    all_galleries, shown = [], short_names(surfaces)
+    shown = short_names(surfaces)
+    all_galleries: list[Gallery] = []
+    if len(surfaces) > 1 and "compare.png" in files:
+        compared = [("compare.png", "compare.png", "compare")]
+        all_galleries.append(("All surfaces", [("compare.csv", "compare")], compared))
     for protein in list(dict.fromkeys(protein for protein, _ in surfaces))[:MAX_WITH_PICTURES]:
         folders = [f"{p}/{c}/" for p, c in surfaces[:MAX_WITH_PICTURES] if p == protein]
         for start in [f"{protein}/", *folders]:

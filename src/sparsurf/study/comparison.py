@@ -1,29 +1,32 @@
-"""Measure samplers at equal n_S.
+"""Samplers compared at equal n_S, on one surface and over proteins.
 
 A subset has two uses: as the SURFACE itself (patches contain only its dots), and as CENTRES of patches (patches are cut from
-the full surface, and every dot takes the descriptor of the nearest kept centre).
+the full surface, and every dot takes the descriptor of the nearest kept centre). The paper's sampling takes part with the
+combinations that its criterion chose.
 """
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.recovery.readings import RECOVERED
-from sparsurf.sampling.samplers import nearest_kept
-from sparsurf.study.comparison.methods import PERCENTS, Method
+from sparsurf.sampling import samplers
+from sparsurf.sampling.combination import choices_from_ranges
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate, reference_values
 
 log = logging.getLogger("sparsurf")
 
+Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
+
+PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
+REFERENCE = "uniform"  # sampler with which the others are compared
 MIN_FRAGMENT = 30.0  # %, of a patch's kept dots: if fewer are linked, Z measures how the subset breaks up
-SCALES = (1.2, 1.4, 1.6, 1.8, 2.0, 2.5)  # linking distances in mean spacings of the kept dots
-DOTTED = "dotted"
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z as_written": "surface",  # islands removed on the full surface
     "Z as_written weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
@@ -37,6 +40,37 @@ USE = {  # of each measure: the subset as the surface, as patch centres, or only
     "median patch size as_coded": "surface",
     "seconds": "dots",  # of one draw, without index and cover
 }
+KEYS = ["sampler", "percent", "use", "measure"]
+
+
+def select_methods(
+    prepared: PreparedSurface,
+    names: Iterable[str] | None = None,
+    ranges: pd.DataFrame | None = None,
+) -> dict[str, Method]:
+    """Select the methods to compare.
+
+    Parameters
+    ----------
+    prepared : PreparedSurface
+    names : iterable of str, optional
+        Names of samplers; all by default.
+    ranges : DataFrame, optional
+        With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper.
+
+    Returns
+    -------
+    dict of functions (n, rng) -> dots, by name
+
+    Raises
+    ------
+    InputError
+        If a name is not registered.
+    """
+    chosen = samplers.get_samplers(
+        names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
+    )
+    return {name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()}
 
 
 def compare_samplers(
@@ -47,7 +81,6 @@ def compare_samplers(
     draws: int = 3,
     progress: Callable[[int, int], None] = lambda done, of: None,
     floors: Mapping[str, float] | None = None,
-    raw: dict[tuple[str, str], np.ndarray] | None = None,
 ) -> pd.DataFrame:
     """Measure every sampler at every n_S, under every reading, in both uses.
 
@@ -55,7 +88,7 @@ def compare_samplers(
     ----------
     prepared : PreparedSurface
     methods : dict
-        See `methods.select_methods`.
+        See `select_methods`.
     percents : sequence of float
         Requested n_S in % of the dots.
     n_tests, draws : int
@@ -63,8 +96,6 @@ def compare_samplers(
         Callback with the numbers of finished and total samplers.
     floors : dict, optional
         floor -> Z, see `tables.floors_by_name`.
-    raw : dict, optional
-        Receives (sampler, measure) -> the (P, D, T) values behind the means, for `equal_error`.
 
     Returns
     -------
@@ -81,8 +112,6 @@ def compare_samplers(
         subsets, seconds = _draw(prepared, name, method, percents, draws)
         measured = {"seconds": np.median(seconds, axis=1)}
         measured |= _measure(prepared, subsets, tests, z_tot, (len(percents), draws, -1))
-        if raw is not None:
-            raw |= {(name, measure): x for measure, x in measured.items() if x.ndim == 3}
         n_s = np.reshape([len(subset) for subset in subsets], (len(percents), draws)).mean(axis=1)
         parts += [_rows(name, percents, n_s, measure, measured[measure]) for measure in USE]
         progress(len(parts) // len(USE), len(methods))
@@ -153,7 +182,7 @@ def _compare_with_nearest(
     prepared: PreparedSurface, subset: np.ndarray, tests: np.ndarray, z_tot: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the nearest kept dot of each test dot, its distance in Å, and |z_tot - z| with weights, each (T,)."""
-    nearest, distance = nearest_kept(prepared.points, subset, prepared.threads)
+    nearest, distance = samplers.nearest_kept(prepared.points, subset, prepared.threads)
     weights = np.zeros((1, len(prepared.points)))
     weights[0, prepared.index.position[subset]] = np.bincount(nearest, minlength=len(subset))
     weighted = prepared.distances([subset], tests, z_tot, "as_written", weights)[0][0]
@@ -203,52 +232,55 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
         log.warning("%s: some subsets break up, which dominates their Z: %s", name, "; ".join(listed))
 
 
-def stand_alone(
-    prepared: PreparedSurface,
-    methods: Mapping[str, Method],
-    lay: Callable[[int, np.random.Generator], tuple[np.ndarray, np.ndarray]] | None = None,
-    percents: Sequence[float] = PERCENTS,
-    n_tests: int = 200,
-    draws: int = 3,
-    scales: Sequence[float] = SCALES,
-) -> pd.DataFrame:
-    """Measure Z of subsets that form their own surfaces, by linking distance.
+def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str, pd.DataFrame]:
+    """Average over the conformations of each protein.
 
     Parameters
     ----------
-    prepared : PreparedSurface
-    methods : dict
-        Name -> function (n, rng) -> dots, see `methods.select_methods`.
-    lay : callable, optional
-        (n, rng) -> points and normals, see `methods.dotted_surface`: includes the surface generated at low density.
-    percents : sequence of float
-    n_tests, draws : int
-    scales : sequence of float
+    tables : dict
+        (protein, conformation) -> table of `compare_samplers`.
 
     Returns
     -------
-    DataFrame: sampler, percent (requested), n_S_percent (mean of the draws), scale, Z, low, high
+    dict, name -> table; if there is only one protein, its conformations are kept separate.
     """
-    tests, rows = prepared.draw_tests(n_tests), []
-    z_tot, _ = prepared.describe(tests)
-    for name in [*methods, *([DOTTED] if lay else [])]:
-        for percent in percents:
-            n = max(2, round(percent / 100 * len(prepared.points)))
-            subsets = []
-            for draw in range(draws):
-                rng = prepared.stream("stand alone", name, n, draw)
-                if lay and name == DOTTED:
-                    subsets.append(lay(n, rng))
-                else:
-                    kept = np.sort(methods[name](n, rng))
-                    subsets.append((prepared.points[kept], prepared.normals[kept]))
-            share = 100 * np.mean([len(points) for points, _ in subsets]) / len(prepared.points)
-            for scale in scales:
-                z = []
-                for points, normals in subsets:
-                    index = linked_by_spacing(points, normals, prepared.d_link, prepared.area, scale=scale)
-                    z.append(prepared.distances_to_index(index, tests, z_tot)[0])
-                mean = estimate(np.array(z))
-                row = {"sampler": name, "percent": percent, "n_S_percent": share, "scale": scale}
-                rows.append(row | {"Z": mean.mean, "low": mean.low, "high": mean.high})
-    return pd.DataFrame(rows)
+    names = list(dict.fromkeys(protein for protein, _ in tables))
+    if len(names) == 1:
+        return {f"{protein}/{conformation}": table for (protein, conformation), table in tables.items()}
+    out = {}
+    for name in names:
+        of_protein = pd.concat([table for (protein, _), table in tables.items() if protein == name])
+        out[name] = of_protein.groupby(KEYS, sort=False).mean(numeric_only=True).reset_index()
+    return out
+
+
+def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Compute means and spread over proteins.
+
+    Parameters
+    ----------
+    units : dict
+        See `means_by_protein`.
+
+    Returns
+    -------
+    DataFrame, one row per sampler, requested n_S and measure: n_S_percent, value, sd, lowest, highest over the
+    proteins; the same for the ratio to the uniform subset of the same protein (NaN if not measured); n (number of proteins, or
+    of conformations of a single protein); means of Z_mean_descriptor, Z_empty and, if measured, Z_resampled and
+    Z_turned.
+    """
+    rows = pd.concat([table.assign(unit=name) for name, table in units.items()])
+    reference = rows[rows["sampler"] == REFERENCE].set_index(["unit", "percent", "measure"])["value"]
+    keys = pd.MultiIndex.from_frame(rows[["unit", "percent", "measure"]])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows["ratio"] = rows["value"].to_numpy() / reference.reindex(keys).to_numpy()
+    groups = rows.groupby(KEYS, sort=False)
+    out = groups[["n_S_percent"]].mean()
+    for name in ("value", "ratio"):
+        spread = groups[name].agg(["mean", "std", "min", "max"])
+        prefix = "" if name == "value" else "ratio_"
+        out[[name, f"{prefix}sd", f"{prefix}lowest", f"{prefix}highest"]] = spread
+    out["n"] = groups["value"].size()
+    references = [key for key in ("Z_mean_descriptor", "Z_empty", "Z_resampled", "Z_turned") if key in rows]
+    out[references] = groups[references].mean()
+    return out.reset_index()
