@@ -29,7 +29,6 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
         readings=config["evaluation"]["readings"],
         combination=config["ensemble"]["combination"],
         test_dots=config["ensemble"]["test_dots"],
-        draws=config["ensemble"]["draws"],
         stride=config["ensemble"]["stride"],
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,

@@ -44,7 +44,6 @@ rule match_partners:
         pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its proteins
         patches=config["patches"],
         centres=config["complementarity"]["centres"],
-        nearest=config["complementarity"]["nearest"],
         smoothing=config["complementarity"]["smoothing"],
         interface=config["complementarity"]["interface"],
         seed=config["seed"],

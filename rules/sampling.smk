@@ -49,7 +49,6 @@ rule tabulate_best:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 1.5 * GRID_MB),
     params:
         ranges=config["tables"]["ranges"],
-        max_n_s_percent=config["tables"]["max_n_S_percent"],
         title=title_of_page,
         code=[METHOD, REPORT],
     message:

@@ -34,14 +34,11 @@ def main(
     stride, selection, clusters = settings["stride"], settings["selection"], settings["clusters"]
     molecule = read_molecule(structure, trajectory, stride=stride, **molecule_options)
     chosen = None if selection == "clusters" else selection
-    atoms = None if settings["pca_atoms"] == "auto" else settings["pca_atoms"]
     if trajectory is None and molecule.n_frames == 1:
         all_frames = molecule if stride == 1 else read_molecule(structure, **molecule_options)
         if all_frames.n_frames == 1:  # `frames` is about the trajectories of the same study
-            clusters, chosen, atoms = "auto", chosen and "all", None
-    choice = choose_frames(
-        molecule, clusters=clusters, frames=chosen, atoms=atoms, rng=stream(seed, name, "clusters")
-    )
+            clusters, chosen = "auto", chosen and "all"
+    choice = choose_frames(molecule, clusters=clusters, frames=chosen, rng=stream(seed, name, "clusters"))
     write_table(frames, choice.table)
     write_table(silhouette, choice.silhouettes)
     coordinates = pd.DataFrame(choice.projection, columns=["pc1", "pc2"])

@@ -16,7 +16,6 @@ def main(
     readings: list[str],
     combination: list[float],
     test_dots: int | str,
-    draws: int,
     stride: int,
     seed: int,
     molecule_options: dict,
@@ -31,7 +30,7 @@ def main(
     trajectory : None where the structure holds the frames
     surface, patches : dict, sections of the config
     readings : see the section `evaluation` of the config
-    combination, test_dots, draws, stride : see the section `ensemble` of the config
+    combination, test_dots, stride : see the section `ensemble` of the config
     molecule_options : dict, options of `read_molecule`
     part : 1-of-3 for the first of three equal parts of the frames
     name : of the protein
@@ -45,7 +44,7 @@ def main(
             "chance_in_every_patch": chance_in_every_patch,
         },
         "evaluation": {"readings": readings},
-        "ensemble": {"combination": combination, "test_dots": test_dots, "draws": draws, "stride": stride},
+        "ensemble": {"combination": combination, "test_dots": test_dots, "stride": stride},
         "seed": seed,
     }
     k, n_parts = map(int, part.split("-of-"))
@@ -67,7 +66,6 @@ if __name__ == "__main__":
             readings=snakemake.params.readings,
             combination=snakemake.params.combination,
             test_dots=snakemake.params.test_dots,
-            draws=snakemake.params.draws,
             stride=snakemake.params.stride,
             seed=snakemake.params.seed,
             molecule_options=snakemake.params.molecule_options,

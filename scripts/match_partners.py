@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.pairs import matching
-from sparsurf.pairs.matching import Recipe
+from sparsurf.pairs.matching import NEAREST, Recipe
 from sparsurf.pairs.partner_files import read_partners, select_centres
 from sparsurf.rounding import write_table
 from sparsurf.surfaces.formats.ply import write_ply
@@ -23,7 +23,6 @@ def main(
     ply_2: str,
     patches: dict,
     centres: str | dict,
-    nearest: int,
     smoothing: float,
     interface: float,
     seed: int,
@@ -37,13 +36,13 @@ def main(
     structure_1, structure_2 : None for a ready surface
     dots, best, agreement, contacts : tables to be written
     patches : dict, the section `patches` of the config
-    centres, nearest, smoothing, interface : see the section `complementarity` of the config
+    centres, smoothing, interface : see the section `complementarity` of the config
     name : of the pair
     """
     partners = read_partners(surface_1, surface_2, structure_1, structure_2, patches["D_link"], name)
     recipe = Recipe(patches["descriptor"], patches["R_zernike"])
     selected = [select_centres(partner, centres, patches, seed, threads) for partner in partners]
-    match = matching.match(*partners, selected, nearest, recipe, threads)
+    match = matching.match(*partners, selected, NEAREST, recipe, threads)
     dot_tables, area_tables = [], []
     for position, (partner, ply) in enumerate(zip(partners, (ply_1, ply_2), strict=True)):
         maps = matching.maps(match, position, smoothing, threads)
@@ -82,7 +81,6 @@ if __name__ == "__main__":
             ply_2=snakemake.output.ply_2,
             patches=snakemake.params.patches,
             centres=snakemake.params.centres,
-            nearest=snakemake.params.nearest,
             smoothing=snakemake.params.smoothing,
             interface=snakemake.params.interface,
             seed=snakemake.params.seed,

@@ -19,7 +19,6 @@ def main(
     best: str,
     page: str,
     n_ranges: int,
-    max_n_s_percent: float,
     title: str,
 ) -> None:
     """Write ranges.csv and best.json, and their page.
@@ -27,14 +26,13 @@ def main(
     Parameters
     ----------
     n_ranges : number of equal ranges of n_S
-    max_n_s_percent : largest n_S, % of all dots, of the restricted best combination
     title : name of the conformation on its page
     """
     result = read_grid(distances)
     table = tables.read_table(grid, len(result.combinations), "combinations")
     noise_floors = tables.floors_by_name(tables.read_table(floors))
     best_in_ranges = tables.ranges_table(table, result, n_ranges, noise_floors)
-    best_of_all = tables.best_combinations(table, result, max_n_s_percent, noise_floors)
+    best_of_all = tables.best_combinations(table, result, tables.MAX_N_S_PERCENT, noise_floors)
     write_table(ranges, best_in_ranges)
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
     values = ranges_page(title, tables.read_table(ranges), best_of_all, best_of_all["references"])
@@ -51,6 +49,5 @@ if __name__ == "__main__":
             best=snakemake.output.best,
             page=snakemake.output.page,
             n_ranges=snakemake.params.ranges,
-            max_n_s_percent=snakemake.params.max_n_s_percent,
             title=snakemake.params.title,
         )

@@ -217,8 +217,8 @@ def test_conformations_are_ranked_by_population(moving):
     assert choice.index[2] == 10  # both frames of the pair are as near to their mean: the earlier
 
 
-def test_all_frames_may_be_one_cluster_distinguished_by_some_atoms(moving):
-    choice = choose_frames(moving, clusters=1, atoms="name CA O", rng=np.random.default_rng(1))
+def test_all_frames_may_be_one_cluster(moving):
+    choice = choose_frames(moving, clusters=1, rng=np.random.default_rng(1))
     assert choice.table.population.tolist() == [12]
 
 
@@ -244,19 +244,17 @@ def test_heavy_atoms_are_analysed_where_a_chain_has_two_c_alphas():
     columns = {key: np.array(text.split()) for key, text in words.items()}
     molecule = SimpleNamespace(n_frames=1, heavy=~np.isin(columns["element"], ["H", "D"]), **columns)
     heavy = [True, True, False, True, True, False]  # and calcium is no C-alpha atom
-    assert conformations._atoms_to_analyse(molecule, None).tolist() == heavy
+    assert conformations._atoms_to_analyse(molecule).tolist() == heavy
 
 
 def test_frames_by_name(moving):
     rng = np.random.default_rng(1)
     every = choose_frames(moving, frames="all", rng=rng)
     assert every.table.conformation.tolist()[:2] == ["f000", "f010"] and len(every.table) == 12
-    assert choose_frames(moving, frames={"stride": 5}, rng=rng).index.tolist() == [0, 5, 10]
     listed = choose_frames(moving, frames=[110, 30, 110], rng=rng)
     assert listed.table.frame.tolist() == [110, 30] and listed.index.tolist() == [11, 3]
     assert (listed.label == 0).all() and listed.silhouettes.empty
     assert listed.table[["cluster", "population"]].to_numpy().tolist() == [[0, 1], [0, 1]]
-    assert len(choose_frames(moving, frames={"stride": 1}, rng=rng).table) == 12
     assert list(listed.silhouettes.columns) == ["K", "silhouette", "inertia"]
     assert list(every.table.columns) == list(choose_frames(moving, rng=rng).table.columns)
 
@@ -269,13 +267,8 @@ def test_frames_by_name(moving):
             r"frames.selection: \[5\] are not among the frames read, 0 to 110 in steps of 10 \(",
         ),
         ({"frames": []}, "not among"),
-        ({"frames": {"every": 2}}, "not of the form"),
-        ({"frames": {"stride": 0}}, "not of the form"),
-        ({"frames": {"stride": 1.5}}, "not of the form"),
-        ({"frames": {"stride": 2, "every": 1}}, "not of the form"),
         ({"clusters": 12}, "frames.clusters: 12 is neither auto nor 1 to"),
         ({"clusters": 0}, "neither auto nor"),
-        ({"atoms": "name XX"}, "frames.pca_atoms: 'name XX' selects nothing"),
     ],
 )
 def test_impossible_wishes_are_sentences(moving, keys, words):
@@ -327,7 +320,7 @@ def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):
     outputs = {key: folder / f"{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
     outputs |= {"structures": folder / "structures"}
     shutil.rmtree(outputs["structures"], ignore_errors=True)
-    asked = {"selection": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | asked
+    asked = {"selection": "clusters", "clusters": "auto", "stride": stride} | asked
     inputs = {"structure": write(folder / "p.pdb", text), "trajectory": None} | (trajectory or {})
     script.main(**inputs, **outputs, settings=asked, molecule_options=reading or {}, seed=1, name="p")
     names = pd.read_csv(outputs["frames"])["conformation"].tolist()
@@ -339,11 +332,8 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
     """Beside it a trajectory may be studied; a file of several models has as many frames."""
     one, models = peptide() + "END\n", "".join(f"MODEL {k}\n{peptide()}ENDMDL\n" for k in (1, 2, 3))
     assert chosen(tmp_path, one, clusters=3) == chosen(tmp_path, one, stride=5) == ["c1"]
-    for use in ([0, 2], [7], [0], {"stride": 3}, "all"):
+    for use in ([0, 2], [7], [0], "all"):
         assert chosen(tmp_path, one, selection=use) == ["f0"]
-    assert chosen(tmp_path, one, pca_atoms="resid 900") == ["c1"]
-    with pytest.raises(InputError, match=r"frames\.pca_atoms: .resid 900. selects nothing"):
-        chosen(tmp_path, models, pca_atoms="resid 900")
     assert chosen(tmp_path, models, selection=[0, 2]) == ["f0", "f2"]
     assert chosen(tmp_path, models, selection=[0, 2], reading={"model": 2}) == ["f1"]
     for stride, last in ((1, 2), (5, 0)):
@@ -367,19 +357,6 @@ def test_three_c_alphas_are_enough_to_tell_conformations(tmp_path):
     xyz[2:, three.name == "CB"] += 3.0
     moved = replace(three, xyz=xyz, time_ps=np.arange(4.0), frame_number=np.arange(4))
     assert len(choose_frames(moved, rng=np.random.default_rng(1)).table) == 1
-    assert len(choose_frames(moved, atoms="not element H", rng=np.random.default_rng(1)).table) == 2
-
-
-def test_fewer_than_three_atoms_cannot_be_superposed(moving):
-    rng = np.random.default_rng(1)
-    for atoms, n in (("name CA and resid 0", 1), ("name CA and resid 0 1", 2)):
-        with pytest.raises(InputError, match=f"^frames.pca_atoms: '{atoms}' selects {n} of the 3 atoms"):
-            choose_frames(moving, atoms=atoms, rng=rng)
-        assert len(choose_frames(moving.frame(0), atoms=atoms, rng=rng).table) == 1
-    assert choose_frames(moving, atoms="name CA O and resid 0 to 2", rng=rng).projection.shape == (
-        moving.n_frames,
-        2,
-    )
 
 
 @pytest.mark.parametrize("seed", range(6))

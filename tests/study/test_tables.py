@@ -153,7 +153,7 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     outputs = {name: tmp_path / name for name in ("ranges", "best", "page")}
     inputs["floors"] = tmp_path / "floors.csv"
-    tabulate_best.main(**inputs, **outputs, n_ranges=4, max_n_s_percent=20, title="p")
+    tabulate_best.main(**inputs, **outputs, n_ranges=4, title="p")
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
     assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
     assert best["references"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}

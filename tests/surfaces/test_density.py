@@ -33,7 +33,6 @@ from sparsurf.surfaces.spacing import (
 )
 
 SETTINGS = {
-    "method": "analytic",
     "probe_radius": 1.4,
     "density": "auto",
     "radii": "dms",

@@ -3,7 +3,6 @@
 import gzip
 import logging
 import os
-import stat
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,12 +12,11 @@ import pytest
 
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.csv import write_csv
-from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
+from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import with_fields, write_npz
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface, surface_of_frame
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import FORMATS, read_points, read_surface
 from sparsurf.surfaces.surface import Format, Origin, Surface, surface_of_columns
 
@@ -598,54 +596,6 @@ def test_a_large_area_does_not_touch_the_type_of_its_dot(tmp_path):
     write_dms(tmp_path / "a.dms", dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
     again = read_surface(tmp_path / "a.dms")
     assert again.area.tolist() == area.tolist() and again.kind.tolist() == [0, 1, 2]
-
-
-# ---- the program DMS
-
-
-def fake_program(folder, script):
-    path = folder / "dms"
-    path.write_text(f"#!/bin/sh\n{script}\n")
-    path.chmod(path.stat().st_mode | stat.S_IXUSR)
-
-
-def test_program_gets_its_options(tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    pdb, output = written(tmp_path, "END\n", "structure.pdb"), written(tmp_path, DMS["chain"], "made.dms")
-    fake_program(tmp_path, f'echo "$@" > {tmp_path}/options; test -s in.pdb && cp {output} out.dms')
-    surface = surface_by_dms_program(pdb, probe=1.5, density=2 * DENSITY)
-    assert surface.kind.tolist() == [1, 2, 0]
-    assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 2 -w 1.5 -o out.dms\n"
-    surface_by_dms_program(pdb)
-    assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 1 -w 1.4 -o out.dms\n"
-
-
-def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
-    pdb = written(tmp_path, "END\n", "structure.pdb")
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(InputError, match="PATH"):
-        surface_by_dms_program(pdb)
-    fake_program(tmp_path, r"printf 'first\ncaf\351\n' >&2; exit 1")
-    with pytest.raises(InputError, match=r"structure\.pdb: caf.$"):
-        surface_by_dms_program(pdb)
-    fake_program(tmp_path, "echo half of it > out.dms; exit 3")
-    with pytest.raises(InputError, match="exit status 3"):
-        surface_by_dms_program(pdb)
-    fake_program(tmp_path, "exit 0")
-    with pytest.raises(InputError, match="made no surface"):
-        surface_by_dms_program(pdb)
-
-
-def test_the_program_gets_the_frame_and_the_rules_of_the_config(tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    output = written(tmp_path, DMS["chain"], "made.dms")
-    fake_program(tmp_path, f'echo "$@" > {tmp_path}/options; cp in.pdb {tmp_path}; cp {output} out.dms')
-    molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209")
-    molecule = replace(molecule, xyz=np.concatenate([molecule.xyz, molecule.xyz + 1]))
-    rules = {"method": "dms", "probe_radius": 1.5, "density": 2 * DENSITY}
-    assert surface_of_frame(molecule, 1, None, rules).kind.tolist() == [1, 2, 0]
-    assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 2 -w 1.5 -o out.dms\n"
-    assert read_molecule(tmp_path / "in.pdb").xyz[0] == pytest.approx(molecule.xyz[1], abs=0.00051)
 
 
 # ---- all formats

@@ -15,19 +15,16 @@ SECTION_OF = {  # params that are a key of a section of the config
     "distance_from_moved_centre": "sampling",
     "chance_in_every_patch": "sampling",
     "ranges": "tables",
-    "max_n_s_percent": "tables",
     "percents": "compare",
     "samplers": "compare",
     "centres": "complementarity",
-    "nearest": "complementarity",
     "smoothing": "complementarity",
     "interface": "complementarity",
     "readings": "evaluation",
     "combination": "ensemble",
     "stride": "ensemble",
-    "draws": "ensemble",
 }
-KEY_OF = {"d_link": "D_link", "max_n_s_percent": "max_n_S_percent"}  # where its name differs
+KEY_OF = {"d_link": "D_link"}  # where its name differs
 RENAMED = {  # arguments of scripts that are called otherwise than the param or file
     ("surface_settings", "surface"),
     ("minimal_settings", "minimal"),
@@ -76,19 +73,18 @@ def planned(tmp_path_factory):
         "patches": {"R_patch": 4.1, "R_zernike": 5.9, "D_link": 0.6, "descriptor": "rotation_robust"},
         "sampling": config["sampling"] | {"distance_from_moved_centre": False},
         "evaluation": {"test_dots": 21, "draws": 3},
-        "tables": {"ranges": 10, "max_n_S_percent": 33},
+        "tables": {"ranges": 10},
         "minimal": {"sampler": "paper_corrected", "n_S_percent": 12},
         "ensemble": {
             "run": True,
             "jobs": 2,
             "test_dots": 19,
-            "draws": 4,
             "stride": 500,
             "combination": [1, 0, 2, 1],
         },
         "changes": {"bend": ["moving/c1", "moving/c2"]},
     }
-    config["complementarity"] |= {"centres": {"sampler": "farthest", "n_S": 50}, "nearest": 7}
+    config["complementarity"] |= {"centres": {"sampler": "farthest", "n_S": 50}}
     config["complementarity"] |= {"interface": 2.5, "smoothing": 4.5}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)

@@ -34,7 +34,6 @@ KEYS = {
     "evaluation.test_dots": (21, {"evaluate_grid", "measure_floors"}, {"measure_roughness", "follow_frames"}),
     "evaluation.readings": (["as_coded"], {"evaluate_grid", "follow_frames"}, {"measure_floors"}),
     "tables.ranges": (2, {"tabulate_best", "summarise_best", "compare_samplers"}, COMPUTE),
-    "tables.max_n_S_percent": (30, {"tabulate_best", "draw_figures"}, COMPUTE),
     "minimal.sampler": (
         "poisson",
         {"select_minimal_subset", "draw_view", "summarise_surfaces"},
@@ -51,7 +50,6 @@ KEYS = {
     "compare.percents": ([30], {"compare_samplers", "summarise_comparison"}, COMPUTE | {"tabulate_best"}),
     "compare.samplers": (["uniform", "farthest"], {"compare_samplers", "summarise_comparison"}, COMPUTE),
     "complementarity.smoothing": (5.0, {"match_partners"}, {"compute_partner_surfaces"} | COMPUTE),
-    "complementarity.nearest": (3, {"match_partners", "draw_pair"}, COMPUTE),
     "complementarity.centres": ({"sampler": "farthest", "n_S": 50}, {"match_partners"}, COMPUTE),
     "changes.bend": (["moving/f700", "moving/f0"], {"compare_forms", "draw_changes"}, COMPUTE),
     "proteins.moving.residues": ("209-215", {"choose_frames"}, {"choose_single_frame", "read_surface"}),

@@ -189,12 +189,11 @@ def spy(monkeypatch, module, name, instead=None):
     return calls
 
 
-@pytest.mark.parametrize(("asked", "atoms"), [("auto", None), ("name CB", "name CB")])
-def test_conformations_are_chosen_as_the_config_asks(tmp_path, monkeypatch, asked, atoms):
+def test_conformations_are_chosen_as_the_config_asks(tmp_path, monkeypatch):
     calls = spy(monkeypatch, choose_frames, "choose_frames")
-    choose(tmp_path, models(tmp_path / "m.pdb", 5), selection="clusters", clusters=2, pca_atoms=asked)
+    choose(tmp_path, models(tmp_path / "m.pdb", 5), selection="clusters", clusters=2)
     ((molecule, *arguments, rng),) = calls
-    assert molecule.n_frames == 5 and arguments == [2, None, atoms]
+    assert molecule.n_frames == 5 and arguments == [2, None]
     assert rng.random() == stream(3, "p", "clusters").random()
 
 

@@ -276,7 +276,7 @@ def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:
 def surface_settings(probe_radius: float, density: float | str, cavities: str) -> dict[str, Any]:
     """Return the section `surface` of a config for what the functions and commands place; a density or 'auto'."""
     check_choice(cavities, CAVITIES, "cavities")
-    settings: dict[str, Any] = {"method": "analytic", "probe_radius": probe_radius, "density": density}
+    settings: dict[str, Any] = {"probe_radius": probe_radius, "density": density}
     return settings | {"reentrant": "exact", "cavities": cavities}
 
 

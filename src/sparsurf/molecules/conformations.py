@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.molecules.selection import atoms_of_expression
 from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes
 
 if TYPE_CHECKING:
@@ -243,20 +242,19 @@ def choose_frames(
     molecule: Molecule,
     *,
     clusters: str | int = "auto",
-    frames: str | Sequence[int] | dict[str, int] | None = None,
-    atoms: str | None = None,
+    frames: str | Sequence[int] | None = None,
     rng: np.random.Generator,
 ) -> FrameChoice:
     """Choose the frames that represent the conformations of a molecule.
+
+    They are superposed by C-alpha, or by the backbone, or by all heavy atoms, if there are fewer than 3 or they lie on a line.
 
     Parameters
     ----------
     molecule : molecule.Molecule
     clusters : 'auto', the K of the best mean silhouette among 2..11, or a K. The frames nearest to the
         centroids are chosen. Frames that do not differ are one conformation.
-    frames : instead of clusters, 'all', a list of frame numbers, or {'stride': n}
-    atoms : str, mdtraj expression of the atoms to superpose and analyse; default C-alpha, or the backbone, or all
-        heavy atoms, if there are fewer than 3 or they lie on a line
+    frames : instead of clusters, 'all' or a list of frame numbers
     rng : numpy.random.Generator
 
     Returns
@@ -268,7 +266,7 @@ def choose_frames(
     InputError
         The molecule does not have these frames or this many clusters, or too few atoms are analysed.
     """
-    projection, explained = _projection(molecule, _atoms_to_analyse(molecule, atoms))
+    projection, explained = _projection(molecule, _atoms_to_analyse(molecule))
     if frames is None:
         table, (label, index, silhouette) = _cluster(projection, clusters, rng)
         names = [f"c{rank}" for rank in range(1, len(index) + 1)]
@@ -295,23 +293,8 @@ def choose_frames(
     return FrameChoice(chosen, index, projection, label, table, explained)
 
 
-def _atoms_to_analyse(molecule: Molecule, atoms: str | None) -> np.ndarray:
+def _atoms_to_analyse(molecule: Molecule) -> np.ndarray:
     """Return the mask (A,) of the atoms to superpose and analyse."""
-    if atoms is not None:
-        mask = atoms_of_expression(molecule, atoms)
-        if not mask.any():
-            raise InputError(f"frames.pca_atoms: '{atoms}' selects nothing of the molecule: try name CA.")
-        if mask.sum() < MIN_ATOMS_TO_SUPERPOSE and molecule.n_frames > 1:
-            raise InputError(
-                f"frames.pca_atoms: '{atoms}' selects {mask.sum()} of the {MIN_ATOMS_TO_SUPERPOSE} atoms "
-                "that a superposition needs: try name CA."
-            )
-        if molecule.n_frames > 1 and not determines_rotation(molecule.xyz, mask):
-            raise InputError(
-                f"frames.pca_atoms: the atoms of '{atoms}' lie on a line, so that several superpositions fit equally "
-                "well: try backbone."
-            )
-        return mask
     protein, heavy = molecule.kind == "protein", molecule.heavy
     c_alpha, backbone = protein & (molecule.name == "CA"), protein & np.isin(molecule.name, BACKBONE)
     choices = [c_alpha, backbone, heavy] if c_alpha.sum() >= MIN_ATOMS_TO_SUPERPOSE else [heavy]
@@ -340,17 +323,10 @@ def _projection(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarray, np.n
     return np.round(plane, 6) + 0.0, explained  # removes rounding errors, which depend on the machine
 
 
-def _selected_frames(molecule: Molecule, frames: str | Sequence[int] | dict[str, int]) -> np.ndarray:
+def _selected_frames(molecule: Molecule, frames: str | Sequence[int]) -> np.ndarray:
     """Return positions of the frames that the user selects."""
     if frames == "all":
         return np.arange(molecule.n_frames)
-    if isinstance(frames, dict):
-        stride = frames.get("stride")
-        if set(frames) != {"stride"} or not isinstance(stride, int) or stride < 1:
-            raise InputError(
-                f"frames.selection: {frames} is not of the form {{stride: n}} with n above 0: repair it."
-            )
-        return np.arange(0, molecule.n_frames, stride)
     position = {number: index for index, number in enumerate(molecule.frame_number.tolist())}
     selected = list(frames)
     absent = [number for number in selected if number not in position]

@@ -21,6 +21,7 @@ from sparsurf.streams import stream
 
 AREAS = ["partner", "score", "auc", "low", "high", "dots", "interface", "blocks"]  # columns of `agreement`
 CONTACTS = ["against", "auc", "low", "high", "pairs"]  # columns of `contacts`
+NEAREST = 10  # patches whose mean distance is the second map of a study, as in the authors' code
 MAX_PAIRS = 100  # rows of the table of best-matching patches
 MIN_PAIR_DISTANCE = 6.0  # Å, between two rows of that table, on at least one side
 MAX_CONTACTS = 500  # native pairs that are evaluated

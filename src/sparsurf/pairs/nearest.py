@@ -46,7 +46,7 @@ def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple
     if not 1 <= k <= min(len(a), len(b)):
         raise InputError(
             f"the mean of the {k} nearest patches needs at least {k} patches on both sides, "
-            f"but there are {len(a)} and {len(b)}; lower `nearest` or take more centres."
+            f"but there are {len(a)} and {len(b)}; take more centres."
         )
     # |a - b|^2 as one product: (-2 a, 1, |a|^2) . (b, |b|^2, 1)
     left = np.column_stack([-2 * a, np.ones(len(a)), (a * a).sum(axis=1)])

@@ -77,7 +77,7 @@ def surface_of(
     prepared: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
 ) -> dict[str, Any]:
     """Describe the dots: how they were generated, and their numbers."""
-    source = "file" if path_to_surface else "program" if rules["method"] == "dms" else rules["reentrant"]
+    source = "file" if path_to_surface else rules["reentrant"]
     return {
         "source": source,
         "n_dots": len(prepared.points),

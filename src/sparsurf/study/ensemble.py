@@ -20,6 +20,7 @@ from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
 
 RESIDUE_PREFIX = "residue_"  # of the columns of residues
+DRAWS = 1  # samplings and uniform subsets of each frame
 FRAMES_PER_REPORT = 20
 
 
@@ -75,7 +76,7 @@ def frame_row(
         prepared,
         [ensemble["combination"]],
         number_of_tests(ensemble["test_dots"], len(surface)),
-        ensemble["draws"],
+        DRAWS,
         tuple(settings["evaluation"]["readings"]),
     )
     row = grid_table(result).drop(columns=PARAMETERS)

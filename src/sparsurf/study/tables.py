@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from sparsurf.study.grid import Grid
     from sparsurf.surfaces.surface import Surface
 
+MAX_N_S_PERCENT = 20  # largest n_S, % of the dots, of the restricted best combination
+
 
 def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> pd.DataFrame:
     """Read a table of a run's results, a CSV or CSV.gz, and check its columns against columns.yaml and its number of `rows`.
@@ -190,7 +192,7 @@ def best_combinations(
             least = table["n_S_percent"].min()
             bounded = {
                 "answer": f"No combination of the grid keeps {max_n_s_percent:g} % of the dots or fewer; "
-                f"the smallest n_S is {least:.2f} %. Add smaller values of alpha or raise tables.max_n_S_percent."
+                f"the smallest n_S is {least:.2f} %. Add smaller values of alpha."
             }
         out[reading] = {"unrestricted": unrestricted, "under_max_n_S": bounded}
     return out

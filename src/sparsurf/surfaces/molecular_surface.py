@@ -1,12 +1,10 @@
-"""The solvent-excluded surface of atoms as dots, computed here or by the program DMS."""
+"""The solvent-excluded surface of atoms as dots."""
 
 from __future__ import annotations
 
 import logging
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +20,6 @@ from sparsurf.surfaces.dot_placement import (
     place_dots,
     roll_probe,
 )
-from sparsurf.surfaces.formats.dms import surface_by_dms_program
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY, MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface
@@ -107,7 +104,7 @@ def _placer(
     function from a density to the median spacing of its dots, Å (exact above `near`), and a function that makes their
         Surface
     """
-    if settings["method"] == "dms" or settings.get("cavities") == "remove":
+    if settings.get("cavities") == "remove":
 
         def place_all(density: float) -> tuple[float, Callable[[], Surface]]:
             surface = surface_of_frame(molecule, position, atom_radii, settings | {"density": density})
@@ -188,14 +185,8 @@ def surface_of_frame(
     Surface
     """
     probe, density = settings["probe_radius"], settings["density"]
-    if settings["method"] == "dms":
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "frame.pdb")
-            molecule.write_pdb(path, position)
-            surface = surface_by_dms_program(path, probe, density)
-    else:
-        xyz = _rounded_positions(molecule, position)
-        surface = molecular_surface(xyz, atom_radii, probe, density, settings["reentrant"])
+    xyz = _rounded_positions(molecule, position)
+    surface = molecular_surface(xyz, atom_radii, probe, density, settings["reentrant"])
     if settings.get("cavities") != "remove":
         return surface
     return without_cavities(surface, components_of_frame(surface, molecule, position, atom_radii, probe))

@@ -235,8 +235,6 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield "compare.run is true, but there are no surfaces to sample; name a protein under proteins."
     if len(compare.get("samplers", "ab")) == 1:
         yield f"compare.samplers names {compare['samplers'][0]} alone; name another to compare it with."
-    if config["surface"]["method"] == "dms" and (radii := config["surface"]["radii"]) != "dms":
-        yield f"surface.radii is {radii}, but the program DMS of surface.method has its own; remove one of the two."
     sampled = sampled_proteins(config)
     if compare["run"] and config["proteins"] and not sampled:
         yield "sampling is false, but `compare` needs its grid; remove one of the two."

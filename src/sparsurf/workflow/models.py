@@ -142,11 +142,11 @@ class Simulate(Section):
     """Molecular dynamics by GROMACS before the study; {} for the paper's protocol over 1 ns."""
 
     ns: Number = key(1.0, "Length of the production, ns.", gt=0, le=100_000)
-    nvt_ns: Number = key(0.1, "Length of the thermalisation, ns.", gt=0, le=1000)
-    npt_ns: Number = key(0.1, "Length of the pressurisation, ns.", gt=0, le=1000)
     save_ps: Number = key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
     temperature: Number = key(300.0, "Temperature, K.", gt=0, le=1000)
-    cutoff: Number = key(12.0, "Cut-off of the short-range interactions, Å.", ge=6, le=30)
+    cutoff: Number = key(
+        12.0, "Cut-off of the short-range interactions, Å; 12 suits CHARMM, 10 AMBER.", ge=6, le=30
+    )
     force_field: Word = key("charmm27", "A force field that GROMACS has.")
     water: str = key("tip3p", "A water model that the force field has.", pattern="^[A-Za-z0-9]+$")
 
@@ -268,15 +268,8 @@ class Complementarity(Section):
         "Dots whose patches are compared: all, or by a sampler; by default {sampler: farthest, n_S_percent: 5}.",
         validate_default=True,
     )
-    nearest: Integer = key(10, "Nearest patches whose mean distance is the second map.", ge=1, le=1000)
     smoothing: Number = key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
     interface: Length = key(3.0, "Dots nearer than this to the partner are interface, Å.")
-
-
-class Stride(Section):
-    """Every n-th frame."""
-
-    stride: Positive = Field(description="Every n-th frame.")
 
 
 class Frames(Section):
@@ -285,23 +278,20 @@ class Frames(Section):
     clusters: Literal["auto"] | Thousand = key(
         "auto", "Number of k-means clusters on two principal components; auto: best mean silhouette."
     )
-    selection: Literal["clusters", "all"] | UniqueList[FrameNumber] | Stride = key(
-        "clusters",
-        "Frames: clusters (nearest to the centroids), all, a list of numbers from 0, or {stride: n}.",
+    selection: Literal["clusters", "all"] | UniqueList[FrameNumber] = key(
+        "clusters", "Frames: clusters (nearest to the centroids), all, or a list of numbers from 0."
     )
-    pca_atoms: Text = key("auto", "Atoms of superposition and PCA: auto (C-alpha) or an mdtraj expression.")
-    stride: Positive = key(1, "Read every n-th frame of a trajectory.")
+    stride: Positive = key(1, "Read every n-th frame: a long trajectory in less memory.")
 
 
 class Surface(Section):
     """How the molecular surface is computed."""
 
-    method: Literal["analytic", "dms"] = key("analytic", "Own dots, or those of the DMS program on the PATH.")
     probe_radius: Number = key(1.4, "Radius of the solvent probe, Å.", gt=0, le=10)
     density: Literal["auto"] | Length = key(
         "auto", "Dots per Å^2; auto: 5.35, or more where D_link needs it."
     )
-    radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii.")
+    radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii; bondi for programs that use these.")
     cavities: Literal["keep", "remove"] = key(
         "keep", "Dots of closed cavities inside the molecule; DMS and the paper keep them."
     )
@@ -346,10 +336,9 @@ class Evaluation(Section):
 
 
 class Tables(Section):
-    """What the tables of the best combinations show."""
+    """The tables of the best combinations."""
 
     ranges: Integer = key(10, "Number of equal ranges of n_S.", ge=1, le=1000)
-    max_n_S_percent: Percent = key(20, "Largest n_S for the restricted best combination, % of the dots.")
 
 
 class Minimal(Section):
@@ -386,9 +375,8 @@ class Ensemble(Section):
     run: bool = key(False, "Write ensemble.csv and its figure.")
     combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
     test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
-    draws: Count = key(1, "Samplings and uniform subsets of each frame.")
     stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
-    jobs: Count = key(1, "Number of jobs that share the frames.")
+    jobs: Count = key(1, "Number of jobs that share the frames: a killed run keeps the finished ones.")
 
 
 class Compare(Section):

@@ -1,20 +1,16 @@
-"""DMS files, which UCSF's program DMS writes with its option -n, and surfaces by that program where it is installed."""
+"""DMS files, which UCSF's program DMS writes with its option -n."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.files import decode_text, read_bytes, shorten
-from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, Surface, surface_of_columns
+from sparsurf.files import decode_text, shorten
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Format, Surface, surface_of_columns
 
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
@@ -136,41 +132,6 @@ def write_dms(
             lines.append(f"{head}{position} {dot_type} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
     with open(path, "wb") as stream:
         stream.write("".join(lines).encode("ascii", "replace"))
-
-
-def surface_by_dms_program(
-    path_to_pdb: Path | str, probe: float = PROBE_RADIUS, density: float = DENSITY
-) -> Surface:
-    """Generate a surface with UCSF's program DMS, if it is installed.
-
-    Parameters
-    ----------
-    path_to_pdb : PDB file of one model; all its atoms are used
-    probe : Å
-    density : dots per Å^2, as for `molecular_surface`
-
-    Returns
-    -------
-    Surface; `atom` counts the atoms of the PDB file
-
-    Raises
-    ------
-    InputError
-        The program is not installed, or it fails.
-    """
-    executable = shutil.which("dms")
-    if executable is None:
-        raise InputError("surface.method dms needs the program dms on the PATH; else use analytic.")
-    with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(path_to_pdb, Path(folder, "in.pdb"))
-        command = [executable, "in.pdb", "-a", "-n", "-d", f"{density / DENSITY:.6g}"]
-        command += ["-w", f"{probe:.6g}", "-o", "out.dms"]
-        run = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
-        output = Path(folder, "out.dms")
-        if run.returncode != 0 or not output.is_file():
-            reason = (run.stderr.strip().splitlines() or [f"exit status {run.returncode}"])[-1]
-            raise InputError(f"dms made no surface of {path_to_pdb}: {reason}")
-        return read_dms(read_bytes(output), path_to_pdb)
 
 
 FORMAT = Format("DMS", (".dms",), _sniff, read_dms)
