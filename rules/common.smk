@@ -249,7 +249,7 @@ def conformation_files(protein):
         files += ["structure.pdb", "surface.dms", "components.csv", "residues.csv", "minimal.bild"]
         files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
     if protein in SAMPLED:
-        files += ["grid.csv", "best.json", "ranges.csv", "ranges.html"]
+        files += ["grid.csv", "distances.npz", "best.json", "ranges.csv", "ranges.html"]
         files += ["rough_and_flat.csv", *(f"figures/{figure}.png" for figure in FIGURES)]
         files += [f"figures/{figure}.svg" for figure in PAPER_FIGURES]
     if config["compare"]["run"] and protein in SAMPLED:

@@ -8,7 +8,7 @@ rule evaluate_grid:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     output:
         grid="results/{run}/{protein}/{conformation}/grid.csv",
-        distances=temp("results/{run}/{protein}/{conformation}/distances.npz"),  # 25 MB; --notemp keeps it
+        distances="results/{run}/{protein}/{conformation}/distances.npz",
     log:
         "results/{run}/logs/{protein}/{conformation}/evaluate_grid.log",
     priority: 2  # before what only follows from it

@@ -86,6 +86,8 @@ def test_tables_of_the_papers_sampling_agree(run, place):
     page = (folder / "ranges.html").read_text()
     for row in ranges.dropna(subset="d_cv").to_dict("records"):
         assert interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]) in page  # rounded as the table is
+    distances = np.load(folder / "distances.npz")
+    assert distances["z_ts"].shape == (2, 8, 2, 20)  # readings, combinations, draws, test dots
     bins = pd.read_csv(folder / "rough_and_flat.csv")
     drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
     assert drawn.to_list() == pytest.approx([10 * 20] * 2, abs=1e-3)  # ten means of six digits
