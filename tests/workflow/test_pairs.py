@@ -43,7 +43,7 @@ def test_a_config_of_pairs_needs_no_proteins(folder):
     checked = config(mine=pair)
     assert checked["proteins"] == {} and checked["pairs"] == {"mine": pair}
     assert checked["complementarity"]["centres"] == {"sampler": "farthest", "n_S_percent": 5}
-    assert checked["complementarity"]["nearest"] == 10
+    assert checked["complementarity"]["smoothing"] == 6.0
 
 
 @pytest.mark.parametrize(

@@ -142,6 +142,8 @@ class Simulate(Section):
     """Molecular dynamics by GROMACS before the study; {} for the paper's protocol over 1 ns."""
 
     ns: Number = key(1.0, "Length of the production, ns.", gt=0, le=100_000)
+    nvt_ns: Number = key(0.1, "Length of the thermalisation, ns; longer for a large protein.", gt=0, le=1000)
+    npt_ns: Number = key(0.1, "Length of the pressurisation, ns; longer for a large protein.", gt=0, le=1000)
     save_ps: Number = key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
     temperature: Number = key(300.0, "Temperature, K.", gt=0, le=1000)
     cutoff: Number = key(
