@@ -27,7 +27,7 @@ import yaml
 from threadpoolctl import threadpool_limits
 
 from measures.timing import Table, machine, peak_memory, timed
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.nearest import nearest
 from sparsurf.patches import descriptors

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 HOME = Path(__file__).resolve().parents[1]
 

@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.pairs.changes import (
     SHARE_ABOVE_FLOOR,

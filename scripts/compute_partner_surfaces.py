@@ -1,6 +1,6 @@
 """Compute the surfaces of both partners of a pair that is given by structures."""
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link

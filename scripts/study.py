@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.workflow.config import check_config, read_config
 from sparsurf.workflow.jobs import DISK_ERRORS, job
 from sparsurf.workflow.memory import memory_of_grid, memory_of_machine

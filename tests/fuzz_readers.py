@@ -31,7 +31,7 @@ def readers():
 
 def is_read(read, path):
     """Read a file; return whether it is not refused. The sentence of a refusal is one line that a terminal can show."""
-    from sparsurf import InputError
+    from sparsurf.errors import InputError
 
     try:
         read(path)

@@ -11,9 +11,9 @@ import pytest
 
 from conftest import ROOT, make_blob
 from peptides import STEP, peptide
-from sparsurf import InputError
 from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.workflow.config import check_config, read_config

@@ -4,9 +4,10 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
-from sparsurf import InputError, columns
+from sparsurf import columns
 from sparsurf.cli import command
 from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.errors import InputError
 from sparsurf.pairs import residue_moments
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.tables import read_table

@@ -12,9 +12,9 @@ import pytest
 import sparsurf
 from conftest import ROOT
 from peptides import atom_line, peptide
-from sparsurf import InputError
 from sparsurf.api.inputs import as_dots
 from sparsurf.cli.command import main
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii

@@ -5,7 +5,7 @@ import logging
 
 import pytest
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import decode_text, no_warnings, read_bytes, read_text, shorten
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from peptides import ALANINE, STEP, peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.conformations import choose_frames, determines_rotation, superpose
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.orientation import (

@@ -54,6 +54,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from sparsurf import progress
+from sparsurf.errors import InputError
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.fields import fields, residues
@@ -122,20 +123,6 @@ __all__ = [
     "surface",
     "write",
 ]
-
-
-class InputError(ValueError):
-    """Something the user gave is wrong; the message is one sentence for them."""
-
-    def __init__(self, message: object = "") -> None:
-        super().__init__(printable(message))
-
-
-def printable(message: object) -> str:
-    """Return a message in which escape codes stand for control characters, which a file may hold to change a terminal."""
-    return "".join(
-        letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1] for letter in str(message)
-    )
 
 
 def __getattr__(name: str) -> Any:

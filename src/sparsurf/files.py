@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sparsurf import InputError, printable
+from sparsurf.errors import InputError, printable
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 # Å, rms, from the line through them, of points that determine a rotation. Files store coordinates to 0.001 to 0.01 Å: nearer to
 # the line, their rounding would decide by more than 0.1 rad.

@@ -14,10 +14,10 @@ from scipy.spatial.distance import pdist
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.api import inputs, writing
 from sparsurf.api.surfaces import surface_settings
 from sparsurf.cli import command, descriptors, options
+from sparsurf.errors import InputError
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness

@@ -11,8 +11,8 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.api.inputs import as_molecule
+from sparsurf.errors import InputError
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = ROOT / "data" / "tdp43" / "trajectory.xtc"

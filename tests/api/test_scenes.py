@@ -8,7 +8,8 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError, Surface
+from sparsurf import Surface
+from sparsurf.errors import InputError
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 

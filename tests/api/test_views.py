@@ -11,8 +11,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sparsurf import InputError, Surface
+from sparsurf import Surface
 from sparsurf.api import views
+from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
 
 

@@ -13,10 +13,11 @@ import sparsurf
 import summarise_batches
 from browser import Browser, programs
 from peptides import peptide, write
-from sparsurf import InputError, columns
+from sparsurf import columns
 from sparsurf.batches import assignment, summary, tables
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
+from sparsurf.errors import InputError
 from sparsurf.report import batches_page
 from sparsurf.report.page import render
 from sparsurf.workflow.config import check_config

@@ -18,12 +18,12 @@ import measure_floors
 import select_minimal_subset
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.api import minimal as api_minimal
 from sparsurf.api.surfaces import surface_settings
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.batches.tables import write_parquet
 from sparsurf.cli import command, surface
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.streams import DEFAULT_SEED

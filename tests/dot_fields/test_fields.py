@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.dot_fields.potential import (
@@ -25,6 +24,7 @@ from sparsurf.dot_fields.potential import (
 )
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.dot_fields.smoothing import gaussian_mean
+from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")

@@ -6,7 +6,7 @@ import hashlib
 import pytest
 
 from conftest import ROOT
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from structures import (
     Structure,
     complexes,

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import choose_frames as script
 from peptides import peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules import conformations
 from sparsurf.molecules.conformations import (
     choose_clusters,

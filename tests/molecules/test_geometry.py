@@ -9,7 +9,7 @@ import pytest
 
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules import geometry
 from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_study_structure
 

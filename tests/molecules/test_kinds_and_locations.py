@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, number_residues
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decode_number, encode_label, read_pdb

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules import mdtraj_process
 from sparsurf.molecules.mdtraj_process import load_atoms, load_frames
 

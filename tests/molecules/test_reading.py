@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules import pdb
 from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.atom_table import box_vectors

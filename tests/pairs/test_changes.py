@@ -9,8 +9,8 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.errors import InputError
 from sparsurf.pairs import changes as module
 from sparsurf.pairs.changes import (
     Form,

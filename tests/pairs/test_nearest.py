@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import cdist
 from scipy.stats import ortho_group
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.pairs.nearest import COLUMNS, ROWS, _merge, nearest
 
 

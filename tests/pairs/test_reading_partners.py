@@ -6,7 +6,7 @@ from scipy.spatial.distance import pdist
 
 from conftest import make_blob
 from peptides import peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.pairs import partner_files
 from sparsurf.pairs.partners import partner_of
 from sparsurf.surfaces.formats.npz import write_npz

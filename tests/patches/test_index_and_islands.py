@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 import naive
 from conftest import make_blob
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.patches import descriptors, index, roughness, subset_patches
 from sparsurf.patches.index import ball, ball_bound, build_index
 from sparsurf.patches.islands import drop_small_islands, patch

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.patches.index import build_index, select_separated
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.samplers import (

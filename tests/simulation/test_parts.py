@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from peptides import peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation import gromacs, protocol, quality, stages, system
 

@@ -15,7 +15,7 @@ import judge_simulation
 import warm_python
 from conftest import ROOT
 from peptides import STEP, peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation import gromacs, protocol, quality, stages, system
 from sparsurf.workflow.config import check_config

@@ -13,7 +13,7 @@ import select_minimal_subset
 import summarise_comparison
 from conftest import ROOT
 from drawn import check_texts
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALED_LINK

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.streams import stream
 from sparsurf.study import comparison, grid, minimal_subset
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests

@@ -9,7 +9,7 @@ import pytest
 import follow_ensemble
 from drawn import check_texts, drawn_texts
 from peptides import peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import over_time
 from sparsurf.study import ensemble

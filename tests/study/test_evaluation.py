@@ -8,7 +8,7 @@ import pytest
 
 import evaluate_grid
 import naive
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.sampling import combination, published
 from sparsurf.study import grid as grids
 from sparsurf.study.prepared_surface import PreparedSurface

@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 import measure_floors
 from conftest import ROOT
 from measures import recovery
-from sparsurf import InputError
 from sparsurf.cli import command
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study.tables import number_of_combinations, read_minimal, read_roughness, read_table
 

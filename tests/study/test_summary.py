@@ -13,7 +13,7 @@ import draw_summary
 import summarise_best
 import summarise_surfaces
 from drawn import drawn_texts
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout, summary_figures
 from sparsurf.report.summary_page import by_chance, summary_page

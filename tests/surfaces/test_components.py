@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.components import (
     ARC_STEP,

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 import compute_surface
 from peptides import atom_line, peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import dot_placement, molecular_surface
 from sparsurf.surfaces.formats.npz import read_npz

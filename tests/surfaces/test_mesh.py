@@ -7,8 +7,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.cli import command
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.mesh import _assign_sides, _height, recovered_mesh
 from sparsurf.recovery.recovering import recover

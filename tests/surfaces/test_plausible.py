@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz, write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface

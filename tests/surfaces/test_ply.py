@@ -11,7 +11,7 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, viridis, write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface

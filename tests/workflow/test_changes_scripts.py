@@ -5,7 +5,7 @@ import pytest
 import compare_forms
 from conftest import ROOT
 from small_study import EMBEDDED
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.workflow.config import check_config
 
 CONFIG = check_config({"proteins": {"tdp43": EMBEDDED}}, home=ROOT)

@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 from conftest import ROOT
-from sparsurf import InputError
 from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.errors import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 import close_run
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.workflow import job_logs, jobs
 
 

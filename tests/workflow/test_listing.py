@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conftest import ROOT
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES
 from sparsurf.workflow.config import check_config
 from sparsurf.workflow.download import fetch, file_name, variable

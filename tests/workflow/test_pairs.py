@@ -9,7 +9,7 @@ import summarise_pairs
 import tabulate_pair_residues
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.workflow import listing
 
 

@@ -18,7 +18,7 @@ import tabulate_residues
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import EMBEDDED
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs import matching
 from sparsurf.simulation.protocol import DEFAULTS

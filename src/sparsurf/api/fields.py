@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
 from sparsurf.api.inputs import (
     MoleculeLike,
     SurfaceLike,
@@ -29,6 +28,7 @@ from sparsurf.api.inputs import (
 from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
 from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.errors import InputError
 from sparsurf.study.minimal_subset import Subset
 from sparsurf.study.residues import residue_table
 from sparsurf.surfaces.surface import Surface

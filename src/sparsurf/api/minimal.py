@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from sparsurf import InputError
 from sparsurf.api.inputs import DENSITY as DENSITIES
 from sparsurf.api.inputs import (
     ERROR,
@@ -24,6 +23,7 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.api.subsets import prepare
 from sparsurf.api.surfaces import surface, surface_settings
+from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
 from sparsurf.api.inputs import LENGTH, SurfaceLike, check_choice, check_flag, index_array
 from sparsurf.api.surfaces import as_index
+from sparsurf.errors import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED, describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
 from sparsurf.patches.roughness import roughness as roughness_of_dots

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.api.inputs import (
     ALPHA,
     EXPONENT,
@@ -22,6 +21,7 @@ from sparsurf.api.inputs import (
     subset_indices,
 )
 from sparsurf.api.surfaces import as_surface
+from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published

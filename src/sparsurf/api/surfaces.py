@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
 from sparsurf.api.inputs import (
     DENSITY,
     LENGTH,
@@ -30,6 +29,7 @@ from sparsurf.api.inputs import (
     refuse_other_rules,
     refuse_placement,
 )
+from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.surfaces.components import table_of_components

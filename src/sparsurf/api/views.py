@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
 from sparsurf.api.inputs import number_arrays
+from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK
 from sparsurf.report.viewer.page import MAX_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_other_atoms
 from sparsurf.api.scenes import SCENES, write_scene
+from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.csv import write_csv

@@ -12,10 +12,10 @@ from typing import Any
 
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.batches.assignment import TABLES
 from sparsurf.batches.tables import pack_dots
 from sparsurf.dot_fields.registry import FIELDS, compute_fields
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.minimal_subset import select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface

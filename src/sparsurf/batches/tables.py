@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 INT, FLOAT, TEXT, DOUBLE = "int32", "float32", "string", "float64"
 STEPS_PER_ANGSTROM = 32  # steps of the places of dots

@@ -16,7 +16,8 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, NoReturn
 
-from sparsurf import InputError, __version__, printable, progress
+from sparsurf import __version__, progress
+from sparsurf.errors import InputError, printable
 from sparsurf.suggestions import did_you_mean
 
 COMMANDS = {

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf import InputError
 from sparsurf.batches.tables import columns_of, locate_structure, read_parquet, unpack_dots
 from sparsurf.cli import outputs
+from sparsurf.errors import InputError
 from sparsurf.files import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule

@@ -6,11 +6,12 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from sparsurf import InputError, progress
+from sparsurf import progress
 from sparsurf.api.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_structure
 from sparsurf.api.surfaces import CAVITIES
 from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.cli.outputs import FRAME
+from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.api.writing import NUMBERS, Dots, parse_output, write_dots, write_file
+from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.csv import write_csv
 
 FRAME = "{frame}"  # in the name of a file: its number

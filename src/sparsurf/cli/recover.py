@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.api import writing
 from sparsurf.api.inputs import DENSITY as DENSITIES
 from sparsurf.api.minimal import REACHES, STEPS, recover
 from sparsurf.api.patches import describe_points
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
+from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_structure
 from sparsurf.api.surfaces import components, mesh
 from sparsurf.cli import options, outputs
+from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.patches.index import D_LINK

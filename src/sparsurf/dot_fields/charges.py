@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import read_text
 from sparsurf.molecules.residues import VARIANTS, standard_name
 

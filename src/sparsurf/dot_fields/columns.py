@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import read_text
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.surfaces.surface import is_field_name

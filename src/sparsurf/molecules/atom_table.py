@@ -20,7 +20,7 @@ import gemmi
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 
 log = logging.getLogger("sparsurf")

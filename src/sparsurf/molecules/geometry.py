@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import IN_NM, suffix
 from sparsurf.molecules.residues import AMINO_ACIDS, HEAVY_ATOMS, PEPTIDE, count_heavy_atoms, standard_name

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import existing_file
 from sparsurf.molecules.formats import ONE_FRAME, suffix
 

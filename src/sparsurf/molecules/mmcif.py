@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from gemmi import cif
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import AtomFile, box_vectors
 from sparsurf.molecules.plddt import mmcif_has_plddt
 from sparsurf.molecules.residues import HEAVY_ATOMS, split_label, standard_name

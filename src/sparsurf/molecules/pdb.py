@@ -22,7 +22,7 @@ import gemmi
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, box_vectors, missing_residues
 from sparsurf.molecules.plddt import pdb_has_plddt

@@ -11,7 +11,7 @@ import re
 import numpy as np
 from gemmi import cif
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 TITLE = re.compile(r"(ALPHAFOLD|ESMFOLD).*PREDICTION")  # of a PDB file; experiments name AlphaFold elsewhere
 CATEGORIES = ("_ma_qa_metric.", "_ma_model_list.", "_ma_data.")  # of a predicted model in an mmCIF file

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import no_warnings, pluralise, read_text
 from sparsurf.molecules.atom_table import (
     AtomFile,

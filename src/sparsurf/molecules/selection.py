@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.residues import split_label
 

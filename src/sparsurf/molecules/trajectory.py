@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import existing_file
 from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
 from sparsurf.molecules.mdtraj_process import AtomRow, load_atoms, load_frames

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError, progress
+from sparsurf import progress
+from sparsurf.errors import InputError
 from sparsurf.molecules.conformations import BACKBONE, determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.residue_moments import CHANNELS, FIELDS, Residues, describe_residues, distances

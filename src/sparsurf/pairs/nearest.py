@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
 from sparsurf.dot_fields.registry import compute_fields, mean_of_residues
+from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, recover
 from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.patches.index import select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices

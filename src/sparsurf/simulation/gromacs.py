@@ -9,7 +9,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 PROGRAMS = ("gmx", "gmx_mpi")
 MIN_VERSION = 2019  # the paper's version; older ones lack some parameters

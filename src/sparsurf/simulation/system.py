@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.residues import PEPTIDE, count_heavy_atoms
 from sparsurf.simulation import gromacs

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid

@@ -14,7 +14,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.patches import descriptors
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling import published

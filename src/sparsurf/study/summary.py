@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study.floors import floor_column
 from sparsurf.study.relation import relate_to_roughness

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sparsurf import InputError
 from sparsurf.columns import missing_columns
+from sparsurf.errors import InputError
 from sparsurf.files import read_bytes
 from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_combinations
 from sparsurf.study.best_set import best_set

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.rolling_probe import (
     E1,
     E2,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.components import COMPONENT_FIELD
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Rolling, T, blocker, roll

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule

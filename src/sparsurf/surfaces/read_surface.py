@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import read_bytes
 from sparsurf.surfaces.formats import csv, dms, npz, ply
 from sparsurf.surfaces.surface import Format, Surface

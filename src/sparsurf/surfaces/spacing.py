@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.surface import DENSITY as DENSITY  # re-exported: most users import it from here
 from sparsurf.surfaces.surface import nearest_neighbours
 from sparsurf.surfaces.vectors import point, squared_distance

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from sparsurf import InputError
 from sparsurf.batches.assignment import TABLES
+from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.suggestions import did_you_mean

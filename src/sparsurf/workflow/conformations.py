@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 
 if TYPE_CHECKING:

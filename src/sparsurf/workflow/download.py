@@ -8,7 +8,7 @@ from http.client import HTTPException
 from typing import Any
 from urllib.parse import ParseResult, urlparse
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import shorten
 
 PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"

@@ -12,7 +12,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppres
 from pathlib import Path
 from typing import Any
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.workflow.job_logs import ERROR, PROGRESS, USED
 
 # A full disk, a folder that may not be written

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
 from sparsurf.workflow.names import FILE_KEYS, SURFACE_SUFFIXES

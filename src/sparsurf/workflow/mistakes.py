@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.suggestions import did_you_mean
 from sparsurf.workflow.models import FORMS, Config

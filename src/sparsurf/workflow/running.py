@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure
 
 SNAKEMAKES_GREETING = "Using workflow specific profile"

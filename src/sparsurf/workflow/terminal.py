@@ -17,7 +17,7 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf import printable
+from sparsurf.errors import printable
 from sparsurf.workflow.job_logs import FAILED_JOBS, failure, progress, warnings_in
 
 SECONDS_BEFORE_BAR = 10

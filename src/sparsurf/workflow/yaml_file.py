@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 
 MERGE = "tag:yaml.org,2002:merge"
 MAX_VALUES, MAX_BYTES = 40_000, 2**21  # of a config, with its aliases written out; read in about 2 s

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import RESERVED_COLUMNS, Format, Surface, is_field_name, surface_of_columns
 

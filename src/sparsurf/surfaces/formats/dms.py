@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Format, Surface, surface_of_columns
 

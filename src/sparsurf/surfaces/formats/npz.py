@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import no_warnings, read_archive, read_bytes
 from sparsurf.surfaces.surface import ARRAY_NAMES, Format, Surface, is_field_name, surface_of_columns
 

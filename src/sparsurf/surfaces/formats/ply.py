@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.surface import Format, Surface, is_field_name, surface_of_columns
 from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
