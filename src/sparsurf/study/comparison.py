@@ -48,24 +48,9 @@ def select_methods(
     names: Iterable[str] | None = None,
     ranges: pd.DataFrame | None = None,
 ) -> dict[str, Method]:
-    """Select the methods to compare.
+    """Select the methods to compare, functions (n, rng) -> dots by name: the samplers `names`, all by default.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    names : iterable of str, optional
-        Names of samplers; all by default.
-    ranges : DataFrame, optional
-        With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper.
-
-    Returns
-    -------
-    dict of functions (n, rng) -> dots, by name
-
-    Raises
-    ------
-    InputError
-        If a name is not registered.
+    With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper.
     """
     chosen = samplers.get_samplers(
         names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
@@ -82,27 +67,10 @@ def compare_samplers(
     progress: Callable[[int, int], None] = lambda done, of: None,
     floors: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Measure every sampler at every n_S, under every reading, in both uses.
+    """Measure every sampler at every requested n_S (% of the dots), under every reading, in both uses: the rows of compare.csv.
 
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    methods : dict
-        See `select_methods`.
-    percents : sequence of float
-        Requested n_S in % of the dots.
-    n_tests, draws : int
-    progress : callable
-        Callback with the numbers of finished and total samplers.
-    floors : dict, optional
-        floor -> Z, see `tables.floors_by_name`.
-
-    Returns
-    -------
-    DataFrame, one row per sampler, requested n_S (`percent`) and measure (see `USE`): n_S and n_S_percent (means of
-    the draws), use, measure, value, se, low and high (95 % over draws and test dots; NaN if the measure is not a
-    mean over test dots), and, for each Z, the reference values Z_mean_descriptor and Z_empty, and the floors Z_resampled and
-    Z_turned if given.
+    `methods` are from `select_methods`, `floors` from `tables.floors_by_name`; `progress` is called with the numbers of
+    finished and total samplers. Intervals are over draws and test dots; NaN if the measure is not a mean over test dots.
     """
     tests = prepared.draw_tests(n_tests)
     parts = []
@@ -233,16 +201,9 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
 
 
 def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Average over the conformations of each protein.
+    """Average over the conformations of each protein; if there is only one protein, its conformations are kept separate.
 
-    Parameters
-    ----------
-    tables : dict
-        (protein, conformation) -> table of `compare_samplers`.
-
-    Returns
-    -------
-    dict, name -> table; if there is only one protein, its conformations are kept separate.
+    `tables` are those of `compare_samplers` by (protein, conformation).
     """
     names = list(dict.fromkeys(protein for protein, _ in tables))
     if len(names) == 1:
@@ -255,19 +216,9 @@ def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str
 
 
 def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Compute means and spread over proteins.
+    """Compute means and spread over proteins, or over conformations of a single one: the rows of compare.csv of a run.
 
-    Parameters
-    ----------
-    units : dict
-        See `means_by_protein`.
-
-    Returns
-    -------
-    DataFrame, one row per sampler, requested n_S and measure: n_S_percent, value, sd, lowest, highest over the
-    proteins; the same for the ratio to the uniform subset of the same protein (NaN if not measured); n (number of proteins, or
-    of conformations of a single protein); means of Z_mean_descriptor, Z_empty and, if measured, Z_resampled and
-    Z_turned.
+    The ratio is that to the uniform subset of the same protein, NaN if not measured.
     """
     rows = pd.concat([table.assign(unit=name) for name, table in units.items()])
     reference = rows[rows["sampler"] == REFERENCE].set_index(["unit", "percent", "measure"])["value"]

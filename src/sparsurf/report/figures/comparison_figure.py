@@ -30,21 +30,7 @@ ARROW_PERCENT = 20.0  # n_S near which the gain over the paper's sampler is mark
 def comparison_figure(
     table: pd.DataFrame, subject: str, band: str = "95 % over draws and test dots"
 ) -> Figure:
-    """Draw Z against n_S as written, a line per sampler.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Columns sampler, percent, n_S_percent, measure, value, low, high, Z_mean_descriptor.
-    subject : str
-        What was compared: a conformation, or a number of proteins.
-    band : str
-        Meaning of low and high.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw Z against n_S as written, a line per sampler; `subject` is what was compared, `band` the meaning of low and high."""
     part = table[table["measure"] == MEASURE]
     best = str(part.groupby("sampler")["value"].mean().idxmin())
     subject = layout.headed(subject, f"{sampler_label(best)} errs least")
