@@ -246,8 +246,7 @@ def test_warnings_of_all_jobs_are_in_one_table(run):
 def test_the_first_page_leads_to_every_page_and_figure(run):
     links = {unquote(path) for path in re.findall(r'href="([^"]+)"', (run / "index.html").read_text())}
     found = {str(path.relative_to(run)) for end in ("html", "png") for path in run.rglob(f"[!.]*.{end}")}
-    elsewhere = ("view.png", "_panels.png")  # on other pages and in the report
-    found = {path for path in found if not path.endswith(elsewhere)}
+    found = {path for path in found if not path.endswith("view.png")}  # on the page of the viewer
     found -= {"index.html", "compare.png", "pairs/pairs.png", "table1.png"}
     assert found <= links and len(found) > 50
     assert not [path for path in links if not path.startswith("#") and not (run / path).exists()]

@@ -42,7 +42,6 @@ MAX_WITH_PICTURES = 20  # surfaces, or pairs
 TABLES_OF_ALL = ("surfaces", "summary", "relation")  # over all surfaces; the last two need a grid
 FILES_OF_ROW = ("minimal.csv", "residues.csv")  # linked from the row of a surface
 MAX_RANGE_TABLES = 3  # surfaces with a table of ranges
-SUPPLEMENT = "_panels"  # ends the names of figures for the supplement
 PAGES = ("ranges", "ensemble")  # linked from the heading of a surface or a protein
 DOWNLOADS = {  # files of a surface and what they contain
     "minimal.csv": "the minimal subset: places, normals, weights",
@@ -373,7 +372,7 @@ def pictures(start: str, pages: Iterable[str]) -> Iterator[tuple[str, str]]:
     begin = f"{start}figures/"
     for path in pages:
         name = path.removeprefix(begin).removesuffix(".png")
-        if path == f"{begin}{name}.png" and "/" not in name and not name.endswith(SUPPLEMENT):
+        if path == f"{begin}{name}.png" and "/" not in name:
             yield path, name
 
 
