@@ -1,6 +1,7 @@
 # make run     set up, run the default study on the embedded example, write the report
 # make paper   the same for the paper's A1, its tables beside ours (see studies/paper.yaml)
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
+# make check   compare the files of a run with the checksums that it wrote: which were changed since, which are missing
 # make test    set up, run every check
 # make bench   measure speed and memory
 # make evidence  tables and figures of docs/ that are missing or older than their inputs (evidence/README.md); QUICK=1: all
@@ -51,7 +52,7 @@ endif
 # The numba kernels, compiled once, and again when a source was edited: numba notices no edit in another file than the kernel's
 KERNELS := .cache/kernels-compiled
 
-.PHONY: evidence setup setup-test setup-docs run paper compare test bench docs package lock schema
+.PHONY: evidence setup setup-test setup-docs run paper compare check test bench docs package lock schema
 
 setup: $(READY) $(KERNELS) $(EXTRA)
 
@@ -63,6 +64,9 @@ paper: setup
 
 compare: setup
 	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
+
+check: setup
+	@$(BIN)/python scripts/check_run.py "$(CONFIG)"
 
 setup-test: setup $(FOR_TEST)
 

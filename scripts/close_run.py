@@ -13,6 +13,7 @@ from urllib.parse import quote
 import pandas as pd
 
 from sparsurf import __version__
+from sparsurf.files import checksum
 from sparsurf.report.first_page import DOWNLOADS, TEMPLATE, first_page
 from sparsurf.report.page import write
 from sparsurf.rounding import write_table
@@ -21,6 +22,7 @@ from sparsurf.workflow.jobs import job
 
 COLUMNS = ("protein", "conformation", "job", "sentence")
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
+CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
 
 
 def main(
@@ -90,7 +92,7 @@ def describe_files(folder: Path, paths: list[Path]) -> dict:
         "mentions": {"@id": "#run"},
     }
     parts = [_describe_file(folder, file) for file in files]
-    return {"@context": f"{PROFILE}/context", "@graph": [metadata, root, action, program, *parts]}
+    return {"@context": CONTEXT, "@graph": [metadata, root, action, program, *parts]}
 
 
 def _describe_file(folder: Path, file: str) -> dict:
@@ -98,6 +100,7 @@ def _describe_file(folder: Path, file: str) -> dict:
     media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
     size, description = str((folder / file).stat().st_size), DOWNLOADS.get(Path(file).name)
     part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
+    part["sha256"] = checksum(folder / file)
     return part | ({"description": description} if description else {})
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import hashlib
 import io
 import logging
 import os
@@ -47,6 +48,12 @@ def shorten(text: object) -> str:
 def pluralise(number: int, noun: str) -> str:
     """Return a number with its noun: '1 residue', '2 residues'."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def checksum(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def as_path(path: str | os.PathLike[str]) -> Path:

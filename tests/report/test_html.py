@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+import os
 import re
 from pathlib import Path
 from urllib.parse import quote, unquote
@@ -12,6 +13,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+import check_run
 import close_run
 import sparsurf
 from browser import Browser, programs
@@ -513,6 +515,36 @@ def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
     assert by["p/c1/minimal.csv"]["description"].startswith("the minimal subset")
     assert by["ro-crate-metadata.json"]["about"] == {"@id": "./"} and by["./"]["@type"] == "Dataset"
     assert by["#sparsurf"]["version"] == sparsurf.__version__
+
+
+def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(check_run, "RESULTS", tmp_path / "results")
+    folder, config = tmp_path / "results" / "mine", tmp_path / "mine.yaml"
+    config.write_text("run: mine\n")
+    assert check_run.main(config) == 2 and "There is no " in capsys.readouterr().err
+    folder.mkdir(parents=True)
+    files = [folder / name for name in ("a b.csv", "grid.csv", "roughness.csv", "view.html")]
+    for path in files:
+        path.write_text("x\n1\n2\n")
+    close_run.write_crate(list(map(str, files)), str(folder / close_run.CRATE))
+    assert check_run.main(config) == 0 and capsys.readouterr().out.startswith("4 of 4 files in results/mine/")
+    for path, text in ((files[1], "x\n1\n3\n"), (files[2], "x\n1")):
+        times = path.stat().st_atime_ns, path.stat().st_mtime_ns
+        path.write_text(text)
+        os.utime(path, ns=times)
+    files[3].unlink()
+    assert check_run.main(config) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(". ")[0] for line in lines[:3]] == [
+        "results/mine/grid.csv differs from what the run wrote",
+        "results/mine/roughness.csv differs from what the run wrote",
+        "results/mine/view.html is missing",
+    ]
+    assert len(lines) == 4
+    (folder / close_run.CRATE).write_text("{")
+    assert check_run.main(config) == 2 and "is damaged" in capsys.readouterr().err
 
 
 def test_figures_that_are_missing_or_too_large_stay_outside(tmp_path, monkeypatch):
