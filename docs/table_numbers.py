@@ -2,7 +2,7 @@
 
 A placeholder names a table, its rows by their cells, and a format over the columns:
 
-    d is {{ proteins_d.csv reading=as_coded range=5 | {own:+.2f} ({own_low:+.2f} to {own_high:+.2f}) }}.
+    d is {{ proteins_d.csv reading=kept range=5 | {own:+.2f} ({own_low:+.2f} to {own_high:+.2f}) }}.
 
 In a sentence it stands for one row. Alone on its line it stands for as many lines as there are rows, in the order of the table.
 A condition with spaces is quoted, and | separates alternatives: "sampler=farthest dots|uniform dots" percent=10.

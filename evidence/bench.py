@@ -184,13 +184,13 @@ def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) ->
 def measure_grids(
     table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
 ) -> None:
-    """Measure whole grids with one draw, reading `as_coded`, and one combination at every dot."""
+    """Measure whole grids with one draw, reading `kept`, and one combination at every dot."""
     prepared, n = PreparedSurface(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
-        run = partial(grid.evaluate_grid, prepared, combinations, n_tests, 1, ("as_coded",))
+        run = partial(grid.evaluate_grid, prepared, combinations, n_tests, 1, ("kept",))
         table.time(what, n, run, repeats, most=most)
-    for readings, names in ((("as_coded",), "`as_coded`"), (GRID_READINGS, "both readings")):
+    for readings, names in ((("kept",), "`kept`"), (GRID_READINGS, "both readings")):
         run = partial(grid.evaluate_grid, prepared, BEST_COMBINATION, n, 1, readings)
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
@@ -277,9 +277,7 @@ def measure_reference(table: Table, surface: Surface, name: str) -> None:
         "the same patches here", n, lambda: descriptors.describe(index, many), 3, "µs", 1e6 / len(many)
     )
     table.add("ratio", n, reference_time / ours, "times")
-    in_one_pass = [
-        row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `as_written`"
-    ]
+    in_one_pass = [row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `full`"]
     table.add("ratio, 64 subsets in one pass", n, reference_time / in_one_pass[0], "times")
 
 

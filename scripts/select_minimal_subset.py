@@ -8,7 +8,7 @@ import pandas as pd
 
 from sparsurf.dot_fields.registry import FIELDS, compute_fields
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
 from sparsurf.recovery.fields import recovery_table
 from sparsurf.rounding import write_table
@@ -84,7 +84,8 @@ def main(
     choices = choices_from_ranges(read_table(ranges) if ranges else None)
     if ranges and choices is PUBLISHED_CHOICES:
         log.warning(
-            "%s: nothing was evaluated as coded, so the paper's sampling takes the paper's parameters", name
+            "%s: nothing was evaluated among the kept dots, so the paper's sampling takes the paper's parameters",
+            name,
         )
     n_tests = number_of_tests(test_dots, len(dots))
     noise_floors = read_distances(floors)
@@ -95,7 +96,7 @@ def main(
     write_table(required_dots, required_dots_table(trials, noise_floors))
     all_curves = [curves_table(trials)]
     if minimal["sampler"] != UNIFORM:
-        all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (WRITTEN_READING,)))
+        all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (FULL_READING,)))
     write_table(curves, pd.concat(all_curves))
     distances = distance_to_recovered(
         dots.points, subset.surface.points, subset.surface.normals, threads, DENSITY_FOR_ERRORS

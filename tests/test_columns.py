@@ -84,7 +84,7 @@ def test_every_column_is_explained_with_a_known_type():
 
 def test_an_interval_is_explained_by_its_column():
     table = columns.tables()["<protein>/<conformation>/grid.csv"]
-    column = table.column("d_low_as_written")
+    column = table.column("d_low_full")
     assert column.meaning == "lower end of the 95 % interval of `d_<reading>`" and column.type == "float"
 
 

@@ -13,10 +13,10 @@ from sparsurf.rounding import round_by_error, write_table
 def test_a_number_has_two_digits_of_its_error():
     table = pd.DataFrame(
         {
-            "d_as_coded": [1.23456789, -0.0000123456, np.nan, 3.3333333],
-            "d_se_as_coded": [0.0345678, 0.00234567, 0.1, 0.0],
-            "d_low_as_coded": [1.1669, -0.0047, np.nan, 3.3333333],
-            "d_high_as_coded": [1.3023, 0.0045, np.nan, 3.3333333],
+            "d_kept": [1.23456789, -0.0000123456, np.nan, 3.3333333],
+            "d_se_kept": [0.0345678, 0.00234567, 0.1, 0.0],
+            "d_low_kept": [1.1669, -0.0047, np.nan, 3.3333333],
+            "d_high_kept": [1.3023, 0.0045, np.nan, 3.3333333],
             "d_recovered": [1.23456789] * 4,
             "d_se_recovered": [0.0345678] * 4,
             "auc": [0.54321, 12.3456, math.inf, 0.5],
@@ -28,14 +28,14 @@ def test_a_number_has_two_digits_of_its_error():
         }
     )
     rows = round_by_error(table)
-    assert rows["d_as_coded"].tolist() == [
+    assert rows["d_kept"].tolist() == [
         "1.235",
         "0.0000",
         "",
         "3.33333",
     ]  # never -0, and all digits without an error
-    assert rows["d_se_as_coded"].tolist() == ["0.035", "0.0023", "0.10", "0"]
-    assert rows["d_high_as_coded"].tolist() == ["1.302", "0.0045", "", "3.33333"]
+    assert rows["d_se_kept"].tolist() == ["0.035", "0.0023", "0.10", "0"]
+    assert rows["d_high_kept"].tolist() == ["1.302", "0.0045", "", "3.33333"]
     assert set(rows["d_recovered"]) == {"1.235"}
     assert rows["auc"].tolist() == ["0.543", "12", "inf", "0.5"]  # errors of 0.025, 50, infinity and none
     assert rows["low"].tolist() == ["0.500", "-100", "0.1", ""]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.patches.readings import CODED_READING, GRID_READINGS
+from sparsurf.patches.readings import GRID_READINGS, KEPT_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.study import tables
@@ -134,8 +134,8 @@ def published_grid(sampling: dict[str, list[float]]) -> np.ndarray:
 
 
 def table1_of(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return Table I as coded with a column of d and Z for each surface: d_A1_file, d_A1_file_low, ..."""
-    coded = rows[rows["reading"] == CODED_READING]
+    """Return Table I among the kept dots with a column of d and Z for each surface: d_A1_file, d_A1_file_low, ..."""
+    coded = rows[rows["reading"] == KEPT_READING]
     table = coded.drop_duplicates("row")[ROW].set_index("row")
     for surface, of_surface in coded.groupby("surface", sort=False):
         values = of_surface.set_index("row")

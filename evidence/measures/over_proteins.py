@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import (
     PARAMETERS,
@@ -178,7 +178,7 @@ def needed(curves: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for protein, part in curves.groupby("protein", sort=False):
         lines = {keys: line for keys, line in part.groupby(["sampler", "reading"], sort=False)}
-        reference = lines[REFERENCE, WRITTEN_READING].set_index("percent")
+        reference = lines[REFERENCE, FULL_READING].set_index("percent")
         for target in TARGETS:
             z, n_uniform = reference.loc[target, ["Z", "n_S_percent"]]
             for (sampler, reading), line in lines.items():

@@ -7,14 +7,14 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.sampling.samplers import sampler_label
 
 FAIR = "atoms moved 0.3 Å"
-COLOURS = {WRITTEN_READING: PALETTE[0], CODED_READING: PALETTE[5], RECOVERED: PALETTE[2]}
+COLOURS = {FULL_READING: PALETTE[0], KEPT_READING: PALETTE[5], RECOVERED: PALETTE[2]}
 WORDS = {reading: reading.replace("_", " ") for reading in GRID_READINGS} | {
     RECOVERED: "recovered, a quarter of the grid"
 }
@@ -58,7 +58,7 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floors = {"fresh dots": surfaces["Z_resampled"].mean(), "turned": surfaces["Z_turned"].mean()}
     floors[FAIR] = surfaces["Z_atoms_moved_0.3_Å"].mean()
-    for k, reading in enumerate((WRITTEN_READING, RECOVERED)):
+    for k, reading in enumerate((FULL_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
             colour, width, marker = LINES[sampler]

@@ -6,7 +6,7 @@ import pandas as pd
 
 from measures import over_proteins
 from measures.studies import Measured
-from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING, KEPT_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
 from sparsurf.study.summary import Result, summary_table
@@ -76,7 +76,7 @@ def of_recovered(results: list[Result]) -> pd.DataFrame:
 def quantities_of(summary: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
     """Return the numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
     own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_cv"].mean()
-    out = {f"cross-validated d, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
+    out = {f"cross-validated d, `{reading}`": own[reading] for reading in (KEPT_READING, FULL_READING)}
     for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
         own = part[(part["sampler"] == "farthest") & (part["reading"] == RECOVERED)].set_index("protein")
         out[f"times fewer than {target:g} % uniform"] = own["factor"]

@@ -9,7 +9,7 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.summary import Result, read_result
 
-READING_OF_MEASURE = {"Z as_written": "as_written", "Z recovered": "recovered"}  # of compare.csv
+READING_OF_MEASURE = {"Z full": "full", "Z recovered": "recovered"}  # of compare.csv
 
 
 class Measured(NamedTuple):

@@ -35,7 +35,7 @@ z              vector of the 121 Zernike invariants |c_nm| of a patch
 Z_tS, Z_tR     mean |z_tot - z_S|, mean |z_tot - z_R| over the test dots
 d              Z_tR - Z_tS: positive where the sampling beats the uniform subset
 reading        how 'the points not connected are removed' is understood:
-               'as_coded' among the kept dots, 'as_written' on the full surface, 'recovered' on
+               'kept' among the kept dots, 'full' on the full surface, 'recovered' on
                the surface that the kept dots give back
 range          one of ten equal intervals of n_S
 partners       the two surfaces of a pair; complementarity compares the first's patches 'up' with the second's 'down'

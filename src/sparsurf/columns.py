@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 PLACEHOLDERS = {
-    "<reading>": "(?:as_coded|as_written|recovered)",
+    "<reading>": "(?:kept|full|recovered)",
     "<residue>": r"[^:]*:\w+",
     "<n>": r"\d+",
     "<m>": r"\d+",

@@ -14,7 +14,7 @@ DIGITS = 6  # of numbers without an error
 DIGITS_OF_ERROR = 2
 STANDARD_ERRORS_PER_INTERVAL = 4  # of 95 %
 MAX_DECIMALS = 12
-ENDING = re.compile(r"_(?:as_coded|as_written|recovered)$")
+ENDING = re.compile(r"_(?:kept|full|recovered)$")
 VALUES = ("Z", "value", "auc", "mean", "difference", "factor")  # whose error is called se, low and high
 
 
@@ -26,7 +26,7 @@ def write_table(path: str | PathLike[str], table: pd.DataFrame) -> None:
 def round_by_error(table: pd.DataFrame) -> pd.DataFrame:
     """Return the table with its floats as text; empty for NaN.
 
-    The error of a column `d` stands in `d_se`, or is a quarter of `d_high` - `d_low`; of `d_as_coded` in `d_se_as_coded`; of
+    The error of a column `d` stands in `d_se`, or is a quarter of `d_high` - `d_low`; of `d_kept` in `d_se_kept`; of
     `Z`, `value`, `auc`, `mean`, `difference` and `factor` also in `se`, `low` and `high`.
     """
     floats = [name for name in table if table[name].dtype.kind == "f"]

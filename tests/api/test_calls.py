@@ -212,7 +212,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         (lambda dots, ready: sparsurf.compare(ready, {}), "subsets: there are none; give at least one."),
         (
             lambda dots, ready: sparsurf.compare(ready, [0], reading="x"),
-            "reading is 'x'; it must be one of as_coded, as_written, scaled, recovered.",
+            "reading is 'x'; it must be one of kept, kept_scaled, full, recovered.",
         ),
         *(
             (lambda dots, ready, d=d: sparsurf.recover(dots, density=d), f"density is {d!r}; {LENGTHS}")
@@ -316,7 +316,7 @@ def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
     tests = ready.draw_tests(50)
     z_tot, _ = ready.describe(tests)
     uniform = published.uniform_subset(3000, 1500, ready.stream("compare", 1500))
-    own, other = ready.distances([half, uniform], tests, z_tot, "as_written")[0]
+    own, other = ready.distances([half, uniform], tests, z_tot, "full")[0]
     row = table.loc["half"]
     assert (row["Z"], row["Z_uniform"]) == pytest.approx((own.mean(), other.mean()))
     assert row["d"] == pytest.approx(other.mean() - own.mean())
@@ -325,10 +325,8 @@ def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
     assert row["Z_mean_descriptor"] == pytest.approx(
         np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()
     )
-    kept = sparsurf.compare(ready, half, reading="as_coded", test_dots=50)
-    assert kept.loc["subset", "Z"] == pytest.approx(
-        ready.distances([half], tests, z_tot, "as_coded")[0].mean()
-    )
+    kept = sparsurf.compare(ready, half, reading="kept", test_dots=50)
+    assert kept.loc["subset", "Z"] == pytest.approx(ready.distances([half], tests, z_tot, "kept")[0].mean())
 
 
 @pytest.mark.parametrize("subset", [[0, 0], [-1], [3000], [], [0.5], [[1, 2]], np.ones(5, bool)])

@@ -775,13 +775,13 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
 def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)
     for name in ("over.csv", "a.pdb", "dots.csv"):
-        (tmp_path / name).write_text("as_coded")
+        (tmp_path / name).write_text("kept")
     (tmp_path / "link.csv").symlink_to("over.csv")
     assert ended(*words.split()) == 1
     command, out = words.split()[0], words.split("-o ")[1].split()[0]
     told = f"sparsurf {command}: {out} is a file that is read; name another one to write.\n"
     assert capsys.readouterr().err == told
-    assert {path.read_text() for path in tmp_path.iterdir()} == {"as_coded"}
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"kept"}
 
 
 def test_a_folder_that_may_not_be_written_is_reported(tmp_path, monkeypatch, capsys):

@@ -10,7 +10,7 @@ from sparsurf.cli.recover import EXAMPLES
 
 FARTHEST = 'recover_opponents_means.csv "sampler=farthest dots" percent=10'
 AT_44 = "{own:+.2f} ({own_low:+.2f} to {own_high:+.2f})"
-ON_A1 = "fragments_surfaces.csv surface=A1_file reading=as_coded"
+ON_A1 = "fragments_surfaces.csv surface=A1_file reading=kept"
 SURFACES = "surface=A1_file|A1_dms|A2|A3|A4|A5|B1|B2"
 AUC = "complexes_means.csv score=propensity_smoothed descriptor=published"
 RANGE = "{n_S_low_percent:.0f} to {n_S_high_percent:.0f}"
@@ -22,13 +22,13 @@ SHOWN = {
         f"from the true one by {{{{ {FARTHEST} | {{distance:.3f}} }}}} Å on average",
         f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} }}}} Å.",
         'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å',
-        f"of the dots it is {{{{ proteins_d.csv reading=as_coded range=5 | {AT_44} as coded }}}}",
-        f"{{{{ proteins_d.csv reading=as_written range=5 | {AT_44} as written (mean of {{n}} proteins) }}}}",
-        "worse than the mean patch, on all {{ proteins_d.csv reading=as_coded range=5 | {n_worse:.0f} }}.",
+        f"of the dots it is {{{{ proteins_d.csv reading=kept range=5 | {AT_44} among the kept dots }}}}",
+        f"{{{{ proteins_d.csv reading=full range=5 | {AT_44} on the full surface (mean of {{n}} proteins) }}}}",
+        "worse than the mean patch, on all {{ proteins_d.csv reading=kept range=5 | {n_worse:.0f} }}.",
         f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
         "alone has {{ complexes_means.csv score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
-        "{{ fragments_inside.csv surface=A1_file reading=as_coded | {d_inside} of ten published d }}",
-        "as coded, and {{ fragments_inside.csv surface=A1_file reading=as_written | {d_inside} as written }}",
+        "{{ fragments_inside.csv surface=A1_file reading=kept | {d_inside} of ten published d }}",
+        "among the kept dots, and {{ fragments_inside.csv surface=A1_file reading=full | {d_inside} on the full surface }}",
     ],
     "docs/paper.md": [
         "above {{ fragments_places.csv binning=half-open range=1 | {d_n_below} of {n_runs} }}",
@@ -38,26 +38,26 @@ SHOWN = {
         'runs from {{ paper_figures.csv "quantity=lowest roughness" | {value:.2f} to }}'
         ' {{ paper_figures.csv "quantity=highest roughness" | {value:.2f} }}.',
         'α = 0.1 keeps {{ paper_figures.csv "quantity=n_S at alpha 0.1, the others 0" | {value:.0f} }} %',
-        'one of {{ paper_figures.csv "quantity=combinations that may be the best, as_coded" | {value:.0f} }} that',
-        'its d is {{ paper_figures.csv "quantity=d of the published best, as_written" | {value:.2f} }}.',
-        'rougher half gains {{ paper_figures.csv "quantity=d of rough_half around kept dots, as_coded" | {value:.1f} }}',
-        'flatter half gains {{ paper_figures.csv "quantity=d of flat_half around kept dots, as_coded" | {value:.1f} }}',
-        'flattest bin {{ paper_bins.csv bin=10 "around=kept dots" | {d_as_coded:.1f} }}.',
+        'one of {{ paper_figures.csv "quantity=combinations that may be the best, kept" | {value:.0f} }} that',
+        'its d is {{ paper_figures.csv "quantity=d of the published best, full" | {value:.2f} }}.',
+        'rougher half gains {{ paper_figures.csv "quantity=d of rough_half around kept dots, kept" | {value:.1f} }}',
+        'flatter half gains {{ paper_figures.csv "quantity=d of flat_half around kept dots, kept" | {value:.1f} }}',
+        'flattest bin {{ paper_bins.csv bin=10 "around=kept dots" | {d_kept:.1f} }}.',
         '6, 0) keeps {{ paper_figures.csv "quantity=kept of the roughest tenth, (1, 0, 6, 0)" | {value:.0f} }} % of',
         'dots and {{ paper_figures.csv "quantity=kept of the flattest tenth, (1, 0, 6, 0)" | {value:.0f} }} % of',
         '10, 0) keeps {{ paper_figures.csv "quantity=kept of the roughest tenth, (1, 1, 10, 0)" | {value:.0f} }} %'
         ' and {{ paper_figures.csv "quantity=kept of the flattest tenth, (1, 1, 10, 0)" | {value:.0f} }} %, which',
         'size keeps {{ paper_figures.csv "quantity=kept of all dots, (1, 0, 6, 0)" | {value:.0f} }} %.',
         "by {{ descriptors_changes_means.csv descriptor=published change=turned density=5.35 | {ratio:.2f} }} of",
-        "large or dense ([{{ proteins_d.csv reading=as_coded range=0 | {n} }} here]",
+        "large or dense ([{{ proteins_d.csv reading=kept range=0 | {n} }} here]",
         "{{ fragments_tests.csv | | {binning} | {measure} | {n_rows} | {p:.5f} | }}",
         "{{ fragments_places.csv binning=half-open | | {range} | {d_published:+.2f}"
         " | {d_mean:+.2f} ({d_lowest:+.2f} to {d_highest:+.2f}) | {d_n_below} of {n_runs} | {n_won} | }}",
-        f"{{{{ paper_ranges.csv reading=as_coded | | {RANGE} | {{published}} | {{best}} | {D_CV} | {{n_best_set}}"
+        f"{{{{ paper_ranges.csv reading=kept | | {RANGE} | {{published}} | {{best}} | {D_CV} | {{n_best_set}}"
         " | {published_may_be_best} | }}",
-        f"{{{{ paper_ranges.csv reading=as_written | | {RANGE} | {{best}} | {D_CV} | {{published_may_be_best}} | }}}}",
+        f"{{{{ paper_ranges.csv reading=full | | {RANGE} | {{best}} | {D_CV} | {{published_may_be_best}} | }}}}",
         *(
-            f"{{{{ {AT_10} sampler={name} reading=as_written | {{Z:.2f}} }}}}"
+            f"{{{{ {AT_10} sampler={name} reading=full | {{Z:.2f}} }}}}"
             f" | {{{{ {AT_10} sampler={name} reading=recovered | {{Z:.2f}} }}}} |"
             for name in ("paper", "uniform", "farthest")
         ),
@@ -71,10 +71,10 @@ SHOWN = {
         " | {Z_A1_exact:.2f} ({Z_A1_exact_low:.2f} to {Z_A1_exact_high:.2f}) | }}",
         '{{ fragments_inside.csv "surface=A1_file|A1_dms|A1_dms, other test dots|A1_exact"'
         " | | {surface} | {reading} | {d_inside} of {rows} | {Z_inside} of {rows} | {d_above_0} | {d_below_0} | }}",
-        f"{{{{ fragments_surfaces.csv reading=as_coded {SURFACES} | | {{surface}} | {{dots:,}} | {{mean_roughness:.2f}}"
+        f"{{{{ fragments_surfaces.csv reading=kept {SURFACES} | | {{surface}} | {{dots:,}} | {{mean_roughness:.2f}}"
         " | {n_S_lowest_percent:.2f} to {n_S_highest_percent:.2f} | {n_may_be_best} of 10 | {n_worse} of 10"
         " | {gain:+.2f} ({largest_gain:+.2f}) | }}",
-        f"{{{{ fragments_surfaces.csv reading=as_written {SURFACES} | | {{surface}} | {{n_may_be_best}} of 10"
+        f"{{{{ fragments_surfaces.csv reading=full {SURFACES} | | {{surface}} | {{n_may_be_best}} of 10"
         " | {n_worse} of 10 | {gain:+.2f} ({largest_gain:+.2f}) | {d_best:+.2f} | }}",
     ],
 }

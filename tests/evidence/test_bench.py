@@ -23,7 +23,7 @@ def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
     for words in (
         "roughness",
         "one sampling",
-        "5% kept, `as_written`",
+        "5% kept, `full`",
         "grid of",
         "every dot",
         "nearest patches",
@@ -39,7 +39,7 @@ def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
     n = next(row["dots"] for row in content["figures"] if row["what"] == "roughness per dot")
     assert value["roughness per dot"] == pytest.approx(1e6 * value["roughness of all dots"] / n)
     assert value["one sampling per dot"] == pytest.approx(1e6 * value["one sampling"] / n)
-    theirs, in_one_pass = value["a patch by others:norms"], value["a descriptor, 100% kept, `as_written`"]
+    theirs, in_one_pass = value["a patch by others:norms"], value["a descriptor, 100% kept, `full`"]
     assert value["ratio"] == pytest.approx(theirs / value["the same patches here"])
     assert value["ratio, 64 subsets in one pass"] == pytest.approx(theirs / in_one_pass)
     # the promise is one for the dots of A1, not for a piece, and on memory one for a million of them
@@ -61,8 +61,8 @@ def test_time_is_counted_per_piece_of_work(monkeypatch):
     )
     assert value["one sampling"] == value["one sampling and a uniform subset"] == 1e3 / 2
     assert value["one sampling per dot"] == pytest.approx(1e9 / 2 / len(surface))
-    assert value["a descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 16 / 64)
-    assert value["a rotation-robust descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 2 / 64)
+    assert value["a descriptor, 20% kept, `kept`"] == pytest.approx(1e6 / 16 / 64)
+    assert value["a rotation-robust descriptor, 20% kept, `kept`"] == pytest.approx(1e6 / 2 / 64)
     assert value[f"surface per atom, {2 * atoms} atoms"] == pytest.approx(1e6 / (2 * atoms))
     assert value[f"a frame of an ensemble, {atoms} atoms"] == pytest.approx(1 / 3)
 
@@ -73,7 +73,7 @@ def test_another_program_is_timed_patch_by_patch(tmp_path, monkeypatch):
     monkeypatch.setattr("measures.timing.timed", lambda run, repeats: (2.0, 2.0))
     monkeypatch.setattr(bench, "timed", lambda run, repeats: (3.0, 3.0))
     table = bench.Table()
-    table.add("a descriptor, 100% kept, `as_written`", 1, 0.5, "µs")
+    table.add("a descriptor, 100% kept, `full`", 1, 0.5, "µs")
     bench.measure_reference(table, bench.a1(True), "norms:first")
     assert {row["what"]: row["value"] for row in table.rows[1:]} == {
         "a patch by norms:first": 3e6 / 5,

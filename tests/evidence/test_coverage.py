@@ -40,12 +40,12 @@ def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
     table = pd.DataFrame(
         {
             "n_S_percent": [0.0, 1, 2, 3, 60, 80, 100],
-            "d_as_coded": [4.0, 3, 2, 1, 1, 2, 3],
-            "d_as_written": [4.0, 2, 1, 3, 3, 2, 1],
+            "d_kept": [4.0, 3, 2, 1, 1, 2, 3],
+            "d_full": [4.0, 2, 1, 3, 3, 2, 1],
             **{name: np.arange(7.0) for name in PARAMETERS},
         }
     )
-    d, member = coverage.pool(None, table, ("as_coded", "as_written"))
+    d, member = coverage.pool(None, table, ("kept", "full"))
     # kept: 0 and 1 of the lower range, 6 and 5 of the upper one; surface: 0 and 3, 4 and 5
     assert d.tolist() == [[0, 1, 3, 4, 5, 6], [10, 11, 13, 14, 15, 16]]
     assert member.tolist() == [0, 0, 0, 1, 1, 1]

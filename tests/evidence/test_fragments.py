@@ -27,7 +27,7 @@ def ten(prepared):
 
 def test_published_values_stand_next_to_ours(ten):
     rows = fragments.rows_table(ten)
-    coded = rows[rows["reading"] == "as_coded"]
+    coded = rows[rows["reading"] == "kept"]
     assert coded["d_published"].tolist() == list(TABLE_1["d"]) and coded["row"].tolist() == list(range(1, 11))
     assert np.allclose(coded["d"], (ten.z_tr[0].astype(float) - ten.z_ts[0]).mean(axis=(1, 2)))
     assert (coded["d_inside"] == coded["d_published"].between(coded["d_low"], coded["d_high"])).all()
@@ -35,7 +35,7 @@ def test_published_values_stand_next_to_ours(ten):
     assert (
         np.allclose(table["Z_blob"], coded["Z"]) and table["d_blob_low"].tolist() == coded["d_low"].tolist()
     )
-    inside = fragments.inside_of(rows.assign(surface="blob")).set_index("reading").loc["as_coded"]
+    inside = fragments.inside_of(rows.assign(surface="blob")).set_index("reading").loc["kept"]
     assert inside["d_inside"] == coded["d_inside"].sum() and inside["rows"] == 10
     assert inside["d_above_0"] == (coded["d_low"] > 0).sum()
 
@@ -57,10 +57,10 @@ def test_the_published_choice_is_compared_with_its_range(ten):
 
 
 def test_a_surface_is_summed_up_over_its_rows():
-    rows = pd.DataFrame({"surface": ["A", "A"], "reading": "as_coded", "dots": 7, "centres": 3})
+    rows = pd.DataFrame({"surface": ["A", "A"], "reading": "kept", "dots": 7, "centres": 3})
     rows = rows.assign(mean_roughness=0.6, lowest_roughness=0.1, highest_roughness=0.9)
     choices = pd.DataFrame({"row": [4, 5], "range": [4, 6], "gain": [0.1, 0.3], "gain_low": [-0.1, 0.2]})
-    choices = choices.assign(surface="A", reading="as_coded", gain_high=0.5, d=[1.0, 2.0], may_be_best=[1, 0])
+    choices = choices.assign(surface="A", reading="kept", gain_high=0.5, d=[1.0, 2.0], may_be_best=[1, 0])
     found = fragments.surfaces_of(
         rows, choices.assign(n_S_lowest_percent=2.0, n_S_highest_percent=99.0)
     ).iloc[0]
@@ -69,7 +69,7 @@ def test_a_surface_is_summed_up_over_its_rows():
 
 
 def test_ranges_name_the_published_combination():
-    ours = pd.DataFrame({"reading": 10 * ["as_coded"], "n_S_low_percent": 1.0, "n_S_high_percent": 2.0})
+    ours = pd.DataFrame({"reading": 10 * ["kept"], "n_S_low_percent": 1.0, "n_S_high_percent": 2.0})
     ours = ours.assign(alpha=1.0, beta=0.0, gamma=6.0, delta=4.0, d_cv=1.0, d_cv_low=0.5)
     best_set = ["(1, 0, 6, 4)", *9 * ["(1, 0, 6, 0); (1, 0, 6, 4)"]]
     found = ranges_of(ours.assign(d_cv_high=1.5, n_best_set=1, best_set=best_set))

@@ -13,7 +13,7 @@ from measures import over_proteins, studies
 PERCENTS = (1.0, 1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0, 40.0, 60.0)
 
 
-def curve(protein="p", sampler="uniform", reading="as_written", factor=1.0):
+def curve(protein="p", sampler="uniform", reading="full", factor=1.0):
     """Z that falls with the square root of n_S: `factor` times as many dots are needed for the same Z."""
     percents = np.array(PERCENTS)
     table = {"protein": protein, "sampler": sampler, "reading": reading, "percent": percents}
@@ -32,7 +32,7 @@ def required_of(n, low, high, reading="recovered", bound=""):
 
 
 def test_the_numbers_of_recovered_surfaces_are_collected_with_their_protein():
-    of_a = pd.DataFrame([required_of(80.0, 70, 90, "as_written"), required_of(4.0, 3.5, 4.5)])
+    of_a = pd.DataFrame([required_of(80.0, 70, 90, "full"), required_of(4.0, 3.5, 4.5)])
     of_b = pd.DataFrame([required_of(1.0, np.nan, np.nan, bound="at most")])
     found = over_proteins.required({"a": of_a, "b": of_b})
     assert found["protein"].tolist() == ["a", "b"]
@@ -105,20 +105,20 @@ def test_z_over_the_floor_is_taken_protein_by_protein():
 
 @pytest.fixture(scope="module")
 def made_up():
-    """Twelve proteins that like one and the same combination best under `as_coded`."""
+    """Twelve proteins that like one and the same combination best under `kept`."""
     results = study(lambda r, s: 2, ROUGHS)
     return results, run_of(results)
 
 
 def test_d_over_proteins(made_up):
     table = over_proteins.d_by_range(made_up[1]["summary"]).set_index(["reading", "range"])
-    row = table.loc[("as_coded", 3)]
+    row = table.loc[("kept", 3)]
     assert row["n"] == row["n_above"] == 12 and row["own_low"] < 1.0 < row["own_high"]
     assert row["own_low"] > 0.9 and abs(row["lost"]) < 0.1
-    assert table.loc[("as_written", 3), "n_below"] >= 10 and table.loc[("as_written", 0), "own_high"] < 0
+    assert table.loc[("full", 3), "n_below"] >= 10 and table.loc[("full", 0), "own_high"] < 0
     assert abs(row["near"]) < 0.1 and row["near_low"] <= row["near"] <= row["near_high"]
-    assert table.loc[("as_written", 3), "n_above"] == 0  # though of some the interval holds 0
-    assert ("as_coded", 2) not in table.index  # nothing keeps 12 %
+    assert table.loc[("full", 3), "n_above"] == 0  # though of some the interval holds 0
+    assert ("kept", 2) not in table.index  # nothing keeps 12 %
 
 
 def test_d_of_two_proteins_by_hand():
@@ -133,7 +133,7 @@ def test_d_of_two_proteins_by_hand():
     columns += ["d_cv_high", "d_from_all", "d_from_near"]
     table = over_proteins.d_by_range(
         pd.DataFrame(rows, columns=columns).assign(
-            reading="as_coded", Z_tS=[4.0, 1, 2, 9], Z_tR=[3.0, 4, 1, 9], Z_mean_descriptor=1.5
+            reading="kept", Z_tS=[4.0, 1, 2, 9], Z_tR=[3.0, 4, 1, 9], Z_mean_descriptor=1.5
         )
     )
     whole, first, second = table.to_dict("records")
@@ -154,7 +154,7 @@ def test_d_of_two_proteins_by_hand():
 def test_one_combination_is_the_best_on_all(made_up):
     results, run = made_up
     table = over_proteins.plateaus(results, run["summary"]).set_index(["reading", "range"])
-    row = table.loc[("as_coded", 3)]
+    row = table.loc[("kept", 3)]
     assert row["winner"] == row["best_set"] == "(1, 0, 2, 0)" and row["n_best_set"] == 1
     assert row["n_there"] == 12 and row["n_held"] >= 11
 
@@ -164,7 +164,7 @@ def test_a_protein_counts_only_where_it_has_the_winner_in_that_range(made_up):
     other = results[0].grid.assign(n_S_percent=30 - results[0].grid["n_S_percent"])
     moved = [replace(results[0], grid=other), *results[1:]]
     table = over_proteins.plateaus(moved, run["summary"]).set_index(["reading", "range"])
-    assert table.loc[("as_coded", 3), "n_there"] == 11
+    assert table.loc[("kept", 3), "n_there"] == 11
 
 
 def test_the_plateau_breaks_where_proteins_differ():
@@ -172,7 +172,7 @@ def test_the_plateau_breaks_where_proteins_differ():
     row = (
         over_proteins.plateaus(results, run_of(results)["summary"])
         .set_index(["reading", "range"])
-        .loc[("as_coded", 3)]
+        .loc[("kept", 3)]
     )
     assert row["n_held"] < 8
 
@@ -199,8 +199,8 @@ RESIDUES = ["ALA", "GLY", "SER", "VAL", "LEU", "ILE", "THR", "CYS", "MET", "PRO"
 
 
 def test_curves_are_the_rows_of_a_comparison():
-    measures = ["Z as_written", "Z recovered", "Z centres", "position"]
+    measures = ["Z full", "Z recovered", "Z centres", "position"]
     rows = {"sampler": "uniform", "percent": 5.0, "n_S": 10.0, "n_S_percent": 5.1}
     found = studies.by_n_s(pd.DataFrame([rows | {"measure": m, "value": k} for k, m in enumerate(measures)]))
-    assert found[["reading", "Z"]].to_numpy().tolist() == [["as_written", 0], ["recovered", 1]]
+    assert found[["reading", "Z"]].to_numpy().tolist() == [["full", 0], ["recovered", 1]]
     assert list(found) == ["sampler", "percent", "n_S", "n_S_percent", "reading", "Z"]

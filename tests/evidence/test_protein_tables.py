@@ -20,13 +20,13 @@ RHO_NEEDED = {"n": 4, "rho": 0.9}
 def measured_of(s):
     """One protein: its curves need s + 1 times as many dots as a uniform draw's, and its floors grow with s."""
     name = NAMES[s]
-    factors = {("uniform", "as_written"): 1.0, ("farthest", "as_written"): 0.8, ("uniform", "recovered"): 0.7}
+    factors = {("uniform", "full"): 1.0, ("farthest", "full"): 0.8, ("uniform", "recovered"): 0.7}
     factors[("farthest", "recovered")] = 0.2 + 0.1 * s
     curves = pd.concat([curve(name, *keys, factor) for keys, factor in factors.items()], ignore_index=True)
     floors = floor(name, **{"fresh dots": 0.5 + 0.1 * s, "turned": 0.8 + 0.1 * s, "atoms moved 0.1 Å": 0.6})
     floors = pd.concat([floors, floor(name, **{"atoms moved 0.3 Å": 0.9 + 0.05 * s})], ignore_index=True)
     own = result(f"{name}/c1", 0.5 + 0.03 * s, s % 3, s, combinations=MANY)
-    empty = (own.ranges["reading"] == "as_written") & (own.ranges.groupby("reading").cumcount() == 1)
+    empty = (own.ranges["reading"] == "full") & (own.ranges.groupby("reading").cumcount() == 1)
     own = replace(
         own, ranges=own.ranges.assign(best_set=own.ranges["best_set"].mask(empty))
     )  # as a file has ""
@@ -67,15 +67,11 @@ def test_quantities_are_those_of_farthest_point_dots_recovered(found, summary):
     needed = over_proteins.needed(pd.concat([measured_of(s)[2].assign(protein=NAMES[s]) for s in range(4)]))
     quantities = protein_tables.quantities_of(summary, needed)
     assert list(quantities) == [
-        "cross-validated d, `as_coded`", "cross-validated d, `as_written`", "times fewer than 25 % uniform",
+        "cross-validated d, `kept`", "cross-validated d, `full`", "times fewer than 25 % uniform",
         "times fewer than 40 % uniform",
     ]  # fmt: skip
-    held = summary.query("reading == 'as_coded' and n_combinations > 0 and protein == 'b'")["d_cv"].mean()
-    assert quantities["cross-validated d, `as_coded`"]["b"] == pytest.approx(held)
-    assert (
-        quantities["cross-validated d, `as_written`"].max()
-        < 0
-        < quantities["cross-validated d, `as_coded`"].min()
-    )
+    held = summary.query("reading == 'kept' and n_combinations > 0 and protein == 'b'")["d_cv"].mean()
+    assert quantities["cross-validated d, `kept`"]["b"] == pytest.approx(held)
+    assert quantities["cross-validated d, `full`"].max() < 0 < quantities["cross-validated d, `kept`"].min()
     for s, name in enumerate(NAMES):
         assert quantities["times fewer than 25 % uniform"][name] == pytest.approx(1 / (0.2 + 0.1 * s))

@@ -36,8 +36,8 @@ from sparsurf.study.tables import range_index
 
 ENOUGH = pd.DataFrame(
     [
-        ("farthest", "fresh dots", 0.45, "as_written", 80.0, 0.44),
-        ("farthest", "turned", 0.7, "as_written", 20.0, 0.72),
+        ("farthest", "fresh dots", 0.45, "full", 80.0, 0.44),
+        ("farthest", "turned", 0.7, "full", 20.0, 0.72),
         ("farthest", "fresh dots", 0.45, "recovered", 7.0, 0.48),
         ("farthest", "turned", 0.7, "recovered", 2.5, 0.74),
     ],
@@ -148,7 +148,7 @@ def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkey
     prepared = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
     found = published_runs.runs_as_published(prepared, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
     for args, keys, _ in asked:
-        assert (args[2:], keys) == ((15, 1, ("as_coded",)), {"shared": False})  # 3000 dots / 200
+        assert (args[2:], keys) == ((15, 1, ("kept",)), {"shared": False})  # 3000 dots / 200
     assert found["run"].unique().tolist() == [1, 2] and told == [(1, 2), (2, 2)]
     by_run = found.dropna(subset="d").groupby("run")[["d", "Z_tS"]].first()
     means = np.array([[z.mean(dtype=float) for z in (each.z_tr, each.z_ts)] for *_, each in asked])
@@ -184,7 +184,7 @@ def test_bias_is_the_winner_minus_its_true_value():
     winners = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(
         d=2.0, Z_tS=3.0, binning="closed", range=range(1, 11)
     )
-    truth = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(d_as_coded=1.5, Z_tS_as_coded=3.25)
+    truth = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(d_kept=1.5, Z_tS_kept=3.25)
     bias = published_runs.selection_bias(pd.concat([winners, winners]), truth)
     assert len(bias) == 10 and np.allclose(bias["d_bias"], 0.5) and np.allclose(bias["Z_tS_bias"], -0.25)
 
@@ -212,24 +212,24 @@ def test_signs_that_are_certain():
 def test_bins_of_roughness_by_hand():
     r = np.tile([0.0, 0.05, 0.95, 1.0], (2, 1))
     z = np.array([np.zeros((2, 4)), [[1.0, 3, 5, 7], [2.0, 4, 6, 8]]])
-    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"as_coded": z})
+    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"kept": z})
     bins = rough_and_flat.bins_table(found, kept=True, bins=2).set_index("bin")
-    assert bins["d_as_coded"].tolist() == [2.5, 6.5, 2.5, 6.5] and bins["n"].tolist() == [2, 2, 2, 2]
+    assert bins["d_kept"].tolist() == [2.5, 6.5, 2.5, 6.5] and bins["n"].tolist() == [2, 2, 2, 2]
     # two draws whose means differ by 1: half width t(0.975, 1) * 0.5
-    assert bins.loc["1", "d_high_as_coded"] == pytest.approx(2.5 + 12.7062 * 0.5, abs=1e-3)
+    assert bins.loc["1", "d_high_kept"] == pytest.approx(2.5 + 12.7062 * 0.5, abs=1e-3)
     one_rough = rough_and_flat.ByRoughness(found.dots, np.array([r[0], [0.95, 0.95, 1, 1]]), found.z)
     without = rough_and_flat.bins_table(one_rough, kept=True, bins=2)  # a draw has no rough patch
-    assert without["d_as_coded"].isna().tolist() == [True, False, True, False]
+    assert without["d_kept"].isna().tolist() == [True, False, True, False]
     crossed = rough_and_flat.bins_table(found, kept=False, bins=2).set_index("bin")
-    assert crossed.loc["1", "d_high_as_coded"] == pytest.approx(estimate(z[1][:, :2]).high)
+    assert crossed.loc["1", "d_high_kept"] == pytest.approx(estimate(z[1][:, :2]).high)
 
 
 def test_halves_of_four_bins_have_their_limits_and_dots():
     r = np.tile([0.0, 0.1, 0.3, 0.6, 0.8, 0.9, 1.0], (2, 1))
     z = np.stack([np.zeros((2, 7)), np.tile([1.0, 3, 8, 5, 2, 4, 6], (2, 1))])
-    found = rough_and_flat.ByRoughness(np.zeros((2, 7), int), r, {"as_coded": z})
+    found = rough_and_flat.ByRoughness(np.zeros((2, 7), int), r, {"kept": z})
     bins = rough_and_flat.bins_table(found, kept=True, bins=4)
-    rows = bins[["bin", "roughness_low", "roughness_high", "n", "d_as_coded"]].to_numpy().tolist()
+    rows = bins[["bin", "roughness_low", "roughness_high", "n", "d_kept"]].to_numpy().tolist()
     assert rows == [
         ["1", 0.0, 0.25, 2.0, 2.0],
         ["2", 0.25, 0.5, 1.0, 8.0],
@@ -245,16 +245,16 @@ def test_d_of_a_bin_is_what_its_means_differ_by(kept):
     # three rough and one flat test dot in the first draw, around kept dots one and three in the second
     r = np.array([[0.0, 0.1, 0.2, 1.0], [0.0, 0.8, 0.9, 1.0] if kept else [0.0, 0.1, 0.2, 1.0]])
     z = np.array([[[1.0, 2, 3, 4], [5.0, 6, 7, 8]], [[2.0, 4, 9, 4], [4.0, 8, 8, 8]]])
-    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"as_coded": z})
+    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"kept": z})
     bins = rough_and_flat.bins_table(found, kept, bins=2).set_index("bin")
-    assert np.allclose(bins["d_as_coded"], bins["Z_tR_as_coded"] - bins["Z_tS_as_coded"], rtol=0, atol=1e-12)
+    assert np.allclose(bins["d_kept"], bins["Z_tR_kept"] - bins["Z_tS_kept"], rtol=0, atol=1e-12)
     # the mean of 2 and 5, or of all six; of 5 and 4, or of all six
-    assert bins.loc["1", ["Z_tS_as_coded", "Z_tR_as_coded"]].tolist() == pytest.approx(
+    assert bins.loc["1", ["Z_tS_kept", "Z_tR_kept"]].tolist() == pytest.approx(
         [3.5, 4.5] if kept else [4.0, 35 / 6]
     )
     missing = rough_and_flat.ByRoughness(found.dots, np.array([r[0], [0.8, 0.8, 0.9, 1]]), found.z)
     row = rough_and_flat.bins_table(missing, True, 2).set_index("bin").loc["1"]
-    assert row[["Z_tS_as_coded", "Z_tR_as_coded", "d_as_coded"]].isna().all()  # a draw has no rough patch
+    assert row[["Z_tS_kept", "Z_tR_kept", "d_kept"]].isna().all()  # a draw has no rough patch
 
 
 def test_patches_lie_around_kept_dots_or_any(blob):
@@ -262,17 +262,17 @@ def test_patches_lie_around_kept_dots_or_any(blob):
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
     )
     combination = Combination(0.8, 0.0, 4.0, 0.0)
-    kept = rough_and_flat.by_roughness(prepared, combination, ["as_coded"], 100, 2, True)
+    kept = rough_and_flat.by_roughness(prepared, combination, ["kept"], 100, 2, True)
     for draw in range(2):
         assert np.isin(kept.dots[draw], prepared.pair(combination, draw)[0]).all()
     assert not np.array_equal(*kept.dots)
     fewest = min(100, *(len(prepared.pair(combination, draw)[0]) for draw in range(2)))
-    assert kept.dots.shape == (2, fewest) and kept.z["as_coded"].shape == (2, 2, fewest)
-    any_dots = rough_and_flat.by_roughness(prepared, combination, ["as_coded"], 100, 2, False)
-    assert np.array_equal(*any_dots.dots) and any_dots.z["as_coded"].shape == (2, 2, 100)
+    assert kept.dots.shape == (2, fewest) and kept.z["kept"].shape == (2, 2, fewest)
+    any_dots = rough_and_flat.by_roughness(prepared, combination, ["kept"], 100, 2, False)
+    assert np.array_equal(*any_dots.dots) and any_dots.z["kept"].shape == (2, 2, 100)
     tests, pair = any_dots.dots[0], prepared.pair(combination, 1)
-    z, _ = prepared.distances(pair, tests, prepared.describe(tests)[0], "as_coded")
-    assert np.allclose(any_dots.z["as_coded"][:, 1], z)
+    z, _ = prepared.distances(pair, tests, prepared.describe(tests)[0], "kept")
+    assert np.allclose(any_dots.z["kept"][:, 1], z)
 
 
 def test_the_family_is_tuned_to_the_requested_number(blob):
@@ -311,17 +311,17 @@ def test_the_best_of_a_family_by_hand():
 def test_correlation_of_the_readings_by_hand():
     x = np.arange(40.0)
     assert replication.correlation_of_readings(
-        pd.DataFrame({"d_as_coded": x % 4, "d_as_written": -(x % 4)})
+        pd.DataFrame({"d_kept": x % 4, "d_full": -(x % 4)})
     ) == pytest.approx(-1)
 
 
 def test_shattered_patches_by_hand():
     table = pd.DataFrame(
         {
-            "d_as_coded": [1.0, 2.0, 3.0, 4.0],
-            "median_patch_size_as_coded": [3.0, 29.0, 30.0, 90.0],
-            "median_patch_size_as_written": 100.0,
-            "median_patch_size_uniform_as_coded": np.array([3.0, 29.0, 30.0, 90.0])
+            "d_kept": [1.0, 2.0, 3.0, 4.0],
+            "median_patch_size_kept": [3.0, 29.0, 30.0, 90.0],
+            "median_patch_size_full": 100.0,
+            "median_patch_size_uniform_kept": np.array([3.0, 29.0, 30.0, 90.0])
             / np.exp([1.0, 2.0, 3.0, 4.0]),
         }
     )
@@ -340,9 +340,9 @@ def page(blob):
     runs = published_runs.runs_as_published(prepared, PUBLISHED_ROWS, 3)
     best = tables.best_combinations(table, result, 20)
     links = replication.sweep_links(prepared, (0.8, 1.2), 20, 2)
-    combination, bins = Combination.from_row(best["as_coded"]["unrestricted"]), []
+    combination, bins = Combination.from_row(best["kept"]["unrestricted"]), []
     for around, kept in rough_and_flat.AROUND.items():
-        found = rough_and_flat.by_roughness(prepared, combination, ["as_coded", "as_written"], 600, 2, kept)
+        found = rough_and_flat.by_roughness(prepared, combination, ["kept", "full"], 600, 2, kept)
         bins.append(rough_and_flat.bins_table(found, kept).assign(around=around))
     return {
         "grid": table,
@@ -393,10 +393,10 @@ def test_at_most_six_linking_distances_stand_on_the_page(page):
 
 
 def test_d_is_correlated_with_the_other_reading_and_with_the_sizes_of_patches(page):
-    """By hand: d as written is twice d as coded; ln of the ratio of the sizes has another order."""
+    """By hand: d on the full surface is twice d among the kept dots; ln of the ratio of the sizes has another order."""
     d = np.array([1.0, 2.0, 4.0])
-    sizes = {"median_patch_size_as_coded": [10.0, 80.0, 20.0], "median_patch_size_uniform_as_coded": 10.0}
-    columns = {"d_as_coded": d, "d_as_written": 2 * d, "median_patch_size_as_written": 100.0} | sizes
+    sizes = {"median_patch_size_kept": [10.0, 80.0, 20.0], "median_patch_size_uniform_kept": 10.0}
+    columns = {"d_kept": d, "d_full": 2 * d, "median_patch_size_full": 100.0} | sizes
     found = paper_page(page | {"grid": page["grid"][:3].assign(**columns)})["links"]
     assert found["correlation"] == pytest.approx(1)
     assert found["fragments"] == pytest.approx(np.corrcoef(d, [0, 3, 1])[0, 1])
@@ -404,7 +404,7 @@ def test_d_is_correlated_with_the_other_reading_and_with_the_sizes_of_patches(pa
 
 @pytest.mark.parametrize(("d_high", "said"), [(-0.1, "loses to"), (0.1, "does not beat")])
 def test_a_sampling_that_is_no_worse_is_not_said_to_lose(page, d_high, said):
-    ends = {"d_low_as_written": -0.3, "d_high_as_written": d_high}
+    ends = {"d_low_full": -0.3, "d_high_full": d_high}
     assert f"its sampling {said} a" in html_of(page | {"grid": page["grid"].assign(**ends)})
 
 
@@ -415,31 +415,31 @@ def test_claims_follow_from_the_numbers(page):
 
     grid, bins = page["grid"], page["bins"]
     ends = {
-        "d_low_as_coded": 0.1,
-        "d_high_as_coded": 0.3,
-        "d_low_as_written": -0.3,
-        "d_high_as_written": -0.1,
+        "d_low_kept": 0.1,
+        "d_high_kept": 0.3,
+        "d_low_full": -0.3,
+        "d_high_full": -0.1,
     }
     assert holds(grid=grid.assign(**ends))["positive"] == ("yes", "no")
-    some = grid.assign(**ends | {"d_low_as_coded": np.where(np.arange(len(grid)) < 3, -0.1, 0.1)})
+    some = grid.assign(**ends | {"d_low_kept": np.where(np.arange(len(grid)) < 3, -0.1, 0.1)})
     assert holds(grid=some)["positive"] == ("in part", "no")
     null = page["best"]["references"]["Z_mean_descriptor"]
-    z = grid.assign(Z_tS_as_coded=null + 1, Z_tS_as_written=null - 0.1)
+    z = grid.assign(Z_tS_kept=null + 1, Z_tS_full=null - 0.1)
     assert holds(grid=z)["describe"] == ("no", "yes")
     assert holds(grid=grid.assign(n_S_percent=np.linspace(2.63, 99.73, len(grid))))["span"] == ("yes", "yes")
     assert holds(grid=grid.assign(n_S_percent=np.linspace(3.63, 99.73, len(grid))))["span"] == ("no", "no")
     rough, flat = bins["bin"] == "rougher half", ~(bins["bin"] == "rougher half")
     one = bins.assign(n=50.0)
-    for reading in ("as_coded", "as_written"):
+    for reading in ("kept", "full"):
         one.loc[rough, [f"d_low_{reading}", f"d_high_{reading}"]] = 0.5, 0.9
         one.loc[flat, [f"d_low_{reading}", f"d_high_{reading}"]] = -0.1, 0.2
     assert holds(bins=one)["rough"] == ("yes", "yes")
-    one.loc[flat, ["d_low_as_coded", "d_high_as_coded"]] = 0.1, 0.2
+    one.loc[flat, ["d_low_kept", "d_high_kept"]] = 0.1, 0.2
     assert holds(bins=one)["rough"] == ("in part", "yes")
-    one.loc[bins["bin"] == "flatter half", ["d_low_as_coded", "d_high_as_coded"]] = -0.1, 0.7
+    one.loc[bins["bin"] == "flatter half", ["d_low_kept", "d_high_kept"]] = -0.1, 0.7
     assert holds(bins=one)["rough"] == ("no", "yes")  # above 0, but not above the flatter half
     few = one["bin"] == one["bin"][~one["bin"].isin(["rougher half", "flatter half"])].iloc[-1]
-    one.loc[few, ["n", "d_low_as_written", "d_high_as_written"]] = 9.0, 0.1, 0.2
+    one.loc[few, ["n", "d_low_full", "d_high_full"]] = 9.0, 0.1, 0.2
     assert holds(bins=one)["rough"] == ("no", "yes")  # a bin of nine test dots says nothing
 
 
@@ -447,8 +447,8 @@ def test_claims_follow_from_the_numbers(page):
 def test_the_sampling_loses_where_most_combinations_do(page, n_below, loses):
     grid = pd.concat([page["grid"]] * 10, ignore_index=True).head(10)
     below = np.arange(10) < n_below
-    grid = grid.assign(d_low_as_coded=-0.3, d_high_as_coded=np.where(below, -0.1, 0.1), d_as_coded=-0.1)
-    assert positive(grid, page["family"])["loses"]["as_coded"] is loses
+    grid = grid.assign(d_low_kept=-0.3, d_high_kept=np.where(below, -0.1, 0.1), d_kept=-0.1)
+    assert positive(grid, page["family"])["loses"]["kept"] is loses
 
 
 def test_combinations_are_counted_by_d_and_by_its_interval():
@@ -456,13 +456,13 @@ def test_combinations_are_counted_by_d_and_by_its_interval():
     of_coded |= {"d_high": [-0.2, 0.1, 0.3, 0.6, 0.8]}
     of_written = {key: [-value for value in reversed(of_coded[of])]
                   for key, of in (("d", "d"), ("d_low", "d_high"), ("d_high", "d_low"))}  # fmt: skip
-    columns = {f"{key}_as_coded": values for key, values in of_coded.items()}
-    columns |= {f"{key}_as_written": values for key, values in of_written.items()}
+    columns = {f"{key}_kept": values for key, values in of_coded.items()}
+    columns |= {f"{key}_full": values for key, values in of_written.items()}
     found = positive(pd.DataFrame(columns), pd.DataFrame({"members": [3, 4], "n_better": [1, 2]}))
     counts = {"above_0": 3, "above": 2, "below": 1, "mean": pytest.approx(0.16), "largest": 0.6}
-    assert found["counts"]["as_coded"] == counts
+    assert found["counts"]["kept"] == counts
     counts = {"above_0": 1, "above": 1, "below": 2, "mean": pytest.approx(-0.16), "largest": 0.3}
-    assert found["counts"]["as_written"] == counts
+    assert found["counts"]["full"] == counts
     assert (found["n"], found["members"], found["better"]) == (5, 7, 3)
 
 
@@ -478,7 +478,7 @@ def test_a_few_of_many_cases_do_not_change_a_verdict(share, few_count, several):
 def test_a_uniform_subset_keeps_alpha_to_one_percent(off, answer):
     grid = pd.DataFrame({"alpha": [0.1, 0.5, 0.5], "beta": [0.0, 0, 1], "gamma": 0.0, "delta": 0.0})
     found = uniform(grid.assign(n_S_percent=[10.0, 50 + off, 80]), 7.0)
-    assert found["holds"] == {"as_coded": answer, "as_written": answer} and len(found["rows"]) == 2
+    assert found["holds"] == {"kept": answer, "full": answer} and len(found["rows"]) == 2
 
 
 def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
@@ -487,22 +487,22 @@ def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
     places = pd.DataFrame({"binning": "closed", "range": range(1, 6), "d_lowest": 1.0, "d_highest": 2.0})
     places["d_published"] = [0.9, 1.0, 1.5, 2.0, 2.1]
     assert outside_of(places, "closed", "d") == [1, 5]
-    values = {"row": [1, 2], "n_S_percent": [10.0, 20], "d_as_coded": [1.0, 2], "d_as_written": [-1.0, 0]}
-    corrected = {"row": [1, 2], "n_S_percent": [14.0, 22], "d_as_coded": [0.5, 2], "d_as_written": [-1.0, 1]}
+    values = {"row": [1, 2], "n_S_percent": [10.0, 20], "d_kept": [1.0, 2], "d_full": [-1.0, 0]}
+    corrected = {"row": [1, 2], "n_S_percent": [14.0, 22], "d_kept": [0.5, 2], "d_full": [-1.0, 1]}
     table = [
         pd.DataFrame(values).assign(sampling="as published"),
         pd.DataFrame(corrected).assign(sampling="x"),
     ]
-    assert defects(pd.concat(table))["x"] == {"n_S_percent": 3.0, "d_as_coded": -0.25, "d_as_written": 0.5}
+    assert defects(pd.concat(table))["x"] == {"n_S_percent": 3.0, "d_kept": -0.25, "d_full": 0.5}
     signs = page["signs"].head(3).assign(negative_from=[0.5, np.nan, np.nan])
     assert paper_page(page | {"signs": signs})["links"]["turned"] == 1
 
 
 def test_published_values_inside_of_our_intervals_are_counted(page):
     rows = page["rows"].assign(
-        d_low_as_coded=page["rows"]["d_published"] - 0.1, d_high_as_coded=page["rows"]["d_published"] + 0.1
+        d_low_kept=page["rows"]["d_published"] - 0.1, d_high_kept=page["rows"]["d_published"] + 0.1
     )
-    rows.loc[[0, 3], "d_low_as_coded"] += 0.2
+    rows.loc[[0, 3], "d_low_kept"] += 0.2
     assert paper_page(page | {"rows": rows})["table1"]["inside"]["d"] == 8
 
 
@@ -510,10 +510,10 @@ def test_the_published_best_must_be_among_ours_with_its_d(page):
     def best(d, best_set):
         grid, results = page["grid"].copy(), json.loads(json.dumps(page["best"]))
         row = np.isclose(grid[PARAMETERS], (1, 0, 6, 0)).all(axis=1)
-        grid.loc[row, ["d_low_as_coded", "d_high_as_coded"]] = d - 0.1, d + 0.1
-        results["as_coded"]["unrestricted"]["best_set"] = best_set
+        grid.loc[row, ["d_low_kept", "d_high_kept"]] = d - 0.1, d + 0.1
+        results["kept"]["unrestricted"]["best_set"] = best_set
         found = page | {"grid": grid, "best": results}
-        return paper_page(found)["best"]["holds"]["as_coded"], "2.69 lies outside" in html_of(found)
+        return paper_page(found)["best"]["holds"]["kept"], "2.69 lies outside" in html_of(found)
 
     assert best(2.69, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("yes", False)
     assert best(2.4, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("in part", True)
@@ -526,7 +526,7 @@ def test_published_values_outside_of_the_runs_have_another_colour():
     published = {"d_published": [2.5, 1.5], "Z_tS_published": [4.0, 2.0]}
     places = pd.DataFrame(ends | published).assign(binning="half-open", n_runs=40)
     rows = pd.DataFrame({key: [1, 0] for key in ["alpha", "beta", "gamma", "delta"]}).assign(
-        n_S_low_percent=5, n_S_high_percent=15, d_as_written=-0.1, Z_tS_as_written=0.9
+        n_S_low_percent=5, n_S_high_percent=15, d_full=-0.1, Z_tS_full=0.9
     )
     figure = table1_figure(places, rows)
     colours = [[colour_of(line) for line in ax.lines if line.get_marker() == "D"] for ax in figure.axes]
@@ -540,12 +540,12 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
     kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
     found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
     row = {"combination": "(1, 0, 6, 0)", "roughest": 60.0, "flattest": 30.0, "all": 45.0}
-    assert found["holds"]["as_coded"] == "yes" and found["rows"] == [row]
+    assert found["holds"]["kept"] == "yes" and found["rows"] == [row]
     html = html_of(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})
     shown = re.search(r"roughest tenth / %.*?<td>(.*?)</tr>", html, re.S)[1]
     assert re.findall(r"[^<>]+(?=</td>)", shown) == ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
     even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
-    assert even["holds"]["as_written"] == "no"
+    assert even["holds"]["full"] == "no"
     # the blob: every tenth is a tenth of its dots, and together they are what is kept
     own = page["gathering"]
     means = own.groupby("combination")[["kept_percent", "uniform_percent"]].mean()
@@ -558,11 +558,11 @@ def test_links_keep_the_samplings_and_change_the_islands(page):
     assert np.allclose(links.loc[0.8]["n_S_percent"], links.loc[1.2]["n_S_percent"])
     assert (links.loc[1.2]["median_patch_size"] >= links.loc[0.8]["median_patch_size"]).all()
     # at the surface's own D_link the sweep is the table of the published rows
-    assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_as_coded"], atol=1e-6)
-    assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_as_coded"], atol=1e-6)
+    assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
+    assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
     # of one draw, and the mean of all
     assert np.allclose(links.loc[0.8]["n_S_percent"], page["rows"]["n_S_percent"], rtol=0.1)
-    assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_as_coded"].tolist()
+    assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_kept"].tolist()
 
 
 def test_rows_stand_beside_what_the_paper_says_of_them(page):
@@ -699,7 +699,7 @@ def test_every_cell_of_the_page_is_that_of_its_table(page):
     """Each table of the page, by the columns of the tables that it is made of."""
     rows = Page(html_of(page)).rows
     of_rows, runs = page["rows"], page["places"].query("binning == 'half-open'").reset_index(drop=True)
-    grid, readings = page["grid"], ("as_coded", "as_written")
+    grid, readings = page["grid"], ("kept", "full")
 
     def below(header):
         """Rows below those that begin and end with these words."""
@@ -719,14 +719,14 @@ def test_every_cell_of_the_page_is_that_of_its_table(page):
     def of_runs(row, name):
         return interval(*(row[f"{name}_{end}"] for end in ("mean", "lowest", "highest"))) or "–"
 
-    d = below("row ... d as written (95 %)")
+    d = below("row ... d on the full surface (95 %)")
     z = below(f"row ... Z of the winners of {runs['n_runs'].max()} runs")
     assert len(d) == len(z) == 10
     for k, (row, run) in enumerate(zip(of_rows.to_dict("records"), runs.to_dict("records"), strict=True)):
         published = [number(row[f"{name}_published"]) for name in ("d", "Z_tS")]
-        own = [str(k + 1), str(Combination.from_row(row)), published[0], measured(row, "d", "as_coded")]
-        assert d[k] == [*own, of_runs(run, "d"), measured(row, "d", "as_written")]
-        assert z[k] == [str(k + 1), published[1], measured(row, "Z_tS", "as_coded"), of_runs(run, "Z_tS")]
+        own = [str(k + 1), str(Combination.from_row(row)), published[0], measured(row, "d", "kept")]
+        assert d[k] == [*own, of_runs(run, "d"), measured(row, "d", "full")]
+        assert z[k] == [str(k + 1), published[1], measured(row, "Z_tS", "kept"), of_runs(run, "Z_tS")]
     for shown, reading in zip(below(" ... largest d"), readings, strict=True):
         of, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
         counts = [(of > 0).sum(), (low > 0).sum(), (high < 0).sum()]
@@ -750,7 +750,7 @@ def test_every_cell_of_the_page_is_that_of_its_table(page):
         [str(k), *map(number, values)] for k, values in zip(links.index, links.to_numpy(), strict=True)
     ]
     defects = page["defects"].set_index(["sampling", "row"])
-    shown = {name: cells for name, *cells in below(" ... d as written") if name}
+    shown = {name: cells for name, *cells in below(" ... d on the full surface") if name}
     assert len(shown) == 3
     for name, cells in shown.items():
         change = (defects.loc[name] - defects.loc["as published"]).mean()
@@ -760,18 +760,16 @@ def test_every_cell_of_the_page_is_that_of_its_table(page):
         ]
     outlook = page["required_dots"].set_index(["floor", "reading"])
     for floor, z_floor, *shown in below("noise floor ... recovered / %"):
-        assert z_floor == number(outlook.loc[(floor, "as_written"), "Z_floor"])
-        assert shown == [
-            f"{outlook.loc[(floor, of), 'n_S_percent']:.3g}" for of in ("as_written", "recovered")
-        ]
+        assert z_floor == number(outlook.loc[(floor, "full"), "Z_floor"])
+        assert shown == [f"{outlook.loc[(floor, of), 'n_S_percent']:.3g}" for of in ("full", "recovered")]
 
 
 def test_the_flattest_bin_is_the_last_with_enough_test_dots():
     names = ["rougher half", "flatter half", "0.4 – 0.5", "0.5 – 0.6", "0.8 – 0.9"]
     bins = pd.DataFrame({"around": "any dots", "bin": names, "n": [60.0, 60, 50, 40, 3]})
-    for reading in ("as_coded", "as_written"):
+    for reading in ("kept", "full"):
         d = np.array([0.9, 0.1, 0.8, 0.2, 7.0])
         bins = bins.assign(**{f"d_{reading}": d, f"d_low_{reading}": d - 0.3, f"d_high_{reading}": d + 0.3})
     found = of_roughness(bins)
     assert [row["bin"] for row in found["table"]["any dots"]] == ["rougher half", "flatter half", "0.5 – 0.6"]
-    assert found["holds"] == {"as_coded": "yes", "as_written": "yes"}  # 0.2 is around 0; 0.8 would not be
+    assert found["holds"] == {"kept": "yes", "full": "yes"}  # 0.2 is around 0; 0.8 would not be

@@ -41,7 +41,7 @@ def test_equals_the_plain_method(blob, index, up):
         assert np.abs(z[k] - naive.descriptor(points[ids], normals[ids], up)).max() < 1e-9
 
 
-@pytest.mark.parametrize("reading", ["as_coded", "as_written"])
+@pytest.mark.parametrize("reading", ["kept", "full"])
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 0.9])
 @pytest.mark.parametrize("n_subsets", [3, MIN_SUBSETS_FOR_JOINT_SEARCH])  # few and many go different ways
 def test_subsets_equal_the_plain_method(blob, index, reading, share, n_subsets):
@@ -54,7 +54,7 @@ def test_subsets_equal_the_plain_method(blob, index, reading, share, n_subsets):
     for k, i in enumerate(tests):
         ball = np.flatnonzero(np.linalg.norm(points - points[i], axis=1) <= 6.0)
         for b, subset in enumerate(subsets):
-            if reading == "as_coded":
+            if reading == "kept":
                 ids = naive.island(points, np.intersect1d(ball, subset), D_LINK)
             else:
                 ids = np.intersect1d(naive.island(points, ball, D_LINK), subset)
@@ -68,7 +68,7 @@ def test_weights_equal_the_plain_method(blob, index):
     rng = np.random.default_rng(9)
     weights = rng.uniform(0.2, 5, (2, len(points)))
     everything = descriptors.pack_subsets(index, [np.arange(len(points))] * 2)
-    z, _ = descriptors.evaluate(index, points[:5], everything, 2, "as_written", weights=weights[:, index.dot])
+    z, _ = descriptors.evaluate(index, points[:5], everything, 2, "full", weights=weights[:, index.dot])
     for i, b in itertools.product(range(5), range(2)):
         ids = naive.patch(points, i, 6.0, D_LINK)
         expected = naive.descriptor(points[ids], normals[ids], weights=weights[b, ids])
@@ -84,7 +84,7 @@ def test_a_pixel_without_distance_or_weight_is_empty(weights):
     normals = np.tile([0.0, 0, 1], (5, 1))
     index, words = build_index(points, normals, 9.0), np.ones(5, np.uint64)
     given = None if weights is None else np.array([weights])[:, index.dot]
-    z, _ = descriptors.evaluate(index, points[:1], words, 1, "as_written", weights=given)
+    z, _ = descriptors.evaluate(index, points[:1], words, 1, "full", weights=given)
     expected = naive.descriptor(points, normals, weights=None if weights is None else np.array(weights))
     assert np.abs(in_order(z[0, 0]) - expected).max() < 1e-9
 
@@ -96,7 +96,7 @@ def test_weights_of_subsets_leave_the_whole_patch_alone(blob, index):
     words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(2)])
     weights = rng.uniform(0.2, 5, (2, len(points)))
     z_tot, _ = descriptors.describe(index, tests)
-    for readings in (("as_coded",), ("as_written",), ("as_coded", "as_written")):
+    for readings in (("kept",), ("full",), ("kept", "full")):
         together = descriptors.compare(index, tests, words, 2, readings, None, weights)
         apart = descriptors.compare(index, tests, words, 2, readings, z_tot, weights)
         assert np.allclose(together[0], z_tot, rtol=0, atol=1e-9)
@@ -109,8 +109,8 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     tests = points[::200]
     words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(5)])
     z_tot, _ = descriptors.describe(index, tests)
-    z, _ = descriptors.evaluate(index, tests, words, 5, "as_coded")
-    distances, _ = descriptors.evaluate(index, tests, words, 5, "as_coded", z_tot)
+    z, _ = descriptors.evaluate(index, tests, words, 5, "kept")
+    distances, _ = descriptors.evaluate(index, tests, words, 5, "kept", z_tot)
     assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
 
 
@@ -123,8 +123,8 @@ def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
     )
     asked = weights, 5.0, False
     z_tot, _ = descriptors.describe(index, tests, *asked[1:])
-    together = descriptors.compare(index, tests, words, 2, ("as_written", "as_coded"), None, *asked)
-    for k, reading in enumerate(("as_written", "as_coded")):
+    together = descriptors.compare(index, tests, words, 2, ("full", "kept"), None, *asked)
+    for k, reading in enumerate(("full", "kept")):
         z, sizes = descriptors.evaluate(index, tests, words, 2, reading, None, *asked)
         distances, counted = descriptors.evaluate(index, tests, words, 2, reading, z_tot, *asked)
         assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
@@ -136,7 +136,7 @@ def test_the_whole_surface_is_at_distance_zero(blob, index):
     points, _ = blob
     z_tot, _ = descriptors.describe(index, points[:20])
     words = descriptors.pack_subsets(index, [np.arange(len(points))] * 64)
-    for reading in ("as_coded", "as_written"):
+    for reading in ("kept", "full"):
         distances, _ = descriptors.evaluate(index, points[:20], words, 64, reading, z_tot)
         assert np.abs(distances).max() < 1e-9
 
@@ -144,7 +144,7 @@ def test_the_whole_surface_is_at_distance_zero(blob, index):
 def test_an_empty_patch_and_a_single_dot_are_the_zero_vector(blob, index):
     points, _ = blob
     words = descriptors.pack_subsets(index, [[], [17]])
-    z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "as_coded")
+    z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "kept")
     assert sizes.tolist() == [[0, 1]]
     assert not z.any()
 
@@ -173,11 +173,11 @@ def test_threads_and_company_change_nothing(blob, index):
     rng = np.random.default_rng(12)
     subsets = [np.flatnonzero(rng.random(len(points)) < 0.3) for _ in range(64)]
     words = descriptors.pack_subsets(index, subsets)
-    one, _ = descriptors.evaluate(index, points[:100], words, 64, "as_coded", threads=1)
-    two, _ = descriptors.evaluate(index, points[:100], words, 64, "as_coded", threads=2)
+    one, _ = descriptors.evaluate(index, points[:100], words, 64, "kept", threads=1)
+    two, _ = descriptors.evaluate(index, points[:100], words, 64, "kept", threads=2)
     assert np.array_equal(one, two)
     alone, _ = descriptors.evaluate(
-        index, points[:100], descriptors.pack_subsets(index, subsets[5:6]), 1, "as_coded"
+        index, points[:100], descriptors.pack_subsets(index, subsets[5:6]), 1, "kept"
     )
     assert np.allclose(alone[:, 0], one[:, 5], atol=1e-12)
 
@@ -251,7 +251,7 @@ def test_equals_the_authors_descriptors_of_subsets_of_a1(a1, shared, percent):
     subset = pd.read_csv(shared / "oracle" / f"a1_subset_{percent}pct_indices.csv")["point"]
     index = build_index(a1.points, a1.normals)
     words = descriptors.pack_subsets(index, [subset])
-    z, sizes = descriptors.evaluate(index, a1.points[published["point"]], words, 1, "as_coded")
+    z, sizes = descriptors.evaluate(index, a1.points[published["point"]], words, 1, "kept")
     assert np.array_equal(sizes[:, 0], published["n_points"])
     assert np.abs(in_order(z[:, 0]) - published.iloc[:, 2:].to_numpy()).max() < 1e-6
 

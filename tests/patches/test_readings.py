@@ -11,13 +11,13 @@ from sparsurf.study.prepared_surface import PreparedSurface
 
 
 def test_readings_of_the_grid():
-    assert list(all_readings.READINGS) == ["as_coded", "as_written", "scaled", "recovered"]
-    assert readings.GRID_READINGS == ("as_coded", "as_written")
-    assert readings.READINGS["as_coded"].among_kept and not readings.READINGS["as_written"].among_kept
+    assert list(all_readings.READINGS) == ["kept", "kept_scaled", "full", "recovered"]
+    assert readings.GRID_READINGS == ("kept", "full")
+    assert readings.READINGS["kept"].among_kept and not readings.READINGS["full"].among_kept
 
 
 def test_a_reading_is_one_entry(blob, monkeypatch):
-    # the toy reading links kept dots within 0.8 Å, as `as_coded` does on this surface: the same numbers
+    # the toy reading links kept dots within 0.8 Å, as `kept` does on this surface: the same numbers
     toy = readings.Reading("toy", build_index=lambda points, normals, *_: build_index(points, normals, 0.8))
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
     prepared = PreparedSurface(
@@ -27,7 +27,7 @@ def test_a_reading_is_one_entry(blob, monkeypatch):
     z_tot, _ = prepared.describe(tests)
     subsets = prepared.pair((0.8, 0.0, 2.0, 0.0), 0)
     z, sizes = prepared.distances(subsets, tests, z_tot, "toy")
-    wanted, size = prepared.distances(subsets, tests, z_tot, "as_coded")
+    wanted, size = prepared.distances(subsets, tests, z_tot, "kept")
     assert np.allclose(z, wanted, atol=1e-9) and np.array_equal(sizes, size)
 
 

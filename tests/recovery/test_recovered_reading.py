@@ -32,7 +32,7 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     index = build_index(*recover(prepared.points[kept], prepared.normals[kept], prepared.density))
     alone, _ = descriptors.describe(index, prepared.points[tests])
     assert z[0] == pytest.approx(np.linalg.norm(alone - z_tot, axis=1), rel=1e-9)
-    as_it_is, _ = prepared.distances([kept], tests, z_tot, "as_written")
+    as_it_is, _ = prepared.distances([kept], tests, z_tot, "full")
     assert z.mean() < 0.75 * as_it_is.mean()
 
 
@@ -67,14 +67,14 @@ def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
 
 def test_the_grid_takes_it_beside_the_others(prepared):
     combinations = published.parameter_grid([0.3, 1.0], [0.0], [2.0], [0.0])
-    both = grid.evaluate_grid(prepared, combinations, 12, 2, ("as_written", "recovered"))
-    plain = grid.evaluate_grid(prepared, combinations, 12, 2, ("as_written",))
+    both = grid.evaluate_grid(prepared, combinations, 12, 2, ("full", "recovered"))
+    plain = grid.evaluate_grid(prepared, combinations, 12, 2, ("full",))
     alone = grid.evaluate_grid(prepared, combinations, 12, 2, ("recovered",))
     assert np.array_equal(both.z_ts[0], plain.z_ts[0])
     assert np.allclose(both.z_ts[1], alone.z_ts[0], rtol=1e-5)
     sampled, random = prepared.pair(combinations[1], 1)
     z, _ = prepared.distances([sampled, random], both.tests, both.z_tot, "recovered", many=True)
-    more = grid.evaluate_grid(prepared.changed(threads=2), combinations, 12, 2, ("as_written", "recovered"))
+    more = grid.evaluate_grid(prepared.changed(threads=2), combinations, 12, 2, ("full", "recovered"))
     assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
     assert np.array_equal(both.median_patch_size, more.median_patch_size)
     assert both.z_ts[1, 1, 1] == pytest.approx(z[0], rel=1e-5)
@@ -97,7 +97,7 @@ def test_many_subsets_are_recovered_nearly_as_one_is(prepared):
 def along_a_curve(prepared):
     combinations = published.parameter_grid([0.1, 0.4, 0.7], [0.0, 0.4], [0.0, 4.0, 8.0], [0.0, 4.0])
     assert len(combinations) == 36 > grid.N_CURVE_SIZES
-    return grid.evaluate_grid(prepared, combinations, 20, 3, ("as_written", "recovered"))
+    return grid.evaluate_grid(prepared, combinations, 20, 3, ("full", "recovered"))
 
 
 def test_uniform_subsets_of_many_combinations_come_from_a_curve_of_each_draw(prepared, along_a_curve):
@@ -135,6 +135,6 @@ def test_a_curve_is_the_same_whatever_the_cores(prepared, along_a_curve):
 
 
 def test_a_table_has_the_readings_that_its_columns_are_called_after():
-    columns = ["d_recovered", "as_coded", "d_as_coded", "best_as_written", "d_scaled_low"]
-    assert readings_of_columns(columns, "d_") == ["as_coded", "recovered"]
-    assert readings_of_columns(columns) == ["as_coded"]
+    columns = ["d_recovered", "kept", "d_kept", "best_full", "d_scaled_low"]
+    assert readings_of_columns(columns, "d_") == ["kept", "recovered"]
+    assert readings_of_columns(columns) == ["kept"]

@@ -11,9 +11,9 @@ from sparsurf.report.figures import required_dots
 from sparsurf.report.numbers import share
 
 COLOURS = {
-    ("farthest", "as_written"): "#56B4E9",
+    ("farthest", "full"): "#56B4E9",
     ("farthest", "recovered"): "#0072B2",
-    ("uniform", "as_written"): "#000000",
+    ("uniform", "full"): "#000000",
 }
 
 
@@ -35,9 +35,7 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     tables = surface_tables()
     figure = required_dots.figure([tables])
     (ax,) = figure.axes
-    np.testing.assert_array_equal(
-        ax.collections[0].get_offsets(), tables.grid[["n_S_percent", "Z_tS_as_written"]]
-    )
+    np.testing.assert_array_equal(ax.collections[0].get_offsets(), tables.grid[["n_S_percent", "Z_tS_full"]])
     drawn = curves_in(ax)
     for key, rows in tables.curves.groupby(["sampler", "reading"]):
         np.testing.assert_array_equal(drawn[COLOURS[key]], rows[["n_S_percent", "Z"]])
@@ -51,7 +49,7 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
     assert ring.get_xydata().tolist() == [[8.0, 0.5]]
     assert names_in(figure) == [
-        "paper's sampling, all combinations, as written", "farthest point dots as they are",
+        "paper's sampling, all combinations, on the full surface", "farthest point dots as they are",
         "the surface recovered from the same dots", "uniform subset", "enough",
         "atoms moved 0.1 Å: 0.90", "fresh dots of the same surface: 0.50",
     ]  # fmt: skip
@@ -62,33 +60,38 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     assert [colour_of(line) for line in drawn] == ["#777777", "#000000"]
 
 
-def test_the_combinations_as_coded_have_their_own_panel():
+def test_the_combinations_kept_have_their_own_panel():
     """Beside their uniform subsets; the mean patch is shown for both readings."""
     tables = surface_tables()
-    grid = tables.grid.assign(Z_tS_as_coded=tables.grid["Z_tS_as_written"] + 7.0)
+    grid = tables.grid.assign(Z_tS_kept=tables.grid["Z_tS_full"] + 7.0)
     d = np.where(np.arange(len(grid)) < 30, 1.0, -2.0)
-    grid = grid.assign(d_as_coded=d, Z_tR_as_coded=grid["Z_tS_as_coded"] + d, d_as_written=-d)
+    grid = grid.assign(d_kept=d, Z_tR_kept=grid["Z_tS_kept"] + d, d_full=-d)
     tables = tables._replace(grid=grid, mean_patch=1.7)
     figure = required_dots.figure([tables])
     written, coded = figure.axes
     for cloud, column in (
-        (written.collections[0], "Z_tS_as_written"),
-        (coded.collections[0], "Z_tR_as_coded"),
-        (coded.collections[1], "Z_tS_as_coded"),
+        (written.collections[0], "Z_tS_full"),
+        (coded.collections[0], "Z_tR_kept"),
+        (coded.collections[1], "Z_tS_kept"),
     ):
         np.testing.assert_array_equal(cloud.get_offsets(), grid[["n_S_percent", column]])
     assert (
         coded.get_title()
-        == "as coded (another scale)\n30 of 200 beat uniform dots\nall are worse than the mean patch"
+        == "among the kept dots (another scale)\n30 of 200 beat uniform dots\nall are worse than the mean patch"
     )
-    assert [text.get_text() for text in written.texts] == ["as written: 170 of 200 beat uniform dots"]
-    high = tables._replace(mean_patch=grid["Z_tS_as_coded"].median())
-    n = grid["n_S_percent"][np.minimum(grid["Z_tS_as_coded"], grid["Z_tR_as_coded"]) < high.mean_patch].min()
+    assert [text.get_text() for text in written.texts] == [
+        "on the full surface: 170 of 200 beat uniform dots"
+    ]
+    high = tables._replace(mean_patch=grid["Z_tS_kept"].median())
+    n = grid["n_S_percent"][np.minimum(grid["Z_tS_kept"], grid["Z_tR_kept"]) < high.mean_patch].min()
     title = required_dots.figure([high]).axes[1].get_title()
     assert title.endswith(f"\nbelow {share(n)} % worse than the mean patch")
-    assert [ax.get_ylabel()[-10:] for ax in (written, coded)] == ["as written", ", as coded"]
+    assert [ax.get_ylabel()[-10:] for ax in (written, coded)] == [
+        "on the full surface",
+        ", among the kept dots",
+    ]
     assert coded.get_xlim() == written.get_xlim()
-    assert curves_in(coded) == {} and coded.get_ylim()[1] > grid["Z_tR_as_coded"].max()
+    assert curves_in(coded) == {} and coded.get_ylim()[1] > grid["Z_tR_kept"].max()
     floors = [sorted(line.get_ydata()[0] for line in ax.lines if line.is_dashed()) for ax in figure.axes]
     assert floors == [[0.5, 0.9, 1.7], [0.5, 1.7]]
     assert names_in(figure)[-1] == "the mean patch in place of every patch: 1.70"
@@ -96,7 +99,7 @@ def test_the_combinations_as_coded_have_their_own_panel():
 
 def test_a_grid_of_another_reading_has_no_cloud():
     tables = surface_tables()
-    tables = tables._replace(grid=tables.grid.drop(columns="Z_tS_as_written"))
+    tables = tables._replace(grid=tables.grid.drop(columns="Z_tS_full"))
     figure = required_dots.figure([tables])
     assert len(figure.axes[0].collections[0].get_offsets()) == 0
     assert not any("combinations" in words for words in names_in(figure))
@@ -105,13 +108,13 @@ def test_a_grid_of_another_reading_has_no_cloud():
 def test_the_answer_is_that_of_the_floor_that_is_requested():
     tables = surface_tables()
     other = tables.required_dots.assign(n_S_percent=[8.0, 3.0, 1.4], Z=[0.5, 0.7, 0.9])
-    wrong = other.assign(reading="as_written", n_S_percent=60.0)
+    wrong = other.assign(reading="full", n_S_percent=60.0)
     tables = tables._replace(required_dots=pd.concat([wrong, other]))
     for floor, words in (("turned", "3 %"), ("atoms moved 0.1 Å", "1.4 %")):
         ax = required_dots.figure([tables], floor).axes[0]
         assert f"{words} of the dots are enough" == ax.get_title()
-    shown = tables.grid.assign(Z_tS_as_coded=7.0)
-    ax = required_dots.figure([tables._replace(grid=shown)], reading="as_coded").axes[0]
+    shown = tables.grid.assign(Z_tS_kept=7.0)
+    ax = required_dots.figure([tables._replace(grid=shown)], reading="kept").axes[0]
     assert (ax.collections[0].get_offsets()[:, 1] == 7).all()
 
 
@@ -228,7 +231,7 @@ def test_without_a_grid_there_is_no_cloud():
 
 def test_medians_end_where_fewer_than_half_of_the_surfaces_were_measured():
     none = (np.array([]), np.array([]))
-    key = ("farthest", "as_written")
+    key = ("farthest", "full")
     panels = {
         name: required_dots.Panel(none, {key: (np.array([1.0, end]), np.array([4.0, 2.0]))}, {}, (5.0, 1.0))
         for name, end in (("a", 10.0), ("b", 40.0), ("c", 40.0))

@@ -13,13 +13,13 @@ from sparsurf.sampling.combination import PARAMETERS
 
 BLUE, ORANGE, GREEN, BLACK, WHITE = "#0072B2", "#E69F00", "#009E73", "#000000", "#FFFFFF"
 LIMITS = [0.0, 20.0, 60.0, 100.0]  # % of the dots
-WORDS = [READINGS[reading].words for reading in ("as_coded", "as_written")]
+WORDS = [READINGS[reading].words for reading in ("kept", "full")]
 
 
 def winners(proteins, ranges=3):
     """summary.csv of invented winners: everything differs by protein, range and reading."""
     rows = []
-    for j, reading in enumerate(("as_coded", "as_written")):
+    for j, reading in enumerate(("kept", "full")):
         for s, (name, rough) in enumerate(proteins.items()):
             for k in range(ranges):
                 d = 2 - j + 0.1 * s + 0.3 * k
@@ -37,7 +37,7 @@ def relations(gains=(0.1, -0.2, 0.3), p=(0.01, 0.2, 0.04)):
         {"reading": reading, "range": k + 1, "n_S_low_percent": LIMITS[k], "n_S_high_percent": LIMITS[k + 1]}
         | {"gain": (1 + j) * gains[k], "gain_low": (1 + j) * gains[k] - 0.05, "p": p[k]}
         | {"gain_high": (1 + j) * gains[k] + 0.05}
-        for j, reading in enumerate(("as_coded", "as_written"))
+        for j, reading in enumerate(("kept", "full"))
         for k in range(3)
     ]
     return pd.DataFrame(rows)
@@ -48,7 +48,7 @@ def test_winners_are_drawn_against_mean_roughness_in_the_colour_of_their_range()
     figure = summary_figures.summary_figure(table, relations())
     of_one = len(PARAMETERS) + 2  # d and the gain
     assert [w for w in words_of(figure) if w in WORDS] == WORDS
-    for j, reading in enumerate(("as_coded", "as_written")):
+    for j, reading in enumerate(("kept", "full")):
         panels = figure.axes[of_one * j : of_one * (j + 1)]
         rows = table[table["reading"] == reading]
         for ax, name, greek in zip(panels, PARAMETERS, "αβγδ", strict=False):
@@ -96,7 +96,7 @@ def trajectory(n=100, step=200.0):
     k = np.arange(n)
     table = pd.DataFrame({"frame": 3 * k, "time_ps": step * k, "n_S_percent": 40 + np.sin(k)})
     table["mean_roughness"] = 0.6 + 0.01 * np.cos(k)
-    for j, reading in enumerate(("as_coded", "as_written")):
+    for j, reading in enumerate(("kept", "full")):
         table[f"d_{reading}"], table[f"d_se_{reading}"] = (
             1 - 2 * j + 0.2 * np.sin(k / (9 + j)),
             0.1 + k % 3 / 50,
@@ -111,9 +111,9 @@ def test_the_spread_over_frames_is_that_of_all_frames():
 
 
 def test_one_combination_is_followed_over_time():
-    table = trajectory().assign(d_recovered=lambda t: 0.1 * t["d_as_coded"], d_se_recovered=0.02)
+    table = trajectory().assign(d_recovered=lambda t: 0.1 * t["d_kept"], d_se_recovered=0.02)
     figure = over_time.ensemble_figure(table, (1, 0, 6, 4))
-    columns = ["n_S_percent", "mean_roughness", "d_as_coded", "d_as_written", "d_recovered"]
+    columns = ["n_S_percent", "mean_roughness", "d_kept", "d_full", "d_recovered"]
     titles = [ax.get_title(loc="left") for ax in figure.axes[::2]]
     assert READINGS["recovered"].words in titles[-1]
     for k, column in enumerate(columns):

@@ -17,7 +17,7 @@ BLUE, BLACK, VERMILLION, INDIGO = "#0072B2", "#000000", "#D55E00", "#332288"
 FACTORS = {"farthest": 1.0, "uniform": 1.25, "paper": 1.6, "mine": 2.0}
 COLOURS = {"farthest": BLUE, "uniform": BLACK, "paper": VERMILLION, "mine": INDIGO}
 PERCENTS = (5.0, 10.0, 20.0, 40.0)
-MEASURES = ["Z as_written", "Z scaled", "Z as_coded", "Z recovered", "Z centres", "position", "normal"]
+MEASURES = ["Z full", "Z kept_scaled", "Z kept", "Z recovered", "Z centres", "position", "normal"]
 
 
 def comparison(factors=FACTORS):
@@ -37,7 +37,7 @@ def test_samplers_are_drawn_as_measured():
     table = comparison(FACTORS | {"poisson": 1.2})
     figure = comparison_figure.comparison_figure(table, "q/c1", "95 % of something")
     (ax,) = figure.axes
-    own = table[table["measure"] == "Z as_written"]
+    own = table[table["measure"] == "Z full"]
     names = [*FACTORS, "poisson"]
     for line, name in zip(ax.lines, names, strict=False):
         wanted = own.loc[own["sampler"] == name, ["n_S_percent", "value"]]
@@ -111,10 +111,10 @@ def of_reading(table, reading):
 
 def test_d_over_proteins_is_that_of_the_table(stored):
     figure = protein_figures.d(stored)
-    words = [READINGS["as_coded"].words, READINGS["as_written"].words, "recovered, a quarter of the grid"]
+    words = [READINGS["kept"].words, READINGS["full"].words, "recovered, a quarter of the grid"]
     assert [w for w in words_of(figure) if len(w) > 1] == words
     assert [ax.get_ylabel() for ax in figure.axes] == ["cross-validated d", "", ""]
-    colours = dict(as_coded=VERMILLION, as_written=BLUE, recovered=layout.PALETTE[2])
+    colours = dict(kept=VERMILLION, full=BLUE, recovered=layout.PALETTE[2])
     for ax, (reading, colour) in zip(figure.axes, colours.items(), strict=True):
         rows = stored["recovered"] if reading == "recovered" else of_reading(stored["d"], reading)
         rows = rows[rows["range"] > 0]
@@ -136,7 +136,7 @@ def test_z_over_proteins_is_that_of_the_table(stored):
     figure, table = protein_figures.needed(stored), stored["by_n_s"]
     floors = {"fresh dots": "Z_resampled", "turned": "Z_turned", "atoms moved 0.3 Å": "Z_atoms_moved_0.3_Å"}
     floors = {words: stored["surfaces"][column].mean() for words, column in floors.items()}
-    for ax, islands in zip(figure.axes, ("as_written", "recovered"), strict=True):
+    for ax, islands in zip(figure.axes, ("full", "recovered"), strict=True):
         own = of_reading(table, islands)
         names = list(own["sampler"].unique())
         for line, band, name in zip(ax.lines, ax.collections, names, strict=False):

@@ -194,7 +194,7 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
     figure = d_over_grid.figure(table)
     part = table[table.alpha == 1]
     rows = [ax for ax in figure.axes if ax.images]
-    for ax, reading in zip(rows, ("as_coded", "as_written"), strict=True):
+    for ax, reading in zip(rows, ("kept", "full"), strict=True):
         stars = [line for line in ax.lines if line.get_marker() in "o*"]
         whole = part.loc[part[f"d_{reading}"].idxmax()]
         for image, star, beta in zip(ax.images, stars, (0, 1), strict=True):
@@ -213,15 +213,15 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
     # one scale for both readings, in which signs mix: white at 0
     both = [row.images[0] for row in rows]
     assert {image.cmap.name for image in both} == {"RdBu_r"} and both[0].norm is both[1].norm
-    largest = part[["d_as_coded", "d_as_written"]].abs().to_numpy().max()
+    largest = part[["d_kept", "d_full"]].abs().to_numpy().max()
     assert both[0].norm.vmin == -both[0].norm.vmax and both[0].norm.vmax == pytest.approx(largest)
     head, *said = [words for words in words_of(figure) if len(words) > 1]
-    better = [(part[f"d_low_{r}"] > 0).sum() for r in ("as_coded", "as_written")]
+    better = [(part[f"d_low_{r}"] > 0).sum() for r in ("kept", "full")]
     assert (
         head
-        == f"{better[0]} of {len(part)} with α = 1 beat a uniform subset as coded, {better[1]} as written"
+        == f"{better[0]} of {len(part)} with α = 1 beat a uniform subset among the kept dots, {better[1]} on the full surface"
     )
-    for words, reading in zip(said, ("as_coded", "as_written"), strict=True):
+    for words, reading in zip(said, ("kept", "full"), strict=True):
         top = part.loc[part[f"d_{reading}"].idxmax()]
         assert words.startswith(READINGS[reading].words) and f"γ = {top.gamma:g}, δ = {top.delta:g}" in words
         value, low, high = (f"{top[f'd_{end}{reading}']:.2f}" for end in ("", "low_", "high_"))
@@ -536,17 +536,17 @@ def test_ticks_leave_out_what_has_no_room():
 def test_a_figure_draws_its_part_of_the_results():
     points, normals = sphere(300)
     rough = np.linspace(0.3, 0.9, 300)
-    table = grid().drop(columns="d_as_coded").assign(d_recovered=-0.001)
+    table = grid().drop(columns="d_kept").assign(d_recovered=-0.001)
     own = results.Results("p/c1", Surface(points, normals), rough, table)
     counts = np.histogram(rough, 50)[0].tolist()
     assert [bar.get_height() for bar in roughness.draw(own).axes[2].patches] == counts
     words = words_of(d_over_grid.draw(own))
     drawn = [name for name in READINGS for w in words if w.startswith(READINGS[name].words)]
-    assert drawn == ["as_written", "recovered"]
+    assert drawn == ["full", "recovered"]
     assert any(w.endswith("highest $d$ = 0.00 at β = 0, γ = 0, δ = 0: 100.3 % of the dots") for w in words)
     for module, head in (
         (roughness, "p/c1: mean roughness 0.60"),
-        (d_over_grid, "p/c1: 0 of 27 with α = 1 beat a uniform subset as written, 0 recovered"),
+        (d_over_grid, "p/c1: 0 of 27 with α = 1 beat a uniform subset on the full surface, 0 recovered"),
         (number_of_dots, "p/c1"),
     ):
         assert words_of(module.draw(own))[0] == head
@@ -559,12 +559,17 @@ def test_the_head_of_rough_and_flat_says_where_the_sampling_errs_less():
         ([(1, 1)], "the sampling errs less on rough and flat patches"),
         ([(1, -1), (0.5, -2)], "the sampling errs less on rough patches"),
         ([(-1, -1)], "a uniform subset errs less everywhere"),
-        ([(1, 1), (-1, -1)], "less error than a uniform subset as coded, more as written"),
+        (
+            [(1, 1), (-1, -1)],
+            "less error than a uniform subset among the kept dots, more on the full surface",
+        ),
         ([(1, 1), (-2, 3)], "whether the sampling errs less depends on the roughness"),
     ):
         panels = [
             (f"t, {words}", roughness_of_patches, np.full(20, 3.0), 3 + np.where(flat, on_flat, on_rough))
-            for words, (on_rough, on_flat) in zip(("as coded", "as written"), gains, strict=False)
+            for words, (on_rough, on_flat) in zip(
+                ("among the kept dots", "on the full surface"), gains, strict=False
+            )
         ]
         assert rough_and_flat.message(panels) == expected
 
@@ -579,7 +584,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn
     best = {
         "recovered": {"unrestricted": other},
-        "as_coded": {"unrestricted": unrestricted},
+        "kept": {"unrestricted": unrestricted},
         "references": {},
         "combinations": 1,
     }
@@ -634,7 +639,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     bins = pd.read_csv(tmp_path / "bins.csv")
     assert bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum().tolist() == [20, 20]
     best_one = Combination(1.0, 0.0, 6.0, 0.0)
-    readings = ["as_coded", "recovered"]
+    readings = ["kept", "recovered"]
     found = by_roughness(prepared, best_one, readings, 20, 2, True)
     for (title, *drawn), reading in zip(shown[0].rough_and_flat["panels"], readings, strict=True):
         assert title == f"patches around kept dots, {READINGS[reading].words}"

@@ -44,11 +44,11 @@ def grid(**lists):
     table["n_S_expected"] = 1000 * table.alpha / (1 + table.beta) / fall
     table["n_S"] = table.n_S_expected + 3.0
     table["n_S_percent"] = table.n_S / 10
-    table["d_as_coded"] = np.sin(table.gamma + table.beta) + 0.3 * np.cos(table.delta)
-    table["d_as_written"] = -0.2 - 0.01 * table.gamma - 0.01 * table.delta * table.beta
+    table["d_kept"] = np.sin(table.gamma + table.beta) + 0.3 * np.cos(table.delta)
+    table["d_full"] = -0.2 - 0.01 * table.gamma - 0.01 * table.delta * table.beta
     ends = {
         f"d_{end}_{reading}": table[f"d_{reading}"] + sign * half
-        for reading, half in (("as_coded", 0.2), ("as_written", 0.04))
+        for reading, half in (("kept", 0.2), ("full", 0.04))
         for end, sign in (("low", -1), ("high", 1))
     }
     return table.assign(**ends)
@@ -74,7 +74,7 @@ def patch(n=60):
     return "rough patch, $R_i$ = 0.21", points, normals, np.arange(0, n, 2), np.arange(0, n, 3)
 
 
-def figure4(n=500, readings=("as_coded", "as_written"), roughness=None, patches=2, **kwargs):
+def figure4(n=500, readings=("kept", "full"), roughness=None, patches=2, **kwargs):
     r, z = distances(n)
     r = r if roughness is None else roughness
     panels = [
@@ -102,8 +102,8 @@ def figure1(n=400):
     return roughness_figure.figure(*sphere(n), np.linspace(0.2, 0.9, n))
 
 
-LACKING = grid().assign(d_as_coded=np.nan, d_se_as_written=np.nan)
-HOLES = grid().assign(d_as_coded=lambda t: t.d_as_coded.where((t.gamma != 2) | (t.delta != 4)))
+LACKING = grid().assign(d_kept=np.nan, d_se_full=np.nan)
+HOLES = grid().assign(d_kept=lambda t: t.d_kept.where((t.gamma != 2) | (t.delta != 4)))
 FINE = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
 
 
@@ -112,13 +112,13 @@ def surface_tables(name="p/c1", factor=1.0, rows=200, floors=("fresh dots", "tur
     rng, percent = np.random.default_rng(0), np.array([1.0, 2, 4, 8, 20, 50, 90])
     n = rng.uniform(4, 98, rows)
     grid = pd.DataFrame(
-        {"n_S_percent": n, "Z_tS_as_written": factor * (2.4 - np.log10(n) + 0.1 * rng.random(rows))}
+        {"n_S_percent": n, "Z_tS_full": factor * (2.4 - np.log10(n) + 0.1 * rng.random(rows))}
     )
     curves = [
         pd.DataFrame({"sampler": sampler, "reading": reading, "n_S_percent": percent})
         .assign(Z=lambda t, start=start: factor * np.maximum(start - np.log10(t["n_S_percent"]), 0.5))
         for sampler, reading, start in (
-            ("farthest", "as_written", 2.0), ("farthest", "recovered", 1.4), ("uniform", "as_written", 2.3),
+            ("farthest", "full", 2.0), ("farthest", "recovered", 1.4), ("uniform", "full", 2.3),
         )
     ]  # fmt: skip
     levels = pd.DataFrame({"floor": floors, "Z": factor * np.linspace(0.5, 0.9, len(floors))})
@@ -167,13 +167,13 @@ CASES = {
     "3, one gamma": lambda: d_over_grid.figure(grid(gamma=[6])),
     "3, one combination": lambda: d_over_grid.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
     "3, one reading": lambda: d_over_grid.figure(
-        grid().drop(columns=["d_as_coded", "d_low_as_coded", "d_high_as_coded"])
+        grid().drop(columns=["d_kept", "d_low_kept", "d_high_kept"])
     ),
     "3, no values": lambda: d_over_grid.figure(LACKING),
     "3, holes": lambda: d_over_grid.figure(HOLES),
     "4": figure4,
-    "4, one reading": lambda: figure4(readings=["as_written"]),
-    "4, three readings": lambda: figure4(readings=["as_coded", "as_written", "recovered"]),
+    "4, one reading": lambda: figure4(readings=["full"]),
+    "4, three readings": lambda: figure4(readings=["kept", "full", "recovered"]),
     "4, few tests": lambda: figure4(n=7),
     "4, one test": lambda: figure4(n=1),
     "4, one roughness": lambda: figure4(n=20, roughness=np.full(20, 0.6)),

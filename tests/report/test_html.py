@@ -24,8 +24,8 @@ from sparsurf.report.numbers import against_zero, interval, number, share, short
 from sparsurf.report.page import TEMPLATES, code, embedded, embedded_figures, render
 from sparsurf.report.pairs_section import pairs_section
 
-READINGS = ("as_coded", "as_written")
-D = {"as_coded": 2.51, "as_written": -0.28}  # of the best range
+READINGS = ("kept", "full")
+D = {"kept": 2.51, "full": -0.28}  # of the best range
 
 
 def summary_rows(protein, conformation):
@@ -63,7 +63,7 @@ def write_run(folder, places=(("p", "c1"),)):
         own = folder / p / c
         (own / "figures").mkdir(parents=True)
         required_dots = [("farthest", "fresh dots", 0.5, reading, 100, percent + k, 0.55)
-                  for reading, percent in (("as_written", 60.0), ("recovered", 6.4))]  # fmt: skip
+                  for reading, percent in (("full", 60.0), ("recovered", 6.4))]  # fmt: skip
         columns = ["sampler", "floor", "Z_floor", "reading", "n_S", "n_S_percent", "Z"]
         pd.DataFrame(required_dots, columns=columns).to_csv(own / "required_dots.csv", index=False)
         for name in (
@@ -189,11 +189,11 @@ def test_without_a_grid_the_first_page_begins_with_what_changes(tmp_path):
     assert alone.count("2 of 3</b> residues") == 1
 
 
-def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path):
+def test_d_full_is_that_of_the_range_where_d_kept_is_largest(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder)
     summary = pd.read_csv(folder / "summary.csv")
-    summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_cv"] = 9.0
+    summary.loc[(summary["reading"] == "full") & (summary["range"] == 3), "d_cv"] = 9.0
     summary.to_csv(folder / "summary.csv", index=False)
     assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.51", "−0.28"]
 
@@ -307,7 +307,7 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
             for (pair, side), auc in zip((("007", 1), ("007", 2), ("b", 1), ("b", 2)), aucs, strict=True)]  # fmt: skip
     table = pd.DataFrame(rows, columns=["complex", "partner", "score", "auc", "low", "high"])
     table.to_csv(folder / "pairs" / "pairs.csv", index=False)
-    pd.DataFrame({"d_as_coded": [2.0, 3.0]}).to_csv(folder / "p" / "ensemble.csv", index=False)
+    pd.DataFrame({"d_kept": [2.0, 3.0]}).to_csv(folder / "p" / "ensemble.csv", index=False)
     files += [
         "paper_places.csv",
         "pairs/pairs.csv",
@@ -338,13 +338,13 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     assert "Protrusion alone has 0.80 (0.70 to 0.90) and 0.60 (0.50 to 0.70)." in said
     none = render(TEMPLATE, **known | {"pairs": pairs_section(table[:0], files)})
     assert "No interface among 3 pairs." in " ".join(Page(none).text["cards"].split())
-    assert known["ensembles"] == [("p", {"frames": 2, "reading": "as_coded", "d": "2.5", "sd": "0.7"})]
+    assert known["ensembles"] == [("p", {"frames": 2, "reading": "kept", "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
     assert {"verdict.html", "pairs/pairs.csv", "p/ensemble.html"} <= set(Page(text).links)
     said = (
         " ".join(Page(text).text["cards"].split()) if "cards" in Page(text).text else " ".join(text.split())
     )
-    assert "over 2 frames of p, one combination," in said and "as coded" in said
+    assert "over 2 frames of p, one combination," in said and "among the kept dots" in said
 
 
 def test_the_samplers_of_several_surfaces_are_compared_in_one_figure():
@@ -373,7 +373,7 @@ def test_fewer_than_two_pairs_that_touch_show_their_map_on_the_first_page(tmp_pa
 
 def test_one_frame_has_no_spread(tmp_path):
     table = pd.DataFrame(
-        {"N": [100], "area": 10.0, "mean_roughness": 0.5, "n_S_percent": 40.0, "d_as_coded": 2.0}
+        {"N": [100], "area": 10.0, "mean_roughness": 0.5, "n_S_percent": 40.0, "d_kept": 2.0}
     )
     page = Page(render(ensemble_page.TEMPLATE, **ensemble_page.ensemble_page("p", table, [1, 0, 6, 0])))
     assert "Over 1 frame," in page.text["answer"] and "±" not in page.text["answer"]
@@ -388,9 +388,9 @@ def test_only_readings_that_were_tried_are_reported(tmp_path):
     assert "so both were tried" in first(tmp_path, files)
     for name in ("summary", "relation"):
         table = pd.read_csv(tmp_path / f"{name}.csv")
-        table[table["reading"] == "as_written"].to_csv(tmp_path / f"{name}.csv", index=False)
+        table[table["reading"] == "full"].to_csv(tmp_path / f"{name}.csv", index=False)
     surfaces = pd.read_csv(tmp_path / "surfaces.csv")
-    surfaces.drop(columns="best_as_coded").to_csv(tmp_path / "surfaces.csv", index=False)
+    surfaces.drop(columns="best_kept").to_csv(tmp_path / "surfaces.csv", index=False)
     page = first(tmp_path, files)
     assert "both were tried" not in page and "d = −0.06" in page
 
@@ -563,11 +563,11 @@ def test_frames_are_summarised_by_mean_and_spread():
         "mean_roughness": [0.5, 0.6, 0.6],
         "n_S_percent": [40.0, 40, 55],
     }
-    table = pd.DataFrame(columns | {"d_as_coded": [2.0, 3.0, 3.0], "d_as_written": -0.25})
+    table = pd.DataFrame(columns | {"d_kept": [2.0, 3.0, 3.0], "d_full": -0.25})
     page = Page(render(ensemble_page.TEMPLATE, **ensemble_page.ensemble_page("p", table, [1, 0, 6, 0])))
     assert ["n_S / %", "45.0", "8.7", "40.0", "55.0"] in page.rows
-    assert ["d as coded", "2.67", "0.58", "2.00", "3.00"] in page.rows
-    assert ["d as written", "−0.25", "0.00", "−0.25", "−0.25"] in page.rows
+    assert ["d among the kept dots", "2.67", "0.58", "2.00", "3.00"] in page.rows
+    assert ["d on the full surface", "−0.25", "0.00", "−0.25", "−0.25"] in page.rows
     assert "(1, 0, 6, 0) keeps 45.0 ± 8.7 %" in page.text["answer"]
 
 

@@ -9,7 +9,7 @@ import pytest
 from sparsurf.report import first_page, ranges_page, summary_page
 from sparsurf.report.page import render
 
-READINGS = ["as_coded", "as_written"]
+READINGS = ["kept", "full"]
 NAN = math.nan
 
 
@@ -27,7 +27,7 @@ def test_the_card_of_the_dots_that_are_enough(percents, bounds, bound, every_dot
         | {"n_S_percent_low": [3.0, NAN, 5.0], "n_S_percent_high": [6.0, NAN, 8.0], "bound": bounds}
     )
     others = (
-        rows.assign(reading="as_written", n_S_percent=77.0),
+        rows.assign(reading="full", n_S_percent=77.0),
         rows.assign(floor="turned", n_S_percent=88.0),
     )
     surfaces = pd.DataFrame({"minimal_n_S_percent": [1.0, 2.0, 9.0]})
@@ -52,11 +52,11 @@ def summary_of(d, ranges=2):
     )
 
 
-def test_d_is_the_median_over_the_surfaces_in_the_range_that_is_best_as_coded():
+def test_d_is_the_median_over_the_surfaces_in_the_range_that_is_best_kept():
     summary = summary_of([1.0, 2.0, 9.0])
-    card = first_page.d_card(summary, "as_coded", "as_coded")
+    card = first_page.d_card(summary, "kept", "kept")
     assert (card["d"], card["n_S"], card["n"], card["worth"]) == ("2.00", "6", 3, None)
-    written = first_page.d_card(summary, "as_written", "as_coded")
+    written = first_page.d_card(summary, "full", "kept")
     assert (written["d"], written["places"]) == ("1.00", {"above": 2, "below": 0, "around": 1, "unknown": 0})
 
 
@@ -90,17 +90,17 @@ def test_a_row_of_the_relation_says_who_won_and_what_roughness_gains():
     row |= {"gain": 0.1, "gain_low": 0.05, "gain_high": 0.2}
     row |= {"over_all": 0.9, "over_all_low": 0.8, "over_all_high": 1.0}
     cells = ["0 – 12", "(1, 0, 6, 0)", "1.25 ± 0.50", "3 of 7", "5 of 7", "0.034", "0.10 (0.05 to 0.20)"]
-    assert summary_page.relation_rows(pd.DataFrame([row | {"reading": "as_coded"}])) == [cells]
-    relation = pd.DataFrame([row, row | {"p": NAN}]).assign(reading="as_coded", range=[1, 2])
+    assert summary_page.relation_rows(pd.DataFrame([row | {"reading": "kept"}])) == [cells]
+    relation = pd.DataFrame([row, row | {"p": NAN}]).assign(reading="kept", range=[1, 2])
     surfaces = pd.DataFrame({"protein": ["p"], "conformation": "c1", "N": 9000, "mean_roughness": 0.61234})
-    surfaces = surfaces.assign(best_as_coded="1, 0, 6, 0", d_cv_as_coded=1.0)
-    surfaces = surfaces.assign(d_cv_low_as_coded=0.5, d_cv_high_as_coded=1.5)
+    surfaces = surfaces.assign(best_kept="1, 0, 6, 0", d_cv_kept=1.0)
+    surfaces = surfaces.assign(d_cv_low_kept=0.5, d_cv_high_kept=1.5)
     page = summary_page.summary_page("run", surfaces, relation)
-    assert [len(line) for line in page["relations"]["as_coded"]] == [7, 7]
+    assert [len(line) for line in page["relations"]["kept"]] == [7, 7]
     assert (page["related"], page["rows_tested"]) == (1, 1)
     assert page["surfaces"] == [["p", "9,000", "0.612", "1, 0, 6, 0", "1.00 (0.50 to 1.50)"]]
     untested = summary_page.summary_page("run", surfaces, relation.assign(p=NAN))
-    assert [len(line) for line in untested["relations"]["as_coded"]] == [5, 5] and untested["related"] == 0
+    assert [len(line) for line in untested["relations"]["kept"]] == [5, 5] and untested["related"] == 0
 
 
 def test_a_row_of_ranges_has_the_numbers_of_its_columns():

@@ -277,7 +277,7 @@ def test_grid_rows_are_those_of_the_table(opened, grid):
             set_control(opened, name, value)
         row = grid[0][(grid[0][PARAMETERS] == nearest).all(axis=1)].iloc[0]
         expected = [["reading", "Z_tS", "Z_tR", "d"]]
-        for reading, words in (("as_coded", "as coded"), ("as_written", "as written")):
+        for reading, words in (("kept", "among the kept dots"), ("full", "on the full surface")):
             numbers = [f"{row[f'{name}_{reading}']:.2f}" for name in ("Z_tS", "Z_tR", "d")]
             expected.append([words, *(each.replace("-", "−") for each in numbers)])
         rows = "return [...document.querySelectorAll('#nearest tr')].map(r => [...r.cells].map(c => c.textContent))"
@@ -529,7 +529,7 @@ def test_a_page_without_a_study_shows_the_surface_alone(browser, prepared, tmp_p
 def test_a_surface_without_structure_and_grid_values(prepared, grid):
     bare = Surface(prepared.points, prepared.normals)
     order = {"farthest": np.arange(len(bare))}
-    table = grid[0].assign(d_as_coded=np.nan)
+    table = grid[0].assign(d_kept=np.nan)
     text = viewer.page(
         "bare",
         bare,
@@ -543,7 +543,7 @@ def test_a_surface_without_structure_and_grid_values(prepared, grid):
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert "kind" not in columns and "residue" not in columns
     assert header["grid"][0][7] is None
-    assert pd.isna(table["d_as_coded"]).all()
+    assert pd.isna(table["d_kept"]).all()
 
 
 def test_the_page_holds_the_numbers_of_the_tables(prepared, grid):
@@ -554,7 +554,7 @@ def test_the_page_holds_the_numbers_of_the_tables(prepared, grid):
     assert (header["total"], header["stored"], header["radius"]) == (3000, 3000, prepared.r_patch)
     places = np.column_stack([columns[axis] for axis in "xyz"]) * header["step"]
     assert np.allclose(places, points, atol=1e-9)
-    wanted = [f"{name}_{reading}" for reading in ("as_coded", "as_written") for name in ("Z_tS", "Z_tR", "d")]
+    wanted = [f"{name}_{reading}" for reading in ("kept", "full") for name in ("Z_tS", "Z_tR", "d")]
     assert np.allclose(header["grid"], table[[*PARAMETERS, "n_S_percent", *wanted]], rtol=1e-4, atol=1e-12)
     assert len(header["readings"]) == 2 and header["readings"][0] != header["readings"][1]
     assert list(header["samplers"])[:2] == ["minimal", "farthest"] and list(header["samplers"])[-2:] == [
@@ -565,7 +565,7 @@ def test_the_page_holds_the_numbers_of_the_tables(prepared, grid):
     best = tables.best_combinations(*grid, 50)
     presets = dict(map(tuple, ((name, tuple(values)) for name, values in header["presets"])))
     assert presets.pop("the paper's best") == (1, 0, 6, 0)
-    for reading in ("as_coded", "as_written"):
+    for reading in ("kept", "full"):
         row = best[reading]["unrestricted"]
         (name,) = [
             each for each in presets if each.startswith("best, ") and each.endswith(reading_words(reading))
@@ -627,7 +627,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
     Path(inputs["best"]).write_text('{"combinations": 3}')
     required_dots = [
         ("turned", "recovered", 2),
-        ("fresh dots", "as_written", 50),
+        ("fresh dots", "full", 50),
         ("fresh dots", "recovered", 8.2),
     ]
     inputs["required_dots"] = str(tmp_path / "required_dots")

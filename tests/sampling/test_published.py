@@ -124,8 +124,8 @@ def test_distances_from_the_dot_itself_never_exceed_r_patch(a1):
     index = build_index(a1.points, a1.normals)
     rough = roughness(index)
     assert published.build_cover(index, rough, distance_from_moved_centre=False).log_ratio.min() >= 0
-    as_coded = published.build_cover(index, rough)
-    assert np.exp(-as_coded.log_ratio.min()) == pytest.approx(
+    as_published = published.build_cover(index, rough)
+    assert np.exp(-as_published.log_ratio.min()) == pytest.approx(
         1.16, abs=0.005
     )  # r / R_patch, measured by the authors' code
 

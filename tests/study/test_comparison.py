@@ -77,10 +77,8 @@ def test_a_row_for_every_sampler_size_and_measure(table):
     assert table.loc[~of_z, "Z_mean_descriptor"].isna().all()
     use = table.groupby("measure")["use"].unique().map(list).to_dict()
     of_surface = {measure for measure, names in use.items() if names == ["surface"]}
-    patches = {
-        f"Z {name}" for name in ("as_written", "as_written weighted", "recovered", "scaled", "as_coded")
-    }
-    assert of_surface == patches | {"median patch size scaled", "median patch size as_coded"}
+    patches = {f"Z {name}" for name in ("full", "full weighted", "recovered", "kept_scaled", "kept")}
+    assert of_surface == patches | {"median patch size kept_scaled", "median patch size kept"}
     assert {measure: use[measure] for measure in use.keys() - of_surface} == {
         "Z centres": ["centres"], "position": ["dots"], "normal": ["dots"], "seconds": ["dots"]
     }  # fmt: skip
@@ -107,10 +105,10 @@ def test_every_measure_equals_the_plain_method(prepared, surface):
         on_surface = np.intersect1d(ball, whole)
         share = weight[np.searchsorted(kept, on_surface)]
         cases = {
-            "Z as_written": (on_surface, None),
-            "Z as_written weighted": (on_surface, share),
-            "Z scaled": (naive.island(points, ball, link), None),
-            "Z as_coded": (naive.island(points, ball, D_LINK), None),
+            "Z full": (on_surface, None),
+            "Z full weighted": (on_surface, share),
+            "Z kept_scaled": (naive.island(points, ball, link), None),
+            "Z kept": (naive.island(points, ball, D_LINK), None),
             "Z centres": (at_centre, None),
         }
         true = naive.descriptor(points[whole], normals[whole])
@@ -119,18 +117,18 @@ def test_every_measure_equals_the_plain_method(prepared, surface):
             assert found[measure][0, 0, t] == pytest.approx(z, rel=1e-6, abs=1e-9), measure
             sizes.setdefault(measure, []).append(len(ids))
     median = {measure: np.median(counts) for measure, counts in sizes.items()}
-    for rule in ("scaled", "as_coded"):
-        assert found[f"median patch size {rule}"] == 100 * median[f"Z {rule}"] / median["Z as_written"]
-    assert median["Z scaled"] > median["Z as_coded"]
+    for rule in ("kept_scaled", "kept"):
+        assert found[f"median patch size {rule}"] == 100 * median[f"Z {rule}"] / median["Z full"]
+    assert median["Z kept_scaled"] > median["Z kept"]
 
 
 def test_all_dots_have_no_error(prepared):
     whole = comparison.compare_samplers(
         prepared, comparison.select_methods(prepared, ["uniform"]), (100,), n_tests=20, draws=1
     ).set_index("measure")["value"]
-    # 'as_coded' and 'scaled' link the same dots, within D_link and within at least D_link
-    assert whole[["Z as_written", "Z as_coded", "Z centres", "position"]].abs().max() < 1e-9
-    assert whole[["median patch size as_coded"]].eq(100).all() and whole["Z scaled"] < 0.2
+    # 'kept' and 'kept_scaled' link the same dots, within D_link and within at least D_link
+    assert whole[["Z full", "Z kept", "Z centres", "position"]].abs().max() < 1e-9
+    assert whole[["median patch size kept"]].eq(100).all() and whole["Z kept_scaled"] < 0.2
 
 
 def test_the_time_of_a_sampler_is_the_median_of_its_draws(prepared, monkeypatch):
@@ -139,7 +137,7 @@ def test_the_time_of_a_sampler_is_the_median_of_its_draws(prepared, monkeypatch)
     drawers = comparison.select_methods(prepared, ["uniform"])
     table = comparison.compare_samplers(prepared, drawers, (10,), n_tests=5, draws=3).set_index("measure")
     assert table.loc["seconds", "value"] == 2
-    of_z = table.loc["Z as_written", ["low", "value", "high"]].tolist()
+    of_z = table.loc["Z full", ["low", "value", "high"]].tolist()
     assert of_z == sorted(of_z) and len(set(of_z)) == 3
 
 
@@ -157,30 +155,30 @@ def test_one_warning_per_surface(prepared, caplog):
     with caplog.at_level(logging.WARNING, "sparsurf"):
         table = comparison.compare_samplers(prepared, drawers, (10, 90), n_tests=30, draws=1)
     (record,) = [r.getMessage() for r in caplog.records]
-    left = measure_matrix(table, "median patch size as_coded")
+    left = measure_matrix(table, "median patch size kept")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
-    assert record.startswith("blob/c1: some subsets break up, which dominates their Z: as_coded at ")
-    assert record.endswith(": as_coded at 10 % (uniform, poisson, farthest)")
+    assert record.startswith("blob/c1: some subsets break up, which dominates their Z: kept at ")
+    assert record.endswith(": kept at 10 % (uniform, poisson, farthest)")
 
 
 def test_a_warning_says_where_patches_break_up(caplog):
     rows = [(rule, name, p, value) for rule, name, values in (
-        ("as_coded", "uniform", (10, 20)), ("as_coded", "farthest", (10, 30)), ("as_coded", "poisson", (5, 40)),
-        ("scaled", "farthest", (29, 31)), ("scaled", "uniform", (30, 30)),
+        ("kept", "uniform", (10, 20)), ("kept", "farthest", (10, 30)), ("kept", "poisson", (5, 40)),
+        ("kept_scaled", "farthest", (29, 31)), ("kept_scaled", "uniform", (30, 30)),
     ) for p, value in zip((5, 2.5), values, strict=True)]  # fmt: skip
     table = pd.DataFrame(rows, columns=["rule", "sampler", "percent", "value"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
         comparison._warn_of_fragments(table.assign(measure="median patch size " + table["rule"]), "p/c1")
     (record,) = [each.getMessage() for each in caplog.records]
     assert record.endswith(
-        ": as_coded at every n_S (uniform); as_coded at 5 % (farthest, poisson); scaled at 5 % (farthest)"
+        ": kept at every n_S (uniform); kept at 5 % (farthest, poisson); kept_scaled at 5 % (farthest)"
     )
 
 
 def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
     ranges = study[1]
     lowest, rows = choices_from_ranges(ranges)
-    kept = ranges[(ranges["reading"] == "as_coded") & ranges["alpha"].notna()]
+    kept = ranges[(ranges["reading"] == "kept") & ranges["alpha"].notna()]
     assert np.array_equal(rows, kept[PARAMETERS]) and np.isfinite(rows).all()
     assert np.array_equal(lowest, kept["n_S_low_percent"])
     own = samplers.get_samplers(["paper"], "compare.samplers", choices_from_ranges(ranges))["paper"]
@@ -189,7 +187,7 @@ def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
         prepared.cover, samplers.tune_alpha(prepared.cover, rows[1], n), np.random.default_rng(4)
     )
     assert np.array_equal(own(prepared, n, np.random.default_rng(4)), wanted)
-    assert choices_from_ranges(ranges[ranges["reading"] == "as_written"]) is PUBLISHED_CHOICES
+    assert choices_from_ranges(ranges[ranges["reading"] == "full"]) is PUBLISHED_CHOICES
 
 
 def test_area_with_and_without_areas(a1):
@@ -203,7 +201,7 @@ def test_area_with_and_without_areas(a1):
     assert area_of(Surface(np.eye(3), np.eye(3))) == (pytest.approx(3 * np.pi), True)
 
 
-def curves(measure="Z as_written", percents=(2.5, 10, 40), **factors):
+def curves(measure="Z full", percents=(2.5, 10, 40), **factors):
     """A comparison in which Z = factor / sqrt(n_S)."""
     rows = [
         {"sampler": name, "percent": p, "n_S": 10 * p, "n_S_percent": p, "use": "surface", "measure": m}
@@ -223,7 +221,7 @@ def test_summary_means_and_spread_between_proteins():
     assert list(units) == ["p", "q"]
     row = (
         means_over_proteins(units)
-        .query("sampler == 'farthest' and percent == 10 and measure == 'Z as_written'")
+        .query("sampler == 'farthest' and percent == 10 and measure == 'Z full'")
         .iloc[0]
     )
     z = np.array([3.0, 1.0]) / np.sqrt(10)  # the mean of the conformations, then protein by protein
@@ -258,7 +256,7 @@ def test_ranking_on_analytic_surfaces(path, request):
     prepared = PreparedSurface(surface, seed=1, name=path)
     drawers = comparison.select_methods(prepared, ["paper", "uniform", "farthest"])
     table = comparison.compare_samplers(prepared, drawers, (5, 10, 20, 40), 300, 2)
-    z = measure_matrix(table, "Z as_written")
+    z = measure_matrix(table, "Z full")
     assert (z.loc["farthest"] < z.loc["uniform"]).all() and (z.loc["uniform"] < z.loc["paper"]).all()
     assert (z.diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
@@ -285,7 +283,7 @@ def test_minimal_for_a_requested_z(prepared, name):
     z_tot, _ = prepared.describe(tests)
 
     def z_of(subset):
-        return prepared.distances([subset], tests, z_tot, "as_written")[0].mean()
+        return prepared.distances([subset], tests, z_tot, "full")[0].mean()
 
     dots, _ = find_subset(prepared, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
@@ -400,19 +398,19 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
     rest = files | settings | {"test_dots": 30, "name": "blob/c1", "whole_curve": True}
     minimal_settings = {"sampler": "paper", "n_S_percent": 10}
     select_minimal_subset.main(**rest, minimal=minimal_settings)
-    assert set(pd.read_csv(required_dots)["reading"]) == {"as_written", "recovered"}
+    assert set(pd.read_csv(required_dots)["reading"]) == {"full", "recovered"}
     drawn_curves = pd.read_csv(curves_path).groupby(["sampler", "reading"])["Z"]
     assert [*drawn_curves.groups] == [
-        ("paper", "as_written"),
+        ("paper", "full"),
         ("paper", "recovered"),
-        ("uniform", "as_written"),
+        ("uniform", "full"),
     ]
     assert (drawn_curves.first() > 1.5 * drawn_curves.last()).all() and (drawn_curves.size() == 22).all()
     minimal = pd.read_csv(table)
     assert minimal["weight"].sum() == 3000
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
     ranges = pd.read_csv(inputs["ranges"])
-    ranges[ranges["reading"] == "as_written"].to_csv(inputs["ranges"], index=False)
+    ranges[ranges["reading"] == "full"].to_csv(inputs["ranges"], index=False)
     minimal_settings = {"sampler": "farthest", "floor": "fresh dots"}
     select_minimal_subset.main(**rest, minimal=minimal_settings)
     told = [each for each in caplog.messages if "takes the paper's parameters" in each]

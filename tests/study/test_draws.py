@@ -81,9 +81,9 @@ def test_weights_belong_to_their_subset_also_beyond_64_subsets(prepared):
     weights = rng.uniform(0.2, 5, (66, 3000))
     tests = np.array([5, 700, 2100])
     z_tot, _ = prepared.describe(tests)
-    together, _ = prepared.distances(subsets, tests, z_tot, "as_written", weights)
+    together, _ = prepared.distances(subsets, tests, z_tot, "full", weights)
     for k in (0, 1, 63, 64, 65):
-        alone, _ = prepared.distances(subsets[k : k + 1], tests, z_tot, "as_written", weights[k : k + 1])
+        alone, _ = prepared.distances(subsets[k : k + 1], tests, z_tot, "full", weights[k : k + 1])
         assert np.allclose(together[k], alone[0], rtol=0, atol=1e-9), k
 
 
@@ -132,20 +132,18 @@ def test_a_requested_z_is_reported_with_its_interval(prepared, caplog):
 
 
 def test_fragments_are_medians_over_draws_and_test_dots(prepared):
-    found = grid.evaluate_grid(prepared, [COMBINATION], 15, draws=3, readings=("as_coded",))
+    found = grid.evaluate_grid(prepared, [COMBINATION], 15, draws=3, readings=("kept",))
     z_tot, _ = prepared.describe(found.tests)
     for half in (0, 1):
         subsets = [prepared.pair(COMBINATION, draw)[half] for draw in range(3)]
-        _, sizes = prepared.distances(subsets, found.tests, z_tot, "as_coded")
+        _, sizes = prepared.distances(subsets, found.tests, z_tot, "kept")
         assert found.median_patch_size[0, half, 0] == np.median(sizes) != np.mean(sizes)
 
 
 @pytest.mark.parametrize(("shared", "told"), [(True, [63, 72, 96, 120, 144]), (False, range(6, 145, 6))])
 def test_a_grid_says_how_many_subsets_are_done(prepared, shared, told):
     combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 24)], []
-    grid.evaluate_grid(
-        prepared, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts)
-    )
+    grid.evaluate_grid(prepared, combinations, 2, 3, ("kept",), shared, lambda *counts: done.append(counts))
     assert done == [(count, 144) for count in told]  # 64 subsets go into a pass
 
 
@@ -153,11 +151,11 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
     rng = np.random.default_rng(0)
     subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
     tests = prepared.draw_tests(4)
-    z_tot, found = prepared.distances_under(["as_written", "scaled", "as_coded"], subsets, tests)
+    z_tot, found = prepared.distances_under(["full", "kept_scaled", "kept"], subsets, tests)
     assert np.allclose(z_tot, prepared.describe(tests)[0], atol=1e-12)
-    assert set(found) == {"as_written", "scaled", "as_coded"}
+    assert set(found) == {"full", "kept_scaled", "kept"}
     for reading, z in found.items():
         for i in (0, 63, 64, 69):  # more than one pass
             alone = prepared.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
             assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
-    assert np.abs(found["as_coded"] - found["as_written"]).max() > 0.1
+    assert np.abs(found["kept"] - found["full"]).max() > 0.1

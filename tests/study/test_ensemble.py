@@ -24,7 +24,7 @@ SETTINGS = {
     },
     "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.6},
     "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
-    "evaluation": {"readings": ["as_coded", "as_written"]},
+    "evaluation": {"readings": ["kept", "full"]},
     "ensemble": {"combination": [1.0, 0.0, 6.0, 0.0], "test_dots": 20, "stride": 1},
     "seed": 3,
 }  # fmt: skip
@@ -50,7 +50,7 @@ def test_one_row_per_frame_in_order(table):
     assert table["time_ps"].isna().all()
     first = ["frame", "time_ps", "N", "area", "mean_roughness", "n_S", "n_S_percent", "n_S_expected"]
     assert table.columns[:8].tolist() == first
-    for reading in ("as_coded", "as_written"):
+    for reading in ("kept", "full"):
         for name in ("Z_tS", "Z_tR", "d"):
             assert np.isfinite(table[f"{name}_{reading}"]).all()
             assert (table[f"{name}_se_{reading}"] > 0).all()
@@ -116,7 +116,7 @@ def test_the_frame_of_an_error_is_named(molecule):
         ensemble.evaluate_frames(molecule, without, "p", 1)
 
 
-def invented(n, time=True, readings=("as_coded", "as_written")):
+def invented(n, time=True, readings=("kept", "full")):
     """A table like ensemble.csv of invented numbers."""
     rng, k = np.random.default_rng(n), np.arange(n)
     out = pd.DataFrame({"frame": k, "time_ps": 50.0 * k if time else np.full(n, np.nan)})
@@ -135,7 +135,7 @@ def invented(n, time=True, readings=("as_coded", "as_written")):
         invented(12),
         invented(1),
         invented(70, time=False),
-        invented(40, readings=["as_written"]),
+        invented(40, readings=["full"]),
     ],
     ids=["long", "short", "one frame", "no times", "one reading"],
 )

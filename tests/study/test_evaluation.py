@@ -60,7 +60,7 @@ def nested(blob):
         tests,
         n_s,
         z_tot,
-        *plain.compare_uniform(1, n_s, tests, ("as_coded", "as_written"), z_tot),
+        *plain.compare_uniform(1, n_s, tests, ("kept", "full"), z_tot),
     )
 
 
@@ -82,15 +82,13 @@ def test_nested_subsets_equal_the_plain_method(blob, nested):
 def test_nested_subsets_are_those_that_are_measured_one_by_one(nested):
     plain, tests, n_s, z_tot, z, sizes = nested
     subsets = [plain.uniform(n, 1) for n in n_s]
-    for r, reading in enumerate(("as_coded", "as_written")):
+    for r, reading in enumerate(("kept", "full")):
         distances, counts = plain.distances(subsets, tests, z_tot, reading)
         assert np.array_equal(sizes[r], counts)
         assert np.allclose(z[r], distances, rtol=0, atol=1e-9)
     few = np.array([40, 400, 2000])  # alone, with other threads
-    again = plain.changed(threads=2).compare_uniform(1, few, tests, ("as_written",), z_tot)[0][0]
-    assert np.allclose(
-        again, plain.distances([plain.uniform(n, 1) for n in few], tests, z_tot, "as_written")[0]
-    )
+    again = plain.changed(threads=2).compare_uniform(1, few, tests, ("full",), z_tot)[0][0]
+    assert np.allclose(again, plain.distances([plain.uniform(n, 1) for n in few], tests, z_tot, "full")[0])
 
 
 def test_only_as_published_every_combination_has_a_uniform_subset_of_its_own(blob):
@@ -101,7 +99,7 @@ def test_only_as_published_every_combination_has_a_uniform_subset_of_its_own(blo
     keys = combination.Combination(*GRID[0]).keys()
     subset = published.uniform_subset(3000, apart.n_s[0, 1], plain.stream("uniform", *keys, 1))
     z_tot, _ = plain.describe(apart.tests[0])
-    z, _ = plain.distances([subset], apart.tests[0], z_tot, "as_written")
+    z, _ = plain.distances([subset], apart.tests[0], z_tot, "full")
     assert apart.z_tr[1, 0, 1] == pytest.approx(z[0], rel=1e-6)
 
 
@@ -130,7 +128,7 @@ def test_another_seed_or_conformation_draws_again(blob):
 
 
 def test_keeping_everything_costs_nothing(blob):
-    # alpha 1, all exponents 0 keeps every covered dot; as written the few uncovered ones are all that is missing
+    # alpha 1, all exponents 0 keeps every covered dot; on the full surface the few uncovered ones are all that is missing
     grid = grids.evaluate_grid(prepared(blob), np.array([[1.0, 0, 0, 0]]), 40)
     assert grid.n_s[0, 0] > 2900
     assert grid.z_ts[1].mean() < 0.05
@@ -155,7 +153,7 @@ def test_combinations_share_the_test_dots_of_the_config(blob, tmp_path):
         **outputs,
         patches={"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
         sampling=sampling | {"distance_from_moved_centre": True, "chance_in_every_patch": True},
-        evaluation={"test_dots": 5, "draws": 1, "readings": ["as_coded"]},
+        evaluation={"test_dots": 5, "draws": 1, "readings": ["kept"]},
         seed=1,
         name="p/c1",
     )

@@ -204,7 +204,7 @@ def test_required_dots_are_where_the_curve_meets_the_floor(prepared, table, dist
     trials = Trials(prepared, "farthest", 60)
     required_dots = required_dots_table(trials, wanted)
     by = required_dots.set_index(["floor", "reading"])
-    assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "as_written"), "n_S"]
+    assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "full"), "n_S"]
     one = by.loc[("turned", "recovered")]
     dots, interval = smallest_recovered_subset(trials, wanted, "turned")
     assert len(dots) == one["n_S"] >= MIN_DOTS and interval[0] <= len(dots) <= interval[1] + 1
@@ -238,7 +238,7 @@ def test_the_handed_out_dots_need_nothing_else(prepared, tmp_path, monkeypatch):
     assert recovery.distances(points, recovery.truth(ATOMS, RADII)).mean() < 0.05
     z = pd.read_csv("z.csv").filter(like="z_").to_numpy()
     true = prepared.describe(chosen)[0]
-    as_they_are, _ = prepared.distances([chosen], chosen, true, "as_written")
+    as_they_are, _ = prepared.distances([chosen], chosen, true, "full")
     assert np.linalg.norm(z - true, axis=1).mean() < 0.75 * as_they_are.mean()
     assert z == pytest.approx(describe(build_index(*recover(*kept)), kept[0])[0], rel=1e-5)
     assert cKDTree(points).query(prepared.points)[0].max() < 0.5

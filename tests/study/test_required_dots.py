@@ -24,14 +24,14 @@ def test_percents_are_columns_by_floor_and_reading_with_the_interval_of_the_reco
     table = pd.DataFrame(
         {
             "floor": ["fresh dots", "turned"],
-            "reading": ["as_written", "recovered"],
+            "reading": ["full", "recovered"],
             "n_S_percent": [80.0, 2.5],
             "n_S_percent_low": [np.nan, 2.0],
             "n_S_percent_high": [np.nan, 3.5],
         }
     )
     assert percent_columns(table) == {
-        "required_percent_fresh_dots_as_written": 80.0,
+        "required_percent_fresh_dots_full": 80.0,
         "required_percent_turned_recovered": 2.5,
         "required_percent_turned_recovered_low": 2.0,
         "required_percent_turned_recovered_high": 3.5,
@@ -63,14 +63,14 @@ def one_floor(value):
 def test_a_floor_is_reached_within_a_fifth():
     # Z is exactly what is fitted, and ln Z is a straight line over ln n_S: 100 / n = 1.98 at 50.5
     found = required_dots_table(MadeUp(), one_floor(1.65)).set_index("reading")
-    assert found["n_S"].to_dict() == {"as_written": 102, "recovered": 51}
-    assert found["n_S_percent"].to_dict() == {"as_written": 10.2, "recovered": 5.1}
+    assert found["n_S"].to_dict() == {"full": 102, "recovered": 51}
+    assert found["n_S_percent"].to_dict() == {"full": 10.2, "recovered": 5.1}
     assert found["Z"].tolist() == pytest.approx([1.98, 1.98]) and found["bound"].tolist() == ["", ""]
     ends = found.loc["recovered", ["n_S_percent_low", "n_S_percent_high"]].astype(float)
     assert ends.tolist() == pytest.approx(
         [5.05, 5.05], abs=0.005
     )  # nothing varies; steps of the fitted curve
-    assert found.loc["as_written", ["n_S_percent_low", "n_S_percent_high"]].isna().all()
+    assert found.loc["full", ["n_S_percent_low", "n_S_percent_high"]].isna().all()
     subset, interval = smallest_recovered_subset(MadeUp(), one_floor(1.65), "turned")
     assert len(subset) == 51 and interval == pytest.approx((50.5, 50.5), abs=0.05)
 
@@ -103,7 +103,7 @@ def test_a_curve_ends_where_the_lowest_floor_is_reached():
     whole = required_dots_table(MadeUp(), floors)
     trials.down_to = 1.98
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
-    assert len(curves_table(trials, ("as_written",))) == len(trials.sizes)
+    assert len(curves_table(trials, ("full",))) == len(trials.sizes)
     pd.testing.assert_frame_equal(required_dots_table(trials, floors), whole)
 
 

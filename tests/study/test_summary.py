@@ -36,7 +36,7 @@ PATCHES = {"R_patch": 4.0, "D_link": 0.5}
 
 
 def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
-    """A conformation on which `as_coded` likes one gamma best and `surface` is always below a uniform draw."""
+    """A conformation on which `kept` likes one gamma best and `surface` is always below a uniform draw."""
     rng, k = np.random.default_rng(seed), len(combinations)
     percent = 15 * combinations[:, 0] + np.where(combinations[:, 0] == 1, 3, 0) + 0.1 * combinations[:, 2]
     d = np.stack([1 - 0.3 * (combinations[:, 2] - gamma) ** 2, np.full(k, -0.3)])
@@ -54,7 +54,7 @@ def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
         z_ts,
         z_tr,
         sizes,
-        ("as_coded", "as_written"),
+        ("kept", "full"),
     )
     table = tables.grid_table(grid)
     protein, conformation = name.split("/")
@@ -98,10 +98,10 @@ def test_tables_have_a_row_per_surface_and_per_range(related):
     assert len(surfaces) == 12 and len(table) == 12 * 2 * 3
     assert surfaces["N"].tolist() == [1000] * 12 and surfaces["area"].tolist() == [250.0] * 12
     assert (surfaces[["n_S_min_percent", "n_S_max_percent"]] == [7.5, 18.5]).all(axis=None)
-    assert surfaces["best_as_coded"][0] == "(1, 0, 0, 0)" and surfaces["best_as_coded"][11] == "(1, 0, 5, 0)"
+    assert surfaces["best_kept"][0] == "(1, 0, 0, 0)" and surfaces["best_kept"][11] == "(1, 0, 5, 0)"
     assert table["range"].tolist() == [1, 2, 3] * 24
     assert (table[table["range"] == 2]["n_combinations"] == 0).all()  # nothing keeps 12 %
-    own = table[(table["range"] == 3) & (table["reading"] == "as_coded")]
+    own = table[(table["range"] == 3) & (table["reading"] == "kept")]
     assert own["gamma"].tolist() == sorted(own["gamma"])
     means = table.groupby(["reading", "range"])["d_from_all"].mean()
     pooled = related["relation"].set_index(["reading", "range"])["d_from_all"]
@@ -121,15 +121,15 @@ def test_winners_and_limits_are_those_of_the_ranges():
 def test_choices_of_others_equal_the_plain_way():
     names = [f"{'ab' if s < 4 else 'cd'}{s % 2}/c{s}" for s in range(8)]
     results = study(lambda r, s: (s * 3) % 5, ROUGHS[:8], names)
-    guesses, local = summary.chosen_nearby(results, "as_coded")
+    guesses, local = summary.chosen_nearby(results, "kept")
     for s, one in enumerate(results):
         others = [o for o in results if o.protein != one.protein]
         others.sort(key=lambda o: abs(o.mean_roughness - one.mean_roughness))
         inside = one.grid[one.grid["alpha"] == 1].index  # the last range
         for g, group in enumerate((others[:3], others[-3:], others)):
-            score = sum(o.grid["d_as_coded"] for o in group)[inside]
-            assert guesses[s, 2, g] == one.grid["d_as_coded"][score.idxmax()]
-        score = (one.grid["d_as_coded"] + others[0].grid["d_as_coded"] + others[1].grid["d_as_coded"])[inside]
+            score = sum(o.grid["d_kept"] for o in group)[inside]
+            assert guesses[s, 2, g] == one.grid["d_kept"][score.idxmax()]
+        score = (one.grid["d_kept"] + others[0].grid["d_kept"] + others[1].grid["d_kept"])[inside]
         assert local[s, 2] == str(Combination.from_row(one.grid.loc[score.idxmax()]))
 
 
@@ -203,7 +203,7 @@ def test_conformations_of_one_protein_count_once():
     names = [f"{p}/c{c}" for p in "abc" for c in (1, 2, 3)]
     roughs = [0.5, 0.501, 0.502, 0.55, 0.551, 0.552, 0.6, 0.601, 0.602]
     table = run_of(study(lambda r, s: (r - 0.5) * 50, roughs, names))["summary"]
-    rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
+    rows = table[(table["reading"] == "kept") & (table["range"] == 3)]
     found = relate_to_roughness(rows, np.random.default_rng(0))
     assert found["n_surfaces"] == 9 and found["n_proteins"] == 3
     assert found["p"] == pytest.approx(2 / 6)  # two of the six orders of three proteins
@@ -238,7 +238,7 @@ def test_frames_of_one_protein_do_not_make_a_small_p():
 
 def test_changes_between_equally_rough_surfaces_are_counted():
     table = run_of(study(lambda r, s: [0, 0, 5, 2][s], [0.5, 0.502, 0.504, 0.6]))["summary"]
-    rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
+    rows = table[(table["reading"] == "kept") & (table["range"] == 3)]
     found = relate_to_roughness(rows, np.random.default_rng(0))
     assert (found["n_pairs"], found["n_changes"], found["n_distinct"]) == (3, 2, 2)
 
@@ -317,7 +317,7 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     found = study(lambda r, s: 2, [0.5, 0.6, 0.7])
     write_run(tmp_path, found)
     for one, percent in zip(found[:2], (4.0, 10.0), strict=True):
-        rows = [("turned", "as_written", 0.998), ("turned", "recovered", percent)]
+        rows = [("turned", "full", 0.998), ("turned", "recovered", percent)]
         table = pd.DataFrame(rows, columns=["floor", "reading", "n_S_percent"])
         table = table.assign(sampler="farthest", Z_floor=0.5, n_S=9, Z=0.5, bound="")
         table.to_csv(tmp_path / one.protein / one.conformation / "required_dots.csv", index=False)
@@ -329,7 +329,7 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     page = summary_page("mine", surfaces, relation)
     assert page["floors"] == [["turned", "≤ 1", "7 (4 to 10)"]]
     names = {
-        "required_percent_turned_as_written": [100.0, 1.0, 100.0],
+        "required_percent_turned_full": [100.0, 1.0, 100.0],
         "required_percent_turned_recovered": [1.2, 0.99, np.nan],
     }
     page = summary_page(
@@ -379,20 +379,20 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
 def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
     results = study(lambda r, s: 2 + s, ROUGHS[:2])
     table = summary.relation_table(results, summary.summary_table(results), np.random.default_rng(0))
-    for row in table[table["reading"] == "as_coded"].dropna(subset="d").itertuples():
+    for row in table[table["reading"] == "kept"].dropna(subset="d").itertuples():
         of_best = results[0].grid[PARAMETERS].eq([getattr(row, name) for name in PARAMETERS]).all(axis=1)
-        d = [one.grid.loc[of_best, "d_as_coded"].item() for one in results]
+        d = [one.grid.loc[of_best, "d_kept"].item() for one in results]
         assert row.d == pytest.approx(np.mean(d)) and row.d_sd == pytest.approx(np.std(d, ddof=1))
 
 
 def test_a_surface_without_combinations_in_a_range_says_nothing_of_it():
     results = study(lambda r, s: s % 3, ROUGHS[:5])
     table = summary.summary_table(results)
-    first = (table["reading"] == "as_coded") & (table["range"] == 1)
+    first = (table["reading"] == "kept") & (table["range"] == 1)
     empty = first & (table["protein"] == "p01")
     table.loc[empty, "n_combinations"] = 0
     found = summary.relation_table(results, table, np.random.default_rng(0))
-    known = found[found["reading"] == "as_coded"].set_index("range")["n_surfaces"]
+    known = found[found["reading"] == "kept"].set_index("range")["n_surfaces"]
     assert known[1] == 4 and known[3] == 5
 
 
@@ -414,13 +414,11 @@ def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monk
     table, relations = run["summary"], run["relation"]
     if case == "three readings":
         table, relations = (
-            pd.concat([t, t[t["reading"] == "as_written"].assign(reading="recovered")], ignore_index=True)
+            pd.concat([t, t[t["reading"] == "full"].assign(reading="recovered")], ignore_index=True)
             for t in (table, relations)
         )
     if case == "one reading":
-        table, relations = (
-            t[t["reading"] == "as_written"].reset_index(drop=True) for t in (table, relations)
-        )
+        table, relations = (t[t["reading"] == "full"].reset_index(drop=True) for t in (table, relations))
     figure = summary_figures.summary_figure(table, relations)
     for ax in figure.axes:
         assert ax.has_data(), "an empty panel"

@@ -38,7 +38,7 @@ def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
         z_ts,
         z_tr,
         np.full((1, 2, k), 7.0),
-        ("as_coded",),
+        ("kept",),
     )
 
 
@@ -55,10 +55,10 @@ def test_grid_table_has_the_contract_columns():
         "n_S_expected",
     ]
     assert table["n_S_percent"].tolist() == [10, 20]
-    assert np.allclose(table["d_as_coded"], [0.5, 1.5])
-    assert np.allclose(table["d_se_as_coded"], 0)
-    assert table["median_patch_size_as_coded"].tolist() == [7, 8]
-    assert table["median_patch_size_uniform_as_coded"].tolist() == [9, 10]
+    assert np.allclose(table["d_kept"], [0.5, 1.5])
+    assert np.allclose(table["d_se_kept"], 0)
+    assert table["median_patch_size_kept"].tolist() == [7, 8]
+    assert table["median_patch_size_uniform_kept"].tolist() == [9, 10]
 
 
 def test_ranges_are_equal_and_hold_every_combination():
@@ -94,15 +94,15 @@ def test_best_is_sought_at_alpha_one_and_under_the_maximum():
     combos = [[0.5, 0, 0, 0], [1, 0, 2, 0], [1, 0, 4, 0]]
     grid = made_up([3.0, 1.0, 2.0], [5, 30, 40], combinations=combos)
     best = tables.best_combinations(tables.grid_table(grid), grid, 35)
-    assert str(Combination.from_row(best["as_coded"]["unrestricted"])) == "(1, 0, 4, 0)"
-    assert str(Combination.from_row(best["as_coded"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
-    assert [best["as_coded"][key]["n_combinations"] for key in ("unrestricted", "under_max_n_S")] == [2, 2]
+    assert str(Combination.from_row(best["kept"]["unrestricted"])) == "(1, 0, 4, 0)"
+    assert str(Combination.from_row(best["kept"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
+    assert [best["kept"][key]["n_combinations"] for key in ("unrestricted", "under_max_n_S")] == [2, 2]
 
 
 def test_an_answer_is_given_when_nothing_is_that_small():
     grid = made_up([1.0], [30])
     best = tables.best_combinations(tables.grid_table(grid), grid, 2)
-    answer = best["as_coded"]["under_max_n_S"]["answer"]
+    answer = best["kept"]["under_max_n_S"]["answer"]
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
 
 
@@ -124,13 +124,15 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     best = tables.best_combinations(table, grid, 20)
     ranges = tables.ranges_table(table, grid, 3).assign(Z_tS=[3.0, 2.0, 1.0])
     page = ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 2.0})
-    assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
+    assert page["counts"]["kept"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
     text = render("ranges.html.j2", **page)
-    own = page["best"]["as_coded"]
+    own = page["best"]["kept"]
     assert f"{own['combination']} keeps {own['n_S']} %<br>d = {own['d']}</td>" in text
     assert own["d"].startswith("2.0") and own["n_S"] == "90"
     (row,) = [
-        cells for cells in Page(text).rows if cells[0] == "as coded" and "keeps 90 %" in " ".join(cells)
+        cells
+        for cells in Page(text).rows
+        if cells[0] == "among the kept dots" and "keeps 90 %" in " ".join(cells)
     ]
     assert [re.search(r"keeps (\d+) %", cell)[1] for cell in row[1:]] == [
         "90",
@@ -140,7 +142,7 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
         "ranges.html.j2",
         **ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 99.0}),
     )
-    assert page["best"]["as_coded"]["place"] == "above"
+    assert page["best"]["kept"]["place"] == "above"
 
 
 def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path):
@@ -157,8 +159,8 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
     assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
     assert best["references"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
-    assert best["as_coded"]["under_max_n_S"]["n_S_percent"] == 5
-    assert best["as_coded"]["unrestricted"]["n_S_percent"] == 30
+    assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
+    assert best["kept"]["unrestricted"]["n_S_percent"] == 30
     assert best["draws"] == 1
     assert "With a single draw" in outputs["page"].read_text() and "0.50" in outputs["page"].read_text()
 

@@ -28,10 +28,10 @@ def test_the_table_of_the_grid_has_students_intervals_of_every_mean():
     table = tables.grid_table(grid).iloc[0]
     for name, values in (("d", grid.z_tr[0] - grid.z_ts[0]), ("Z_tR", grid.z_tr[0])):
         found = estimate(values)
-        half = student.ppf(0.975, found.df[0]) * table[f"{name}_se_as_coded"]
-        assert table[f"{name}_as_coded"] == pytest.approx(values.mean())
-        assert table[f"{name}_low_as_coded"] == pytest.approx(values.mean() - half)
-        assert table[f"{name}_high_as_coded"] == pytest.approx(values.mean() + half)
+        half = student.ppf(0.975, found.df[0]) * table[f"{name}_se_kept"]
+        assert table[f"{name}_kept"] == pytest.approx(values.mean())
+        assert table[f"{name}_low_kept"] == pytest.approx(values.mean() - half)
+        assert table[f"{name}_high_kept"] == pytest.approx(values.mean() + half)
 
 
 def against_the_best(gap):
@@ -68,13 +68,13 @@ def grid_of(d, percent, alpha):
 
 
 def test_a_combination_that_keeps_just_the_maximum_may_win():
-    best = tables.best_combinations(*grid_of([1.0, 2.0, 3.0], [10, 20, 20.1], [1, 1, 1]), 20)["as_coded"]
+    best = tables.best_combinations(*grid_of([1.0, 2.0, 3.0], [10, 20, 20.1], [1, 1, 1]), 20)["kept"]
     assert best["under_max_n_S"]["gamma"] == 1
     assert best["unrestricted"]["gamma"] == 2
 
 
 def test_the_largest_alpha_of_the_grid_need_not_be_one():
-    best = tables.best_combinations(*grid_of([9.0, 1.0, 2.0], [10, 20, 30], [0.4, 0.8, 0.8]), 100)["as_coded"]
+    best = tables.best_combinations(*grid_of([9.0, 1.0, 2.0], [10, 20, 30], [0.4, 0.8, 0.8]), 100)["kept"]
     assert best["unrestricted"]["gamma"] == 2
     assert best["under_max_n_S"]["gamma"] == 0
 

@@ -152,12 +152,12 @@ def test_the_default_config_lists_all_samplers():
         (
             "evaluation.readings",
             ["recovered"],
-            ["evaluation.readings is ['recovered'], but needs as_coded or as_written"],
+            ["evaluation.readings is ['recovered'], but needs kept or full"],
         ),
         (
             "evaluation.readings",
-            ["as_coded", "both"],
-            ["evaluation.readings.1 is 'both'", "as_coded, as_written"],
+            ["kept", "both"],
+            ["evaluation.readings.1 is 'both'", "kept, full"],
         ),
         ("evaluation.test_dots", "many", ["evaluation.test_dots is 'many'"]),
         ("frames.clusters", 0, ["frames.clusters is 0, but must be 1 or more ("]),
@@ -225,8 +225,8 @@ def test_the_default_config_lists_all_samplers():
         ("sampling.alpha", 0.5, ["sampling.alpha is 0.5, but must be a list in brackets"]),
         (
             "evaluation.readings",
-            "as_coded",
-            ["evaluation.readings is 'as_coded', but must be a list in brackets"],
+            "kept",
+            ["evaluation.readings is 'kept', but must be a list in brackets"],
         ),
         ("seed", "1e3", ["seed is '1e3'", "a whole number without quotes"]),
         ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a string; put it in quotes ("]),
@@ -393,7 +393,7 @@ OWN = {"proteins": DEFAULT["proteins"]}
         ),
         (OWN | {"paper": "tdp43", "tables": {"ranges": 5}}, "tables.ranges is 5, but `paper` has 10"),
         (OWN | {"paper": "tdp43", "tables": {"ranges": 12}}, "tables.ranges is 12, but `paper` has 10"),
-        (OWN | {"paper": "tdp43", "evaluation": {"readings": ["as_coded"]}}, "but `paper` needs both"),
+        (OWN | {"paper": "tdp43", "evaluation": {"readings": ["kept"]}}, "but `paper` needs both"),
         (
             OWN | {"paper": "tdp43", "frames": {"selection": [0, 7]}},
             "frames.selection is [0, 7], but `paper` compares",

@@ -68,7 +68,7 @@ def test_tables_of_a_conformation_agree(run, place):
     assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
     required_dots = pd.read_csv(folder / "required_dots.csv").set_index(["floor", "reading"])
     assert required_dots.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
-    assert pd.notna(row["best_as_coded"]) == (place in SAMPLED)
+    assert pd.notna(row["best_kept"]) == (place in SAMPLED)
 
 
 @pytest.mark.parametrize("place", SAMPLED)
@@ -76,12 +76,12 @@ def test_tables_of_the_papers_sampling_agree(run, place):
     folder, n = run / place, len(read_npz(run / place / "surface.npz"))
     grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
     assert len(grid) == best["combinations"] == 8 and best["N"] == n
-    chosen = best["as_coded"]["unrestricted"]
+    chosen = best["kept"]["unrestricted"]
     chosen = grid.query(
         " and ".join(f"{key} == {chosen[key]}" for key in ("alpha", "beta", "gamma", "delta"))
     )
-    assert chosen["n_S"].tolist() == [best["as_coded"]["unrestricted"]["n_S"]]
-    ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'as_coded'")
+    assert chosen["n_S"].tolist() == [best["kept"]["unrestricted"]["n_S"]]
+    ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'kept'")
     assert len(ranges) == 10 and ranges["n_combinations"].sum() == len(grid)
     page = (folder / "ranges.html").read_text()
     for row in ranges.dropna(subset="d_cv").to_dict("records"):
@@ -136,7 +136,7 @@ def test_samplers_are_compared_on_every_surface_and_over_all(run):
     tables = {place: pd.read_csv(run / place / "compare.csv") for place in SAMPLED}
     summary = pd.read_csv(run / "compare.csv")
     assert {"paper", "uniform", "farthest"} <= {*summary["sampler"]}
-    key = {"sampler": "farthest", "percent": 20, "use": "surface", "measure": "Z as_written"}
+    key = {"sampler": "farthest", "percent": 20, "use": "surface", "measure": "Z full"}
     text = " and ".join(f"{name} == {value!r}" for name, value in key.items())
     values = pd.Series({place: table.query(text)["value"].item() for place, table in tables.items()})
     own = values.groupby(values.index.str.split("/").str[0]).mean()  # of each protein
@@ -231,7 +231,7 @@ def test_tables_over_all_surfaces_have_a_row_for_each(run):
 
 def test_the_tables_of_the_paper_stand_beside_ours(run):
     rows = pd.read_csv(run / "paper_rows.csv")
-    assert len(rows) == 10 and {"d_published", "d_as_coded"} <= {*rows.columns}
+    assert len(rows) == 10 and {"d_published", "d_kept"} <= {*rows.columns}
     assert re.search(r"\b8 combinations", (run / "verdict.html").read_text())
 
 

@@ -32,7 +32,7 @@ KEYS = {
     ),
     "evaluation.draws": (3, {"evaluate_grid", "compare_samplers"}, COMPUTE - {"evaluate_grid"}),
     "evaluation.test_dots": (21, {"evaluate_grid", "measure_floors"}, {"measure_roughness", "follow_frames"}),
-    "evaluation.readings": (["as_coded"], {"evaluate_grid", "follow_frames"}, {"measure_floors"}),
+    "evaluation.readings": (["kept"], {"evaluate_grid", "follow_frames"}, {"measure_floors"}),
     "tables.ranges": (2, {"tabulate_best", "summarise_best", "compare_samplers"}, COMPUTE),
     "minimal.sampler": (
         "poisson",

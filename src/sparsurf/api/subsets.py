@@ -160,7 +160,7 @@ def compare(
     surface: PreparedLike,
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],
     *,
-    reading: str = "as_written",
+    reading: str = "full",
     test_dots: int | str = 400,
 ) -> pd.DataFrame:
     """Compare how well subsets describe a surface, next to uniform subsets of the same size.
@@ -169,9 +169,9 @@ def compare(
     ----------
     surface : as in `prepare`, or its result
     subsets : (n,) int dots or (N,) bool, a Subset of the same dots from `minimal`, or a dict of several by name
-    reading : {'as_written', 'as_coded', 'scaled', 'recovered'}
+    reading : {'kept', 'kept_scaled', 'full', 'recovered'}
         Whether the islands of a patch are removed on the full surface or among the kept dots, these linked by their own
-        spacing if 'scaled'; 'recovered': patches of the surface that the kept dots give back.
+        spacing if 'kept_scaled'; 'recovered': patches of the surface that the kept dots give back.
     test_dots : int or 'published'
         Dots at which the descriptors are compared, the same for all subsets.
 

@@ -1,4 +1,4 @@
-"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `as_coded`."""
+"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `kept`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a second to import
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import CODED_READING
+from sparsurf.patches.readings import KEPT_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
@@ -30,7 +30,7 @@ def runs_as_published(
     runs: int = RUNS,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> pd.DataFrame:
-    """Repeat Table I as published: N / 200 new test dots per combination, one draw, `as_coded`.
+    """Repeat Table I as published: N / 200 new test dots per combination, one draw, `kept`.
 
     `combinations` is (K, 4); returns the rows of paper_as_published.csv, of the winner of each run, binning and range.
     """
@@ -38,7 +38,7 @@ def runs_as_published(
     tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
         renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
-        result = grid.evaluate_grid(renamed, combinations, tests, 1, (CODED_READING,), shared=False)
+        result = grid.evaluate_grid(renamed, combinations, tests, 1, (KEPT_READING,), shared=False)
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
         percent = 100 * result.n_s[:, 0] / result.n_dots
@@ -170,7 +170,7 @@ def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
     columns = {
-        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{CODED_READING}"].reindex(keys).to_numpy()
+        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{KEPT_READING}"].reindex(keys).to_numpy()
         for name in MEASURES
     }
     return (

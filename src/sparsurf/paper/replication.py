@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING, KEPT_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.sampling.samplers import tune_alpha
@@ -32,7 +32,7 @@ def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.Da
 
 
 def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
-    """Measure d of the published combinations under `as_coded` for other linking distances: the rows of paper_links.csv.
+    """Measure d of the published combinations under `kept` for other linking distances: the rows of paper_links.csv.
 
     The sampling itself keeps D_link = 0.5 Å; only the islands of the evaluation change.
     """
@@ -42,8 +42,8 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
     for link in links:
         linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
         z_tot, _ = linked.describe(tests)
-        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, CODED_READING)
-        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, CODED_READING)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, KEPT_READING)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, KEPT_READING)
         shape = (len(PUBLISHED_ROWS), draws, len(tests))
         d = estimate((z_tr - z_ts).reshape(shape))
         for row in range(len(PUBLISHED_ROWS)):
@@ -125,7 +125,7 @@ def tuned_family(
     """Compare every combination of exponents that can keep a requested n_S with a uniform subset of the same size.
 
     `exponents` is (K, 3): beta, gamma, delta. Returns the rows of paper_family.csv, of combinations that reach the n_S with an
-    alpha of at most 1, under `as_written`.
+    alpha of at most 1, under `full`.
     """
     n_dots, requested, rows = len(prepared.points), [], []
     exponents = np.unique(np.asarray(exponents, float), axis=0)
@@ -135,7 +135,7 @@ def tuned_family(
         for row in exponents[max_n_s >= n]:
             requested.append(percent)
             rows.append(tune_alpha(prepared.cover, (1.0, *row), n))
-    result = grid.evaluate_grid(prepared, rows, n_tests, draws, (WRITTEN_READING,))
+    result = grid.evaluate_grid(prepared, rows, n_tests, draws, (FULL_READING,))
     d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
     table = pd.DataFrame(result.combinations, columns=PARAMETERS)
     table.insert(0, "percent", requested)
@@ -186,22 +186,22 @@ def best_of_family(table: pd.DataFrame) -> pd.DataFrame:
 
 def correlation_of_readings(table: pd.DataFrame) -> float:
     """Correlate d under both readings over the grid."""
-    return float(np.corrcoef(table[f"d_{CODED_READING}"], table[f"d_{WRITTEN_READING}"])[0, 1])
+    return float(np.corrcoef(table[f"d_{KEPT_READING}"], table[f"d_{FULL_READING}"])[0, 1])
 
 
 def correlation_with_fragments(table: pd.DataFrame) -> float:
     """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
     larger = np.log(
-        table[f"median_patch_size_{CODED_READING}"] / table[f"median_patch_size_uniform_{CODED_READING}"]
+        table[f"median_patch_size_{KEPT_READING}"] / table[f"median_patch_size_uniform_{KEPT_READING}"]
     )
-    return float(np.corrcoef(table[f"d_{CODED_READING}"], larger)[0, 1])
+    return float(np.corrcoef(table[f"d_{KEPT_READING}"], larger)[0, 1])
 
 
 def fragmented_share(table: pd.DataFrame) -> float:
     """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
     return float(
         (
-            table[f"median_patch_size_{CODED_READING}"]
-            < FRAGMENTED_BELOW * table[f"median_patch_size_{WRITTEN_READING}"]
+            table[f"median_patch_size_{KEPT_READING}"]
+            < FRAGMENTED_BELOW * table[f"median_patch_size_{FULL_READING}"]
         ).mean()
     )

@@ -14,7 +14,7 @@ import numpy as np
 
 from sparsurf.patches.index import PatchIndex, build_index
 
-SCALED_LINK = 1.6  # linking distance of the reading 'scaled', in mean spacings of the kept dots
+SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spacings of the kept dots
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ def linked_by_spacing(
 
 
 READINGS = {
-    "as_coded": Reading("as coded", among_kept=True),
-    "as_written": Reading("as written"),
-    "scaled": Reading("scaled", build_index=linked_by_spacing),
+    "kept": Reading("among the kept dots", among_kept=True),
+    "kept_scaled": Reading("among the kept dots, scaled link", build_index=linked_by_spacing),
+    "full": Reading("on the full surface"),
 }
-CODED_READING = "as_coded"  # of the authors' code, and of Table I
-WRITTEN_READING = "as_written"  # of the paper's text
+KEPT_READING = "kept"  # of the authors' code, and of Table I
+FULL_READING = "full"  # of the paper's text
 GRID_READINGS = tuple(name for name, reading in READINGS.items() if not reading.build_index)  # share one pass

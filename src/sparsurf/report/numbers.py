@@ -61,7 +61,7 @@ def interval(value: float, low: float, high: float, digits: int = 2) -> str:
 
 
 def interval_of(row: Row, name: str, reading: str = "", digits: int = 2) -> str:
-    """Format a value of a row with its limits, such as d, d_low and d_high, or d_as_coded, d_low_as_coded, d_high_as_coded."""
+    """Format a value of a row with its limits, such as d, d_low and d_high, or d_kept, d_low_kept, d_high_kept."""
     end = f"_{reading}" if reading else ""
     value, low, high = (row[f"{name}{key}{end}"] for key in ("", "_low", "_high"))
     return interval(value, low, high, digits)

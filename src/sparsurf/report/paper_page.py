@@ -9,7 +9,7 @@ import pandas as pd
 
 from sparsurf.paper import replication
 from sparsurf.paper.published_runs import MEASURES
-from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
 from sparsurf.report.numbers import against_zero
 from sparsurf.sampling.combination import (
     PARAMETERS,
@@ -110,23 +110,23 @@ def table1(
 ) -> dict[str, Any]:
     """Compare Table I with runs made as published, under both binnings, and with the other reading."""
     agree = tests.loc[tests["measure"] == "together", "p"] >= MIN_P
-    written = rows["d_published"].between(rows[f"d_low_{WRITTEN_READING}"], rows[f"d_high_{WRITTEN_READING}"])
+    written = rows["d_published"].between(rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"])
     coded = {
         name: rows[f"{name}_published"].between(
-            rows[f"{name}_low_{CODED_READING}"], rows[f"{name}_high_{CODED_READING}"]
+            rows[f"{name}_low_{KEPT_READING}"], rows[f"{name}_high_{KEPT_READING}"]
         )
         for name in MEASURES
     }
     runs = places[places["binning"] == "half-open"]
-    d = rows[f"d_{WRITTEN_READING}"]
+    d = rows[f"d_{FULL_READING}"]
     return {
-        "holds": {CODED_READING: judged(float(agree.mean())), WRITTEN_READING: judged(written.mean())},
+        "holds": {KEPT_READING: judged(float(agree.mean())), FULL_READING: judged(written.mean())},
         "runs": int(runs["n_runs"].max()),
         "tests": [
             row | {"outside": outside_of(places, row["binning"], row["measure"])}
             for row in tests.to_dict("records")
         ],
-        "d_as_written": (d.min(), d.max()),
+        "d_full": (d.min(), d.max()),
         "bias": bias[bias["binning"] == "closed"]["d_bias"].mean(),
         "inside": {name: int(inside.sum()) for name, inside in coded.items()},
         "rows": [

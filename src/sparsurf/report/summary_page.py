@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import bdtr
 
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.readings import RECOVERED, readings_of_columns
 from sparsurf.report.numbers import combination, interval, number, share, short_names, span
 from sparsurf.study.required_dots import COLUMN_PREFIX, CURVE_PERCENTS
@@ -62,16 +62,16 @@ def floor_rows(surfaces: pd.DataFrame) -> list[list[str]]:
     """Format a row per noise floor: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
     columns = [str(column) for column in surfaces]
     names = [
-        name.removesuffix(f"_{WRITTEN_READING}")
+        name.removesuffix(f"_{FULL_READING}")
         for name in columns
-        if name.startswith(COLUMN_PREFIX) and name.endswith(WRITTEN_READING)
+        if name.startswith(COLUMN_PREFIX) and name.endswith(FULL_READING)
     ]
     # the fewest dots that are tried
     fewest = 100 * np.maximum(FEWEST_DOTS, np.round(CURVE_PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
     return [
         [
             name.removeprefix(COLUMN_PREFIX).replace("_", " "),
-            *(required_dots_text(surfaces.get(f"{name}_{r}"), fewest) for r in (WRITTEN_READING, RECOVERED)),
+            *(required_dots_text(surfaces.get(f"{name}_{r}"), fewest) for r in (FULL_READING, RECOVERED)),
         ]
         for name in names
     ]

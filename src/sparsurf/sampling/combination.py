@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.readings import CODED_READING
+from sparsurf.patches.readings import KEPT_READING
 
 SEPARATOR = "; "  # between combinations in one field of a table
 
@@ -91,7 +91,7 @@ PUBLISHED_CHOICES = Choices(TABLE_1["n_S_low_percent"], PUBLISHED_ROWS)
 
 def choices_from_ranges(ranges: pd.DataFrame | None) -> Choices:
     """Return the winners in ranges.csv under the published reading, or Table I of the paper if there are none."""
-    if ranges is None or not (ranges["reading"] == CODED_READING).any():
+    if ranges is None or not (ranges["reading"] == KEPT_READING).any():
         return PUBLISHED_CHOICES
-    rows = ranges[(ranges["reading"] == CODED_READING) & (ranges["n_combinations"] > 0)]
+    rows = ranges[(ranges["reading"] == KEPT_READING) & (ranges["n_combinations"] > 0)]
     return Choices(rows["n_S_low_percent"].to_numpy(), rows[PARAMETERS].to_numpy())

@@ -28,16 +28,16 @@ PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compa
 REFERENCE = "uniform"  # sampler with which the others are compared
 MIN_FRAGMENT = 30.0  # %, of a patch's kept dots: if fewer are linked, Z measures how the subset breaks up
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
-    "Z as_written": "surface",  # islands removed on the full surface
-    "Z as_written weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
+    "Z full": "surface",  # islands removed on the full surface
+    "Z full weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
     "Z recovered": "surface",  # a dense surface is recovered from the kept dots
-    "Z scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
-    "Z as_coded": "surface",  # islands removed among the kept dots, linked within D_link
+    "Z kept_scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
+    "Z kept": "surface",  # islands removed among the kept dots, linked within D_link
     "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface
     "position": "dots",  # Å to the nearest kept dot
     "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one
-    "median patch size scaled": "surface",  # median evaluated patch, % of the kept dots under `as_written`
-    "median patch size as_coded": "surface",
+    "median patch size kept_scaled": "surface",  # median evaluated patch, % of the kept dots under `full`
+    "median patch size kept": "surface",
     "seconds": "dots",  # of one draw, without index and cover
 }
 KEYS = ["sampler", "percent", "use", "measure"]
@@ -50,7 +50,7 @@ def select_methods(
 ) -> dict[str, Method]:
     """Select the methods to compare, functions (n, rng) -> dots by name: the samplers `names`, all by default.
 
-    With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper.
+    With ranges.csv, the paper's sampler uses its winners under `kept`, otherwise Table I of the paper.
     """
     chosen = samplers.get_samplers(
         names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
@@ -121,9 +121,9 @@ def _measure(
     """Return measure -> (P, D, T), or (P,) for measures that are not means over test dots."""
     of_subsets = [_compare_with_nearest(prepared, subset, tests, z_tot) for subset in subsets]
     nearest, distance, weighted = (np.array(x) for x in zip(*of_subsets, strict=True))
-    surface, dots = prepared.distances(subsets, tests, z_tot, "as_written")
-    kept, left = prepared.distances(subsets, tests, z_tot, "as_coded")
-    scaled, linked = prepared.distances(subsets, tests, z_tot, "scaled")
+    surface, dots = prepared.distances(subsets, tests, z_tot, "full")
+    kept, left = prepared.distances(subsets, tests, z_tot, "kept")
+    scaled, linked = prepared.distances(subsets, tests, z_tot, "kept_scaled")
     recovered, _ = prepared.distances(subsets, tests, z_tot, RECOVERED)
     centres, inverse = np.unique(nearest, return_inverse=True)
     of_centres = prepared.describe(centres)[0][inverse.reshape(nearest.shape)]
@@ -133,16 +133,16 @@ def _measure(
         return 100 * np.median(np.reshape(sizes, shape), axis=(1, 2)) / whole
 
     out = {
-        "Z as_written": surface,
-        "Z as_written weighted": weighted,
+        "Z full": surface,
+        "Z full weighted": weighted,
         "Z recovered": recovered,
-        "Z scaled": scaled,
-        "Z as_coded": kept,
+        "Z kept_scaled": scaled,
+        "Z kept": kept,
         "Z centres": np.linalg.norm(of_centres - z_tot, axis=-1),
         "position": distance,
         "normal": _angle(prepared.normals[tests], prepared.normals[nearest]),
     }
-    fragments = {"median patch size scaled": fragment(linked), "median patch size as_coded": fragment(left)}
+    fragments = {"median patch size kept_scaled": fragment(linked), "median patch size kept": fragment(left)}
     return {measure: values.reshape(shape) for measure, values in out.items()} | fragments
 
 
@@ -153,7 +153,7 @@ def _compare_with_nearest(
     nearest, distance = samplers.nearest_kept(prepared.points, subset, prepared.threads)
     weights = np.zeros((1, len(prepared.points)))
     weights[0, prepared.index.position[subset]] = np.bincount(nearest, minlength=len(subset))
-    weighted = prepared.distances([subset], tests, z_tot, "as_written", weights)[0][0]
+    weighted = prepared.distances([subset], tests, z_tot, "full", weights)[0][0]
     return subset[nearest[tests]], distance[tests], weighted
 
 
@@ -185,7 +185,7 @@ def _rows(
 def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
     """Warn once if evaluated patches hold only fragments of the kept dots."""
     cases = []
-    for rule in ("as_coded", "scaled"):
+    for rule in ("kept", "kept_scaled"):
         part = table[table["measure"] == f"median patch size {rule}"]
         for sampler, rows in part.groupby("sampler", sort=False):
             low = rows.loc[rows["value"] < MIN_FRAGMENT, "percent"]

@@ -257,7 +257,7 @@ class PreparedSurface:
             self.points[tests],
             all_dots,
             1,
-            "as_coded",
+            "kept",
             z_tot,
             radius=self.r_zernike,
             threads=self.threads,

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import progress
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers
@@ -190,7 +190,7 @@ def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
     return Required(min(int(np.ceil(crossing.n - 1e-6)), n_dots), float(low), float(high))
 
 
-def curves_table(trials: Trials, readings: Sequence[str] = (WRITTEN_READING, RECOVERED)) -> pd.DataFrame:
+def curves_table(trials: Trials, readings: Sequence[str] = (FULL_READING, RECOVERED)) -> pd.DataFrame:
     """Tabulate Z at all measured n_S of one sampler: sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
@@ -203,20 +203,18 @@ def curves_table(trials: Trials, readings: Sequence[str] = (WRITTEN_READING, REC
 def required_dots_table(
     trials: Trials,
     floors: Mapping[str, np.ndarray],
-    readings: Sequence[str] = (WRITTEN_READING, RECOVERED),
+    readings: Sequence[str] = (FULL_READING, RECOVERED),
 ) -> pd.DataFrame:
     """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor: the rows of required_dots.csv.
 
-    `as_written` is by `smallest_n_s`, for the kept dots as they are, `recovered` by `required_to_recover`.
+    `full` is by `smallest_n_s`, for the kept dots as they are, `recovered` by `required_to_recover`.
     """
     rows = []
     for reading in readings:
         for floor, distances in floors.items():
             limit = FLOOR_FACTOR * distances.mean()
             recovered = reading == RECOVERED
-            required = (
-                required_to_recover(trials, distances) if recovered else _required_as_written(trials, limit)
-            )
+            required = required_to_recover(trials, distances) if recovered else _required_full(trials, limit)
             z = {"": limit, AT_MOST: trials.measured(trials.sizes[:1], reading)[1][0], MORE: 0.0}
             row = {"sampler": trials.sampler, "floor": floor, "Z_floor": distances.mean(), "reading": reading}
             percents = 100 * np.array(required[:3]) / trials.n_dots
@@ -227,9 +225,9 @@ def required_dots_table(
     return pd.DataFrame(rows)
 
 
-def _required_as_written(trials: Trials, limit: float) -> Required:
+def _required_full(trials: Trials, limit: float) -> Required:
     """Find the smallest n_S whose kept dots, as they are, have a Z of at most `limit`, by interpolation."""
-    n, z = trials.curve(WRITTEN_READING)
+    n, z = trials.curve(FULL_READING)
     required = smallest_n_s(limit, n, z)
     if required == 0:
         return Required(int(n[0]), np.nan, np.nan, AT_MOST)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers, subset_weights
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -29,7 +29,7 @@ def find_subset(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find a subset with a requested number of dots, a requested Z or a given combination, and the dots that each represents.
 
-    `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `as_written` at the test dots of
+    `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `full` at the test dots of
     the study is used. `combination` is one draw of the paper's sampling, or of paper_corrected if that is the sampler. Dots
     are in the order of choice.
     """
@@ -72,16 +72,16 @@ def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:
 
 
 def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
-    """Find the smallest subset whose Z as written is at most z."""
+    """Find the smallest subset whose Z under `full` is at most z."""
     name, all_dots = trials.prepared.name, trials.draw(trials.n_dots)
-    least = trials.distances([all_dots], WRITTEN_READING).mean()
+    least = trials.distances([all_dots], FULL_READING).mean()
     if least > z + 1e-9:  # Z of the full surface is 0 except for rounding
         raise InputError(
             f"minimal.Z is {z:g}, but {trials.sampler} reaches only {least:.3g} with the {len(all_dots)} dots that it can "
             "keep; request a larger Z, or choose a sampler that can keep every dot."
         )
     subset = _search(trials, z)
-    reached = estimate(trials.distances([subset], WRITTEN_READING))
+    reached = estimate(trials.distances([subset], FULL_READING))
     log.info(
         "%s: %s reaches Z = %.3f (95 %%: %.3f to %.3f) with %d of %d dots",
         name, trials.sampler, reached.mean, reached.low, reached.high, len(subset), trials.n_dots,
@@ -113,11 +113,11 @@ def smallest_recovered_subset(
 
 
 def _search(trials: Trials, limit: float) -> np.ndarray:
-    """Find the smallest subset whose Z as written is at most `limit`, by bisection below the first size that is enough."""
-    first = trials.first_size(WRITTEN_READING, limit)
+    """Find the smallest subset whose Z under `full` is at most `limit`, by bisection below the first size that is enough."""
+    first = trials.first_size(FULL_READING, limit)
     too_few, enough = [0, *map(int, trials.sizes), trials.n_dots][first : first + 2]
     while enough - too_few > 1:
         middle = (too_few + enough) // 2
-        reached = trials.measured([middle], WRITTEN_READING)[1][0] <= limit
+        reached = trials.measured([middle], FULL_READING)[1][0] <= limit
         too_few, enough = (too_few, middle) if reached else (middle, enough)
     return trials.draw(enough)

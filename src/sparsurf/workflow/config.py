@@ -24,7 +24,7 @@ __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
 
 RESERVED_FOLDERS = ("logs", "pairs", "changes")  # of results/<run>/, next to those of the proteins
 RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
-PUBLISHED_READINGS = ("as_coded", "as_written")
+PUBLISHED_READINGS = ("kept", "full")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
 STRUCTURES_VARIABLE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures named like PDB ids
 CONFORMATION = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
@@ -215,7 +215,7 @@ def _check_paper(config: dict) -> Iterator[str]:
     """Yield a sentence where the results could not be compared with the tables of the paper."""
     readings = config["evaluation"]["readings"]
     if not {*PUBLISHED_READINGS} & {*readings}:
-        yield f"evaluation.readings is {readings}, but needs as_coded or as_written."
+        yield f"evaluation.readings is {readings}, but needs kept or full."
     if "paper" not in config:
         return
     a1, selection = config["proteins"].get(config["paper"]), config["frames"]["selection"]
@@ -224,7 +224,7 @@ def _check_paper(config: dict) -> Iterator[str]:
     elif "surface" not in a1 and selection != "clusters":
         yield f"frames.selection is {selection}, but `paper` compares the first of the clusters; remove frames.selection."
     if not {*PUBLISHED_READINGS} <= {*readings}:
-        yield f"evaluation.readings is {readings}, but `paper` needs both of [as_coded, as_written]."
+        yield f"evaluation.readings is {readings}, but `paper` needs both of [kept, full]."
     if (ranges := config["tables"]["ranges"]) != PUBLISHED_RANGES:
         yield f"tables.ranges is {ranges}, but `paper` has {PUBLISHED_RANGES} to compare with; remove tables.ranges."
 

@@ -332,7 +332,7 @@ class Evaluation(Section):
     test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
     draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
     readings: UniqueList[names.Reading] = key(
-        ["as_coded", "as_written"],
+        ["kept", "full"],
         "Readings of the removal of islands; recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
     )
 
@@ -352,7 +352,7 @@ class Minimal(Section):
     )
     n_S_percent: Percent = optional("Requested n_S, % of the dots.")
     n_S: Positive = optional("Requested number of dots.")
-    Z: Number = optional("Requested Z under `as_written`; the smallest n_S that reaches it is taken.", ge=0)
+    Z: Number = optional("Requested Z under `full`; the smallest n_S that reaches it is taken.", ge=0)
     combination: Combination = optional(
         "alpha, beta, gamma, delta of one draw of the sampler: paper, unless paper_corrected is named."
     )

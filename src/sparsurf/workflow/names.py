@@ -12,7 +12,7 @@ Sampler = Literal[
 Roughness = Literal["published"]
 Descriptor = Literal["published", "rotation_robust"]
 Field = Literal["hydropathy", "potential", "bfactor"]
-Reading = Literal["as_coded", "as_written", "recovered"]
+Reading = Literal["kept", "full", "recovered"]
 Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
 
 SAMPLERS, FIELDS, FLOORS = map(get_args, (Sampler, Field, Floor))

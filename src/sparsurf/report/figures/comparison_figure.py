@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MEASURE = "Z as_written"
+MEASURE = "Z full"
 REFERENCES: dict[str, tuple[Any, str]] = {  # columns of Z: line style, name
     "Z_mean_descriptor": ("--", "mean descriptor for every patch"),
     "Z_resampled": ("-.", "fresh dots of the surface"),
@@ -30,7 +30,7 @@ ARROW_PERCENT = 20.0  # n_S near which the gain over the paper's sampler is mark
 def comparison_figure(
     table: pd.DataFrame, subject: str, band: str = "95 % over draws and test dots"
 ) -> Figure:
-    """Draw Z against n_S as written, a line per sampler; `subject` is what was compared, `band` the meaning of low and high."""
+    """Draw Z under `full` against n_S, a line per sampler; `subject` is what was compared, `band` the meaning of low and high."""
     part = table[table["measure"] == MEASURE]
     best = str(part.groupby("sampler")["value"].mean().idxmin())
     subject = layout.headed(subject, f"{sampler_label(best)} errs least")

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING, KEPT_READING
 from sparsurf.recovery.readings import READINGS, RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
@@ -59,7 +59,7 @@ class Tables(NamedTuple):
 
 
 class Coded(NamedTuple):
-    """All combinations as coded: n_S in %, Z of the sampling and of the uniform subset, the mean patch, and the head."""
+    """All combinations under `kept`: n_S in %, Z of the sampling and of the uniform subset, the mean patch, and the head."""
 
     n: np.ndarray
     sampled: np.ndarray
@@ -104,7 +104,7 @@ def draw(results: Results) -> Figure:
 
 
 @styled
-def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTEN_READING) -> Figure:
+def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = FULL_READING) -> Figure:
     """Draw Z against n_S: of one surface, of a few side by side, of many the median with a band.
 
     `floor` defines what is enough. All combinations are shown under `reading` if they were evaluated so.
@@ -116,7 +116,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     if len(panels) > MULTIPLES:
         panels = {f"{len(panels)} surfaces: median, and a band around 80 % of them": median_panel(panels)}
     single = len(panels) == 1
-    coded = _coded_cloud(surfaces) if single and reading == WRITTEN_READING else None
+    coded = _coded_cloud(surfaces) if single and reading == FULL_READING else None
     most = 2 if len(panels) == 4 else 3
     columns, rows = 1 + (coded is not None) if single else min(most, len(panels)), -(-len(panels) // most)
     width, height = (134 if coded is None else layout.PAGE, 84) if single else (layout.PAGE, 24 + 56 * rows)
@@ -134,9 +134,9 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     for ax in drawing.axes:
         ax.set_ylim(0, top)
     if coded is not None and surfaces[0].grid is not None:
-        drawing.axes[0].set_ylabel("error Z of the descriptors, as written")
+        drawing.axes[0].set_ylabel("error Z of the descriptors, on the full surface")
         drawing.axes[0].text(
-            0.98, 0.98, f"as written: {_count(surfaces[0].grid, reading)}", transform=drawing.axes[0].transAxes,
+            0.98, 0.98, f"on the full surface: {_count(surfaces[0].grid, reading)}", transform=drawing.axes[0].transAxes,
             ha="right", va="top", color=CLOUD, path_effects=layout.HALO,
         )  # fmt: skip
         ax = drawing.add_subplot(rows, columns, 2)
@@ -155,7 +155,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     return layout.fix_layout(drawing)
 
 
-def panel_of(tables: Tables, floor: str = FRESH, reading: str = WRITTEN_READING) -> Panel:
+def panel_of(tables: Tables, floor: str = FRESH, reading: str = FULL_READING) -> Panel:
     """Collect the panel of one surface."""
     grid, curves, required_dots = tables.grid, tables.curves, tables.required_dots
     lines: dict[Any, tuple[np.ndarray, ...]] = {
@@ -174,14 +174,14 @@ def panel_of(tables: Tables, floor: str = FRESH, reading: str = WRITTEN_READING)
 
 
 def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
-    """Collect all combinations as coded; None unless one surface has them under both readings."""
+    """Collect all combinations under `kept`; None unless one surface has them under both readings."""
     grid = surfaces[0].grid
-    columns = {f"Z_tS_{reading}" for reading in (CODED_READING, WRITTEN_READING)}
+    columns = {f"Z_tS_{reading}" for reading in (KEPT_READING, FULL_READING)}
     if len(surfaces) > 1 or grid is None or not columns <= set(grid):
         return None
-    sampled, uniform = (grid[f"{name}_{CODED_READING}"].to_numpy() for name in ("Z_tS", "Z_tR"))
+    sampled, uniform = (grid[f"{name}_{KEPT_READING}"].to_numpy() for name in ("Z_tS", "Z_tR"))
     n, mean_patch = grid["n_S_percent"].to_numpy(), surfaces[0].mean_patch
-    head = f"as coded (another scale)\n{_count(grid, CODED_READING)}"
+    head = f"among the kept dots (another scale)\n{_count(grid, KEPT_READING)}"
     better = n[np.minimum(sampled, uniform) < mean_patch]
     if np.isfinite(mean_patch) and not len(better):
         head += "\nall are worse than the mean patch"
@@ -197,12 +197,12 @@ def _count(grid: pd.DataFrame, reading: str) -> str:
 
 
 def _draw_coded(ax: Axes, coded: Coded, panel: Panel, floor: str) -> None:
-    """Draw all combinations as coded and their uniform subsets, on their own scale: there a Z is several times larger."""
+    """Draw all combinations under `kept` and their uniform subsets, on their own scale: there a Z is several times larger."""
     ax.scatter(coded.n, coded.uniform, s=2.5, color=UNIFORM, alpha=0.35, linewidths=0)
     _draw(ax, Panel((coded.n, coded.sampled), {}, panel.floors, (np.nan, np.nan)), floor, [floor])
     ax.set_title(coded.head)
     ax.set_ylim(0, 1.04 * np.nanmax([coded.sampled, coded.uniform]))
-    ax.set_ylabel("error Z of the descriptors, as coded")
+    ax.set_ylabel("error Z of the descriptors, among the kept dots")
 
 
 def median_panel(by_name: dict[str, Panel]) -> Panel:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from matplotlib.lines import Line2D
 
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import FULL_READING
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, SAMPLED, styled
 from sparsurf.report.numbers import share
@@ -46,12 +46,12 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame, binning: str = "half
 
 
 def _panel(ax: Axes, places: pd.DataFrame, rows: pd.DataFrame, name: str) -> None:
-    """Draw one measure: a bar from the lowest to the highest run, the published value, the value as written."""
+    """Draw one measure: a bar from the lowest to the highest run, the published value, the value on the full surface."""
     for y, row in enumerate(places.to_dict("records")):
         low, high, published = (row[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
         ax.plot([low, high], [y, y], **RUNS)
         ax.plot([published], [y], color="black" if low <= published <= high else SAMPLED, **PUBLISHED)
-    ax.plot(rows[f"{name}_{WRITTEN_READING}"], range(len(rows)), **OTHER)
+    ax.plot(rows[f"{name}_{FULL_READING}"], range(len(rows)), **OTHER)
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
