@@ -4,6 +4,7 @@ import hashlib
 import http.server
 import json
 import threading
+import time
 
 import pytest
 from hypothesis import given, settings
@@ -187,6 +188,11 @@ def server(tmp_path):
                 self.send_response(200)
                 self.end_headers()
                 self.wfile.write(b"ATOM ")
+            elif self.path.startswith("/dripped"):  # its headers, or its bytes
+                answer = b"HTTP/1.0 200 OK\r\n" + b"\r\n" * (self.path == "/dripped_bytes")
+                for k in range(40):
+                    self.wfile.write(answer if k == 0 else b"A")
+                    time.sleep(0.05)
             else:
                 super().do_GET()
 
@@ -229,6 +235,13 @@ def test_no_network_is_a_sentence(tmp_path):
 def test_a_missing_file_is_a_sentence(server, tmp_path):
     with pytest.raises(InputError, match=r"cannot be fetched from .* \(File not found\)"):
         fetch(f"{server}/none.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+
+
+@pytest.mark.parametrize("path", ["dripped_headers", "dripped_bytes"])
+def test_a_server_that_sends_a_byte_now_and_then_is_left(server, tmp_path, monkeypatch, path):
+    monkeypatch.setattr("sparsurf.workflow.download.MAX_SECONDS", 0.5)
+    with pytest.raises(InputError, match=r"\(it took more than 0.5 s\); get the file by hand"):
+        fetch(f"{server}/{path}", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
 
 
 @pytest.mark.parametrize(

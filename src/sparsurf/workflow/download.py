@@ -2,8 +2,11 @@
 
 import hashlib
 import json
+import signal
 import urllib.error
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from http.client import HTTPException
 from typing import Any
 from urllib.parse import ParseResult, urlparse
@@ -13,7 +16,8 @@ from sparsurf.files import shorten
 
 PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"
 MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
-TIMEOUT = 30  # s
+TIMEOUT = 30  # s without a byte
+MAX_SECONDS = 600  # in all
 MAX_NAME_LENGTH = 120  # characters of a file's name; file systems take 255 bytes, and jobs add to it
 ONLY = "only complete https:// URLs are fetched, or http:// if a sha256 is given"
 
@@ -54,6 +58,22 @@ def file_name(url: str) -> str:
     return name[-MAX_NAME_LENGTH:].lstrip(".") or "structure.pdb"  # the end has the suffix
 
 
+@contextmanager
+def _at_most(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in what takes longer, also while a server sends a byte now and then."""
+
+    def stop(*_: object) -> None:
+        raise TimeoutError(f"it took more than {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
 def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: str) -> None:
     """Fetch `url` (https, or http with a checksum) to `path`; record where it came from, its size and its checksum.
 
@@ -63,7 +83,10 @@ def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: st
     if not allowed(url, sha256):
         raise InputError(f"proteins.{name}.url is {shorten(repr(url))}, but {ONLY}.")
     try:
-        with urllib.request.build_opener(_Redirects(sha256)).open(url, timeout=TIMEOUT) as answer:
+        with (
+            _at_most(MAX_SECONDS),
+            urllib.request.build_opener(_Redirects(sha256)).open(url, timeout=TIMEOUT) as answer,
+        ):
             content, promised = answer.read(MOST + 1), int(answer.headers.get("Content-Length", 0))
         if len(content) < min(promised, MOST):
             raise OSError(f"{len(content)} of {promised} bytes came")
