@@ -1,5 +1,9 @@
 """Files for PyMOL and ChimeraX: what they hold, as those programs read it."""
 
+import os
+import shutil
+import subprocess
+from pathlib import Path
 from types import SimpleNamespace
 
 import gemmi
@@ -8,8 +12,10 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
+from peptides import peptide
 from sparsurf import Surface
 from sparsurf.errors import InputError
+from sparsurf.report import viewer
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -52,6 +58,31 @@ def test_pymol_opens_the_dots_on_their_molecule(few, tmp_path):
     assert lines == ["hide everything, structure", "show cartoon, structure", "bg_color white", "orient"]
 
 
+def test_a_real_pymol_opens_names_that_mean_something_to_it(tmp_path):
+    if shutil.which("pymol") is None:
+        pytest.skip("the program pymol is not installed")
+    text = peptide(["GLY", "ALA"]).replace("  CB  ALA A", '  """ ALA A').replace(" A  ", " \\  ")
+    (tmp_path / "named.pdb").write_text(text + "END\n")
+    molecule = sparsurf.read_molecule(tmp_path / "named.pdb")
+    sparsurf.write(sparsurf.minimal(molecule, n_dots=40), tmp_path / "few.pml")
+    molecule.write_pdb(tmp_path / "structure_roughness.pdb")
+    (tmp_path / "minimal.csv").write_text("x,y,z\n1,2,3\n")
+    (tmp_path / "residues.csv").write_text(
+        "chain,residue,mean_roughness,mean_all,mean_structure\n\\,1,1,1,1\n"
+    )
+    shutil.copy(Path(viewer.__file__).with_name("open.pml"), tmp_path)
+    seen = "print('SEEN', sorted(cmd.get_names()), cmd.count_atoms('{}'), cmd.get_chains('{}'))"
+    path = os.pathsep.join(["/usr/bin", os.environ["PATH"]])  # Debian's own python runs it
+    environment = {"env": os.environ | {"PATH": path}, "cwd": tmp_path}
+    for script, name, names in (
+        ("few.pml", "structure", ["dots", "structure"]),
+        ("open.pml", "mean_all", ["mean_all", "mean_structure", "minimal", "structure"]),
+    ):
+        command = ["pymol", "-ckq", script, "-d", seen.replace("{}", name)]
+        said = subprocess.run(command, **environment, capture_output=True, text=True, timeout=100, check=True)
+        assert f"SEEN {names} {molecule.n_atoms} ['\\\\']\n" in said.stdout
+
+
 def test_a_molecule_that_is_given_is_drawn_where_the_dots_know_none(tmp_path):
     molecule = sparsurf.read_molecule(PEPTIDE, residues="209-214")
     dots = sparsurf.surface(molecule)
@@ -81,6 +112,8 @@ def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
 
 def test_chimerax_opens_what_lies_next_to_the_script(few, tmp_path):
     sparsurf.write(few, tmp_path / "few.cxc")
+    sparsurf.write(few, tmp_path / "so few.cxc")
+    assert '\nopen "so few.pdb"\n' in (tmp_path / "so few.cxc").read_text()
     opened = [
         line.split()[1] for line in (tmp_path / "few.cxc").read_text().splitlines() if line.startswith("open")
     ]

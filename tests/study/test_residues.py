@@ -147,7 +147,7 @@ def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     assert [each[0] for each in told] == [*known]
     assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]
     assert told[2][3] == {"space": {"shown": {("A", "1"): -0.25}}}
-    assert told[3][1:] == ("b", "red_white_blue", "charge", -0.25, 0.25, {})
+    assert told[3][1:] == ("b", "red_white_blue", "mean_charge", -0.25, 0.25, {})
 
 
 @pytest.mark.parametrize("kind", ["pdb", "cif"])

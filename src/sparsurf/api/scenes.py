@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -30,14 +32,15 @@ python end
 bg_color white
 orient
 """
-PYMOL_STRUCTURE = '''\
+PYMOL_STRUCTURE = """\
 python
-cmd.read_pdbstr("""
-{pdb}""", "structure")
+cmd.read_pdbstr(
+{lines}
+, "structure")
 python end
 hide everything, structure
 show cartoon, structure
-'''
+"""
 
 
 def write_scene(
@@ -77,12 +80,20 @@ def write_scene(
         _write_pml(path, surface, colours, molecule, frame, triangles)
     else:
         write_bild(path.with_suffix(".bild"), surface.points, colours, triangles)
-        lines = [f"# Open it from this folder: chimerax {path.name}"]
+        script, bild, pdb = (
+            _quoted(path.with_suffix(suffix).name) for suffix in (path.suffix, ".bild", ".pdb")
+        )
+        lines = [f"# Open it from this folder: chimerax {script}"]
         if molecule is not None:
             molecule.write_pdb(path.with_suffix(".pdb"), frame)
-            lines += [f"open {path.with_suffix('.pdb').name}", "hide atoms", "cartoon"]
-        lines += [f"open {path.with_suffix('.bild').name}", "set bgColor white", "view", ""]
+            lines += [f"open {pdb}", "hide atoms", "cartoon"]
+        lines += [f"open {bild}", "set bgColor white", "view", ""]
         path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def _quoted(name: str) -> str:
+    """Return the name of a file as an argument of a ChimeraX command."""
+    return name if re.fullmatch(r"[\w.+-]+", name) else json.dumps(name, ensure_ascii=False)
 
 
 def write_bild(
@@ -134,7 +145,7 @@ def _write_pml(
         with tempfile.TemporaryDirectory() as folder:
             molecule.write_pdb(Path(folder, "structure.pdb"), frame)
             pdb = Path(folder, "structure.pdb").read_text(encoding="latin-1")
-        structure = PYMOL_STRUCTURE.format(pdb=pdb)
+        structure = PYMOL_STRUCTURE.format(lines="\n".join(map(ascii, pdb.splitlines(keepends=True))))
     values = np.hstack([colours, surface.points])
     objects, names, begin, end = f"cgo.SPHERE, x, y, z, {DOT_RADIUS}", "x, y, z", "", ""
     if triangles is not None:

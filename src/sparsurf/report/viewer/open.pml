@@ -19,10 +19,10 @@ for column in residues[0]:
     if column.startswith("mean_") and column != "mean_roughness":
         shown = {(row["chain"], row["residue"]): float(row[column]) for row in residues if row[column]}
         most = max(map(abs, shown.values()), default=0.0) or 1.0
-        cmd.create(column[5:], "structure")
-        cmd.alter(column[5:], "b = shown.get((chain, resi), 0.0)", space={"shown": shown})
-        cmd.spectrum("b", "red_white_blue", column[5:], -most, most)
-        cmd.disable(column[5:])
+        cmd.create(column, "structure")
+        cmd.alter(column, "b = shown.get((chain, resi), 0.0)", space={"shown": shown})
+        cmd.spectrum("b", "red_white_blue", column, -most, most)
+        cmd.disable(column)
 python end
 bg_color white
 orient structure
