@@ -12,7 +12,6 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -27,7 +26,7 @@ from sparsurf.workflow.running import (
     run_snakemake,
     say_what_failed,
 )
-from sparsurf.workflow.slurm import stop_at_impossible_job
+from sparsurf.workflow.slurm import JOB_PREFIX, slurm_options, wait_on_slurm
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
@@ -94,13 +93,8 @@ def cluster_options(options: Sequence[str]) -> list[str]:
         raise InputError(
             f"--cluster needs the name of a folder in profiles/, such as slurm, but has {name or 'none'}."
         )
-    prefix = ["--slurm-jobname-prefix", job_prefix()] if name == "slurm" else []
-    return [*words[:position], *words[position + 2 :], "--workflow-profile", str(profile), *prefix]
-
-
-def job_prefix() -> str:
-    """Return the prefix of the names of this study's jobs on a cluster."""
-    return f"sparsurf-{os.getpid()}"
+    found = slurm_options(profile) if name == "slurm" else []
+    return ["--workflow-profile", str(profile), *found, *words[:position], *words[position + 2 :]]
 
 
 def checked_config(paths: Sequence[Path], here: bool) -> dict:
@@ -127,11 +121,9 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
     make_writable(run / "logs")
     errors = run / "logs" / "snakemake.err"
     errors.unlink(missing_ok=True)
-    watch = (
-        partial(stop_at_impossible_job, prefix=job_prefix()) if "--slurm-jobname-prefix" in options else None
-    )
+    wait = {"wait": wait_on_slurm} if JOB_PREFIX in options else {}
     with failed_jobs() as failed:
-        code = run_snakemake(ROOT, files, "--logger", "sparsurf", *options, errors=errors, begun=watch)
+        code = run_snakemake(ROOT, files, "--logger", "sparsurf", *options, errors=errors, **wait)
     finished = code == 0
     if code:
         import close_partial_run  # here, as it imports pandas and matplotlib

@@ -2,10 +2,13 @@
 
 import errno
 import io
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
@@ -58,6 +61,20 @@ def test_an_error_is_a_sentence(snakemake, monkeypatch, error, words, traced):
     assert end.value.code == 1 and f"ERROR {words}" in log and words in terminal.getvalue()
     assert ("Traceback" in log) == traced and "Traceback" not in terminal.getvalue()
     assert job_logs.failure(snakemake.log[0]).startswith(words)
+
+
+def of_numba():
+    raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+
+@pytest.mark.parametrize("stop", [lambda: os.kill(os.getpid(), signal.SIGTERM), of_numba])
+def test_a_job_that_is_stopped_leaves_no_folder_and_says_so(snakemake, tmp_path, stop):
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt), jobs.job(snakemake), tempfile.TemporaryDirectory(dir=tmp_path):
+        stop()
+    signal.signal(signal.SIGTERM, before)
+    assert job_logs.failure(snakemake.log[0]) == job_logs.STOPPED
+    assert [path.name for path in tmp_path.iterdir()] == ["work.log"]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")

@@ -18,6 +18,7 @@ import yaml
 import close_partial_run
 import study
 from conftest import ROOT
+from sparsurf.errors import InputError
 from sparsurf.workflow import job_logs, memory, running, slurm
 
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
@@ -65,7 +66,7 @@ def checkout(tmp_path, monkeypatch):
 
             return work
 
-    def play(root, files, *options, errors=None, begun=None):
+    def play(root, files, *options, errors=None, wait=None):
         played_checkout.calls.append([*map(str, options)])
         played_checkout.files = [path.name for path in files]
         if played_checkout.work:
@@ -340,19 +341,45 @@ def test_memory_counts_where_jobs_run_on_this_machine(checkout, monkeypatch, cap
     assert "The grid of one surface will need about 0.1 GB of memory." in capsys.readouterr().out
     large, checkout.calls[:] = checkout.config(evaluation={"draws": 1000, "test_dots": 400}), []
     assert study.main(large) == 2 and not checkout.calls
-    assert study.main(large, "--cluster", "slurm") == study.main(large, "--executor", "lsf") == 0
+    assert study.main(large, "--workflow-profile", "p") == study.main(large, "--executor", "lsf") == 0
     assert "--resources=mem_mb=4100" not in [word for call in checkout.calls for word in call]
     checkout.calls.clear()
     assert study.main(checkout.config(), "--resources", "mem_mb=1000") == 0
     assert checkout.calls[0][-2:] == ["--resources", "mem_mb=1000"]  # Snakemake takes the last
 
 
+@pytest.fixture
+def commands(tmp_path, monkeypatch):
+    """Function that gives a command of Slurm a script of one's own."""
+    (folder := tmp_path / "bin").mkdir()
+    monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+
+    def give(**scripts):
+        for name, script in scripts.items():
+            (folder / name).write_text(f"#!/bin/sh\n{script}\n")
+            (folder / name).chmod(0o755)
+
+    return give
+
+
 @pytest.mark.parametrize("word", ["--cluster=slurm", "--cluster slurm"])
-def test_a_cluster_is_a_profile_of_snakemake(checkout, word):
+def test_a_cluster_is_a_profile_of_snakemake(checkout, commands, word):
+    commands(sacct="exit 0", sinfo="echo '32 main*'")
     assert study.main(checkout.config(), "-n", *word.split(), "--max-threads", "2") == 0
-    prefix = ["--slurm-jobname-prefix", study.job_prefix()]
+    prefix = ["--slurm-jobname-prefix", slurm.JOB_PREFIX]
     profile = ["--workflow-profile", str(checkout.root / "profiles" / "slurm")]
-    assert checkout.calls == [["-n", "--max-threads", "2", *profile, *prefix]]
+    assert checkout.calls == [[*profile, *prefix, "-n", "--max-threads", "2"]]  # Snakemake takes the last
+
+
+def test_a_slurm_without_accounts_and_with_small_nodes_is_used_as_it_is(commands, capsys):
+    commands(sacct="exit 1", sinfo="printf '2 main*\\n4 main*\\n64 other\\n'")
+    options = slurm.slurm_options(ROOT / "profiles" / "slurm")
+    assert options[2:] == ["--slurm-status-command", "squeue", "--max-threads", "4"]
+    said = "sacct does not answer: squeue is asked which jobs have ended.\nNo node has more than 4 cores: "
+    assert capsys.readouterr().out.startswith(said)
+    commands(sinfo="exit 1")
+    with pytest.raises(InputError, match="sinfo does not answer"):
+        slurm.slurm_options(ROOT / "profiles" / "slurm")
 
 
 @pytest.mark.parametrize(("options", "name"), [([], "none"), (["foo"], "foo")])
@@ -362,17 +389,18 @@ def test_an_unknown_cluster_is_one_sentence(checkout, capsys, options, name):
     assert printed == f"--cluster needs the name of a folder in profiles/, such as slurm, but has {name}.\n"
 
 
-def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(monkeypatch, capsys, tmp_path):
-    rows = [("7", "Priority"), ("8", "PartitionConfig"), ("9", "Resources"), ("10", "PartitionTimeLimit")]
-    lines = "".join(f"{job} mine-1_x ({reason})\\n" for job, reason in rows)
-    (tmp_path / "squeue").write_text(f"#!/bin/sh\nprintf '{lines}11 somebodys_job (PartitionConfig)\\n\\n'\n")
-    (tmp_path / "squeue").chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    assert slurm.impossible_jobs("mine-1") == [("8", "PartitionConfig"), ("10", "PartitionTimeLimit")]
-    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
-    slurm.stop_at_impossible_job(process, "mine-1")
-    assert process.wait(timeout=30) != 0
+def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(
+    commands, capsys, tmp_path, monkeypatch
+):
+    rows = [("7", "Priority"), ("8", "PartitionConfig"), ("9", "None")]
+    lines = "".join(f"{job} {slurm.JOB_PREFIX}_x ({reason})\\n" for job, reason in rows)
+    commands(squeue=f"printf '{lines}11 somebodys_job (PartitionConfig)\\n\\n'")
+    commands(scancel=f"echo $* > {tmp_path}/cancelled")
+    monkeypatch.setattr(slurm, "SECONDS_BETWEEN_QUESTIONS", 1)
+    received, process = [], subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    assert slurm.wait_on_slurm(process, received) == -signal.SIGINT and received
     assert "Slurm will never start job 8 (PartitionConfig). Ask for less" in capsys.readouterr().out
+    assert (tmp_path / "cancelled").read_text() == "7 8 9\n"
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")

@@ -58,6 +58,15 @@ def test_a_job_that_failed_is_reported_with_its_sentence_and_noted(said, tmp_pat
     assert (tmp_path / "failed").read_text().split() == ["a.log", "c.log"]
 
 
+def test_jobs_that_a_signal_stops_have_not_failed(said):
+    stops = (None, {"msg": "Terminating processes on user request, this might take some time."})
+    ended = LogEvent.JOB_ERROR, {"jobid": 1, "rule_name": "choose_frames", "log": ["no.log"]}
+    text = said(
+        (LogEvent.PROGRESS, {"done": 3, "total": 12}), begins(1, "Frames of p", "no.log"), stops, ended
+    )
+    assert text == "   3 of 12  done. Stopping ...\n   Stopped  Frames of p\n"
+
+
 def test_what_snakemake_says_itself_goes_to_its_log_but_for_errors(said):
     wrong = {"msg": "WorkflowError: no rule", "level": logging.ERROR}
     echo = {"msg": "Exiting because a job execution failed. Look below", "level": logging.ERROR}

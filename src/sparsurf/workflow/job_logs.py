@@ -14,6 +14,7 @@ FAILED_JOBS = (
 TAIL_BYTES = 2000
 FULL_DISK_BYTES = 10**6  # free bytes of a disk on which nothing more can be written
 NO_SPACE = "no space is left on the disk"
+STOPPED = "it was stopped, by someone or by a time limit"
 NO_REASON = "it was killed, ran out of memory, or was stopped before it could give a reason"
 
 

@@ -4,6 +4,7 @@ import errno
 import logging
 import os
 import resource
+import signal
 import sys
 import time
 import traceback
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sparsurf.errors import InputError
-from sparsurf.workflow.job_logs import ERROR, PROGRESS, USED
+from sparsurf.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
 
 # A full disk, a folder that may not be written
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
@@ -29,6 +30,7 @@ def job(snakemake: Any) -> Iterator[None]:
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
     except OSError as error:
         sys.exit(f"\n  {_sentence(error, snakemake)}\n")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it removes its temporary folders
     with redirect_stdout(log), redirect_stderr(log):
         handler = logging.StreamHandler(log)
         form = "%(levelname)s %(message)s"
@@ -37,10 +39,12 @@ def job(snakemake: Any) -> Iterator[None]:
         try:
             yield
             print(f"{USED}{used()}", file=log)
-        except Exception as error:
+        except (KeyboardInterrupt, Exception) as error:
             sentence = _sentence(error, snakemake)
             with suppress(OSError):  # the log may lie on the same full disk
                 print(f"{ERROR}{sentence}", file=log)
+            if sentence == STOPPED:
+                raise KeyboardInterrupt from None
             print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
@@ -56,8 +60,10 @@ def let_jobs_import_library() -> None:
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
 
 
-def _sentence(error: Exception, snakemake: Any) -> str:
+def _sentence(error: BaseException, snakemake: Any) -> str:
     """Return the message of an error for the user."""
+    if KeyboardInterrupt in (type(error), type(error.__cause__)):  # numba makes it the cause of its own
+        return STOPPED
     if isinstance(error, InputError):
         return str(error)
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:

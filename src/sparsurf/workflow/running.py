@@ -47,13 +47,13 @@ def run_snakemake(
     configs: Sequence[Path],
     *options: str,
     errors: Path | None = None,
-    begun: Callable[[subprocess.Popen], None] | None = None,
+    wait: Callable[[subprocess.Popen, list[int]], int] = lambda process, _: process.wait(),
 ) -> int:
     """Run Snakemake in a checkout and return its exit code; a config stands before an earlier one.
 
-    The terminal sends Ctrl-C to it directly, and SIGTERM is passed on. Both wait until it has ended its jobs. `errors` is a
-    file for what processes write to standard error, such as tracebacks of jobs that are stopped. `begun` is called with the
-    process once it runs.
+    The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal. Both wait until it has ended its
+    jobs. `errors` is a file for what processes write to standard error, such as tracebacks of jobs that are stopped. `wait` takes
+    the process and a list of the signals received so far, and returns its exit code.
     """
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
@@ -61,15 +61,15 @@ def run_snakemake(
 
     def pass_on(number: int, _: FrameType | None) -> None:
         received.append(number)
-        if number == signal.SIGTERM:
+        if number != signal.SIGINT:
             process.terminate()
 
     with open(errors or os.devnull, "a", encoding="utf-8") as stream:
         process = subprocess.Popen(command, close_fds=False, stderr=stream if errors else None)
-        handlers = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
-        if begun:
-            begun(process)
-        code = process.wait()
+        numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last is ignored under nohup
+        heard = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
+        handlers = {number: signal.signal(number, pass_on) for number in heard}
+        code = wait(process, received)
     for number, handler in handlers.items():
         signal.signal(number, handler)
     if received and code:

@@ -18,7 +18,7 @@ from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from sparsurf.errors import printable
-from sparsurf.workflow.job_logs import FAILED_JOBS, failure, progress, warnings_in
+from sparsurf.workflow.job_logs import FAILED_JOBS, STOPPED, failure, progress, warnings_in
 
 SECONDS_BEFORE_BAR = 10
 BAR_WIDTH = 24  # characters
@@ -28,6 +28,7 @@ REPEATED_ELSEWHERE = (  # in the line of the job, or at the end of the run
     "RuleException",
     f"[Errno {errno.ENOSPC}]",
 )
+STOPPING = ("Terminating processes on user request", "Will exit after finishing")  # Ctrl-C, SIGTERM
 
 
 class Terminal(LogHandlerBase):
@@ -45,6 +46,7 @@ class Terminal(LogHandlerBase):
         self._messages: set[str] = set()
         self._lock, self._ends = threading.Lock(), threading.Event()
         self._steps = self._bar = ""
+        self._stopping = False
         if sys.stdout.isatty() and not self.common_settings.dryrun:
             threading.Thread(target=self._watch, daemon=True).start()
 
@@ -103,13 +105,20 @@ class Terminal(LogHandlerBase):
                 self._failed(job["rule_name"], job["log"])
 
     def _failed(self, what: str, logs: list[str]) -> None:
-        self._say(f"{'Failed':>10}  {what}: {failure(logs[0]) if logs else 'see .snakemake/log'}")
+        reason = failure(logs[0]) if logs else "see .snakemake/log"
+        if self._stopping or reason == STOPPED:
+            self._say(f"{'Stopped':>10}  {what}")
+        else:
+            self._say(f"{'Failed':>10}  {what}: {reason}")
         if logs and (path := os.environ.get(FAILED_JOBS)):
             with open(path, "a", encoding="utf-8") as stream:
                 stream.write(f"{logs[0]}\n")
 
     def _other(self, record: Any) -> None:
         text = record.getMessage()
+        if text.startswith(STOPPING) and not self._stopping:
+            self._stopping = True
+            self._say(f"{self._steps or 'Nothing':>10}  done. Stopping ...")
         if (
             record.levelno >= logging.ERROR
             and not any(part in text for part in REPEATED_ELSEWHERE)
