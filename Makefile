@@ -76,6 +76,7 @@ test: setup-test
 	$(BIN)/snakefmt --check Snakefile rules/*.smk
 	$(BIN)/snakemake --lint
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache --no-logo
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal # on two cores: some tests wait for a study or for Slurm
 
 setup-docs: $(READY) $(FOR_TEST) $(FOR_DOCS)

@@ -53,7 +53,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sparsurf import progress
+from sparsurf import progress, surfaces
 from sparsurf.errors import InputError
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
@@ -132,6 +132,16 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'sparsurf' has no attribute {name!r}")
     progress.enabled = True
     return getattr(import_module(f"sparsurf.{module}"), name)
+
+
+def _views() -> Any:
+    """Load the functions that draw a surface, for its methods."""
+    from sparsurf.api import views
+
+    return views
+
+
+surfaces.views = _views
 
 
 def __dir__() -> list[str]:

@@ -13,7 +13,8 @@ from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.patches.index import D_LINK
-from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
+from sparsurf.surfaces.components import summarize_components
+from sparsurf.surfaces.dot_table import COMPONENT_FIELD
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
 DOT_OPTIONS = {  # that do not apply to a mesh

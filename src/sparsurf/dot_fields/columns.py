@@ -13,7 +13,7 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
-from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.dot_table import COMPONENT_FIELD
 from sparsurf.surfaces.surface import is_field_name
 
 if TYPE_CHECKING:

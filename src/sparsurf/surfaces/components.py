@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.dot_table import COMPONENT_FIELD
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T, roll
 from sparsurf.surfaces.surface import Surface
@@ -21,7 +22,6 @@ from sparsurf.surfaces.surface import Surface
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-COMPONENT_FIELD = "component"  # field of a Surface: component of each dot
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
 ARC_STEP = 0.3  # Å, between positions that represent an arc
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height

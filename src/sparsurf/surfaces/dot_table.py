@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.components import COMPONENT_FIELD
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
+COMPONENT_FIELD = "component"  # field of a Surface: component of each dot
 # Å, median distance from dots to the centres of their atoms: at most the largest radius and that of a large probe
 MAX_DISTANCE_OF_ATOM = 6.0
 

@@ -7,13 +7,13 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import import_module  # tables and pictures are loaded only when they are used
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sparsurf import surfaces
 from sparsurf.errors import InputError
 from sparsurf.molecules.geometry import MAX_GAP, widest_gap
 
@@ -200,19 +200,21 @@ class Surface:
 
         It holds position, normal, area and kind, labels of the atoms where the molecule is known, and `columns`, (N,) each.
         """
-        return import_module("sparsurf.surfaces.dot_table").to_frame(self, molecule, **columns)
+        from sparsurf.surfaces.dot_table import to_frame  # here: pandas takes long to load
+
+        return to_frame(self, molecule, **columns)
 
     def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
         """Draw the surface with matplotlib as the reports do, coloured by `values` (N,) or by kind, and return the Axes."""
-        return import_module("sparsurf.api.views").plot(self, values, ax)
+        return surfaces.views().plot(self, values, ax)
 
     def show(self, values: ArrayLike | None = None) -> Any:
         """Show the surface to turn, in the notebook or the browser, as in `plot`; `save` of the result writes the page."""
-        return import_module("sparsurf.api.views").show(self, values)
+        return surfaces.views().show(self, values)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        return import_module("sparsurf.api.views").notebook_html(self)
+        return surfaces.views().notebook_html(self)
 
 
 def _numbers(value: ArrayLike, name: str) -> np.ndarray:

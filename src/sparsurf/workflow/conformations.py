@@ -10,7 +10,7 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 
 if TYPE_CHECKING:
-    from sparsurf.workflow.config import Protein
+    from sparsurf.workflow.models import Protein
 
 
 def first_column(path: str | Path) -> list[str]:
