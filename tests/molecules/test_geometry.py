@@ -11,7 +11,8 @@ from conftest import ROOT
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules import geometry
-from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_study_structure
+from sparsurf.molecules.libraries import from_mdtraj
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 USED = ("N", "CA", "C", "CB")  # whose places make a residue L or D

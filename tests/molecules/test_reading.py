@@ -15,7 +15,8 @@ from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_study_structure, residue_labels
+from sparsurf.molecules.libraries import from_mdtraj
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
 from sparsurf.molecules.trajectory import read_first_frame
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.surfaces.radii import RADII, radii

@@ -12,15 +12,15 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
-from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import (
+from sparsurf.molecules.libraries import (
     from_biopython,
     from_biotite,
     from_gemmi,
     from_mdanalysis,
     from_mdtraj,
-    read_molecule,
 )
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.read_surface import read_surface

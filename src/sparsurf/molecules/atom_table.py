@@ -1,13 +1,6 @@
-"""The atoms of a structure file as one table, whatever the format, and the steps that all formats share.
+"""The atoms of an input as one table, whatever it is: a file, a topology, or an object of another library.
 
-The table has one row per atom in the order of the file:
-model         int, number of the model
-hetero        bool, not part of a polymer according to the file (HETATM)
-name, residue_name, chain, element, altloc    str, empty where the file has none
-residue       str, number with insertion code: '52A', '-5'
-terminated    bool, the previous residue was the last of its molecule (TER)
-occupancy, x, y, z    float, Å
-b_factor      float, Å^2, nan where the file has none
+The table has one row per atom in the order of the input, and the columns of `COLUMNS`.
 """
 
 from __future__ import annotations
@@ -15,6 +8,7 @@ from __future__ import annotations
 import logging
 import os
 from dataclasses import dataclass, field
+from typing import Any
 
 import gemmi
 import numpy as np
@@ -25,12 +19,35 @@ from sparsurf.files import pluralise
 
 log = logging.getLogger("sparsurf")
 
+# Columns, and their values where an input has none
+COLUMNS: dict[str, Any] = {
+    "model": 1,  # number of the model
+    "hetero": False,  # not part of a polymer, according to the input
+    "name": "", "altloc": "", "residue_name": "", "chain": "", "segid": "",
+    "residue": "",  # number with insertion code: '52A', '-5'
+    "x": np.nan, "y": np.nan, "z": np.nan,  # Å
+    "occupancy": 1.0,
+    "b_factor": np.nan,  # Å^2
+    "element": "",
+    "molecule": 0,  # changes where a molecule ends (TER)
+    "unit": 0,  # changes where a residue ends, if the input knows it
+}  # fmt: skip
+OF_RESIDUE = (
+    "model",
+    "chain",
+    "segid",
+    "residue",
+    "molecule",
+    "unit",
+)  # columns that change where a residue ends
 MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
+MAX_BOND = 2.2  # Å, between atoms of one residue whose lines stand apart (Se-C 1.95)
+MAX_COPIES = 100  # of a label; where there are more, it says nothing about residues
 
 
 @dataclass(frozen=True)
 class AtomFile:
-    """Content of a structure file.
+    """Content of an input without the frames of a trajectory.
 
     Attributes
     ----------
@@ -38,14 +55,25 @@ class AtomFile:
     box : (3, 3) float, Å, lattice vectors as rows; None where there is none
     sequences : dict, residue names of each chain's full sequence, where the file has it
     crosslinked : set of (chain, residue) that a bond besides the backbone joins to another residue of the polymer
-    has_plddt : bool, whether a predicted model says that its B factors are pLDDT; None if the file is not a predicted model
+    origin : see `plddt`
     """
 
     atoms: pd.DataFrame
     box: np.ndarray | None = None
     sequences: dict[str, list[str]] = field(default_factory=dict)
     crosslinked: frozenset[tuple[str, str]] = frozenset()
-    has_plddt: bool | None = None
+    origin: str = ""
+
+
+def atom_table(**columns: Any) -> pd.DataFrame:
+    """Return the table of some columns (A,); the others have the values of `COLUMNS`."""
+    table = pd.DataFrame(columns)
+    for name, value in COLUMNS.items():
+        if name not in table:
+            table[name] = value
+        elif isinstance(value, str):
+            table[name] = table[name].astype(str)
+    return table[[*COLUMNS]]
 
 
 def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> np.ndarray | None:
@@ -63,33 +91,76 @@ def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: 
 
 
 def number_residues(atoms: pd.DataFrame) -> np.ndarray:
-    """Assign the residues the numbers 0, 1, 2, ... in the order of the file, starting again in each model.
+    """Assign the residues the numbers (A,) 0, 1, 2, ... in the order of the input, starting again in each model.
 
-    A residue ends where chain, number or insertion code change, at TER, or where the name changes. A change of the
-    name between alternate locations of one residue does not count.
-
-    Returns
-    -------
-    (A,) int
-        Residue of each atom.
+    A residue ends where a column of OF_RESIDUE changes, or the name. A change of the name between alternate locations
+    does not count.
     """
-    before = atoms.shift()
-    differs = (atoms[["model", "chain", "residue"]] != before[["model", "chain", "residue"]]).any(axis=1)
-    alternates = (atoms.altloc != "") & (before.altloc != "")
-    renamed = (atoms.residue_name != before.residue_name) & ~alternates
-    number = (differs | renamed | atoms.terminated).cumsum()
-    return (number - number.groupby(atoms.model).transform("min")).to_numpy()
+    starts = np.zeros(len(atoms), bool)
+    for column in OF_RESIDUE:
+        starts[1:] |= _differs(atoms[column])
+    located = (atoms.altloc != "").to_numpy()
+    starts[1:] |= _differs(atoms.residue_name) & ~(located[1:] & located[:-1])
+    number = np.cumsum(starts)
+    first = np.append(True, _differs(atoms.model))
+    return number - number[first][np.cumsum(first) - 1]
+
+
+def _differs(column: pd.Series) -> np.ndarray:
+    """Return whether each value but the first differs from the one before."""
+    values = column.to_numpy()
+    return values[1:] != values[:-1]
+
+
+def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
+    """Sort the atoms so that each residue stands together, and number the residues in a column `residue_index`.
+
+    Atoms belong to a residue of before if they have its label, are bonded to it and have names that it lacks: hydrogens
+    that a program has put behind the chain, or alternate locations.
+    """
+    index = number_residues(atoms)
+    start = np.flatnonzero(np.append(True, (np.diff(index) != 0) | _differs(atoms.model)))
+    run = np.repeat(np.arange(len(start)), np.diff([*start, len(atoms)]))
+    labels = atoms.iloc[start]
+    key = labels.groupby(["model", "chain", "segid", "residue"], sort=False).ngroup().to_numpy()
+    owner = np.arange(len(start))
+    copies = np.bincount(key)
+    xyz = atoms[["x", "y", "z"]].to_numpy(float)
+    name = (atoms.name.astype(str) + "\0" + atoms.altloc).to_numpy()
+    rows = np.split(np.arange(len(atoms)), start[1:])
+    before: dict[int, list[int]] = {}
+    for k in np.flatnonzero((copies[key] > 1) & (copies[key] <= MAX_COPIES)).tolist():
+        owners = before.setdefault(key[k], [])
+        lacking = [j for j in owners if not set(name[rows[j]]) & set(name[rows[k]]) and _alike(labels, j, k)]
+        distance = [_shortest(xyz[rows[j]], xyz[rows[k]]) for j in lacking]
+        if distance and min(distance) < MAX_BOND:
+            owner[k] = lacking[int(np.argmin(distance))]
+            rows[owner[k]] = np.concatenate([rows[owner[k]], rows[k]])
+        else:
+            owners.append(k)
+    order = np.argsort(owner[run], kind="stable")
+    sorted_atoms = atoms.assign(residue_index=owner[run]).iloc[order]
+    sorted_atoms["residue_index"] = sorted_atoms.groupby("model", sort=False)["residue_index"].transform(
+        lambda owners: np.cumsum(np.append(0, np.diff(owners) != 0))
+    )
+    return sorted_atoms
+
+
+def _alike(labels: pd.DataFrame, first: int, second: int) -> bool:
+    """Return whether two runs of lines of one label may be one residue: one name, or alternate locations."""
+    a, b = labels.iloc[first], labels.iloc[second]
+    return bool(a.residue_name == b.residue_name or (a.altloc and b.altloc))
+
+
+def _shortest(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the shortest distance between two groups of atoms; infinite without coordinates."""
+    distance = np.linalg.norm(first[:, None] - second[None], axis=2)
+    return float(np.nan_to_num(distance, nan=np.inf).min())
 
 
 def missing_residues(atoms: pd.DataFrame, sequences: dict[str, list[str]]) -> dict[str, tuple[int, int]]:
-    """Find chains that lack residues of their full sequence, in the first model.
-
-    Returns
-    -------
-    dict
-        chain -> (number of residues with atoms, number of residues in the sequence)
-    """
-    residues = atoms[atoms.model == atoms.model[0]].drop_duplicates(["chain", "residue"])
+    """Find chains that lack residues of their full sequence: chain -> residues (with atoms, in the sequence)."""
+    residues = atoms[atoms.model == atoms.model.iloc[0]].drop_duplicates(["chain", "residue"])
     counts = {
         chain: (int((residues.residue_name[residues.chain == chain].isin(sequence)).sum()), len(sequence))
         for chain, sequence in sequences.items()
@@ -98,18 +169,11 @@ def missing_residues(atoms: pd.DataFrame, sequences: dict[str, list[str]]) -> di
 
 
 def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str]) -> pd.DataFrame:
-    """Keep one location of every atom.
+    """Keep one location of every atom of a table with `residue_index`.
 
     All atoms of a residue keep the same location: the first in the file ('first'), the one of highest mean
     occupancy ('highest') or the requested letter where the residue has it, else the first. An atom that only
     other locations of the residue have is kept too, so that there is no hole.
-
-    Parameters
-    ----------
-    atoms : DataFrame
-    altloc : 'first', 'highest' or a letter
-    path : str or Path
-        Named in messages.
 
     Raises
     ------
@@ -130,17 +194,41 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str
     if altloc not in ("first", "highest", *letters):
         message = "%s has no alternate location %s (it has %s): the first is used"
         log.warning(message, path, altloc, ", ".join(letters))
-    keep = pd.Series(True, index=atoms.index)
-    keys = [atoms.model, atoms.chain, atoms.residue, atoms.terminated.cumsum()]  # TER ends a molecule
-    located = atoms.groupby(keys).altloc.transform("max") != ""
-    for _, residue in atoms[located].groupby([key[located] for key in keys], sort=False):
-        keep[residue.index] = _choose_location(residue, altloc)
-    return atoms[keep].reset_index(drop=True)
+    keep = np.ones(len(atoms), bool)
+    keys = [atoms.model.to_numpy(), atoms["residue_index"].to_numpy()]
+    located = (atoms.altloc != "").groupby(keys).transform("any").to_numpy()
+    position = np.arange(len(atoms))
+    for _, rows in pd.Series(position[located]).groupby([key[located] for key in keys], sort=False):
+        keep[rows] = _choose_location(atoms.iloc[rows], altloc)
+    return atoms[keep]
+
+
+def _choose_location(residue: pd.DataFrame, altloc: str) -> np.ndarray:
+    """Return which atoms of a residue are kept, a bool per row."""
+    residue = residue.reset_index(drop=True)
+    labelled = residue[residue.altloc != ""]
+    letters = list(dict.fromkeys(labelled.altloc))
+    if altloc == "highest":
+        occupancy = labelled.groupby("altloc").occupancy.mean()
+        letters.sort(key=lambda letter: -occupancy[letter])  # stable: the first wins a tie
+    chosen = altloc if altloc in letters else letters[0]
+    keep = residue.altloc.isin(["", chosen])
+    both = residue[keep & residue.name.isin(residue.name[keep & (residue.altloc == "")])
+                   & residue.name.isin(residue.name[keep & (residue.altloc != "")])]  # fmt: skip
+    if altloc == "highest":
+        both = both.sort_values("occupancy", ascending=False, kind="stable")
+    elif altloc in letters:
+        both = both.sort_values("altloc", ascending=False, kind="stable")
+    keep[both.index[both.duplicated("name")]] = False
+    name_kept = residue.residue_name.isin(residue.residue_name[residue.altloc == chosen])
+    missing = name_kept & ~residue.name.isin(residue.name[keep])
+    missing &= ~residue[missing].duplicated("name").reindex(residue.index, fill_value=True)
+    return (keep | missing).to_numpy()
 
 
 def refuse_control_characters(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
     """Raise InputError if a name has characters that cannot be printed, such as escape codes for a terminal."""
-    for column in ("name", "residue_name", "chain", "element", "residue"):
+    for column in ("name", "residue_name", "chain", "segid", "element", "residue"):
         damaged = next(
             (text for text in atoms[column].unique().tolist() if not str(text).isprintable()), None
         )
@@ -152,9 +240,8 @@ def refuse_control_characters(atoms: pd.DataFrame, path: str | os.PathLike[str])
 
 def report_duplicates(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
     """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
-    first_model = atoms[atoms.model == atoms.model[0]]
-    identity = first_model.assign(number=number_residues(first_model))[["number", "residue_name", "name"]]
-    count = int(identity.duplicated().sum())
+    first_model = atoms[atoms.model == atoms.model.iloc[0]]
+    count = int(first_model[["residue_index", "residue_name", "name"]].duplicated().sum())
     if count:
         words = "is repeated in its residue" if count == 1 else "are repeated in their residues"
         log.warning("%s: %s %s", path, pluralise(count, "atom"), words)
@@ -168,17 +255,3 @@ def report_occupancies(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> Non
         count = int(impossible.sum())
         words = f"{pluralise(count, 'atom')} {'has' if count == 1 else 'have'}"
         log.warning(message, path, words, atoms.occupancy[impossible].iloc[0])
-
-
-def _choose_location(residue: pd.DataFrame, altloc: str) -> pd.Series:
-    """Return which atoms of a residue are kept, a bool per row."""
-    labelled = residue[residue.altloc != ""]
-    letters = list(dict.fromkeys(labelled.altloc))
-    if altloc == "highest":
-        occupancy = labelled.groupby("altloc").occupancy.mean()
-        letters.sort(key=lambda letter: -occupancy[letter])  # stable: the first wins a tie
-    chosen = altloc if altloc in letters else letters[0]
-    keep = residue.altloc.isin(["", chosen])
-    name_kept = residue.residue_name.isin(residue.residue_name[residue.altloc == chosen])
-    missing = name_kept & ~residue.name.isin(residue.name[keep])
-    return keep | (missing & ~residue[missing].duplicated("name").reindex(residue.index, fill_value=True))

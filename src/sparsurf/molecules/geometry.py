@@ -102,12 +102,12 @@ def refuse_impossible(
         _warn_of_overlaps(molecule, path)
 
 
-def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str]) -> None:
-    """Raise InputError if coordinates (F, A, 3), Å, are NaN, beyond MAX_COORDINATE, or all the same."""
+def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str], begin: int = 0) -> None:
+    """Raise InputError if coordinates (F, A, 3), Å, from frame `begin` are NaN, beyond MAX_COORDINATE, or all the same."""
     bad = ~(np.abs(xyz) < MAX_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
-            f"{path} has coordinates that are not numbers or beyond {MAX_COORDINATE:.0e} Å in frame {bad.argmax()}: "
+            f"{path} has coordinates that are not numbers or beyond {MAX_COORDINATE:.0e} Å in frame {begin + bad.argmax()}: "
             "repair or copy it again."
         )
     if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
@@ -138,7 +138,7 @@ def _refuse_wide_residues(molecule: Molecule, path: str | os.PathLike[str], reme
         xyz = np.split(molecule.xyz[frame], start[1:])[residue]
         atom = start[residue] + np.linalg.norm(xyz - np.median(xyz, axis=0), axis=1).argmax()
         raise InputError(
-            f"{path}: {_residue(molecule, atom)} is {extent[frame, residue]:.0f} Å wide in frame {frame} (atom "
+            f"{path}: {residue_label(molecule, atom)} is {extent[frame, residue]:.0f} Å wide in frame {frame} (atom "
             f"{molecule.name[atom]} is farthest out) instead of below {MAX_RESIDUE_WIDTH:.0f} Å; {remedy}."
         )
 
@@ -149,7 +149,7 @@ def _refuse_gaps(molecule: Molecule, path: str | os.PathLike[str], remedy: str) 
         gap, atom = widest_gap(molecule.xyz[frame])
         if gap > MAX_GAP:
             raise InputError(
-                f"{path}: {molecule.name[atom]} of {_residue(molecule, atom)} lies {gap:.0f} Å from the "
+                f"{path}: {molecule.name[atom]} of {residue_label(molecule, atom)} lies {gap:.0f} Å from the "
                 f"other atoms in frame {frame}; {remedy}."
             )
 
@@ -230,7 +230,7 @@ def _refuse_broken(molecule: Molecule, bonds: np.ndarray, path: str | os.PathLik
             frame, bond = np.argwhere(length > BROKEN_BOND)[0]
             a, b = bonds[bond]
             raise InputError(
-                f"{path}: the bond {molecule.name[a]}-{molecule.name[b]} of {_residue(molecule, a)} is "
+                f"{path}: the bond {molecule.name[a]}-{molecule.name[b]} of {residue_label(molecule, a)} is "
                 f"{length[frame, bond]:.1f} Å long in frame {begin + frame}; repair that frame or leave it out."
             )
 
@@ -253,7 +253,7 @@ def _refuse_odd_lengths(molecule: Molecule, path: str | os.PathLike[str], remedy
             frame = int(of_chain.argmax())
             if of_chain[frame] > DEVIATION_TO_REFUSE >= deviation[frame]:
                 raise InputError(
-                    f"{path}: bonds of the chain of {_residue(molecule, a[chain][0])} are {ratio_of_chain[frame]:.2f} times "
+                    f"{path}: bonds of the chain of {residue_label(molecule, a[chain][0])} are {ratio_of_chain[frame]:.2f} times "
                     f"as long as usual in frame {begin + frame}; {remedy}."
                 )
         if DEVIATION_TO_WARN < deviation.max() <= DEVIATION_TO_REFUSE:
@@ -299,7 +299,9 @@ def _warn_of_odd_bonds(molecule: Molecule, path: str | os.PathLike[str]) -> None
                 "%s: the bond %s of %s is %.1f Å long instead of %.1f Å in frame %d; repair its coordinates"
             )
             length = ratio[frame, bond] * usual[bond]
-            log.warning(message, path, names, _residue(molecule, a[bond]), length, usual[bond], begin + frame)
+            log.warning(
+                message, path, names, residue_label(molecule, a[bond]), length, usual[bond], begin + frame
+            )
             return
 
 
@@ -318,7 +320,7 @@ def _warn_of_stretched_chains(molecule: Molecule, path: str | os.PathLike[str]) 
                     "%s: bonds of the chain of %s are %.2f times as long as usual along one direction in frame %d; "
                     "are all lengths in one unit?"
                 )
-                where = _residue(molecule, a[0])
+                where = residue_label(molecule, a[0])
                 log.warning(message, path, where, stretch[frame, axis], begin + frame)
                 return
 
@@ -367,7 +369,7 @@ def _warn_of_mirror_images(molecule: Molecule, path: str | os.PathLike[str]) -> 
                     "%s: the chain of %s is a mirror image, of D-amino acids, in frame %d; "
                     "does an axis have the wrong sign?"
                 )
-                log.warning(message, path, _residue(molecule, ca[0]), begin + int(mirrored.argmax()))
+                log.warning(message, path, residue_label(molecule, ca[0]), begin + int(mirrored.argmax()))
                 return
 
 
@@ -378,7 +380,7 @@ def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> 
     twin = np.flatnonzero(np.linalg.norm(np.diff(xyz[ca], axis=0), axis=1) < SAME_RESIDUE)
     twin = twin[np.diff(index[ca])[twin] > 0]
     if len(twin):
-        first, second = (_residue(molecule, ca[k]) for k in (twin[0], twin[0] + 1))
+        first, second = (residue_label(molecule, ca[k]) for k in (twin[0], twin[0] + 1))
         log.warning("%s: %s and %s lie in one place; keep one of them", path, first, second)
     heavy = np.flatnonzero(molecule.heavy)
     nearest = np.full(len(heavy), np.inf)
@@ -397,14 +399,14 @@ def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> 
         a, b = same[0]
         message = "%s: %s and %s of %s lie in one place (%s); repair its coordinates"
         count = pluralise(len(same), "such pair")
-        log.warning(message, path, molecule.name[a], molecule.name[b], _residue(molecule, a), count)
+        log.warning(message, path, molecule.name[a], molecule.name[b], residue_label(molecule, a), count)
     present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
     complete = ((expected > 0) & (present == expected))[index[heavy]]
     lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))
     if len(lost):
         message = "%s: %s of %s lies %.1f Å from the nearest atom of its residue; repair its coordinates"
         atom = heavy[lost[0]]
-        log.warning(message, path, molecule.name[atom], _residue(molecule, atom), nearest[lost[0]])
+        log.warning(message, path, molecule.name[atom], residue_label(molecule, atom), nearest[lost[0]])
 
 
 def _warn_of_overlaps(molecule: Molecule, path: str | os.PathLike[str]) -> None:
@@ -428,9 +430,9 @@ def _warn_of_overlaps(molecule: Molecule, path: str | os.PathLike[str]) -> None:
             message = "%s: %s of %s and %s of %s lie %.1f Å apart in frame %d; is the box right, or is a molecule there twice?"
             ends = (
                 names[a[k]],
-                _residue(molecule, heavy[a[k]]),
+                residue_label(molecule, heavy[a[k]]),
                 names[b[k]],
-                _residue(molecule, heavy[b[k]]),
+                residue_label(molecule, heavy[b[k]]),
             )
             log.warning(message, path, *ends, distance[k], begin + frame[k])
             return
@@ -495,11 +497,11 @@ def _refuse_other_elements(molecule: Molecule, path: str | os.PathLike[str]) -> 
         message = "%s: %s of %s has the element %s; %s an element that contradicts the name"
         count = pluralise(int(wrong.sum()), "atom") + (" has" if wrong.sum() == 1 else " have")
         log.warning(
-            message, path, molecule.name[atom], _residue(molecule, atom), molecule.element[atom], count
+            message, path, molecule.name[atom], residue_label(molecule, atom), molecule.element[atom], count
         )
     else:
         raise InputError(
-            f"{path}: {molecule.name[atom]} of {_residue(molecule, atom)} has the element {molecule.element[atom]}; "
+            f"{path}: {molecule.name[atom]} of {residue_label(molecule, atom)} has the element {molecule.element[atom]}; "
             f"{wrong.sum()} atoms have an element that contradicts their name. Repair the elements or leave them blank."
         )
 
@@ -527,9 +529,11 @@ def _warn_of_doubts(
         a, b = links[broken[0]]
         message = "%s: %s missing, the first between %s and %s, %.1f Å apart"
         words = pluralise(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
-        log.warning(message, path, words, _residue(molecule, a), _residue(molecule, b), distance[broken[0]])
+        log.warning(
+            message, path, words, residue_label(molecule, a), residue_label(molecule, b), distance[broken[0]]
+        )
 
 
-def _residue(molecule: Molecule, atom: int) -> str:
+def residue_label(molecule: Molecule, atom: int) -> str:
     """Return the label of an atom's residue, as 'GLU 209 A'."""
     return f"{molecule.residue_name[atom]} {molecule.residue[atom]} {molecule.chain[atom]}".strip()

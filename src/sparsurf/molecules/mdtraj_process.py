@@ -17,12 +17,12 @@ import sys
 import tempfile
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from importlib.util import find_spec
 from multiprocessing import Pipe, reduction
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -39,49 +39,44 @@ PS_PER_UNIT = {  # names of units of time in NetCDF files, as regular expression
     "ps|picosec(ond)?s?|": 1.0, "fs|femtosec(ond)?s?": 1e-3, "ns|nanosec(ond)?s?": 1e3, "(us|microsec(ond)?s?)": 1e6,
 }  # fmt: skip
 WRONG_N_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
+MAX_REASON = 120  # characters
 DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
-AtomRow = tuple[str, str, str, int, str, int]
+# Name of the atom and its residue, chain identifier, segment, number of the residue, element, index of residue and chain
+AtomRow = tuple[str, str, str, str, int, str, int, int]
+Part = tuple[np.ndarray, np.ndarray, np.ndarray]  # xyz, time, box
+
+BYTES_AT_ONCE = 2**22  # of the positions in one part of a trajectory
 
 _one_request_at_a_time = threading.Lock()
 
 
 def load_atoms(path: str | os.PathLike[str]) -> list[AtomRow]:
-    """Load the atoms of a topology file.
-
-    Returns
-    -------
-    list of (atom name, residue name, chain id or segment, residue number, element, index of the residue)
-
-    Raises
-    ------
-    InputError
-        The file cannot be read.
-    """
-    return [tuple(row) for row in json.loads(_run(path, "atoms"))]
+    """Load the atoms of a topology file; raise InputError if it cannot be read."""
+    return [tuple(row) for row in json.loads(b"".join(_run(path, "atoms")))]
 
 
-def load_frames(
+def iterate_frames(
     path: str | os.PathLike[str],
     n_atoms: int,
     atoms: np.ndarray | None = None,
     stride: int = 1,
     first: bool = False,
     only: np.ndarray | Sequence[int] = (),
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Load frames of a trajectory in mdtraj's units.
+) -> Iterator[Part]:
+    """Load frames of a trajectory in parts, in mdtraj's units.
 
     Parameters
     ----------
     path : file
     n_atoms : int, atoms of the topology
-    atoms : (A,) int, the atoms to return; default all
+    atoms : (A,) int, the atoms to return, ascending; default all
     stride : int
     first : bool, load the first frame only
-    only : (F,) int, positions in the file of the frames to load; default every `stride`-th
+    only : (F,) int, positions in the file of the frames to load, ascending; default every `stride`-th
 
-    Returns
-    -------
+    Yields
+    ------
     xyz : (F, A, 3) float32, nm, where A may differ from `n_atoms` if `first`
     time : (F,) float, ps
     box : (F, 3, 3) float32, nm; (0, 3, 3) without a box
@@ -92,31 +87,47 @@ def load_frames(
         The file cannot be read.
     """
     atoms = np.arange(n_atoms) if atoms is None else np.asarray(atoms)
-    answer = io.BytesIO(_run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int)))
-    xyz, time, box = (np.load(answer, allow_pickle=False) for _ in range(3))
+    for answer in _run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int)):
+        stream = io.BytesIO(answer)
+        xyz, time, box = (np.load(stream, allow_pickle=False) for _ in range(3))
+        yield xyz, time, box
+
+
+def load_frames(path: str | os.PathLike[str], *arguments: Any, **keys: Any) -> Part:
+    """Load frames as `iterate_frames` does, in one part."""
+    parts = zip(*iterate_frames(path, *arguments, **keys), strict=True)
+    xyz, time, box = (np.concatenate(arrays) for arrays in parts)
     return xyz, time, box
 
 
-def _run(path: str | os.PathLike[str], task: str, *arguments: Any) -> bytes:
-    """Return the answer of the other process to a request."""
+def _run(path: str | os.PathLike[str], task: str, *arguments: Any) -> Iterator[bytes]:
+    """Yield the answers of the other process to a request."""
     if existing_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
         raise InputError(f"{path} needs PyTables: run pip install tables.")
+    reason, code = "", -1
     with _one_request_at_a_time, _readable(Path(path).absolute()) as readable:
         try:
-            answer, code = _request(_server(os.getpid())[0], task, str(readable), *arguments)
+            request = _request(_server(os.getpid())[0], task, str(readable), *arguments)
+            with contextlib.closing(request):
+                for answer in request:
+                    if isinstance(answer, bytes):
+                        yield answer
+                    elif isinstance(answer, str):
+                        reason = answer[:MAX_REASON]
+                    else:
+                        code = answer
         except (OSError, EOFError):  # the process was killed; the next file starts a new one
             _server.cache_clear()
-            answer, code = b"", -1
-    if code != 0:
-        reason = answer.decode()[:120] if code == 1 and answer else "its reader crashed"
-        if DIFFERENT_ATOMS in reason:
-            raise InputError(
-                f"{path} and its topology have different numbers of atoms: give the topology that it was written with."
-            )
+    if code == 0:
+        return
+    if DIFFERENT_ATOMS in reason:
         raise InputError(
-            f"{path} cannot be read ({reason}): it is damaged, cut short, or has the wrong extension."
+            f"{path} and its topology have different numbers of atoms: give the topology that it was written with."
         )
-    return answer
+    reason = reason if code == 1 and reason else "its reader crashed"
+    raise InputError(
+        f"{path} cannot be read ({reason}): it is damaged, cut short, or has the wrong extension."
+    )
 
 
 @contextlib.contextmanager
@@ -150,8 +161,8 @@ def _server(_process_id: int) -> tuple[Connection, subprocess.Popen]:
     return ours, other  # the process ends with the connection
 
 
-def _request(server: Connection, *request: Any) -> tuple[bytes, int]:
-    """Send a request, and return the output of the fork and its exit code."""
+def _request(server: Connection, *request: Any) -> Generator[bytes | str | int]:
+    """Send a request; yield the answers of the fork, the reason of a failure as a string, and its exit code."""
     source, sink = os.pipe()
     with open(source, "rb") as pipe:
         try:
@@ -159,7 +170,24 @@ def _request(server: Connection, *request: Any) -> tuple[bytes, int]:
             reduction.send_handle(server, sink, None)
         finally:
             os.close(sink)
-        return pipe.read(), server.recv()
+        try:
+            while head := pipe.read(8):
+                length = int.from_bytes(head, "little", signed=True)
+                answer = pipe.read(abs(length))
+                if len(answer) < abs(length):  # the reader crashed
+                    break
+                yield answer if length >= 0 else answer.decode(errors="replace")
+        finally:
+            pipe.close()  # the fork ends where nobody listens
+            code = server.recv()
+    yield code
+
+
+def _write(pipe: BinaryIO, answer: bytes | memoryview, reason: bool = False) -> None:
+    """Write an answer behind its length, which is negative for the reason of a failure."""
+    length = len(answer)
+    pipe.write((-length if reason else length).to_bytes(8, "little", signed=True))
+    pipe.write(answer)
 
 
 def _atoms(path: str) -> bytes:
@@ -173,8 +201,9 @@ def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
     """Return the atoms of an mdtraj.Topology as `load_atoms` does."""
     return [
         (
-            atom.name, atom.residue.name, atom.residue.chain.chain_id or atom.residue.segment_id or "",
+            atom.name, atom.residue.name, atom.residue.chain.chain_id or "", atom.residue.segment_id or "",
             int(atom.residue.resSeq), atom.element.symbol.upper() if atom.element else "", atom.residue.index,
+            atom.residue.chain.index,
         )
         for atom in topology.atoms
     ]  # fmt: skip
@@ -182,21 +211,28 @@ def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
 
 def _frames(
     path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
-) -> memoryview:
+) -> Iterator[memoryview]:
     """Load frames, in the other process."""
+    ps_per_unit = _ps_per_unit(path)
     try:
-        loaded = _load(path, n_atoms, atoms, stride, first, only)
-        time_ps = np.asarray(loaded.time, float) * _ps_per_unit(path)
-        arrays = loaded.xyz, time_ps, loaded.unitcell_vectors
+        for part in _load(path, n_atoms, atoms, stride, first, only):
+            arrays = part.xyz, np.asarray(part.time, float) * ps_per_unit, part.unitcell_vectors
+            yield _packed(*arrays)
     except ValueError as error:
         mismatch = WRONG_N_ATOMS.search(str(error))
         if not (mismatch and first):
             raise
-        arrays = np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), None  # the caller compares the numbers
-    answer = io.BytesIO()
-    for array in (*arrays[:2], np.empty((0, 3, 3)) if arrays[2] is None else arrays[2]):
-        np.save(answer, array, allow_pickle=False)
-    return answer.getbuffer()
+        yield _packed(
+            np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), None
+        )  # the caller compares the numbers
+
+
+def _packed(xyz: np.ndarray, time: np.ndarray, box: np.ndarray | None) -> memoryview:
+    """Return the bytes of a part of a trajectory."""
+    stream = io.BytesIO()
+    for array in (xyz, time, np.empty((0, 3, 3)) if box is None else box):
+        np.save(stream, array, allow_pickle=False)
+    return stream.getbuffer()
 
 
 def _ps_per_unit(path: str) -> float:
@@ -215,25 +251,33 @@ def _ps_per_unit(path: str) -> float:
 
 def _load(
     path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
-) -> mdtraj.Trajectory:
-    """Load frames with mdtraj, see `load_frames`."""
+) -> Iterator[mdtraj.Trajectory]:
+    """Load parts of a trajectory with mdtraj, see `iterate_frames`."""
     import mdtraj
 
     extension = Path(path).suffix.lower()
     topology = {} if extension in OWN_TOPOLOGY else {"top": _topology(n_atoms)}
     if extension in ONE_FRAME:
         whole = mdtraj.load(path, **topology)
-        return whole if first else whole.atom_slice(atoms)
-    if first:
-        return next(mdtraj.iterload(path, chunk=1, **topology))[0]
-    if len(only) and extension != ".gro":  # its reader cannot go to a frame
-        return mdtraj.join(
-            [mdtraj.load(path, frame=k, atom_indices=atoms, **topology) for k in only.tolist()]
-        )
-    if extension == ".trr" and stride > 1:  # mdtraj 1.11 crashes on TRR with stride and atoms together
-        return mdtraj.load(path, stride=stride, **topology).atom_slice(atoms)
-    frames = mdtraj.load(path, stride=stride, atom_indices=atoms, **topology)
-    return frames[only] if len(only) else frames
+        yield whole if first else whole.atom_slice(atoms)
+    elif first:
+        part = next(mdtraj.iterload(path, chunk=1, **topology), None)
+        if part is None:
+            raise OSError("it holds no frames")
+        yield part[0]
+    elif len(only) and extension not in (".gro", ".trr"):
+        for k in only.tolist():
+            yield mdtraj.load(path, frame=k, atom_indices=atoms, **topology)
+    else:  # the reader of GRO cannot go to a frame; mdtraj 1.11 crashes on TRR with stride and atoms together
+        step = 1 if extension == ".trr" or len(only) else stride
+        chunk = max(1, BYTES_AT_ONCE // (12 * n_atoms))
+        begin = 0
+        for part in mdtraj.iterload(path, chunk=chunk, stride=step, atom_indices=atoms, **topology):
+            number = begin + np.arange(len(part))
+            begin += len(part)
+            keep = np.isin(number, only) if len(only) else number % (stride // step) == 0
+            if keep.any():
+                yield part if keep.all() else part[np.flatnonzero(keep)]
 
 
 def _topology(n_atoms: int) -> mdtraj.Topology:
@@ -248,15 +292,16 @@ def _topology(n_atoms: int) -> mdtraj.Topology:
 
 
 def _answer(sink: int, task: str, *arguments: Any) -> int:
-    """Write the answer to `sink`, or the reason of a failure, and return the exit code."""
+    """Write the answers to `sink`, or the reason of a failure, and return the exit code."""
     with open(sink, "wb") as pipe:
         try:
-            pipe.write(_atoms(*arguments) if task == "atoms" else _frames(*arguments))
+            for answer in [_atoms(*arguments)] if task == "atoms" else _frames(*arguments):
+                _write(pipe, answer)
         except Exception as error:
             # the message of any other exception is about Python, not about the file
             about_file = isinstance(error, OSError | ValueError | RuntimeError | ImportError)
             reason = (about_file and next(iter(str(error).splitlines()), "")) or "its reader failed"
-            pipe.write(reason.encode(errors="replace"))
+            _write(pipe, reason.encode(errors="replace"), reason=True)
             return 1
     return 0
 
@@ -273,7 +318,11 @@ def main(handle: str) -> None:
             sink = reduction.recv_handle(client)
             fork = os.fork()
             if not fork:
-                os._exit(_answer(sink, *request))
+                code = 1
+                try:
+                    code = _answer(sink, *request)
+                finally:
+                    os._exit(code)
             os.close(sink)
             client.send(os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1]))
 

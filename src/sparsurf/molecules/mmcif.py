@@ -15,9 +15,10 @@ import numpy as np
 import pandas as pd
 from gemmi import cif
 
-from sparsurf.errors import InputError
-from sparsurf.molecules.atom_table import AtomFile, box_vectors
-from sparsurf.molecules.plddt import mmcif_has_plddt
+from sparsurf import InputError
+from sparsurf.files import shorten
+from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
+from sparsurf.molecules.plddt import origin_of_mmcif
 from sparsurf.molecules.residues import HEAVY_ATOMS, split_label, standard_name
 
 if TYPE_CHECKING:
@@ -25,13 +26,14 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-# Columns of the table, and the items of _atom_site that may hold them; the first that the file has is used.
+# Columns of the table, and the items of _atom_site that may hold them; the first that an atom has is used.
 ITEMS = {
     "hetero": ["group_PDB"],
     "name": ["auth_atom_id", "label_atom_id"],
     "altloc": ["label_alt_id"],
     "residue_name": ["auth_comp_id", "label_comp_id"],
     "chain": ["auth_asym_id", "label_asym_id"],
+    "segid": ["label_asym_id"],
     "number": ["auth_seq_id", "label_seq_id"],
     "insertion": ["pdbx_PDB_ins_code"],
     "x": ["Cartn_x"],
@@ -55,15 +57,6 @@ NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
     """Read the atoms of an mmCIF file.
 
-    Parameters
-    ----------
-    text : str
-    path : named in messages
-
-    Returns
-    -------
-    AtomFile
-
     Raises
     ------
     InputError
@@ -82,8 +75,11 @@ def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
     if len(blocks) > 1:
         log.warning("%s has %d data blocks with atoms: the first is read", path, len(blocks))
     block = blocks[0]
+    box = _box(block)
+    atoms = _atoms(block, path)
+    _report_absent(block, text, path)
     return AtomFile(
-        _atoms(block, path), _box(block), _sequences(block), _crosslinked(block), mmcif_has_plddt(block)
+        atoms, box, _sequences(block), _crosslinked(block), origin_of_mmcif(block, box is not None)
     )
 
 
@@ -93,21 +89,15 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
     absent = sorted(name for name in REQUIRED if not values_of[name])
     if absent:
         raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
-    present = set(block.find_values("_atom_site.label_asym_id"))
-    missing = sorted(set(block.find_values("_struct_asym.id")) - present) if present else []
-    if missing:
-        raise InputError(
-            f"{path} is cut short: it has no atoms for {', '.join(missing)} of its _struct_asym list."
-        )
     length = len(values_of["name"])
     columns = {name: values or [""] * length for name, values in values_of.items()}
-    numbers = {name: np.array([cif.as_number(value) for value in columns[name]]) for name in NUMERIC}
-    residues = [a + b for a, b in zip(columns["number"], columns["insertion"], strict=True)]
+    numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
+    residues = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
     malformed = next((label for label in residues if not LABEL.fullmatch(label)), None)
     if malformed is not None:
         raise InputError(f"{path} has a residue numbered '{malformed}': repair its _atom_site loop.")
-    return pd.DataFrame(
-        {name: columns[name] for name in ("name", "altloc", "residue_name", "chain")}
+    return atom_table(
+        **columns
         | {axis: numbers[axis] for axis in "xyz"}
         | {
             "model": np.where(np.abs(numbers["model"]) < 1e9, numbers["model"], 1).astype(int),
@@ -116,18 +106,36 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
             "occupancy": np.nan_to_num(numbers["occupancy"], nan=1.0),
             "b_factor": numbers["b_factor"],
             "element": [element.upper() for element in columns["element"]],
-            "terminated": False,
         }
     )
 
 
+def _report_absent(block: cif.Block, text: str, path: str | os.PathLike[str]) -> None:
+    """Warn of chains that a file announces and that have no atoms; raise InputError if it ends within a line."""
+    present = set(block.find_values("_atom_site.label_asym_id"))
+    missing = [row for row in block.find("_struct_asym.", ["id", "?entity_id"]) if row[0] not in present]
+    if not present or not missing:
+        return
+    names = ", ".join(sorted(row[0] for row in missing))
+    if not text.endswith("\n"):
+        raise InputError(f"{path} is cut short: it has no atoms for {names} of its _struct_asym list.")
+    polymers = {row[0] for row in block.find("_entity.", ["id", "type"]) if row[1] == "polymer"}
+    is_polymer = any(not row.has(1) or not polymers or row[1] in polymers for row in missing)
+    message = "%s has no atoms for %s of its _struct_asym list; were they taken out, or is it cut short?"
+    log.log(logging.WARNING if is_polymer else logging.INFO, message, path, shorten(names))
+
+
 def _strings(block: cif.Block, items: list[str]) -> list[str]:
-    """Return the values of the first item that has any, null values as ''; empty if no item has."""
+    """Return the value of each atom in the first item that has one, null values as ''; empty if no item has any."""
+    result: list[str] = []
     for item in items:
         values = [cif.as_string(value) for value in block.find_values(f"_atom_site.{item}")]
-        if any(values):
-            return values
-    return []
+        if len(values) != len(block.find_values("_atom_site.Cartn_x")):  # absent, or outside of the loop
+            continue
+        result = [a or b for a, b in zip(result, values, strict=True)] if result else values
+        if all(result):
+            break
+    return result if any(result) else []
 
 
 def _box(block: cif.Block) -> np.ndarray | None:

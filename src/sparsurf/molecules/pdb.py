@@ -20,26 +20,31 @@ from typing import TYPE_CHECKING
 
 import gemmi
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
-from sparsurf.molecules.atom_table import AtomFile, box_vectors, missing_residues
-from sparsurf.molecules.plddt import pdb_has_plddt
+from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors, missing_residues
+from sparsurf.molecules.plddt import origin_of_pdb
 from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, split_label, standard_name
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
 
 COLUMNS = [
     "model", "hetero", "name", "altloc", "residue_name", "chain", "residue", "x", "y", "z", "occupancy",
-    "b_factor", "element", "terminated",
+    "b_factor", "segid", "element", "molecule",
 ]  # fmt: skip
 ATOM_RECORDS = ("ATOM  ", "HETATM")
 AFTER_ATOMS = ("END", "ENDMDL", "MASTER", "CONECT")
 FOUR_LETTER_NAMES = frozenset(name for name in VARIANTS.keys() | WATERS if len(name) == 4)
+LONG_NAME = (
+    "~"  # begins the three letters for a residue name of five, which HETNAM gives (as gemmi writes it)
+)
+LONGEST_NAME = 8  # of a residue name in HETNAM
 NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
@@ -47,16 +52,7 @@ FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36
 
 
 def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
-    """Read the atoms of a PDB file; MODEL, or an END with more atoms after it, starts another model.
-
-    Parameters
-    ----------
-    text : str, lines ending in '\\n'
-    path : named in messages
-
-    Returns
-    -------
-    AtomFile
+    """Read the atoms of a PDB file, lines ending in '\\n'; MODEL, or an END with more atoms after it, starts another model.
 
     Raises
     ------
@@ -66,23 +62,24 @@ def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
     if text.lstrip().startswith(("data_", "loop_")):
         raise InputError(f"{path} is an mmCIF file by its content: rename it to .cif.")
     lines = text.split("\n")
-    wide_chains = _has_wide_chains(lines)
-    rows, box, terminated = [], None, False
+    wide_chains, numbered = _has_wide_chains(lines), _has_numbered_lines(lines)
+    rows, box = [], None
     sequences: dict[str, list[str]] = defaultdict(list)
     crosslinked: set[tuple[str, str]] = set()
+    long_names: dict[str, str] = {}
     models: list[int] = []
     next_model: int | None = 1
-    last_atom = n_announced = 0
+    last_atom = n_announced = molecule = 0
     for number, line in enumerate(lines, 1):
         record = line[:6].ljust(6)
         if record in ATOM_RECORDS:
             if next_model is not None:
                 models.append(next_model)
                 next_model = None
-            rows.append((models[-1], *_atom(line, f"Line {number} of {path}", wide_chains), terminated))
-            terminated, last_atom = False, number
+            rows.append((models[-1], *_atom(line, f"Line {number} of {path}", wide_chains, numbered), molecule))
+            last_atom = number
         elif record == "TER   ":
-            terminated = True
+            molecule += 1
         elif record in ("MODEL ", "ENDMDL", "END   "):
             next_model = _model_number(line, models, path)
         elif record == "SEQRES":
@@ -93,18 +90,21 @@ def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
             n_announced = int(line[10:14]) if line[10:14].strip().isdecimal() else 0
         elif record == "LINK  ":
             crosslinked |= _crosslinked(line)
+        elif record == "HETNAM" and line[11:12] == LONG_NAME and len(line[71:79].split()) == 1:
+            long_names[line[11:14]] = line[71:79].strip()
         elif _is_damaged_atom(line):
             raise InputError(f"Line {number} of {path} holds an atom but begins with '{record}': repair it.")
     if not rows:
         raise InputError(f"{path} holds no atoms: give a file with ATOM records.")
-    atoms = pd.DataFrame(rows, columns=COLUMNS)
+    atoms = atom_table(**dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))
+    atoms["residue_name"] = atoms.residue_name.replace(long_names)
     _check_end(lines, last_atom, atoms, sequences, path)
     if len(models) < n_announced:
         log.warning("%s announces %d models and holds %d: is it cut short?", path, n_announced, len(models))
-    return AtomFile(atoms, box, sequences, frozenset(crosslinked), pdb_has_plddt(lines))
+    return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin_of_pdb(lines, box is not None))
 
 
-def _atom(line: str, where: str, wide_chains: bool) -> tuple:
+def _atom(line: str, where: str, wide_chains: bool, numbered: bool) -> tuple:
     """Return a row of the table from an ATOM or HETATM record; `where` names the line in messages."""
     coordinates = line[30:38], line[38:46], line[46:54]
     if len(line) < 54:
@@ -116,11 +116,12 @@ def _atom(line: str, where: str, wide_chains: bool) -> tuple:
     if not name or number is None or line[27:30].strip() or joined:
         raise InputError(f"{where} is not in the columns of a PDB file: repair the line.")
     split = 20 if wide_chains else 21
+    segid = "" if numbered else line[72:76].strip()
     return (
         line.startswith("HETATM"), name, line[16].strip(), line[17:split].strip(), line[split:22].strip(),
         number + line[26].strip(), *map(float, coordinates),
         float(line[54:60]) if NUMBER.fullmatch(line[54:60]) else 1.0,
-        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, _element(line[76:78].strip()),
+        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, segid, _element(line[76:78].strip()),
     )  # fmt: skip
 
 
@@ -136,6 +137,11 @@ def _has_wide_chains(lines: list[str]) -> bool:
         line for line in lines if line.startswith(ATOM_RECORDS) and line[17:20].strip() in HEAVY_ATOMS
     )
     return any(line[20:21].strip() and line[17:21].strip() not in FOUR_LETTER_NAMES for line in standard)
+
+
+def _has_numbered_lines(lines: list[str]) -> bool:
+    """Return whether columns 73 to 80 hold the entry and the number of the line, as in files of before 1996."""
+    return all(line[76:80].strip().isdecimal() for line in lines if line.startswith(ATOM_RECORDS))
 
 
 def _model_number(line: str, used: list[int], path: str | os.PathLike[str]) -> int:
@@ -203,7 +209,8 @@ def write_pdb(
 ) -> None:
     """Write one model: ATOM and HETATM lines, TER after each chain, END; the same bytes for the same input.
 
-    Chain ids of more than two letters do not fit: they are renamed, with a warning.
+    Chain ids of more than two letters do not fit: they are renamed, with a warning. Residue names that do not fit get
+    three letters, and the names stand in HETNAM records.
 
     Parameters
     ----------
@@ -217,18 +224,34 @@ def write_pdb(
     chains = _short_chain_ids(atoms.chain)
     b_factor = np.zeros(len(xyz)) if b_factor is None else b_factor
     width = max(map(len, chains))
-    lines = []
+    short_names = _short_residue_names(
+        atoms.residue_name, 5 - max(width, 1)
+    )  # four letters reach into column 21
+    lines = [f"HETNAM     {short:60s}{name[:LONGEST_NAME]}\n" for name, short in short_names.items()]
     for i, position in enumerate(xyz):
         record = "ATOM  " if atoms.kind[i] in ("protein", "nucleic") else "HETATM"
         name, symbol = atoms.name[i], atoms.element[i]
         name = f"{name:4.4s}" if len(name) > 3 or len(symbol) > 1 else f" {name:<3s}"
-        residue = f"{atoms.residue_name[i]:>3.{5 - max(width, 1)}s}"  # four letters reach into column 21
+        residue_name = short_names.get(atoms.residue_name[i], atoms.residue_name[i])
+        residue = f"{residue_name:>3s}"
         residue += f"{chains[i]:>{5 - len(residue)}s}{encode_label(atoms.residue[i])}"
         numbers = "".join(f"{x:8.3f}"[:8] for x in position) + f"  1.00{b_factor[i]:6.2f}"
         lines.append(f"{record}{(i + 1) % 100_000:5d} {name} {residue}   {numbers}          {symbol:>2.2s}\n")
         if i + 1 == len(xyz) or atoms.chain[i + 1] != atoms.chain[i]:
             lines.append("TER\n")
     Path(path).write_text("".join([*lines, "END\n"]), encoding="latin-1", errors="replace")
+
+
+def _short_residue_names(residue_name: np.ndarray, width: int) -> dict[str, str]:
+    """Return three letters for each residue name that is too long: '~' and the last two, or the first that are free."""
+    names = dict.fromkeys(map(str, residue_name))
+    short: dict[str, str] = {}
+    for name in names:
+        if len(name) > width:
+            free = (LONG_NAME + "".join(pair) for pair in product(ascii_uppercase + digits, repeat=2))
+            used = {*names, *short.values()}
+            short[name] = next(code for code in (LONG_NAME + name[-2:], *free) if code not in used)
+    return short
 
 
 def _short_chain_ids(chain: np.ndarray) -> list[str]:

@@ -1,10 +1,15 @@
-"""Residues of predicted models that their pLDDT (confidence of 0 to 100, in the column of B factors) calls doubtful.
+"""Residues of predicted models that their pLDDT (confidence, in the column of B factors) calls doubtful.
 
 AlphaFold: Jumper et al., Nature 596:583 (2021). ModelCIF: https://mmcif.wwpdb.org/dictionaries/mmcif_ma.dic.
+
+An input is of one origin: PREDICTED with pLDDT in its B factors, a MODEL that names other scores, an EXPERIMENT, or
+unknown (an empty string). Many predictors, and programs that store a file again, say nothing: pLDDT is then recognised by
+its values, which are the same for all atoms of a residue.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 
@@ -13,56 +18,123 @@ from gemmi import cif
 
 from sparsurf.errors import InputError
 
-TITLE = re.compile(r"(ALPHAFOLD|ESMFOLD).*PREDICTION")  # of a PDB file; experiments name AlphaFold elsewhere
-CATEGORIES = ("_ma_qa_metric.", "_ma_model_list.", "_ma_data.")  # of a predicted model in an mmCIF file
+log = logging.getLogger("sparsurf")
+
+PREDICTED, MODEL, EXPERIMENT = "predicted", "model", "experiment"
+PREDICTORS = re.compile(
+    r"\b((ALPHA|COLAB|ESM|OPEN|OMEGA|UNI|ROSETTA|HELIX|INTELLI|IG)[- ]?FOLD|BOLTZ|CHAI[- ]?(1|2|LAB|DISCOVERY)|"
+    r"PROTENIX|PLDDT)"
+)
+OF_PREDICTION = ("TITLE ", "HEADER", "COMPND", "REMARK", "EXPDTA", "METHOD", "PARENT")
+OF_EXPERIMENT = re.compile(
+    r"REMARK +([23]\b.*\S|2(00|1[057]|30|4[057])\b)"
+)  # resolution, refinement, collection of data
+NO_EXPERIMENT = re.compile(r"THEORETICAL|MODEL|PREDICT|SILICO|NULL|COMPUTATION|SIMULATION|^\W*$")
+PREDICTED_CATEGORIES = ("_ma_qa_metric.", "_ma_model_list.", "_ma_data.")
+EXPERIMENTAL_CATEGORIES = (
+    "_refine.",
+    "_reflns.",
+    "_em_3d_reconstruction.",
+    "_diffrn.",
+    "_pdbx_nmr_ensemble.",
+)
 MAX_PLDDT = 100.0
+# Where nothing says that they are pLDDT: share of the residues with one value for all atoms, their number, the largest value
+MIN_CONSTANT_SHARE, MIN_RESIDUES, MIN_LARGEST = 0.9, 3, 20.0
 
 
-def pdb_has_plddt(lines: list[str]) -> bool | None:
-    """Return whether a PDB file is a predicted model, whose B factors are then pLDDT; None if it is none."""
-    title = " ".join(line[10:80].strip() for line in lines if line.startswith("TITLE "))
-    return True if TITLE.search(title.upper()) else None
+def origin_of_pdb(lines: list[str], has_box: bool) -> str:
+    """Return the origin of a PDB file from the records beside its atoms."""
+    methods = [line[10:80].upper() for line in lines if line.startswith("EXPDTA")]
+    measured = any(OF_EXPERIMENT.match(line) for line in lines)
+    texts = [line[6:80].upper() for line in lines if line.startswith(OF_PREDICTION)]
+    said = any(map(PREDICTORS.search, texts)) or any(line.startswith("PARENT") for line in lines)
+    return _origin(methods, measured, said, has_box)
 
 
-def mmcif_has_plddt(block: cif.Block) -> bool | None:
-    """Return whether a predicted model says that it has pLDDT; None if the data block is not a predicted model."""
-    if not any(block.get_mmcif_category_names().count(name) for name in CATEGORIES):
-        return None
-    metrics = [*block.find_values("_ma_qa_metric.name"), *block.find_values("_ma_qa_metric.type")]
-    return any(cif.as_string(metric).lower() == "plddt" for metric in metrics)
+def origin_of_mmcif(block: cif.Block, has_box: bool) -> str:
+    """Return the origin of a data block."""
+    categories = block.get_mmcif_category_names()
+    if any(name in categories for name in PREDICTED_CATEGORIES):
+        metrics = [*block.find_values("_ma_qa_metric.name"), *block.find_values("_ma_qa_metric.type")]
+        return PREDICTED if any("plddt" in cif.as_string(metric).lower() for metric in metrics) else MODEL
+    methods = [cif.as_string(value).upper() for value in block.find_values("_exptl.method")]
+    measured = any(name in categories for name in EXPERIMENTAL_CATEGORIES)
+    items = ("_struct.title", "_software.name", "_entry.id", "_struct.pdbx_model_details")
+    texts = [cif.as_string(value).upper() for item in items for value in block.find_values(item)]
+    said = any(PREDICTORS.search(text.replace("_", " ")) for text in texts)
+    return _origin(methods, measured, said, has_box)
+
+
+def _origin(methods: list[str], measured: bool, said: bool, has_box: bool) -> str:
+    """Return the origin: what was measured wins over the name of a predictor, and this over a box."""
+    if measured or any(not NO_EXPERIMENT.search(method) for method in methods):
+        return EXPERIMENT
+    return PREDICTED if said else EXPERIMENT if has_box else ""
 
 
 def doubtful_residues(
     b_factor: np.ndarray,
     residue_index: np.ndarray,
-    has_plddt: bool,
+    origin: str,
     bound: float,
     path: str | os.PathLike[str],
-) -> np.ndarray:
-    """Find the residues of a predicted model whose mean pLDDT is below a bound.
+    polymer: np.ndarray | None = None,
+) -> np.ndarray | None:
+    """Find the residues of a predicted model whose mean pLDDT is below a bound, and say whether it was applied.
 
     Parameters
     ----------
-    b_factor : (A,) float, of the atoms
+    b_factor : (A,) float, of the atoms, 0 to 100 or 0 to 1
     residue_index : (A,) int, residue of each atom, 0, 1, 2, ...
-    has_plddt : bool, what the file says
+    origin : str, see above
     bound : float, 0 to 100
     path : named in messages
+    polymer : (A,) bool, atoms of residues with one pLDDT each, in most predictors; default all
 
     Returns
     -------
-    (A,) bool, atoms of these residues
+    (A,) bool, atoms of these residues; None if the bound does not apply
 
     Raises
     ------
     InputError
-        The file says that it has no pLDDT, or its B factors are none.
+        A predicted model has no pLDDT, or its B factors are none.
     """
-    known = has_plddt and np.isfinite(b_factor).all() and b_factor.min() >= 0
-    if not known or not 1 < b_factor.max() <= MAX_PLDDT or b_factor.min() == b_factor.max():
+    if origin == EXPERIMENT:
+        log.info("%s: plddt is not applied to an experimental structure", path)
+        return None
+    finite = np.isfinite(b_factor).all() and len(b_factor) > 0
+    possible = finite and 0 <= b_factor.min() < b_factor.max() <= MAX_PLDDT
+    if origin and not (possible and origin == PREDICTED):
         raise InputError(
             f"{path} is a predicted model without pLDDT in its B factors: give the file as it was predicted, "
             "or remove `plddt`."
         )
-    mean = np.bincount(residue_index, b_factor) / np.bincount(residue_index)
+    scale = MAX_PLDDT if possible and b_factor.max() <= 1 else 1.0
+    atoms = slice(None) if polymer is None else polymer
+    if not origin:
+        constant = possible and _is_constant(b_factor[atoms], residue_index[atoms])
+        flags = possible and np.isin(b_factor, (0, 1)).all()
+        if flags or not (constant or (possible and scale > 1)):
+            message = "%s: plddt is not applied; the file does not say what its B factors are, and they do not look like pLDDT"
+            log.warning(message, path)
+            return None
+        message = "%s does not say what its B factors are; they are taken for pLDDT, since %s"
+        reason = "all atoms of a residue have the same" if constant else "none is above 1"
+        log.warning(message, path, reason)
+    if scale > 1:
+        log.warning("%s: its pLDDT is on a scale of 0 to 1, and is multiplied by 100", path)
+    mean = np.bincount(residue_index, b_factor * scale) / np.bincount(residue_index)
     return (mean < bound)[residue_index]
+
+
+def _is_constant(b_factor: np.ndarray, residue_index: np.ndarray) -> bool:
+    """Return whether the atoms of most residues have one value, and the residues several."""
+    order = np.argsort(residue_index, kind="stable")
+    values, index = b_factor[order], residue_index[order]
+    start = np.flatnonzero(np.append(True, np.diff(index) != 0))
+    constant = np.maximum.reduceat(values, start) == np.minimum.reduceat(values, start)
+    several = np.diff([*start, len(values)]) > 1
+    enough = several.sum() >= MIN_RESIDUES and (values.max() > MIN_LARGEST or values.max() <= 1)
+    return bool(enough and constant[several].mean() >= MIN_CONSTANT_SHARE)

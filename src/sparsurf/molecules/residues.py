@@ -1,13 +1,13 @@
 """Residues: protein, nucleic acid, water or other; the elements of their atoms, and their number of heavy atoms.
 
-Names of the chemical component dictionary come from gemmi. The names that force fields use for protonation states and
-chain ends are listed here.
+Names of the chemical component dictionary come from gemmi. The names that force fields use for protonation states, chain
+ends, waters and ions are listed here.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from functools import cache
 from typing import NamedTuple
 
 import gemmi
@@ -42,6 +42,19 @@ NUCLEOTIDES = frozenset(["ADE", "GUA", "CYT", "THY", "URA"]) | {
     sugar + base + end for sugar in ("D", "R", "") for base in "ACGTU" for end in ("", "3", "5")
 }
 WATERS = frozenset(["SOL", "TIP", "TIP2", "TIP3", "TIP4", "TIP5", "T3P", "T4P", "TP3M", "SPC", "SPCE", "OH2"])
+# Names of waters that other molecules have as well: they are waters if they hold one oxygen and no other heavy atom
+WATERS_BY_ATOMS = frozenset(
+    ["TP3", "TP4", "TP5", "TIP3P", "TIP4P", "TIP5P", "TIPS", "T3H", "T4E", "T5P", "OPC", "OPC3", "OP3", "OP4", "SPF", "SPCF",
+     "SPC/E", "SPB", "SOLV", "WTR", "HO4", "HO5", "FB3", "FB4"]
+)  # fmt: skip
+# Ions, by the names of residues (CHARMM, AMBER, GROMOS) that do not begin with their element
+IONS = {
+    "SOD": "NA", "POT": "K", "CAL": "CA", "CLA": "CL", "CES": "CS", "LIT": "LI", "MAG": "MG", "RUB": "RB", "BAR": "BA",
+    "CAD": "CD", "CD2": "CD", "CIO": "CS", "C0": "CA", "IP": "NA", "IM": "CL", "IB": "NA", "IOD": "I", "CHL": "CL",
+    "CHLO": "CL", "FLU": "F", "BRO": "BR", "NIO": "NA", "CIM": "CL", "CIP": "NA", "QNA": "NA", "QCL": "CL",
+}  # fmt: skip
+NAMES_OF_IONS = frozenset(["ION", "IONS"])  # residues whose atoms have the name of the ion
+HALOGENS = frozenset(["F", "CL", "BR", "I"])
 
 # Elements that occur in a polymer's residues. Any other is a misread atom name: a left-shifted CA became
 # calcium, HG mercury, CD1 cadmium.
@@ -61,10 +74,14 @@ class Linkage(NamedTuple):
     last: str  # atom of a residue that is bonded to the next one
     first: str  # atom of the next residue in this bond
     max_length: float  # Å, of the bond: 1.33 and 1.61 Å in a relaxed chain, with room for poor geometry
+    caps: frozenset[str] = frozenset()  # residues without the backbone that end a chain
 
 
-PEPTIDE = Linkage(("N", "CA", "C"), "C", "N", 2.0)
+PEPTIDE = Linkage(("N", "CA", "C"), "C", "N", 2.0, CAPS)
 PHOSPHODIESTER = Linkage(("C5'", "C3'", "O3'"), "O3'", "P", 2.2)
+LINKAGES = {"protein": PEPTIDE, "nucleic": PHOSPHODIESTER}
+COVALENT = (1.1, 1.75)  # Å, bonds of C, N, O and P; metals are farther away
+MAX_PAIRS = 1_000_000  # of ends of chains that are compared one by one
 
 
 def standard_name(residue_name: str) -> str:
@@ -80,6 +97,7 @@ def split_label(label: str) -> tuple[str, str]:
     return parts[1], parts[2]
 
 
+@cache
 def known_kind(residue_name: str) -> str:
     """Return 'protein', 'nucleic' or 'water' if the name implies it, else 'other'."""
     tabulated = gemmi.find_tabulated_residue(residue_name)
@@ -91,59 +109,104 @@ def known_kind(residue_name: str) -> str:
 
 
 def residue_kinds(
-    residue_name: np.ndarray,
-    residue_index: np.ndarray,
-    name: np.ndarray,
-    hetero: np.ndarray,
-    xyz: np.ndarray,
-) -> np.ndarray:
-    """Determine the kind of the residue of each atom.
+    residue_name: np.ndarray, residue_index: np.ndarray, name: np.ndarray, hetero: np.ndarray, xyz: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Determine the kind of each residue, and the residues that are bonded to each other as in a polymer.
 
-    A residue belongs to a polymer if its name implies it and the file does not mark it as a hetero group. It also
-    belongs to it if it is bonded to a neighbour as the polymer's residues are. Modified residues and caps are thus
-    included, and a free amino acid or nucleotide marked as a hetero group is not.
+    A residue belongs to a polymer if its name implies it and the input does not mark it as a hetero group, or if it is
+    bonded to another one as the polymer's residues are, or to the end of a chain by any of its atoms. Modified residues and
+    caps are thus included wherever their lines stand, and a free amino acid marked as a hetero group is not.
 
     Parameters
     ----------
     residue_name, name : (A,) str
-    residue_index : (A,) int, 0, 1, 2, ... in the order of the atoms
+    residue_index : (A,) int, 0, 1, 2, ...
     hetero : (A,) bool, HETATM
     xyz : (A, 3) float, Å
 
     Returns
     -------
-    (A,) str : 'protein', 'nucleic', 'water' or 'other'
+    kind : (R,) str : 'protein', 'nucleic', 'water' or 'other'
+    following : (R,) int, the next residue of the polymer, -1 for none
     """
     first_atom = np.unique(residue_index, return_index=True)[1]
     names = residue_name[first_atom]
-    unique, inverse = np.unique(names, return_inverse=True)
-    known = np.array([known_kind(str(name)) for name in unique])[inverse]
-    kind = np.where(np.isin(known, ["protein", "nucleic"]) & hetero[first_atom], "other", known)
-    polymers: tuple[tuple[str, Linkage, Iterable[str]], ...] = (
-        ("protein", PEPTIDE, CAPS),
-        ("nucleic", PHOSPHODIESTER, ()),
+    known = np.array([known_kind(str(each)) for each in names])
+    kind = np.where(np.isin(known, [*LINKAGES]) & hetero[first_atom], "other", known)
+    kind[(known == "other") & _hold_water(names, residue_index, name)] = "water"
+    following = np.full(len(names), -1)
+    no_cap = (np.bincount(residue_index) == 1)[residue_index] | _named(name, "HD")  # ions, dummy atoms
+    for polymer, linkage in LINKAGES.items():
+        atoms = {
+            atom_name: _atoms_of_residues(residue_index, name == atom_name, len(names))
+            for atom_name in (*linkage.backbone, linkage.last, linkage.first)
+        }
+        complete = np.all([atoms[atom_name] >= 0 for atom_name in linkage.backbone], axis=0)
+        candidate = (known == polymer) | np.isin(names, [*linkage.caps]) | complete
+        last, first = (np.where(candidate, atoms[end], -1) for end in (linkage.last, linkage.first))
+        before, after = _links(last, first, xyz, linkage.max_length)
+        following[before] = after
+        kind[before] = kind[after] = polymer
+        ends = np.concatenate([np.delete(last, before), np.delete(first, after)])
+        member = kind[residue_index] == polymer
+        ends = ends[(ends >= 0) & member[ends]]
+        other = np.flatnonzero((kind == "other")[residue_index] & ~no_cap)
+        for end in ends:
+            distance = np.linalg.norm(xyz[other] - xyz[end], axis=1)
+            kind[residue_index[other[(distance > COVALENT[0]) & (distance < COVALENT[1])]]] = polymer
+    return kind, following
+
+
+def _atoms_of_residues(residue_index: np.ndarray, mask: np.ndarray, n_residues: int) -> np.ndarray:
+    """Return the last atom of each residue (R,) in a mask (A,); -1 for none."""
+    atoms = np.full(n_residues, -1)
+    atoms[residue_index[mask]] = np.flatnonzero(mask)
+    return atoms
+
+
+def _links(
+    last: np.ndarray, first: np.ndarray, xyz: np.ndarray, max_length: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find bonds from the last atom of a residue to the first of another: between neighbours in the input, then any."""
+    length = np.linalg.norm(xyz[last[:-1]] - xyz[first[1:]], axis=1)
+    bonded = (
+        (last[:-1] >= 0) & (first[1:] >= 0) & (length < max_length)
+    )  # unknown positions give nan: no bond
+    before, after = np.flatnonzero(bonded), np.flatnonzero(bonded) + 1
+    known = np.isfinite(xyz).all(axis=1)
+    ends, starts = (
+        np.setdiff1d(np.flatnonzero((atoms >= 0) & known[atoms]), linked)
+        for atoms, linked in ((last, before), (first, after))
     )
-    for polymer, linkage, caps in polymers:
-        candidate = (known == polymer) | np.isin(names, list(caps))
-        kind[_in_polymer(candidate, linkage, residue_index, name, xyz)] = polymer
-    return kind[residue_index]
+    if not len(ends) or not len(starts):
+        return before, after
+    if len(ends) * len(starts) > MAX_PAIRS:
+        from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
+
+        distance, nearest = map(np.asarray, cKDTree(xyz[first[starts]]).query(xyz[last[ends]]))
+    else:
+        table = np.linalg.norm(xyz[last[ends]][:, None] - xyz[first[starts]], axis=2)
+        nearest, distance = table.argmin(axis=1), table.min(axis=1)
+    found = (distance < max_length) & (ends != starts[nearest])
+    _, once = np.unique(starts[nearest[found]], return_index=True)
+    ends, starts = ends[found][once], starts[nearest[found]][once]
+    return np.concatenate([before, ends]), np.concatenate([after, starts])
 
 
-def _in_polymer(
-    candidate: np.ndarray, linkage: Linkage, residue_index: np.ndarray, name: np.ndarray, xyz: np.ndarray
-) -> np.ndarray:
-    """Find residues (R,) bonded to the one before or after, where both are candidates or have the backbone."""
-    positions = {
-        atom_name: np.full((len(candidate), 3), np.nan)
-        for atom_name in (*linkage.backbone, linkage.last, linkage.first)
-    }
-    for atom_name, position in positions.items():
-        position[residue_index[name == atom_name]] = xyz[name == atom_name]
-    complete = ~np.isnan([positions[atom_name][:, 0] for atom_name in linkage.backbone]).any(axis=0)
-    candidate = candidate | complete
-    length = np.linalg.norm(positions[linkage.last][:-1] - positions[linkage.first][1:], axis=1)
-    bond = candidate[:-1] & candidate[1:] & (length < linkage.max_length)  # a missing atom gives nan: no bond
-    return np.append(bond, False) | np.append(False, bond)
+def _named(names: np.ndarray, letters: str) -> np.ndarray:
+    """Return whether names of atoms begin with one of some letters, after digits."""
+    return np.isin([str(name).lstrip("0123456789'*")[:1].upper() for name in names], [*letters])
+
+
+def _hold_water(residue_name: np.ndarray, residue_index: np.ndarray, name: np.ndarray) -> np.ndarray:
+    """Return which residues hold one oxygen, and two hydrogens or the name of a water, and nothing else but virtual sites."""
+    oxygen, hydrogen, virtual = (
+        np.bincount(residue_index[_named(name, letters)], minlength=len(residue_name))
+        for letters in ("O", "HD", "MELVX")
+    )
+    alone = (oxygen == 1) & (oxygen + hydrogen + virtual == np.bincount(residue_index))
+    named = np.isin(residue_name, [*WATERS_BY_ATOMS])
+    return alone & ((hydrogen == 2) | (named & (hydrogen < 2)))
 
 
 def count_heavy_atoms(
@@ -163,8 +226,9 @@ def count_heavy_atoms(
     return np.where(expected > 0, np.minimum(present, expected), 0), expected
 
 
+@cache
 def element_of(element: str, name: str, residue_name: str, polymer: bool, alone: bool) -> str:
-    """Return the element of an atom: the file's if it is possible, else the one at the beginning of its name.
+    """Return the element of an atom: that of an ion, the input's if it is possible, else the one its name begins with.
 
     Parameters
     ----------
@@ -178,11 +242,24 @@ def element_of(element: str, name: str, residue_name: str, polymer: bool, alone:
     str, upper case; 'X' if unknown
     """
     element = element.upper()
+    ion = _element_of_ion(name.upper(), residue_name.upper()) if alone and not polymer else ""
+    if ion:
+        return ion
     if element not in ("", "X") and (not polymer or element in POLYMER_ELEMENTS):
         return element
     letters = re.sub("[^A-Z]", "", name.upper().lstrip("0123456789'*"))
     if polymer:
         selenium = residue_name in SELENIUM_RESIDUES and letters.startswith("SE")
         return "SE" if selenium else letters[:1] or "X"
-    ion = alone and residue_name.upper().startswith(letters[:2]) and gemmi.Element(letters[:2]).name != "X"
-    return letters[:2] if ion or letters[:2] in LIGAND_ELEMENTS else letters[:1] or "X"
+    lone = alone and residue_name.upper().startswith(letters[:2]) and gemmi.Element(letters[:2]).name != "X"
+    return letters[:2] if lone or letters[:2] in LIGAND_ELEMENTS else letters[:1] or "X"
+
+
+def _element_of_ion(name: str, residue_name: str) -> str:
+    """Return the element of a residue of one atom whose names are those of an ion; empty if they are not."""
+    atom, residue = (re.sub("[^A-Z]", "", text) for text in (name, residue_name))
+    if residue in NAMES_OF_IONS:
+        residue, residue_name = atom, name
+    symbol = IONS.get(residue_name, residue)
+    known = gemmi.Element(symbol).is_metal or symbol in HALOGENS
+    return symbol if known and atom in (residue, symbol) else ""

@@ -6,7 +6,8 @@ import logging
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 POLYMERS = ("protein", "nucleic")
+QUOTES = "''"  # a chain without a name
 # '[chain:]first[-last]'; a residue is a number, possibly negative, possibly with an insertion code.
 RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
 
@@ -44,6 +46,7 @@ def select_atoms(
     residues: str | Sequence[str] | None = None,
     hydrogens: str = "keep",
     ligands: bool | str | Sequence[str] = False,
+    split: Mapping[str, Sequence[str]] = MappingProxyType({}),
     report: bool = True,
 ) -> np.ndarray:
     """Select atoms by the user's keys.
@@ -64,6 +67,7 @@ def select_atoms(
     hydrogens : 'keep' as they are, or 'remove' (with deuterium)
     ligands : list of residue names to include besides the polymer (cofactors, ions, glycans); True for all but
         waters and single atoms (ions), False for none
+    split : dict, chains of the input that hold several molecules with the same residue numbers -> their identifiers
     report : bool, log the residues that are left out
 
     Returns
@@ -73,11 +77,12 @@ def select_atoms(
     Raises
     ------
     InputError
-        Malformed keys, nothing selected, or a named ligand outside of the chains and residues.
+        Malformed keys, nothing selected, residues of which the input has several, or a named ligand outside of the chains
+        and residues.
     """
     ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
     in_chains = _in_chains(molecule, path, chains)
-    in_residues = _in_residues(molecule, path, ranges, report)
+    in_residues = _in_residues(molecule, path, ranges, report, in_chains, split)
     within = in_chains & in_residues
     if selection is None:
         chain_named = chains is not None or any(":" in item for item in ranges or ())
@@ -107,7 +112,7 @@ def _remedy_for_nucleic(molecule: Molecule, atoms: np.ndarray, ranges: list[str]
     """Return the remedy where nucleic acids are meant: they are selected by their chains."""
     chains = list(dict.fromkeys(molecule.chain[atoms].tolist()))
     if ranges is None:
-        return f": name the chains of the nucleic acids, as `chains` {','.join(chains)}"
+        return f": name the chains of the nucleic acids, as `chains` {','.join(chains) or QUOTES}"
     labels = molecule.residue[atoms][molecule.chain[atoms] == chains[0]]
     return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
@@ -118,7 +123,7 @@ def _in_chains(
     """Return the mask (A,) of atoms in the chains."""
     if chains is None:
         return np.ones(len(molecule.chain), bool)
-    names = [name.strip() for name in _as_list(chains, "chains", "A,B")]
+    names = [name.strip() for name in _as_list(chains, "chains", "A,B")]  # '' is a chain without a name
     absent = [name for name in names if name not in molecule.chain]
     if not names or "" in absent:
         raise InputError(
@@ -134,12 +139,17 @@ def _in_chains(
 
 
 def _in_residues(
-    molecule: Molecule, path: str | os.PathLike[str], ranges: list[str] | None, report: bool
+    molecule: Molecule,
+    path: str | os.PathLike[str],
+    ranges: list[str] | None,
+    report: bool,
+    in_chains: np.ndarray,
+    split: Mapping[str, Sequence[str]],
 ) -> np.ndarray:
     """Return the mask (A,) of atoms in the residue ranges."""
     if ranges is None:
         return np.ones(len(molecule.chain), bool)
-    selected, chain = np.zeros(len(molecule.chain), bool), None
+    selected, chain, chain_of = np.zeros(len(molecule.chain), bool), None, molecule.chain
     labels, inverse = np.unique(molecule.residue, return_inverse=True)
     rank = np.array([_rank(label) for label in labels])[inverse]
     for item in (part.strip() for text in ranges for part in text.split(",")):
@@ -152,11 +162,17 @@ def _in_residues(
         first, last = _rank(parsed["first"]), _rank(parsed["last"] or parsed["first"])
         inside = (rank >= first) & (rank <= last)
         if chain is not None:
-            inside &= molecule.chain == chain
+            inside &= chain_of == chain
         if last < first:
             raise InputError(f"residues: '{shorten(item)}' ends before it begins: exchange both ends.")
         if not inside.any():
             raise InputError(f"residues: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}.")
+        several = [[each for each in ids if each in chain_of[inside & in_chains]] for ids in split.values()]
+        if chain is None and any(len(ids) > 1 for ids in several):
+            ids = next(ids for ids in several if len(ids) > 1)
+            raise InputError(
+                f"residues: '{shorten(item)}' of {path} are in {shorten(', '.join(ids))}: name one, as in {ids[0]}:{item}."
+            )
         present = set(labels[np.unique(inverse[inside])].tolist())
         ends = dict.fromkeys((parsed["first"], parsed["last"]))
         absent = [end for end in ends if end and end not in present]

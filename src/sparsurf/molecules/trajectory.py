@@ -6,19 +6,24 @@ mdtraj's readers ignore truncated frames, wrong headers and repeated frames. Thi
 from __future__ import annotations
 
 import logging
+import mmap
 import os
 import struct
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.errors import InputError
-from sparsurf.files import existing_file
+from sparsurf import InputError
+from sparsurf.files import existing_file, pluralise
+from sparsurf.molecules.atom_table import atom_table
 from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
-from sparsurf.molecules.mdtraj_process import AtomRow, load_atoms, load_frames
+from sparsurf.molecules.geometry import refuse_invalid_coordinates
+from sparsurf.molecules.mdtraj_process import AtomRow, iterate_frames, load_atoms, load_frames
 
 log = logging.getLogger("sparsurf")
 
@@ -30,6 +35,11 @@ MDCRD = (".mdcrd", ".crd")
 NUMBERS_PER_LINE, CHARACTERS_PER_NUMBER = 10, 8
 BYTES_AT_ONCE = 2**24
 DCD_CELL_BYTES = 48  # of the cell of a DCD frame
+# A frame of TRR begins with a number, the length of a name twice, the name, and the sizes of what follows
+TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i")
+MAX_TRR_VERSION = 100  # bytes of the name
+MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
+BYTES_IN_MEMORY = 2**26  # of frames; more lie in a temporary file
 
 
 @dataclass(frozen=True)
@@ -51,17 +61,7 @@ class Frames:
 
 
 def read_topology(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """Read the atoms of a topology file as the table of `atom_table`, with coordinates nan.
-
-    Parameters
-    ----------
-    path : PSF, AMBER parm7/prmtop, GRO or HDF5
-
-    Raises
-    ------
-    InputError
-        Unreadable, or no atoms.
-    """
+    """Read the atoms of a topology file (PSF, AMBER parm7/prmtop, GRO or HDF5) as a table with coordinates nan."""
     if suffix(path) == ".gro":
         check_gro(path)
     rows = load_atoms(path)
@@ -73,34 +73,22 @@ def read_topology(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> pd.DataFrame:
     """Return the table of `atom_table`, with coordinates nan, from rows of `mdtraj_process.load_atoms`."""
-    atoms = pd.DataFrame(rows, columns=["name", "residue_name", "chain", "number", "element", "index"])
-    number = atoms.pop("number") + first_number
-    terminated = atoms.pop("index").diff().fillna(0) != 0  # mdtraj knows where a residue ends
-    return atoms.assign(
-        residue=number.astype(str), model=1, hetero=False, altloc="", occupancy=1.0, x=np.nan, y=np.nan, z=np.nan,
-        b_factor=np.nan, terminated=terminated,
-    )  # fmt: skip
+    columns = ("name", "residue_name", "chain", "segid", "number", "element", "unit", "molecule")
+    table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True))
+    table["residue"] = [str(number + first_number) for number in table.pop("number")]
+    table["chain"] = [chain or segid for chain, segid in zip(table["chain"], table["segid"], strict=True)]
+    return atom_table(**table)
 
 
 def read_first_frame(
     path: str | os.PathLike[str], n_atoms: int, topology_path: str | os.PathLike[str]
 ) -> np.ndarray:
-    """Read the first frame.
-
-    Parameters
-    ----------
-    path : trajectory
-    n_atoms : int, atoms of the topology
-    topology_path : named in messages
-
-    Returns
-    -------
-    (A, 3) float64, Å
+    """Read the first frame (A, 3), float64, Å.
 
     Raises
     ------
     InputError
-        Not a trajectory, or with another number of atoms.
+        Not a trajectory, or with another number of atoms than the topology.
     """
     known = TRAJECTORIES + SELF_CONTAINED
     if suffix(path) not in known:
@@ -109,7 +97,11 @@ def read_first_frame(
         raise InputError(
             f"{path} is compressed, which is not supported for trajectories: uncompress it with gunzip."
         )
-    xyz, _, _ = load_frames(path, n_atoms, first=True)
+    stored = _frames_with_positions(path) if suffix(path) == ".trr" else None
+    if stored is not None and stored[0] > 0:
+        xyz, _, _ = load_frames(path, n_atoms, only=stored[:1])
+    else:
+        xyz, _, _ = load_frames(path, n_atoms, first=True)
     if xyz.shape[1] != n_atoms:
         raise InputError(
             f"{path} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
@@ -118,48 +110,162 @@ def read_first_frame(
     return xyz[0].astype(float) * ANGSTROM_PER_NM
 
 
-def read_frames(path: str | os.PathLike[str], n_atoms: int, atoms: np.ndarray, stride: int = 1) -> Frames:
-    """Read every `stride`-th frame of a trajectory.
+def read_frames(
+    path: str | os.PathLike[str],
+    n_atoms: int,
+    atoms: np.ndarray,
+    stride: int = 1,
+    times: Sequence[float] | None = None,
+    change: Callable[[np.ndarray, np.ndarray | None], np.ndarray] = lambda xyz, box: xyz,
+) -> Frames:
+    """Read every `stride`-th frame of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
+
+    Frames that repeat the one before are left out, as readers do with those of TRR that have velocities but no positions.
 
     Parameters
     ----------
     path : any format that mdtraj reads
     n_atoms : int, atoms of the topology, checked by `read_first_frame`
-    atoms : (A,) int, the atoms to read
+    atoms : (A,) int, the atoms to read, in any order
     stride : int
-
-    Returns
-    -------
-    Frames
+    times : floats, ps
+    change : function from positions (F, A, 3), Å, and boxes (F, 3, 3) or None to other positions
     """
-    xyz, time_ps, box = load_frames(path, n_atoms, atoms, stride)
-    extension = suffix(path)
-    count = count_usable_frames(path, n_atoms, len(xyz), stride)
-    xyz, time_ps, box = xyz[:count], time_ps[:count], box[:count]
-    warn_of_repeats(path, xyz, time_ps)
-    if extension not in TIMED or not (np.diff(time_ps) > 0).all():
+    stored = _frames_with_positions(path) if suffix(path) == ".trr" else None
+    if times is not None:
+        time_ps = _times(path, n_atoms, stored)
+        number = _frames_at(path, time_ps, times)
+        time_ps, only = time_ps[number], number if stored is None else stored[number]
+    elif stored is not None:
+        only = stored[::stride]
+    else:
+        only = np.empty(0, int)
+    complete = count_complete_frames(path, n_atoms)
+    n_usable = -(-complete[0] // stride) if complete and times is None else 2**62
+    order = np.argsort(atoms, kind="stable")
+    store, before, n_read = FrameStore(path), np.empty((0, 0, 3)), 0
+    keep: list[bool] = []
+    time_parts: list[np.ndarray] = []
+    for part in iterate_frames(path, n_atoms, np.asarray(atoms)[order], stride, only=only):
+        n_read += len(part[0])
+        raw, time, box = (array[: max(0, n_usable - len(keep))] for array in part)
+        if not len(raw):
+            continue
+        xyz = np.empty(raw.shape)
+        xyz[:, order] = raw
+        xyz *= ANGSTROM_PER_NM
+        moved = _differ_from_before(xyz, before)
+        before = xyz[-1:].copy()
+        refuse_invalid_coordinates(xyz, path, len(keep))
+        xyz = change(xyz[moved], box[moved].astype(float) * ANGSTROM_PER_NM if len(box) else None)
+        store.append(xyz)
+        keep += moved.tolist()
+        time_parts.append(time)
+    if times is None:
+        count_usable_frames(path, n_atoms, n_read, stride)
+        time_ps, number = np.concatenate(time_parts), stride * np.arange(len(keep))
+    time_ps, number, xyz = time_ps[keep], number[keep], store.frames()
+    if n_repeats := len(keep) - len(xyz):
+        message = "%s: %s the one before, the first is frame %d: left out"
+        words = pluralise(n_repeats, "frame") + (" repeats" if n_repeats == 1 else " repeat")
+        log.warning(message, path, words, keep.index(False) * stride)
+    if times is None:
+        warn_of_repeats(path, xyz, time_ps)
+    if suffix(path) not in TIMED or not (np.diff(time_ps) > 0).all():
         time_ps = np.full(len(xyz), np.nan)
-    return _in_angstrom(xyz, time_ps, stride * np.arange(len(xyz)), box)
+    return Frames(xyz, time_ps, number, None)
 
 
-def read_frames_at(
-    path: str | os.PathLike[str], n_atoms: int, atoms: np.ndarray, times: Sequence[float]
-) -> Frames:
-    """Read the first frame and those at `times`, ps, as `read_frames` does, without loading the others."""
-    every = read_frames(path, n_atoms, atoms[:1])
-    distance = np.abs(every.time_ps[:, None] - np.asarray(times)).min(axis=1, initial=np.inf)
+def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Return which frames (F, A, 3) differ from the one before; the first one follows `before`, (1, A, 3) or empty."""
+    if xyz.shape[1] < MIN_ATOMS_TO_COMPARE:
+        return np.ones(len(xyz), bool)
+    repeats = (xyz[1:] == xyz[:-1]).all(axis=(1, 2))
+    return ~np.append(len(before) > 0 and np.array_equal(xyz[:1], before), repeats)
+
+
+def _times(path: str | os.PathLike[str], n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
+    """Read the times of all frames with positions, ps; nan where the format has none."""
+    time = np.concatenate([part[1] for part in iterate_frames(path, n_atoms, np.array([0]))])
+    time = time if stored is None else time[stored]
+    return time if suffix(path) in TIMED and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
+
+
+def _frames_at(path: str | os.PathLike[str], time_ps: np.ndarray, times: Sequence[float]) -> np.ndarray:
+    """Return the numbers of the first frame and of those at some times, ps."""
+    distance = np.abs(time_ps[:, None] - np.asarray(times, float)).min(axis=1, initial=np.inf)
     near = distance < TIME_TOLERANCE  # False for nan, of a file without times
     if not near.any():
         log.warning("%s has no frame at any of the requested times: only its first frame is read", path)
-    number = np.flatnonzero(near | (every.number == 0))
-    xyz, _, box = load_frames(path, n_atoms, atoms, only=number)
-    return _in_angstrom(xyz, every.time_ps[number], number, box)
+    return np.flatnonzero(near | (np.arange(len(near)) == 0))
 
 
-def _in_angstrom(xyz: np.ndarray, time_ps: np.ndarray, number: np.ndarray, box: np.ndarray) -> Frames:
-    """Return frames of mdtraj, whose lengths are nanometres, in Å."""
-    box_or_none = box.astype(float) * ANGSTROM_PER_NM if len(box) else None
-    return Frames(xyz.astype(float) * ANGSTROM_PER_NM, time_ps, number, box_or_none)
+def _frames_with_positions(path: str | os.PathLike[str]) -> np.ndarray | None:
+    """Return the numbers of the frames of a TRR file that have positions; None if all have, or a header is damaged.
+
+    A frame may hold velocities or forces alone. mdtraj returns the positions of the frame before for it.
+    """
+    numbers, n_frames, offset = [], 0, 0
+    size = existing_file(path).stat().st_size
+    with Path(path).open("rb") as file:
+        while offset + TRR_HEAD.size <= size:
+            file.seek(offset)
+            magic, _, length = TRR_HEAD.unpack(file.read(TRR_HEAD.size))
+            padded = -(-length // 4) * 4
+            content = file.read(padded + TRR_SIZES.size)[padded:]
+            if magic != TRR_MAGIC or not 0 < length < MAX_TRR_VERSION or len(content) < TRR_SIZES.size:
+                return None
+            *sizes, n_atoms, _, _ = TRR_SIZES.unpack(content)
+            box, positions = sizes[2], sizes[7]
+            double = (positions or sizes[8] or sizes[9]) == 24 * n_atoms or box == 72
+            if min(sizes) < 0 or n_atoms <= 0:
+                return None
+            if positions:
+                numbers.append(n_frames)
+            n_frames += 1
+            offset += TRR_HEAD.size + padded + TRR_SIZES.size + 2 * (8 if double else 4) + sum(sizes)
+    return np.array(numbers) if numbers and len(numbers) < n_frames else None
+
+
+class FrameStore:
+    """Frames that are appended one part after another; beyond BYTES_IN_MEMORY they lie in a temporary file."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path, self.parts, self.n_bytes, self.n_frames = path, list[np.ndarray](), 0, 0
+        self.file: IO[bytes] | None = None
+
+    def append(self, xyz: np.ndarray) -> None:
+        """Append frames (F, A, 3)."""
+        self.shape = xyz.shape[1:]
+        self.parts.append(xyz)
+        self.n_bytes += xyz.nbytes
+        self.n_frames += len(xyz)
+        if self.file is not None or self.n_bytes > BYTES_IN_MEMORY:
+            try:
+                self.file = self.file or tempfile.TemporaryFile()  # noqa: SIM115, open as long as its frames are
+                for part in self.parts:
+                    self.file.write(part.tobytes())
+            except OSError as error:
+                raise InputError(
+                    f"the frames of {self.path} do not fit into {tempfile.gettempdir()} ({error.strerror}): "
+                    "set TMPDIR to another folder."
+                ) from None
+            self.parts = []
+
+    def frames(self) -> np.ndarray:
+        """Return all frames, float64; those of a file can be read only."""
+        if self.file is None:
+            return np.concatenate(self.parts)
+        self.file.flush()
+        return np.memmap(self.file, float, "r", shape=(self.n_frames, *self.shape))
+
+
+def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield frames (F, A, 3) in parts, with the number of frames before each; those of a file leave the memory again."""
+    for begin in range(0, len(xyz), n_frames):
+        yield begin, np.array(xyz[begin : begin + n_frames])
+        if isinstance(xyz, np.memmap):
+            xyz._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
 
 
 def count_usable_frames(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: int) -> int:
@@ -190,17 +296,10 @@ def count_usable_frames(path: str | os.PathLike[str], n_atoms: int, n_read: int,
 
 
 def warn_of_repeats(path: str | os.PathLike[str], xyz: np.ndarray, time: np.ndarray) -> None:
-    """Warn if a trajectory seems to be written twice.
-
-    Parameters
-    ----------
-    path : named in the message
-    xyz : (F, A, 3), frames read
-    time : (F,), nan where the file has no times
-    """
+    """Warn if a trajectory (F, A, 3) with times (F,), nan where the file has none, seems to be written twice."""
     half = len(xyz) // 2
-    moves = half > 1 and (xyz[0] != xyz[1:half]).any()
-    if moves and np.array_equal(xyz[:half], xyz[half : 2 * half]):
+    repeated = all(np.array_equal(xyz[k], xyz[half + k]) for k in range(half))
+    if half > 1 and repeated and any((xyz[0] != xyz[k]).any() for k in range(1, half)):
         log.warning("%s: its second half repeats the first; was it written twice?", path)
     elif suffix(path) in TIMED and (np.diff(time) < 0).any():
         frame = int(np.argmax(np.diff(time) < 0)) + 1

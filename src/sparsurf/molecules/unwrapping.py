@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,34 +18,78 @@ MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next t
 MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for contacts
 
 
-def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:
-    """Move atoms by lattice vectors so that the box cuts no molecule.
+class Unwrapping:
+    """Moves atoms by lattice vectors so that the box cuts no molecule, in any frames after the first one is known.
 
-    The links are found once, in the first frame, under the minimum image convention. With `join`, the
-    molecules (chains, pieces of a chain with a gap) are also moved next to each other: each is linked by
-    its shortest contact in the first frame, so that a complex stays a complex.
+    The links are found once, in the first frame, under the minimum image convention. With `join`, the molecules (chains,
+    pieces of a chain with a gap) are also moved next to each other: each is linked by its shortest contact in the first
+    frame, so that a complex stays a complex. Atoms that need not move keep their exact coordinates.
 
     Parameters
     ----------
-    xyz : (F, A, 3) float64, Å
-    box : (F, 3, 3) float64, Å, lattice vectors as rows
+    xyz : (A, 3) float64, Å
+    box : (3, 3) float64, Å, lattice vectors as rows
     residue_index : (A,) int, residues in the order of the sequence
     join : bool
-
-    Returns
-    -------
-    (F, A, 3) float64, Å
-        Atoms that need not move keep their exact coordinates.
     """
-    if not np.isfinite(box).all() or np.linalg.norm(box, axis=2).min() < MIN_BOX:
-        return xyz
-    links = _links(xyz[0], box[0], residue_index)
-    if not join and not _lattice_vectors(xyz[:, links[:, 0]] - xyz[:, links[:, 1]], box).any():
-        return xyz  # nothing is cut, as in most structures
-    if join:
-        whole = _shift_to_neighbours(xyz[:1], box[:1], links)[0]
-        links = np.concatenate([links, _contacts(whole, box[0], links)])
-    return _shift_to_neighbours(xyz, box, links)
+
+    def __init__(
+        self, xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True
+    ) -> None:
+        self.links = _links(xyz, box, residue_index)
+        self.join = join
+        if join:
+            whole = self._shifted(xyz[None], box[None])[0]
+            self.links = np.concatenate([self.links, _contacts(whole, box, self.links)])
+            del self._tree  # of fewer links
+
+    def __call__(self, xyz: np.ndarray, box: np.ndarray) -> np.ndarray:
+        """Return frames (F, A, 3) with boxes (F, 3, 3), made whole."""
+        if _has_no_box(box):
+            return xyz
+        vectors = xyz[:, self.links[:, 0]] - xyz[:, self.links[:, 1]]
+        if not self.join and not _lattice_vectors(vectors, box).any():
+            return xyz  # nothing is cut, as in most structures
+        return self._shifted(xyz, box)
+
+    @cached_property
+    def _tree(self) -> tuple[list[int], np.ndarray]:
+        """Atoms after the ones that they are linked to, and the latter (A,); the first of each piece is its own."""
+        from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+        n_atoms = int(self.n_atoms)
+        graph = _graph(self.links, n_atoms)
+        _, label = connected_components(graph, directed=False)
+        steps: list[int] = []
+        parent = np.arange(n_atoms)
+        for root in np.unique(label, return_index=True)[1]:
+            order, before = breadth_first_order(graph, root, directed=False)
+            steps.extend(order[1:])
+            parent[order[1:]] = before[order[1:]]
+        return steps, parent
+
+    def _shifted(self, xyz: np.ndarray, box: np.ndarray) -> np.ndarray:
+        """Shift every atom to the image nearest to the atom it is linked to, from the first atom of each piece."""
+        self.n_atoms = xyz.shape[1]
+        steps, parent = self._tree
+        crossings = _lattice_vectors(xyz - xyz[:, parent], box).astype(int)  # to the parent
+        cut = np.flatnonzero(crossings.any(axis=(1, 2)))
+        shift = crossings[cut]
+        for atom in steps:  # parents come before their children
+            shift[:, atom] += shift[:, parent[atom]]
+        whole = xyz.copy()
+        whole[cut] -= shift @ box[cut]
+        return whole
+
+
+def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:
+    """Return frames (F, A, 3) with boxes (F, 3, 3), made whole, see `Unwrapping`."""
+    return xyz if _has_no_box(box) else Unwrapping(xyz[0], box[0], residue_index, join)(xyz, box)
+
+
+def _has_no_box(box: np.ndarray) -> bool:
+    """Return whether boxes (F, 3, 3) are dummies or no numbers."""
+    return not np.isfinite(box).all() or np.linalg.norm(box, axis=2).min() < MIN_BOX
 
 
 def _lattice_vectors(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -97,26 +142,3 @@ def _graph(links: np.ndarray, n_atoms: int) -> csr_array:
     )
 
     return coo_array((np.ones(len(links)), links.T), shape=(n_atoms, n_atoms)).tocsr()
-
-
-def _shift_to_neighbours(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray:
-    """Shift every atom to the image nearest to the atom it is linked to, from the first atom of each piece."""
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
-    graph = _graph(links, xyz.shape[1])
-    _, label = connected_components(graph, directed=False)
-    roots = np.unique(label, return_index=True)[1]
-    steps: list[int] = []
-    parent = np.arange(xyz.shape[1])
-    for root in roots:
-        order, before = breadth_first_order(graph, root, directed=False)
-        steps.extend(order[1:])
-        parent[order[1:]] = before[order[1:]]
-    crossings = _lattice_vectors(xyz - xyz[:, parent], box).astype(int)  # to the parent
-    cut = np.flatnonzero(crossings.any(axis=(1, 2)))
-    shift = crossings[cut]
-    for atom in steps:  # parents come before their children
-        shift[:, atom] += shift[:, parent[atom]]
-    whole = xyz.copy()
-    whole[cut] -= shift @ box[cut]
-    return whole

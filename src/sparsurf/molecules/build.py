@@ -1,0 +1,456 @@
+"""The one builder: the table of atoms of any input becomes a Molecule by the same ordered steps.
+
+Residues are gathered, one location of every atom is kept, residues get their kind and place by their bonds, molecules a
+chain identifier of their own where the input repeats one, and atoms their element. Then atoms are selected, the same in
+all frames. Each step logs what it changed.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from numbers import Integral
+from string import ascii_lowercase, ascii_uppercase, digits
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.files import pluralise
+from sparsurf.molecules.atom_table import (
+    AtomFile,
+    choose_altlocs,
+    gather_residues,
+    missing_residues,
+    refuse_control_characters,
+    report_duplicates,
+    report_occupancies,
+)
+from sparsurf.molecules.conformations import superpose
+from sparsurf.molecules.geometry import refuse_invalid_coordinates, residue_label
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds, split_label
+from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
+from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
+from sparsurf.molecules.unwrapping import Unwrapping, make_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+log = logging.getLogger("sparsurf")
+
+# A protein whose residues hold less than this share of their heavy atoms is a model of its backbone. C-alpha atoms
+# alone are 13 %, backbone with C-beta 62 %. The sparsest crystal structure of the reference data has 97 %.
+MIN_HEAVY_ATOM_SHARE = 0.7
+IDENTITY = ("name", "residue_name", "chain", "residue")  # arrays that identify an atom
+MIN_RESIDUES_TO_JUDGE = 3  # a fragment with fewer residues is accepted as it is
+SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
+OTHER_PLACE = 1.0  # Å, by which they are apart at least
+MIN_ATOMS_OF_COPY = 10
+
+
+@dataclass(frozen=True)
+class Everything:
+    """All atoms of a table, in one frame.
+
+    Attributes
+    ----------
+    molecule : Molecule
+    row : (A,) int, position of each atom among those of the table
+    split : dict, chain identifiers of the input that several molecules had -> theirs
+    crosslinked : (A,) bool, whether a bond besides the backbone joins the residue to another of the polymer
+    following : (R,) int, next residue of the polymer, -1 for none
+    """
+
+    molecule: Molecule
+    row: np.ndarray
+    split: dict[str, list[str]]
+    crosslinked: np.ndarray
+    following: np.ndarray
+
+
+def prepare_table(file: AtomFile, altloc: str, path: str | os.PathLike[str]) -> pd.DataFrame:
+    """Return the table with its residues gathered and numbered, and one location of every atom."""
+    refuse_control_characters(file.atoms, path)
+    report_occupancies(file.atoms, path)
+    atoms = choose_altlocs(gather_residues(file.atoms), altloc, path)
+    report_duplicates(atoms, path)
+    return atoms
+
+
+def arrange(
+    atoms: pd.DataFrame,
+    xyz: np.ndarray,
+    row: np.ndarray,
+    file: AtomFile,
+    path: str | os.PathLike[str],
+    report: bool = True,
+) -> Everything:
+    """Return all atoms of one model of a prepared table, with the positions xyz (A, 3), Å."""
+    index, names = atoms.residue_index.to_numpy(), atoms.name.to_numpy(str)
+    residue_names = atoms.residue_name.to_numpy(str)
+    kind, following = residue_kinds(residue_names, index, names, atoms.hetero.to_numpy(), xyz)
+    place = _places(following)
+    order = np.argsort(place[index], kind="stable")
+    place_of = np.argsort(place)
+    kind, following = kind[place_of], np.append(place, -1)[following[place_of]]
+    atoms, xyz, index = atoms.iloc[order], xyz[order], place[index][order]
+    residues = atoms.iloc[np.unique(index, return_index=True)[1]]
+    chain, split = _chains(residues, kind, following, index, xyz)
+    if report:
+        for name, ids in split.items():
+            message = "%s: %s holds several molecules with the same residue numbers; they are called %s"
+            log.warning(message, path, f"chain {name}" if name else "a chain without a name", ", ".join(ids))
+    labels = zip(residues.chain, residues.residue, strict=True)
+    alone = np.bincount(index)[index] == 1
+    polymer = np.isin(kind, POLYMERS)[index]
+    columns = atoms.element, atoms.name, atoms.residue_name, polymer.tolist(), alone.tolist()
+    molecule = Molecule(
+        xyz[None],
+        np.array([np.nan]),
+        np.array([0]),
+        name=names[order],
+        residue_name=residue_names[order],
+        chain=chain[index],
+        element=np.array([element_of(*each) for each in zip(*columns, strict=True)]),
+        residue=atoms.residue.to_numpy(str),
+        residue_index=index,
+        kind=kind[index],
+        b_factor=atoms.b_factor.to_numpy(float),
+    )
+    crosslinked = np.array([label in file.crosslinked for label in labels])
+    return Everything(molecule, row[order], split, crosslinked, following)
+
+
+def _places(following: np.ndarray) -> np.ndarray:
+    """Return the new place of each residue (R,): the parts of a chain stand in the order of its bonds."""
+    numbers = np.arange(len(following))
+    start = np.flatnonzero(np.append(True, following[:-1] != numbers[1:]))
+    part_of_start = {int(residue): part for part, residue in enumerate(start)}
+    ends = following[np.append(start[1:], len(following)) - 1].tolist()
+    after = {part: part_of_start[residue] for part, residue in enumerate(ends) if residue in part_of_start}
+    if not after:
+        return numbers
+    heads = sorted(set(range(len(start))) - set(after.values()))
+    parts: dict[int, None] = {}
+    for first in [*heads, *range(len(start))]:  # the parts of a ring have no head
+        part: int | None = first
+        while part is not None and part not in parts:
+            parts[part] = None
+            part = after.get(part)
+    pieces = np.split(numbers, start[1:])
+    return np.argsort(np.concatenate([pieces[part] for part in parts]))
+
+
+def _chains(
+    residues: pd.DataFrame, kind: np.ndarray, following: np.ndarray, index: np.ndarray, xyz: np.ndarray
+) -> tuple[np.ndarray, dict[str, list[str]]]:
+    """Return the chain identifier of each residue (R,), and those that took the place of one that says too little.
+
+    Molecules of one identifier whose residues have the same numbers get one each: that of their segments, or the next
+    free letter. So do molecules without an identifier in several segments.
+    """
+    chain, segid = residues.chain.to_numpy(str).astype(object), residues.segid.to_numpy(str)
+    label, molecule = residues.residue.to_numpy(str), residues.molecule.to_numpy()
+    polymer = np.isin(kind, POLYMERS)
+    used, split = set(chain), dict[str, list[str]]()
+    for name in dict.fromkeys(chain[polymer]):
+        members = np.flatnonzero(polymer & (chain == name))
+        part = _parts(members, following, label, segid, molecule)
+        segments = {each: members[segid[members] == each] for each in dict.fromkeys(segid[members].tolist())}
+        if part[-1] == 0 and (name or "" in segments or len(segments) == 1):
+            continue
+        single = all(_parts(each, following, label, segid, molecule)[-1] == 0 for each in segments.values())
+        if single and "" not in segments and segments.keys().isdisjoint(used - {name}):
+            of_chain = np.flatnonzero((chain == name) & (segid != ""))
+            chain[of_chain] = segid[of_chain]
+            split[name] = [*segments]
+        else:
+            free = (each for each in identifiers() if each not in used)
+            ids = [name or next(free), *(next(free) for _ in range(part[-1]))]
+            chain[members] = np.array(ids, object)[part]
+            others = np.flatnonzero(np.isin(kind, ["other"]) & (chain == name))
+            chain[others] = chain[members][_nearest(members, others, index, xyz)]
+            split[name] = ids
+        used |= set(split[name])
+    return chain.astype(str), split
+
+
+def _parts(
+    members: np.ndarray, following: np.ndarray, label: np.ndarray, segid: np.ndarray, molecule: np.ndarray
+) -> np.ndarray:
+    """Assign some residues of one chain identifier the numbers (M,) of their molecules; a next one begins where a label repeats.
+
+    It begins at the last end of a molecule before: TER, another segment, or a number that falls without a bond.
+    """
+    numbers = [int(split_label(each)[0] or 0) for each in label[members].tolist()]
+    before, after = members[:-1], members[1:]
+    falls = np.diff(numbers) < 0
+    ends = (following[before] != after) & (
+        falls | (segid[before] != segid[after]) | (molecule[before] != molecule[after])
+    )
+    part: list[int] = []
+    seen: set[str] = set()
+    for piece in np.split(members, np.flatnonzero(ends) + 1):
+        labels = set(label[piece].tolist())
+        new = bool(part) and not seen.isdisjoint(labels)
+        seen = labels if new else seen | labels
+        part += [(part[-1] if part else 0) + new] * len(piece)
+    return np.array(part)
+
+
+def _nearest(members: np.ndarray, others: np.ndarray, index: np.ndarray, xyz: np.ndarray) -> np.ndarray:
+    """Return the position among `members`, residues, of the one nearest to each of some other residues."""
+    from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
+
+    atoms = np.flatnonzero(np.isin(index, members) & np.isfinite(xyz).all(axis=1))
+    first = np.searchsorted(index, others)
+    if not len(atoms) or not np.isfinite(xyz[first]).all():
+        return np.zeros(len(others), int)
+    nearest = np.asarray(cKDTree(xyz[atoms]).query(xyz[first])[1], int)
+    return np.searchsorted(members, index[atoms[nearest]])
+
+
+def identifiers() -> Iterator[str]:
+    """Yield chain identifiers: A to Z, a to z, 0 to 9, then two letters."""
+    letters = ascii_uppercase + ascii_lowercase + digits
+    yield from letters
+    yield from map("".join, product(letters, repeat=2))
+
+
+def molecule_of_models(
+    file: AtomFile,
+    path: str | os.PathLike[str],
+    keys: SelectionKeys,
+    *,
+    altloc: str = "first",
+    model: int | None = None,
+    stride: int = 1,
+    whole: bool = True,
+    assembly: bool = False,
+) -> Molecule:
+    """Return the selected atoms of an input whose models are its frames, or with `assembly` parts of one molecule."""
+    tables = _select_models(prepare_table(file, altloc, path), model, path)
+    if assembly:
+        tables = {0: _joined(tables)}
+    numbers = np.array(list(tables))[::stride]
+    first = _of_model(tables[numbers[0]], file, path)
+    selected = select_complete(first, path, keys, file)
+    frames = [first.molecule.take(selected)]
+    for number in numbers[1:].tolist():  # waters may differ between models; the selected atoms may not
+        table = tables[number]
+        if _same_names(table, tables[numbers[0]]):
+            xyz = table[["x", "y", "z"]].to_numpy(float)[first.row[selected]]
+            frames.append(replace(frames[0], xyz=xyz[None]))
+        else:
+            other = _of_model(table, file, path, report=False)
+            mask = select_atoms(other.molecule, path, split=other.split, report=False, **keys)
+            frames.append(other.molecule.take(mask))
+    if not all(_same_atoms(frame, frames[0]) for frame in frames):
+        counts = " ".join(str(frame.n_atoms) for frame in frames[:9])
+        raise InputError(
+            f"{path} has models of different atoms (selected atoms: {counts}): choose one by `model`."
+        )
+    xyz = np.concatenate([frame.xyz for frame in frames])
+    refuse_invalid_coordinates(xyz, path)
+    if whole and file.box is not None:  # crystals pass unchanged: nothing there is cut
+        box = np.repeat(file.box[None], len(xyz), axis=0)
+        xyz = make_whole(xyz, box, frames[0].residue_index, join=False)
+    molecule = replace(frames[0], xyz=xyz, time_ps=np.full(len(xyz), np.nan), frame_number=numbers)
+    report_copies(molecule, path)
+    return molecule
+
+
+def _of_model(
+    table: pd.DataFrame, file: AtomFile, path: str | os.PathLike[str], report: bool = True
+) -> Everything:
+    """Return all atoms of the table of one model."""
+    xyz = table[["x", "y", "z"]].to_numpy(float)
+    return arrange(table, xyz, np.arange(len(table)), file, path, report)
+
+
+def _select_models(
+    atoms: pd.DataFrame, model: int | None, path: str | os.PathLike[str]
+) -> dict[int, pd.DataFrame]:
+    """Return the tables of all models, or of the requested one, by their position in the file."""
+    tables = dict(enumerate(table for _, table in atoms.groupby("model", sort=False)))
+    if model is None:
+        return tables
+    numbers = [int(table.model.iloc[0]) for table in tables.values()]
+    listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
+    if not isinstance(model, Integral) or isinstance(model, bool):
+        raise InputError(f"model: {model!r} is not a whole number: {path} has {listed}.")
+    if model not in numbers:
+        raise InputError(f"{path} has no model {model}: it has {listed}.")
+    return {numbers.index(model): tables[numbers.index(model)]}
+
+
+def _joined(tables: dict[int, pd.DataFrame]) -> pd.DataFrame:
+    """Return the tables of all models as one, with the number of each model but the first behind its chains."""
+    import pandas as pd
+
+    parts, n_residues = [], 0
+    for number, table in tables.items():
+        copy = table.assign(
+            residue_index=table.residue_index + n_residues, molecule=table.molecule + 1_000_000 * number
+        )
+        if number:
+            copy["chain"] = copy.chain + f"-{number + 1}"
+        parts.append(copy)
+        n_residues = int(copy.residue_index.max()) + 1
+    return pd.concat(parts, ignore_index=True)
+
+
+def _same_names(first: pd.DataFrame, second: pd.DataFrame) -> bool:
+    """Return whether two tables have the same atoms in the same order."""
+    columns = [*IDENTITY, "residue_index", "element", "hetero", "segid"]
+    return len(first) == len(second) and all(
+        np.array_equal(first[name].to_numpy(), second[name].to_numpy()) for name in columns
+    )
+
+
+def _same_atoms(first: Molecule, second: Molecule) -> bool:
+    """Return whether two molecules have the same atoms in the same order."""
+    return all(np.array_equal(getattr(first, key), getattr(second, key)) for key in IDENTITY)
+
+
+def molecule_of_frames(
+    atoms: pd.DataFrame, frames: Frames, path: str, keys: SelectionKeys, join: bool
+) -> Molecule:
+    """Return the selected atoms of a table with frames in memory; `join`: see `Unwrapping`."""
+    atoms = atoms.assign(**dict(zip("xyz", frames.xyz[0].T, strict=True)))
+    file = AtomFile(atoms)
+    table = prepare_table(file, "first", path)
+    first = arrange(table, frames.xyz[0][table.index], table.index.to_numpy(), file, path)
+    selected = select_complete(first, path, keys, file)
+    molecule = first.molecule.take(selected)
+    xyz = frames.xyz[:, first.row[selected]]
+    refuse_invalid_coordinates(xyz, path)
+    if frames.box is not None:
+        xyz = make_whole(xyz, frames.box, molecule.residue_index, join)
+    molecule = replace(molecule, xyz=xyz, time_ps=frames.time_ps, frame_number=frames.number)
+    report_copies(molecule, path)
+    return molecule
+
+
+def molecule_of_trajectory(
+    file: AtomFile,
+    path: str | os.PathLike[str],
+    trajectory: str | os.PathLike[str],
+    keys: SelectionKeys,
+    *,
+    altloc: str = "first",
+    model: int | None = None,
+    stride: int = 1,
+    times: Sequence[float] | None = None,
+    whole: bool = True,
+) -> Molecule:
+    """Return the selected atoms of a topology with the frames of a trajectory."""
+    atoms = file.atoms
+    if atoms.x.isna().all():  # the topology holds names only
+        first_frame = read_first_frame(trajectory, len(atoms), path)
+        file = replace(file, atoms=atoms.assign(**dict(zip("xyz", first_frame.T, strict=True))))
+    table = next(iter(_select_models(prepare_table(file, altloc, path), model, path).values()))
+    row = np.argsort(np.argsort(table.index.to_numpy()))  # place in the trajectory
+    first_frame = read_first_frame(trajectory, len(table), path)
+    first = arrange(table, first_frame[row], row, file, path)
+    selected = select_complete(first, path, keys, file)
+    molecule = first.molecule.take(selected)
+    unwrap: list[Unwrapping] = []
+
+    def make_frames_whole(xyz: np.ndarray, box: np.ndarray | None) -> np.ndarray:
+        if not whole or box is None or not len(xyz):
+            return xyz
+        if not unwrap:
+            unwrap.append(Unwrapping(xyz[0], box[0], molecule.residue_index))
+        return unwrap[0](xyz, box)
+
+    frames = read_frames(trajectory, len(table), first.row[selected], stride, times, make_frames_whole)
+    return replace(molecule, xyz=frames.xyz, time_ps=frames.time_ps, frame_number=frames.number)
+
+
+def report_copies(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Warn of models that are the first one at other places, or the one before at the same place."""
+    heavy = molecule.xyz[:, molecule.heavy]
+    repeated = 1 + np.flatnonzero((molecule.xyz[1:] == molecule.xyz[:-1]).all(axis=(1, 2)))
+    if len(repeated):
+        message = "%s: %s the one before, the first is frame %d"
+        words = pluralise(len(repeated), "frame") + (" repeats" if len(repeated) == 1 else " repeat")
+        log.warning(message, path, words, molecule.frame_number[repeated[0]])
+    if len(heavy) < 2 or heavy.shape[1] < MIN_ATOMS_OF_COPY:
+        return
+    moved = superpose(heavy, slice(None), any_rotation=True) - heavy[0]
+    deviation = np.sqrt((moved**2).sum(axis=2).mean(axis=1))
+    distance = np.linalg.norm(heavy - heavy[0], axis=2).max(axis=1)
+    copies = (deviation < SAME_SHAPE) & (distance > OTHER_PLACE)
+    if copies.any():
+        message = (
+            "%s: %d of its %d models are copies of the first at other places; `assembly` takes all models as one molecule, "
+            "`model` takes one"
+        )
+        log.warning(message, path, copies.sum() + 1, len(heavy))
+
+
+def select_complete(
+    everything: Everything, path: str | os.PathLike[str], keys: SelectionKeys, file: AtomFile
+) -> np.ndarray:
+    """Select atoms (A,) by the keys; raise InputError if they are a backbone only, warn of what is missing."""
+    molecule = everything.molecule
+    selected = select_atoms(molecule, path, split=everything.split, **keys)
+    residues = np.unique(molecule.residue_index[selected])
+    touched = molecule.take(np.isin(molecule.residue_index, residues))
+    present, expected = count_heavy_atoms(touched.residue_name, touched.residue_index, touched.element)
+    share = present.sum() / max(expected.sum(), 1)
+    if (expected > 0).sum() >= MIN_RESIDUES_TO_JUDGE and share < MIN_HEAVY_ATOM_SHARE:
+        raise InputError(
+            f"{path} has {share:.0%} of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
+            "give a structure with all atoms."
+        )
+    first = np.unique(touched.residue_index, return_index=True)[1]
+    # one atom leaves when a crosslink forms
+    incomplete = first[present + everything.crosslinked[residues] < expected]
+    if len(incomplete):
+        atom = incomplete[0]
+        label = f"{touched.residue_name[atom]} {touched.chain[atom]} {touched.residue[atom]}"
+        count = pluralise(len(incomplete), "residue") + (" lacks" if len(incomplete) == 1 else " lack")
+        message = (
+            "%s: %s heavy atoms, the first is %s; the surface is dented there: rebuild the missing atoms"
+        )
+        log.warning(message, path, count, label)
+    _report_missing(everything, residues, file, path)
+    return selected
+
+
+def _report_missing(
+    everything: Everything, residues: np.ndarray, file: AtomFile, path: str | os.PathLike[str]
+) -> None:
+    """Warn of residues of the sequence without coordinates, or that numbers say are missing within a chain."""
+    molecule = everything.molecule
+    lacking = {
+        chain: full - present
+        for chain, (present, full) in missing_residues(file.atoms, file.sequences).items()
+        if chain in molecule.chain[np.isin(molecule.residue_index, residues)]
+    }
+    if lacking:
+        listed = ", ".join(f"{count} in chain {chain}" for chain, count in list(lacking.items())[:5])
+        more = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
+        count = pluralise(sum(lacking.values()), "residue")
+        log.warning("%s: no coordinates for %s of the sequence: %s%s", path, count, listed, more)
+    first = np.unique(molecule.residue_index, return_index=True)[1]
+    chain, kind = molecule.chain[first], molecule.kind[first]
+    number = np.array([int(split_label(label)[0] or 0) for label in molecule.residue[first].tolist()])
+    a, b = residues[:-1], residues[1:]
+    gap = (b == a + 1) & (everything.following[a] != b) & (chain[a] == chain[b]) & (number[b] - number[a] > 1)
+    gap &= (kind[a] == "protein") & (kind[b] == "protein") & ~np.isin(chain[a], [*file.sequences])
+    if gap.any():
+        k = int(np.argmax(gap))
+        count = int((number[b] - number[a] - 1)[gap].sum())
+        message = (
+            "%s: %s missing within its chains, the first between %s and %s; the surface covers the ends there"
+        )
+        words = pluralise(count, "residue") + (" is" if count == 1 else " are")
+        ends = (residue_label(molecule, first[r]) for r in (a[k], b[k]))
+        log.warning(message, path, words, *ends)

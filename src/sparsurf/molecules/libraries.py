@@ -1,0 +1,215 @@
+"""Atoms of other libraries, which users hold in memory: mdtraj, biotite, MDAnalysis, gemmi and Biopython.
+
+Each is converted to the table of `atom_table`, and built like a file. The libraries need not be installed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
+from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
+from sparsurf.molecules.geometry import refuse_impossible
+from sparsurf.molecules.mdtraj_process import atom_rows
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.selection import SelectionKeys
+from sparsurf.molecules.trajectory import ANGSTROM_PER_NM, Frames, table_of_rows
+
+if TYPE_CHECKING:
+    import gemmi
+    import mdtraj
+    import pandas as pd
+    from Bio.PDB.Entity import Entity
+    from biotite.structure import AtomArray, AtomArrayStack
+    from MDAnalysis import AtomGroup, Universe
+
+
+def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert a trajectory of mdtraj; its nanometres become Å.
+
+    Parameters
+    ----------
+    trajectory : mdtraj.Trajectory
+    keys : selection, chains, residues, hydrogens and ligands, as in `read_molecule`
+
+    Returns
+    -------
+    Molecule
+
+    Raises
+    ------
+    InputError
+        Nothing selected, or coordinates that are not numbers.
+    """
+    xyz = _positions(trajectory.xyz, "the trajectory") * ANGSTROM_PER_NM
+    box = trajectory.unitcell_vectors
+    box = None if box is None else np.asarray(box, dtype=float) * ANGSTROM_PER_NM
+    atoms = table_of_rows(atom_rows(trajectory.topology))
+    frames = Frames(xyz, np.asarray(trajectory.time, float), np.arange(len(xyz)), box)
+    return _built(atoms, frames, "the trajectory", "nm, as in mdtraj", len(xyz) > 1, keys)
+
+
+def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert atoms of biotite; the models of a stack become frames.
+
+    Parameters
+    ----------
+    atoms : biotite.structure.AtomArray or AtomArrayStack, Å
+        With alternate locations if it was read with altloc="all".
+    keys, returns, errors : as for `from_mdtraj`
+    """
+    xyz = _positions(atoms.coord, "the AtomArray")
+    known = set(atoms.get_annotation_categories())
+
+    def annotation(name: str, missing: Any = "") -> Any:
+        return getattr(atoms, name) if name in known else np.full(xyz.shape[1], missing)
+
+    table = _table(
+        name=atoms.atom_name,
+        residue_name=atoms.res_name,
+        chain=atoms.chain_id,
+        number=atoms.res_id,
+        insertion=annotation("ins_code"),
+        element=annotation("element"),
+        hetero=annotation("hetero", False),
+        altloc=annotation("altloc_id"),
+        occupancy=annotation("occupancy", 1.0),
+        b_factor=annotation("b_factor", np.nan),
+        segid=annotation("segment_id"),
+    )
+    box = None if atoms.box is None else np.broadcast_to(np.asarray(atoms.box, float), (len(xyz), 3, 3))
+    frames = Frames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), box)
+    return _built(table, frames, "the AtomArray", "Å", False, keys)
+
+
+def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert atoms of MDAnalysis at the current frame of their trajectory; the molecule has one frame.
+
+    Parameters
+    ----------
+    atoms : MDAnalysis.AtomGroup, or a Universe for all its atoms
+    keys, returns, errors : as for `from_mdtraj`
+    """
+    group = atoms.atoms
+
+    def attribute(name: str, missing: Any = "") -> Any:
+        """Return an attribute of all atoms, or a value for every atom if the topology lacks it."""
+        return getattr(group, name) if hasattr(group, name) else np.full(len(group), missing)
+
+    step = group.universe.trajectory.ts
+    table = _table(
+        name=attribute("names"),
+        residue_name=attribute("resnames"),
+        chain=attribute("chainIDs") if hasattr(group, "chainIDs") else attribute("segids"),
+        number=group.resids,
+        insertion=attribute("icodes"),
+        element=attribute("elements"),
+        hetero=np.asarray(attribute("record_types"), dtype=str) == "HETATM",
+        altloc=attribute("altLocs"),
+        occupancy=attribute("occupancies", 1.0),
+        b_factor=attribute("tempfactors", np.nan),
+        segid=attribute("segids"),
+    )
+    box = None if step.dimensions is None else np.asarray(step.triclinic_dimensions, float)[None]
+    time = np.array([float(step.data.get("time", np.nan))])  # in ps; structures have none
+    frames = Frames(_positions(group.positions, "the AtomGroup"), time, np.array([0]), box)
+    moving = group.universe.trajectory.n_frames > 1
+    return _built(table, frames, "the AtomGroup", "Å", moving, keys)
+
+
+def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert a structure or model of gemmi, Å; the models of a structure become frames.
+
+    Parameters
+    ----------
+    structure : gemmi.Structure or gemmi.Model
+    keys, returns, errors : as for `from_mdtraj`
+    """
+    models: Any = structure if hasattr(structure, "spacegroup_hm") else [structure]
+    rows = [
+        (
+            number, residue.het_flag == "H", atom.name, residue.name, chain.name, residue.segment, atom.element.name.upper(),
+            atom.altloc.strip("\0"), f"{residue.seqid.num}{residue.seqid.icode.strip()}",
+            atom.occ, *atom.pos.tolist(), atom.b_iso,
+        )
+        for number, model in enumerate(models, 1) for chain in model for residue in chain for atom in residue
+    ]  # fmt: skip
+    cell = getattr(structure, "cell", None)
+    box = box_vectors(cell.a, cell.b, cell.c, cell.alpha, cell.beta, cell.gamma) if cell else None
+    return _built_of_rows(rows, box, "the structure of gemmi", keys)
+
+
+def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert a structure, model or chain of Biopython, Å; the models of a structure become frames.
+
+    Parameters
+    ----------
+    entity : Bio.PDB.Structure.Structure, Model or Chain
+    keys, returns, errors : as for `from_mdtraj`
+    """
+    models: Any = entity if entity.level == "S" else [entity]
+    rows = []
+    for number, model in enumerate(models, 1):
+        for chain in [model] if model.level == "C" else model:
+            for residue in chain.get_unpacked_list():
+                hetero, position, code = residue.id
+                label = f"{position}{code.strip()}"
+                rows += [
+                    (
+                        number, hetero != " ", atom.name, residue.resname.strip(), chain.id.strip(), residue.segid.strip(),
+                        (atom.element or "").upper(), atom.altloc.strip(), label, atom.occupancy or 0.0,
+                        *map(float, atom.coord), atom.bfactor,
+                    )
+                    for atom in residue.get_unpacked_list()
+                ]  # fmt: skip
+    return _built_of_rows(rows, None, "the structure of Biopython", keys)
+
+
+def _positions(xyz: Any, name: str) -> np.ndarray:
+    """Return coordinates (F, A, 3); raise InputError if there are none, or masked ones."""
+    if np.ma.is_masked(xyz):
+        raise InputError(f"{name} has masked coordinates: leave these atoms out.")
+    xyz = np.asarray(xyz, dtype=float)
+    xyz = xyz[None] if xyz.ndim == 2 else xyz
+    if not xyz.shape[0] or not xyz.shape[1]:
+        raise InputError(f"{name} has {xyz.shape[0]} frames of {xyz.shape[1]} atoms: give one with both.")
+    return xyz
+
+
+def _table(**columns: Any) -> pd.DataFrame:
+    """Return the table of `atom_table` from arrays (A,), with the insertion code apart from the number."""
+    columns = {name: np.asarray(values) for name, values in columns.items()}
+    numbers, codes = (columns.pop(name).tolist() for name in ("number", "insertion"))
+    residue = [f"{number}{str(code).strip()}" for number, code in zip(numbers, codes, strict=True)]
+    texts = ("name", "residue_name", "chain", "segid", "altloc", "element")
+    columns |= {name: np.char.strip(columns[name].astype(str)) for name in texts}
+    columns["altloc"] = np.where(columns["altloc"] == ".", "", columns["altloc"])
+    return atom_table(**columns | {"element": np.char.upper(columns["element"]), "residue": residue})
+
+
+def _built(
+    table: pd.DataFrame, frames: Frames, name: str, unit: str, join: bool, keys: SelectionKeys
+) -> Molecule:
+    """Return the selected atoms of a table with frames; `name` and `unit` are those of the user's object."""
+    molecule = molecule_of_frames(table, frames, name, keys, join)
+    refuse_impossible(molecule, name, unit=unit)
+    return molecule
+
+
+def _built_of_rows(
+    rows: list[tuple[Any, ...]], box: np.ndarray | None, name: str, keys: SelectionKeys
+) -> Molecule:
+    """Return the selected atoms of rows, one for each atom, in the order of `columns`."""
+    if not rows:
+        raise InputError(f"{name} has no atoms: give one with atoms.")
+    columns = (
+        "model", "hetero", "name", "residue_name", "chain", "segid", "element", "altloc", "residue", "occupancy",
+        "x", "y", "z", "b_factor",
+    )  # fmt: skip
+    atoms = atom_table(**dict(zip(columns, zip(*rows, strict=True), strict=True)))
+    molecule = molecule_of_models(AtomFile(atoms, box), name, keys)
+    refuse_impossible(molecule, name, unit="Å")
+    return molecule
