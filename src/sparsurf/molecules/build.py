@@ -437,8 +437,8 @@ def _report_missing(
     if lacking:
         listed = ", ".join(f"{count} in chain {chain}" for chain, count in list(lacking.items())[:5])
         more = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
-        count = pluralise(sum(lacking.values()), "residue")
-        log.warning("%s: no coordinates for %s of the sequence: %s%s", path, count, listed, more)
+        words = pluralise(sum(lacking.values()), "residue")
+        log.warning("%s: no coordinates for %s of the sequence: %s%s", path, words, listed, more)
     first = np.unique(molecule.residue_index, return_index=True)[1]
     chain, kind = molecule.chain[first], molecule.kind[first]
     number = np.array([int(split_label(label)[0] or 0) for label in molecule.residue[first].tolist()])

@@ -1,18 +1,30 @@
-"""Detect coordinates that cannot belong to a molecule: wrong units, another order of atoms, damaged numbers."""
+"""Detect coordinates that cannot belong to a molecule: wrong units, another order of atoms, damaged numbers.
+
+What is measured stands in a table of checks (`_checks`), in the order in which they count. One loop over the frames feeds
+all of them.
+"""
 
 from __future__ import annotations
 
 import logging
+import mmap
 import os
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import IN_NM, suffix
-from sparsurf.molecules.residues import AMINO_ACIDS, HEAVY_ATOMS, PEPTIDE, count_heavy_atoms, standard_name
+from sparsurf.molecules.residues import (
+    AMINO_ACIDS,
+    HEAVY_ATOMS,
+    PEPTIDE,
+    count_heavy_atoms,
+    split_label,
+    standard_name,
+)
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -29,9 +41,8 @@ MAX_GAP = 500.0  # Å, between the parts of a molecule
 MAX_BOND = 2.0  # Å, between heavy atoms of one residue (C-Br 1.95)
 BROKEN_BOND = 3.0  # Å; bonds of simulations stay below 2.0
 MAX_ATOMS_BETWEEN_BONDED = 40  # in the order of a residue's atoms
-MIN_BONDED_SHARE = (
-    0.7  # of atoms, or of peptide bonds, with a bonded neighbour; at least 0.98 in the same structures
-)
+# Share of atoms, or of peptide bonds, with a bonded neighbour; at least 0.98 in the same structures
+MIN_BONDED_SHARE = 0.7
 FRAMES_AT_ONCE = 64
 # Å, bonds of backbones; half of them are within 2 % of these lengths in the same structures
 USUAL_LENGTHS = {
@@ -42,9 +53,19 @@ USUAL_LENGTHS = {
 DEVIATION_TO_REFUSE, DEVIATION_TO_WARN = 0.15, 0.04
 ODD_BOND = 0.25  # deviation of one bond that causes a warning; of 671 structures one has a bond beyond .18
 CLASH = 1.2  # Å; atoms of two residues are never that close, bonded or not
+# Å, further distances along a chain that depend on bonds and their angles: both atoms, and the step to the residue of the second
+USUAL_DISTANCES = {
+    ("N", "CA", 0): 1.459, ("CA", "C", 0): 1.525, ("C", "O", 0): 1.232, ("C", "N", 1): 1.331, ("N", "C", 0): 2.463,
+    ("CA", "O", 0): 2.399, ("CA", "N", 1): 2.432, ("O", "N", 1): 2.251, ("C", "CA", 1): 2.437, ("CA", "CB", 0): 1.532,
+    ("N", "CB", 0): 2.458, ("C", "CB", 0): 2.507,
+}  # fmt: skip
 # Deviation of a chain's bonds from their usual length along any direction that causes a warning. It is at most .03 in 700
 # structures and trajectories; fewer bonds than MIN_BONDS_OF_LONG_CHAIN vary more.
 STRETCH_TO_WARN, STRETCH_OF_SHORT_CHAIN, MIN_BONDS_OF_LONG_CHAIN = 0.05, 0.09, 40
+# Of the distances of a chain along one direction to those along another that causes a warning: at most .025 in 1,065 chains of
+# eight residues or more, .031 in shorter ones; at least .034 and .046 if one axis is 5 % longer
+SKEW_TO_WARN, SKEW_OF_SHORT_CHAIN, N_DISTANCES = 0.033, 0.042, (40, 90)
+NEAR_AXIS = 0.95  # cosine of a direction with an axis that is then named
 CERTAINTY = 0.02  # weight, per bond, of the usual lengths in directions that no bond has
 MAX_RATIO = 1.6  # of a bond's length to its usual length, or the reverse; bonds beyond are ignored when stretch is estimated
 MIN_RESIDUES_OF_MIRROR = 3  # of a chain whose handedness is compared with that of the first frame
@@ -53,14 +74,42 @@ SAME_RESIDUE = 1.0  # Å; C-alpha atoms of neighbours are 2.8 Å apart at least
 LOST_ATOM = 3.0  # Å, from the nearest atom of its residue
 CUBE = 1.6  # Å, of a grid in which overlapping atoms are found
 SHARE_TO_REPORT = 0.1  # of atoms; below it, an irregularity is an odd detail of the structure
-ELEMENT_OF_LETTER = {
-    "H": "H",
-    "D": "H",
-    "C": "C",
-    "N": "N",
-    "O": "O",
-    "S": "S",
-}  # by the first letter of a name
+NO_ATOMS = np.empty((1, 0), int)
+ELEMENT_OF_LETTER = {letter: letter for letter in "HCNOS"} | {"D": "H"}  # by the first letter of a name
+
+
+class Finding(NamedTuple):
+    """Where a check found something wrong: number of the frame, its positions (A, 3), the place there, and the value."""
+
+    frame: int
+    xyz: np.ndarray
+    place: int
+    value: float
+
+
+class Check(NamedTuple):
+    """A measure that a sound molecule keeps below a limit.
+
+    Attributes
+    ----------
+    measure : function from frames (F, A, 3), Å, to values (F, K) at K places
+    limit : float, a larger value is wrong
+    sentence : str, with {value}, {frame}, names {a} and {b} of atoms and {A} and {B} of their residues, and what `more` returns
+    atoms : (K, n) int, one or two atoms of each place, or a function from a Finding to them
+    refuse : bool, whether to raise InputError, or to warn
+    first : bool, whether only the first frame is measured
+    worst : bool, whether the place of the largest value is named, or the first one
+    more : function from a Finding to further words of the sentence
+    """
+
+    measure: Callable[[np.ndarray], np.ndarray]
+    limit: float
+    sentence: str
+    atoms: np.ndarray | Callable[[Finding], Sequence[int]] = NO_ATOMS
+    refuse: bool = False
+    first: bool = False
+    worst: bool = True
+    more: Callable[[Finding], dict[str, Any]] = lambda found: {}
 
 
 def refuse_impossible(
@@ -70,7 +119,7 @@ def refuse_impossible(
     whole: bool = True,
     unit: str | None = None,
 ) -> None:
-    """Raise InputError, with frame and atoms, if coordinates cannot belong to the molecule.
+    """Raise InputError, with frame and atoms, if coordinates cannot belong to the molecule; warn of what is doubtful.
 
     Parameters
     ----------
@@ -81,25 +130,320 @@ def refuse_impossible(
     unit : str, of the lengths in the file; by default the one of its format
     """
     unit = unit or ("nm" if suffix(path) in IN_NM else "Å")
-    _refuse_crowded(molecule.xyz, path, unit)
+    _refuse_crowded(molecule.xyz[0], path, unit)
     if whole and molecule.n_atoms:
-        _refuse_other_elements(molecule, path)
-        remedy = f"give lengths in {unit}, " + (
-            f"and atoms in the order of {topology}" if topology else "or repair the file"
+        _check_elements(molecule, path)
+        _run([*_checks(molecule, unit, topology)], molecule, path)
+
+
+def _run(checks: list[Check], molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Measure all frames; raise InputError by the first check that refuses, warn by the others."""
+    findings: dict[int, Finding] = {}
+    for begin, part in parts_of(molecule.xyz, FRAMES_AT_ONCE):
+        for k, check in enumerate(checks):
+            if k in findings or (check.first and begin):
+                continue
+            values = check.measure(part[:1] if check.first else part)
+            wrong = values > check.limit
+            if wrong.any():
+                frame = int(wrong.any(axis=1).argmax())
+                place = int((values if check.worst else wrong)[frame].argmax())
+                number = int(molecule.frame_number[begin + frame])
+                findings[k] = Finding(number, part[frame], place, float(values[frame, place]))
+    for k, found in sorted(findings.items()):
+        check = checks[k]
+        atoms = check.atoms(found) if callable(check.atoms) else check.atoms[found.place]
+        names = dict(zip("ab", (molecule.name[atom] for atom in atoms), strict=False))
+        names |= dict(zip("AB", (residue_label(molecule, atom) for atom in atoms), strict=False))
+        words = {"value": found.value, "frame": found.frame} | names | check.more(found)
+        if check.refuse:
+            raise InputError(f"{path}: {check.sentence.format(**words)}.")
+        log.warning("%s: %s", path, check.sentence.format(**words))
+
+
+def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield frames (F, A, 3) in parts, with the number of frames before each; those of a file leave the memory again."""
+    for begin in range(0, len(xyz), n_frames):
+        yield begin, np.array(xyz[begin : begin + n_frames])
+        if isinstance(xyz, np.memmap):
+            xyz._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
+
+
+def _checks(molecule: Molecule, unit: str, topology: str | os.PathLike[str] | None) -> Iterator[Check]:
+    """Yield what is checked, in the order in which it counts."""
+    order = f"and atoms in the order of {topology}" if topology else "or repair the file"
+    remedy = f"give lengths in {unit}, {order}".replace("{", "{{").replace("}", "}}")
+    yield from _checks_of_places(molecule, remedy)
+    links, distance = _peptide_bonds(molecule)
+    bonds, bonded_share = _bonds(molecule, links, distance < PEPTIDE.max_length)
+    again = order.removeprefix("and ").replace("atoms", "give its atoms") if topology else "copy it again"
+    yield _in_first(
+        1 - bonded_share,
+        1 - MIN_BONDED_SHARE,
+        f"only {bonded_share:.0%} of the bonds that its names imply exist in frame 0; {again}",
+        refuse=True,
+    )
+    yield from _checks_of_lengths(molecule, remedy)
+    yield Check(
+        lambda xyz: np.linalg.norm(xyz[:, bonds[:, 0]] - xyz[:, bonds[:, 1]], axis=2),
+        BROKEN_BOND,
+        "the bond {a}-{b} of {A} is {value:.1f} Å long in frame {frame}; repair that frame or leave it out",
+        bonds,
+        refuse=True,
+    )
+    yield _in_first(molecule.n_atoms == 1, 0, "a single atom is used; its surface is a sphere")
+    yield _in_first(
+        100 * _share_of_clashes(molecule),
+        100 * SHARE_TO_REPORT,
+        "{value:.0f} % of its atoms lie inside other residues; does it hold a molecule twice?",
+    )
+    broken = np.flatnonzero(distance >= PEPTIDE.max_length)
+    words = pluralise(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
+    far = f"{distance[broken[0]]:.1f} Å apart" if len(broken) else ""
+    yield _in_first(
+        len(broken), 0, f"{words} missing, the first between {{A}} and {{B}}, {far}", links[broken[:1]]
+    )
+    yield from _checks_of_bonds(molecule)
+    yield from _checks_of_handedness(molecule)
+    yield from _checks_of_shared_places(molecule)
+
+
+def _in_first(
+    value: float, limit: float, sentence: str, atoms: np.ndarray = NO_ATOMS, refuse: bool = False
+) -> Check:
+    """Return the check of a value of the first frame that is measured already."""
+    return Check(lambda xyz: np.full((1, 1), float(value)), limit, sentence, atoms, refuse, first=True)
+
+
+def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[Check]:
+    """Yield the checks of residues that are too wide, and of parts that are too far away."""
+    start = np.flatnonzero(np.diff(molecule.residue_index, prepend=-1))
+    known = np.array([standard_name(name) in HEAVY_ATOMS for name in molecule.residue_name[start]])
+
+    def extents(xyz: np.ndarray) -> np.ndarray:
+        box = np.maximum.reduceat(xyz, start, axis=1) - np.minimum.reduceat(xyz, start, axis=1)
+        return np.where(known, np.linalg.norm(box, axis=2), 0)
+
+    def farthest(found: Finding) -> list[int]:
+        xyz = np.split(found.xyz, start[1:])[found.place]
+        return [start[found.place] + np.linalg.norm(xyz - np.median(xyz, axis=0), axis=1).argmax()]
+
+    def gaps(xyz: np.ndarray) -> np.ndarray:
+        extended = (np.ptp(xyz, axis=1) > MAX_GAP).any(axis=1)
+        pairs = zip(xyz, extended, strict=True)
+        return np.array([[widest_gap(frame)[0] if far else 0.0] for frame, far in pairs])
+
+    yield Check(
+        extents,
+        MAX_RESIDUE_WIDTH,
+        "{A} is {value:.0f} Å wide in frame {frame} (atom {a} is farthest out) instead of below "
+        f"{MAX_RESIDUE_WIDTH:.0f} Å; {remedy}",
+        farthest,
+        refuse=True,
+        worst=False,
+    )
+    sentence = "{a} of {A} lies {value:.0f} Å from the other atoms in frame {frame}; " + remedy
+    yield Check(gaps, MAX_GAP, sentence, lambda found: [widest_gap(found.xyz)[1]], refuse=True)
+
+
+def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
+    """Yield the checks of the median length of the bonds of the backbone, of all chains and of each of several."""
+    pairs, usual = _backbone_bonds(molecule)
+    a, b = pairs.T
+    if len(a) < MIN_ATOMS_TO_JUDGE:
+        return
+    chains = _chains_to_judge(molecule, a)
+
+    def ratios(xyz: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2) / usual
+
+    def deviations(xyz: np.ndarray) -> np.ndarray:
+        return np.median(np.abs(ratios(xyz) - 1), axis=1)[:, None]
+
+    def of_chains(xyz: np.ndarray) -> np.ndarray:  # of several, one may be odd
+        ratio = np.abs(ratios(xyz) - 1)
+        each = np.stack([np.median(ratio[:, chain], axis=1) for chain in chains], axis=1)
+        return np.where(np.median(ratio, axis=1)[:, None] > DEVIATION_TO_REFUSE, 0, each)
+
+    def ratio_of_chain(found: Finding) -> dict[str, Any]:
+        return {"ratio": np.median(ratios(found.xyz[None])[0, chains[found.place]])}
+
+    flat = f"all atoms are in one plane in frame {{frame}}; {remedy}"
+    yield Check(lambda xyz: (np.ptp(xyz, axis=1) == 0).any(axis=1)[:, None], 0, flat, refuse=True)
+    if len(chains) > 1:
+        yield Check(
+            of_chains,
+            DEVIATION_TO_REFUSE,
+            f"bonds of the chain of {{A}} are {{ratio:.2f}} times as long as usual in frame {{frame}}; {remedy}",
+            np.array([a[chain[:1]] for chain in chains]),
+            refuse=True,
+            more=ratio_of_chain,
         )
-        _refuse_wide_residues(molecule, path, remedy)
-        _refuse_gaps(molecule, path, remedy)
-        links, distance = _peptide_bonds(molecule)
-        bonds, bonded_share = _bonds(molecule, links, distance < PEPTIDE.max_length)
-        _refuse_unbonded(bonded_share, path, topology)
-        _refuse_odd_lengths(molecule, path, remedy)
-        _refuse_broken(molecule, bonds, path)
-        _warn_of_doubts(molecule, links, distance, path)
-        _warn_of_odd_bonds(molecule, path)
-        _warn_of_stretched_chains(molecule, path)
-        _warn_of_mirror_images(molecule, path)
-        _warn_of_shared_places(molecule, path)
-        _warn_of_overlaps(molecule, path)
+    yield Check(
+        deviations,
+        DEVIATION_TO_REFUSE,
+        "bonds of the backbone are {ratio:.2f} times as long as usual in frame {frame}, and half of them differ by "
+        f"{{value:.0%}} or more; {remedy}",
+        refuse=True,
+        more=lambda found: {"ratio": np.median(ratios(found.xyz[None]))},
+    )
+    yield Check(
+        lambda xyz: 100 * deviations(xyz),
+        100 * DEVIATION_TO_WARN,
+        "half of the bonds of the backbone differ by {value:.0f} % from their usual length in frame {frame}",
+    )
+
+
+def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
+    """Yield the checks of single bonds of the backbone, and of the bonds of a chain along any direction."""
+    pairs, usual = _backbone_bonds(molecule)
+    a, b = pairs.T
+    if not len(a):
+        return
+
+    def lengths(xyz: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2)
+
+    yield Check(
+        lambda xyz: np.abs(lengths(xyz) / usual - 1),
+        ODD_BOND,
+        "the bond {a}-{b} of {A} is {length:.1f} Å long instead of {usual:.1f} Å in frame {frame}; repair its coordinates",
+        pairs,
+        more=lambda found: {"length": lengths(found.xyz[None])[0, found.place], "usual": usual[found.place]},
+    )
+    for chain in _chains_to_judge(molecule, a):
+        yield _check_of_stretch(pairs[chain], usual[chain])
+    far, apart = _usual_distances(molecule)
+    for chain in _chains_to_judge(molecule, far[:, 0], N_DISTANCES[0]):
+        yield _check_of_skew(far[chain], apart[chain])
+
+
+def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> Check:
+    """Return the check of the bonds (L, 2) of one chain along the direction where they differ most from their usual length."""
+    a, b = pairs.T
+
+    def stretch(xyz: np.ndarray) -> np.ndarray:
+        return _stretch((xyz[:, a] - xyz[:, b]) / usual[:, None])[0]
+
+    return Check(
+        lambda xyz: np.abs(stretch(xyz) - 1),
+        STRETCH_TO_WARN if len(a) >= MIN_BONDS_OF_LONG_CHAIN else STRETCH_OF_SHORT_CHAIN,
+        "bonds of the chain of {A} are {ratio:.2f} times as long as usual along one direction in frame {frame}; "
+        "are all lengths in one unit?",
+        lambda found: a[:1],
+        more=lambda found: {"ratio": stretch(found.xyz[None])[0, found.place]},
+    )
+
+
+def _check_of_skew(pairs: np.ndarray, usual: np.ndarray) -> Check:
+    """Return the check of the distances (L, 2) of one chain along one direction against those along another."""
+    a, b = pairs.T
+
+    def skew(xyz: np.ndarray) -> np.ndarray:
+        values, _ = _stretch((xyz[:, a] - xyz[:, b]) / usual[:, None])
+        return (values.max(axis=1) / values.min(axis=1) - 1)[:, None]
+
+    def direction(found: Finding) -> dict[str, Any]:
+        values, axes = (
+            each[0] for each in _stretch((found.xyz[None, a] - found.xyz[None, b]) / usual[:, None])
+        )
+        odd = np.abs(values - np.median(values)).argmax()
+        axis = np.abs(axes[:, odd])
+        return {
+            "axis": "xyz"[axis.argmax()] if axis.max() > NEAR_AXIS else "one direction",
+            "percent": 100 * found.value,
+            "longer": "longer" if values[odd] > np.median(values) else "shorter",
+        }
+
+    return Check(
+        skew,
+        SKEW_TO_WARN if len(a) >= N_DISTANCES[1] else SKEW_OF_SHORT_CHAIN,
+        "bonds of the chain of {A} are {percent:.0f} % {longer} along {axis} than across it in frame {frame}; "
+        "are all lengths in one unit?",
+        lambda found: a[:1],
+        first=True,
+        more=direction,
+    )
+
+
+def _checks_of_handedness(molecule: Molecule) -> Iterator[Check]:
+    """Yield the check of all residues, and of each chain, for being the mirror image of an L-peptide."""
+    atom_of = _atoms_by_name(molecule)
+    atoms = np.stack([atom_of(name) for name in ("N", "CA", "C", "CB")])
+    atoms = atoms[:, (atoms >= 0).all(axis=0)]
+    chain_of = molecule.chain[atoms[1]]
+    everything = np.arange(atoms.shape[1])
+    groups = [everything, *(everything[chain_of == chain] for chain in np.unique(chain_of))]
+    groups = [group for group in groups if len(group) >= MIN_RESIDUES_OF_MIRROR]
+
+    def left_handed(xyz: np.ndarray) -> np.ndarray:
+        n, ca, c, cb = (xyz[:, each] for each in atoms)
+        return (np.cross(n - ca, c - ca) * (cb - ca)).sum(axis=2) >= 0
+
+    def mirrored(xyz: np.ndarray) -> np.ndarray:
+        left = left_handed(xyz)
+        changed = [(left[:, group] != first[group]).mean(axis=1) > 0.5 for group in groups]
+        odd = [(left[:, group].mean(axis=1) < 0.5) & (len(group) >= MIN_ATOMS_TO_JUDGE) for group in groups]
+        return np.stack([a | b for a, b in zip(changed, odd, strict=True)], axis=1)
+
+    if groups:
+        first = left_handed(np.array(molecule.xyz[:1]))[0]
+        sentence = "the chain of {A} is a mirror image, of D-amino acids, in frame {frame}; does an axis have the wrong sign?"
+        ends = np.array([atoms[1, group[:1]] for group in groups])
+        yield Check(mirrored, 0, sentence, ends, worst=False)
+
+
+def _share_of_clashes(molecule: Molecule) -> float:
+    """Return the share of atoms that lie inside other residues in the first frame; 0 for few atoms."""
+    xyz, index = np.array(molecule.xyz[0]), molecule.residue_index
+    inside = []
+    for k in range(0, len(xyz), -(-len(xyz) // SAMPLED_ATOMS)):
+        near = np.flatnonzero((np.abs(xyz - xyz[k]).sum(axis=1) < 2 * CLASH) & (index != index[k]))
+        inside.append((np.linalg.norm(xyz[near] - xyz[k], axis=1) < CLASH).any())
+    return float(np.mean(inside)) if len(inside) >= MIN_ATOMS_TO_JUDGE else 0.0
+
+
+def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
+    """Yield the checks of residues and atoms that lie in one place, and of atoms far from their residue."""
+    index, first = molecule.residue_index, np.array(molecule.xyz[0])
+    ca = np.flatnonzero((molecule.name == "CA") & (molecule.kind == "protein"))
+    step = np.linalg.norm(np.diff(first[ca], axis=0), axis=1)
+    twins = np.flatnonzero((step < SAME_RESIDUE) & (np.diff(index[ca]) > 0))[:1]
+    heavy = np.flatnonzero(molecule.heavy)
+    same, nearest = _inside_residues(molecule, first, heavy)
+    present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
+    complete = ((expected > 0) & (present == expected))[index[heavy]]
+    lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))[:1]
+    left_out = np.unique(index[ca[1:]][step < SAME_RESIDUE])
+
+    def overlaps(xyz: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Find pairs of atoms of two residues in one place: frame, both atoms, and distance."""
+        frame, a, b, distance = _pairs_in_cubes(xyz[:, heavy], index[heavy])
+        a, b = heavy[a], heavy[b]
+        keep = (distance < SAME_PLACE) & ~np.isin(index[a], left_out) & ~np.isin(index[b], left_out)
+        return frame[keep], a[keep], b[keep], distance[keep]
+
+    yield _in_first(
+        len(twins),
+        0,
+        "{A} and {B} lie in one place; keep one of them",
+        np.column_stack([ca[twins], ca[twins + 1]]),
+    )
+    pairs = pluralise(len(same), "such pair")
+    yield _in_first(
+        len(same), 0, f"{{a}} and {{b}} of {{A}} lie in one place ({pairs}); repair its coordinates", same
+    )
+    far = f"lies {nearest[lost[0]]:.1f} Å from the nearest atom of its residue" if len(lost) else ""
+    yield _in_first(len(lost), 0, f"{{a}} of {{A}} {far}; repair its coordinates", heavy[lost][:, None])
+    if len(heavy) >= MIN_ATOMS_TO_JUDGE:
+        yield Check(
+            lambda xyz: np.bincount(overlaps(xyz)[0], minlength=len(xyz))[:, None],
+            0,
+            "{a} of {A} and {b} of {B} lie {distance:.1f} Å apart in frame {frame}; is the box right, or is a molecule there "
+            "twice?",
+            lambda found: [int(atoms[0]) for atoms in overlaps(found.xyz[None])[1:3]],
+            more=lambda found: {"distance": overlaps(found.xyz[None])[3][0]},
+        )
 
 
 def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str], begin: int = 0) -> None:
@@ -107,51 +451,23 @@ def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str], be
     bad = ~(np.abs(xyz) < MAX_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
-            f"{path} has coordinates that are not numbers or beyond {MAX_COORDINATE:.0e} Å in frame {begin + bad.argmax()}: "
-            "repair or copy it again."
+            f"{path} has coordinates that are not numbers or beyond {MAX_COORDINATE:.0e} Å in frame "
+            f"{begin + bad.argmax()}: repair or copy it again."
         )
     if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
         raise InputError(f"{path} has all atoms at one position: give a file with coordinates.")
 
 
 def _refuse_crowded(xyz: np.ndarray, path: str | os.PathLike[str], unit: str) -> None:
-    """Raise InputError if atoms of the first frame are closer than bonds allow."""
-    sample = xyz[0, :: -(-xyz.shape[1] // SAMPLED_ATOMS)]
+    """Raise InputError if atoms of a frame (A, 3) are closer than bonds allow."""
+    sample = xyz[:: -(-len(xyz) // SAMPLED_ATOMS)]
     if len(sample) < MIN_ATOMS_TO_JUDGE:
         return
-    gap = np.median([np.partition(np.linalg.norm(xyz[0] - atom, axis=1), 1)[1] for atom in sample])
+    gap = np.median([np.partition(np.linalg.norm(xyz - atom, axis=1), 1)[1] for atom in sample])
     if 0 < gap < MIN_NEIGHBOUR_DISTANCE:
         raise InputError(
             f"{path} has atoms {gap:.2f} Å apart, but bonds are 1 Å or longer: give lengths in {unit}."
         )
-
-
-def _refuse_wide_residues(molecule: Molecule, path: str | os.PathLike[str], remedy: str) -> None:
-    """Raise InputError if a residue is wider than MAX_RESIDUE_WIDTH."""
-    start = np.flatnonzero(np.diff(molecule.residue_index, prepend=-1))
-    box = np.maximum.reduceat(molecule.xyz, start, axis=1) - np.minimum.reduceat(molecule.xyz, start, axis=1)
-    known = [standard_name(name) in HEAVY_ATOMS for name in molecule.residue_name[start]]
-    extent = np.where(known, np.linalg.norm(box, axis=2), 0)
-    wide = np.argwhere(extent > MAX_RESIDUE_WIDTH)
-    if len(wide):
-        frame, residue = wide[0]
-        xyz = np.split(molecule.xyz[frame], start[1:])[residue]
-        atom = start[residue] + np.linalg.norm(xyz - np.median(xyz, axis=0), axis=1).argmax()
-        raise InputError(
-            f"{path}: {residue_label(molecule, atom)} is {extent[frame, residue]:.0f} Å wide in frame {frame} (atom "
-            f"{molecule.name[atom]} is farthest out) instead of below {MAX_RESIDUE_WIDTH:.0f} Å; {remedy}."
-        )
-
-
-def _refuse_gaps(molecule: Molecule, path: str | os.PathLike[str], remedy: str) -> None:
-    """Raise InputError if an empty slab across an axis, wider than MAX_GAP, separates the atoms."""
-    for frame in np.flatnonzero((np.ptp(molecule.xyz, axis=1) > MAX_GAP).any(axis=1)):
-        gap, atom = widest_gap(molecule.xyz[frame])
-        if gap > MAX_GAP:
-            raise InputError(
-                f"{path}: {molecule.name[atom]} of {residue_label(molecule, atom)} lies {gap:.0f} Å from the "
-                f"other atoms in frame {frame}; {remedy}."
-            )
 
 
 def widest_gap(xyz: np.ndarray) -> tuple[float, int]:
@@ -177,8 +493,7 @@ def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[n
     A bond (L, 2) joins heavy atoms of a residue closer than MAX_BOND, or is one of the `links` (P, 2) between residues
     that are `linked` (P,).
     """
-    xyz, index = molecule.xyz[0], molecule.residue_index
-    heavy = molecule.heavy
+    xyz, index, heavy = molecule.xyz[0], molecule.residue_index, molecule.heavy
     nearest, pairs = np.full(len(xyz), np.inf), [np.empty((0, 2), int)]
     for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(xyz))):
         first = np.flatnonzero(index[step:] == index[:-step])
@@ -193,80 +508,38 @@ def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[n
     return np.concatenate([*pairs, links[linked]]), min(shares, default=1.0)
 
 
+def _inside_residues(molecule: Molecule, xyz: np.ndarray, heavy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find pairs (P, 2) of differently named atoms of one residue in one place, and the nearest atom of each heavy one."""
+    index, nearest = molecule.residue_index, np.full(len(heavy), np.inf)
+    same = np.empty((0, 2), int)
+    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(heavy))):
+        a, b = heavy[:-step], heavy[step:]
+        pair = np.flatnonzero(index[a] == index[b])
+        if not len(pair):
+            break
+        length = np.linalg.norm(xyz[a[pair]] - xyz[b[pair]], axis=1)
+        np.minimum.at(nearest, pair, length)
+        np.minimum.at(nearest, pair + step, length)
+        close = pair[(length < SAME_PLACE) & (molecule.name[a[pair]] != molecule.name[b[pair]])]
+        same = np.concatenate([same, np.column_stack([heavy[close], heavy[close + step]])])
+    return same, nearest
+
+
 def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     """Find C and N (L, 2) of residues with consecutive numbers in a chain, and their distance in the first frame."""
-    last, first = PEPTIDE.last, PEPTIDE.first
-    ends: dict[str, dict[tuple[str, int], int]] = {last: {}, first: {}}
-    for atom in np.flatnonzero(np.isin(molecule.name, [last, first]) & (molecule.kind == "protein")):
-        label = molecule.residue[atom]
-        if label.removeprefix("-").isdecimal():
-            ends[molecule.name[atom]].setdefault((molecule.chain[atom], int(label)), int(atom))
+    ends: dict[str, dict[tuple[str, int], int]] = {PEPTIDE.last: {}, PEPTIDE.first: {}}
+    for atom in np.flatnonzero(np.isin(molecule.name, [*ends]) & (molecule.kind == "protein")):
+        number, code = split_label(molecule.residue[atom])
+        if number and not code:
+            ends[molecule.name[atom]].setdefault((molecule.chain[atom], int(number)), int(atom))
+    starts = ends[PEPTIDE.first]
     pairs = [
-        (atom, ends[first][chain, number + 1])
-        for (chain, number), atom in ends[last].items()
-        if (chain, number + 1) in ends[first]
+        (atom, starts[chain, number + 1])
+        for (chain, number), atom in ends[PEPTIDE.last].items()
+        if (chain, number + 1) in starts
     ]
     links = np.array(pairs, int).reshape(-1, 2)
     return links, np.linalg.norm(molecule.xyz[0][links[:, 0]] - molecule.xyz[0][links[:, 1]], axis=1)
-
-
-def _refuse_unbonded(
-    bonded_share: float, path: str | os.PathLike[str], topology: str | os.PathLike[str] | None
-) -> None:
-    """Raise InputError if too few atoms have the neighbours that their names imply."""
-    if bonded_share < MIN_BONDED_SHARE:
-        remedy = f"; give its atoms in the order of {topology}" if topology else "; copy it again"
-        raise InputError(
-            f"{path}: only {bonded_share:.0%} of the bonds that its names imply exist in frame 0{remedy}."
-        )
-
-
-def _refuse_broken(molecule: Molecule, bonds: np.ndarray, path: str | os.PathLike[str]) -> None:
-    """Raise InputError if a bond of the first frame is longer than BROKEN_BOND in another."""
-    for begin in range(1, molecule.n_frames, FRAMES_AT_ONCE):
-        xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
-        length = np.linalg.norm(xyz[:, bonds[:, 0]] - xyz[:, bonds[:, 1]], axis=2)
-        if (length > BROKEN_BOND).any():
-            frame, bond = np.argwhere(length > BROKEN_BOND)[0]
-            a, b = bonds[bond]
-            raise InputError(
-                f"{path}: the bond {molecule.name[a]}-{molecule.name[b]} of {residue_label(molecule, a)} is "
-                f"{length[frame, bond]:.1f} Å long in frame {begin + frame}; repair that frame or leave it out."
-            )
-
-
-def _refuse_odd_lengths(molecule: Molecule, path: str | os.PathLike[str], remedy: str) -> None:
-    """Raise InputError if half of the backbone's bonds deviate by more than DEVIATION_TO_REFUSE from their usual length."""
-    pairs, usual = _backbone_bonds(molecule)
-    a, b = pairs.T
-    chains = _chains_to_judge(molecule, a)
-    for begin in range(0, molecule.n_frames if len(a) >= MIN_ATOMS_TO_JUDGE else 0, FRAMES_AT_ONCE):
-        xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
-        flat = (np.ptp(xyz, axis=1) == 0).any(axis=1)
-        if flat.any():
-            raise InputError(f"{path} has all atoms in one plane in frame {begin + flat.argmax()}; {remedy}.")
-        ratio = np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2) / usual
-        deviation = np.median(np.abs(ratio - 1), axis=1)
-        for chain in chains[1:] and chains:  # of several, one may be odd
-            of_chain = np.median(np.abs(ratio[:, chain] - 1), axis=1)
-            ratio_of_chain = np.median(ratio[:, chain], axis=1)
-            frame = int(of_chain.argmax())
-            if of_chain[frame] > DEVIATION_TO_REFUSE >= deviation[frame]:
-                raise InputError(
-                    f"{path}: bonds of the chain of {residue_label(molecule, a[chain][0])} are {ratio_of_chain[frame]:.2f} times "
-                    f"as long as usual in frame {begin + frame}; {remedy}."
-                )
-        if DEVIATION_TO_WARN < deviation.max() <= DEVIATION_TO_REFUSE:
-            message = (
-                "%s: half of the bonds of the backbone differ by %.0f %% from their usual length in frame %d"
-            )
-            log.warning(message, path, 100 * deviation.max(), begin + deviation.argmax())
-        if (deviation > DEVIATION_TO_REFUSE).any():
-            frame = int(np.argmax(deviation > DEVIATION_TO_REFUSE))
-            raise InputError(
-                f"{path}: bonds of the backbone are {np.median(ratio[frame]):.2f} times as long as usual in frame "
-                f"{begin + frame}, and half of them differ by {deviation[frame]:.0%} or more; {remedy}."
-            )
 
 
 def _backbone_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
@@ -279,54 +552,28 @@ def _backbone_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(pairs), np.array(usual)
 
 
-def _chains_to_judge(molecule: Molecule, atoms: np.ndarray) -> list[np.ndarray]:
+def _chains_to_judge(
+    molecule: Molecule, atoms: np.ndarray, least: int = MIN_ATOMS_TO_JUDGE
+) -> list[np.ndarray]:
     """Return the positions in a list of atoms of each chain that occurs often enough to be judged."""
     _, chain, count = np.unique(molecule.chain[atoms], return_inverse=True, return_counts=True)
-    return [np.flatnonzero(chain == k) for k in np.flatnonzero(count >= MIN_ATOMS_TO_JUDGE)]
+    return [np.flatnonzero(chain == k) for k in np.flatnonzero(count >= least)]
 
 
-def _warn_of_odd_bonds(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn of the backbone bond that differs most from its usual length, if by more than ODD_BOND."""
-    pairs, usual = _backbone_bonds(molecule)
-    a, b = pairs.T
-    for begin in range(0, molecule.n_frames if len(a) else 0, FRAMES_AT_ONCE):
-        xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
-        ratio = np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2) / usual
-        frame, bond = np.unravel_index(np.abs(ratio - 1).argmax(), ratio.shape)
-        if abs(ratio[frame, bond] - 1) > ODD_BOND:
-            names = f"{molecule.name[a[bond]]}-{molecule.name[b[bond]]}"
-            message = (
-                "%s: the bond %s of %s is %.1f Å long instead of %.1f Å in frame %d; repair its coordinates"
-            )
-            length = ratio[frame, bond] * usual[bond]
-            log.warning(
-                message, path, names, residue_label(molecule, a[bond]), length, usual[bond], begin + frame
-            )
-            return
+def _usual_distances(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
+    """Find the pairs of atoms (L, 2) of USUAL_DISTANCES in one chain, and these distances (L,)."""
+    atom_of, pairs, usual = _atoms_by_name(molecule), [np.empty((0, 2), int)], list[float]()
+    for (first, second, step), length in USUAL_DISTANCES.items():
+        a, b = atom_of(first), atom_of(second)
+        both = np.column_stack([a[: len(a) - step], b[step:]])
+        both = both[(both >= 0).all(axis=1)]
+        pairs.append(both[molecule.chain[both[:, 0]] == molecule.chain[both[:, 1]]])
+        usual += [length] * len(pairs[-1])
+    return np.concatenate(pairs), np.array(usual)
 
 
-def _warn_of_stretched_chains(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn if the bonds of a chain are longer or shorter along a direction than usual, in any frame."""
-    pairs, usual = _backbone_bonds(molecule)
-    for chain in _chains_to_judge(molecule, pairs[:, 0]):
-        (a, b), long = pairs[chain].T, len(chain) >= MIN_BONDS_OF_LONG_CHAIN
-        limit = STRETCH_TO_WARN if long else STRETCH_OF_SHORT_CHAIN
-        for begin in range(0, molecule.n_frames, FRAMES_AT_ONCE):
-            xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
-            stretch = _stretch((xyz[:, a] - xyz[:, b]) / usual[chain][:, None])
-            frame, axis = np.unravel_index(np.abs(stretch - 1).argmax(), stretch.shape)
-            if abs(stretch[frame, axis] - 1) > limit:
-                message = (
-                    "%s: bonds of the chain of %s are %.2f times as long as usual along one direction in frame %d; "
-                    "are all lengths in one unit?"
-                )
-                where = residue_label(molecule, a[0])
-                log.warning(message, path, where, stretch[frame, axis], begin + frame)
-                return
-
-
-def _stretch(bonds: np.ndarray) -> np.ndarray:
-    """Find how many times too long bonds are along three directions (F, 3).
+def _stretch(bonds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find how many times too long bonds are along three directions (F, 3), and these, as columns (F, 3, 3).
 
     The symmetric matrix G with u G u = 1 for all bonds u is found by least squares; where no bond determines it, it is 1.
 
@@ -343,99 +590,8 @@ def _stretch(bonds: np.ndarray) -> np.ndarray:
     square = terms.swapaxes(1, 2) @ terms + CERTAINTY * bonds.shape[1] * np.eye(6)
     solved = np.linalg.solve(square, terms.swapaxes(1, 2) @ rest[:, :, None])[:, :, 0]
     matrix = np.eye(3) + solved[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
-    return 1 / np.sqrt(np.maximum(np.linalg.eigvalsh(matrix), 0.01))
-
-
-def _warn_of_mirror_images(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn if a chain is the mirror image of an L-peptide in any frame."""
-    atom_of = _atoms_by_name(molecule)
-    atoms = np.stack([atom_of(name) for name in ("N", "CA", "C", "CB")])
-    atoms = atoms[:, (atoms >= 0).all(axis=0)]
-    everything = np.arange(atoms.shape[1])
-    chain_of = molecule.chain[atoms[1]]
-    for residues in (everything, *(everything[chain_of == chain] for chain in np.unique(chain_of))):
-        handed = np.empty((0, len(residues)), bool)  # of the first frame
-        n, ca, c, cb = atoms[:, residues]
-        for begin in range(0, molecule.n_frames if len(ca) >= MIN_RESIDUES_OF_MIRROR else 0, FRAMES_AT_ONCE):
-            xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
-            to_n, to_c, to_cb = (xyz[:, atom] - xyz[:, ca] for atom in (n, c, cb))
-            left = (np.cross(to_n, to_c) * to_cb).sum(axis=2) >= 0
-            handed = left[0] if begin == 0 else handed
-            mirrored = (left != handed).mean(axis=1) > 0.5
-            if len(ca) >= MIN_ATOMS_TO_JUDGE:
-                mirrored |= left.mean(axis=1) < 0.5
-            if mirrored.any():
-                message = (
-                    "%s: the chain of %s is a mirror image, of D-amino acids, in frame %d; "
-                    "does an axis have the wrong sign?"
-                )
-                log.warning(message, path, residue_label(molecule, ca[0]), begin + int(mirrored.argmax()))
-                return
-
-
-def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn of residues and atoms of the first frame that overlap with another, and of atoms far from their residue."""
-    xyz, index = molecule.xyz[0], molecule.residue_index
-    ca = np.flatnonzero((molecule.name == "CA") & (molecule.kind == "protein"))
-    twin = np.flatnonzero(np.linalg.norm(np.diff(xyz[ca], axis=0), axis=1) < SAME_RESIDUE)
-    twin = twin[np.diff(index[ca])[twin] > 0]
-    if len(twin):
-        first, second = (residue_label(molecule, ca[k]) for k in (twin[0], twin[0] + 1))
-        log.warning("%s: %s and %s lie in one place; keep one of them", path, first, second)
-    heavy = np.flatnonzero(molecule.heavy)
-    nearest = np.full(len(heavy), np.inf)
-    same = np.empty((0, 2), int)
-    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(heavy))):
-        a, b = heavy[:-step], heavy[step:]
-        pair = np.flatnonzero(index[a] == index[b])
-        if not len(pair):
-            break
-        length = np.linalg.norm(xyz[a[pair]] - xyz[b[pair]], axis=1)
-        np.minimum.at(nearest, pair, length)
-        np.minimum.at(nearest, pair + step, length)
-        close = pair[(length < SAME_PLACE) & (molecule.name[a[pair]] != molecule.name[b[pair]])]
-        same = np.concatenate([same, np.column_stack([heavy[close], heavy[close + step]])])
-    if len(same):
-        a, b = same[0]
-        message = "%s: %s and %s of %s lie in one place (%s); repair its coordinates"
-        count = pluralise(len(same), "such pair")
-        log.warning(message, path, molecule.name[a], molecule.name[b], residue_label(molecule, a), count)
-    present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
-    complete = ((expected > 0) & (present == expected))[index[heavy]]
-    lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))
-    if len(lost):
-        message = "%s: %s of %s lies %.1f Å from the nearest atom of its residue; repair its coordinates"
-        atom = heavy[lost[0]]
-        log.warning(message, path, molecule.name[atom], residue_label(molecule, atom), nearest[lost[0]])
-
-
-def _warn_of_overlaps(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn if heavy atoms of two residues lie in one place, in any frame: a wrong box, or one chain on top of another."""
-    heavy = np.flatnonzero(molecule.heavy)
-    if len(heavy) < MIN_ATOMS_TO_JUDGE:
-        return
-    index, names = molecule.residue_index[heavy], molecule.name[heavy]
-    ca = names == "CA"
-    twins = set(
-        index[ca][1:][
-            np.linalg.norm(np.diff(molecule.xyz[0][heavy][ca], axis=0), axis=1) < SAME_RESIDUE
-        ].tolist()
-    )
-    for begin in range(0, molecule.n_frames, FRAMES_AT_ONCE):
-        xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE, heavy]
-        frame, a, b, distance = _pairs_in_cubes(xyz, index)
-        keep = (distance < SAME_PLACE) & ~np.isin(index[a], [*twins]) & ~np.isin(index[b], [*twins])
-        if keep.any():
-            k = np.flatnonzero(keep)[0]
-            message = "%s: %s of %s and %s of %s lie %.1f Å apart in frame %d; is the box right, or is a molecule there twice?"
-            ends = (
-                names[a[k]],
-                residue_label(molecule, heavy[a[k]]),
-                names[b[k]],
-                residue_label(molecule, heavy[b[k]]),
-            )
-            log.warning(message, path, *ends, distance[k], begin + frame[k])
-            return
+    values, directions = np.linalg.eigh(matrix)
+    return 1 / np.sqrt(np.maximum(values, 0.01)), directions
 
 
 def _pairs_in_cubes(
@@ -483,7 +639,7 @@ def _atoms_by_name(molecule: Molecule) -> Callable[[str], np.ndarray]:
     return atom_of
 
 
-def _refuse_other_elements(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+def _check_elements(molecule: Molecule, path: str | os.PathLike[str]) -> None:
     """Raise InputError if the elements of amino acids contradict the first letters of the atom names."""
     known = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
     letters = [name.lstrip("0123456789'*")[:1].upper() for name in molecule.name]
@@ -503,34 +659,6 @@ def _refuse_other_elements(molecule: Molecule, path: str | os.PathLike[str]) -> 
         raise InputError(
             f"{path}: {molecule.name[atom]} of {residue_label(molecule, atom)} has the element {molecule.element[atom]}; "
             f"{wrong.sum()} atoms have an element that contradicts their name. Repair the elements or leave them blank."
-        )
-
-
-def _warn_of_doubts(
-    molecule: Molecule, links: np.ndarray, distance: np.ndarray, path: str | os.PathLike[str]
-) -> None:
-    """Warn of what is possible but unlikely: one atom, overlapping copies, a broken chain."""
-    xyz, index = molecule.xyz[0], molecule.residue_index
-    if molecule.n_atoms == 1:
-        log.warning("%s: a single atom is used; its surface is a sphere", path)
-    sample = range(0, len(xyz), -(-len(xyz) // SAMPLED_ATOMS))
-    close = [
-        ((np.abs(xyz - xyz[k]).sum(axis=1) < 2 * CLASH) & (index != index[k])).nonzero()[0] for k in sample
-    ]
-    clashes = [
-        (np.linalg.norm(xyz[near] - xyz[k], axis=1) < CLASH).any()
-        for k, near in zip(sample, close, strict=True)
-    ]
-    if len(clashes) >= MIN_ATOMS_TO_JUDGE and np.mean(clashes) > SHARE_TO_REPORT:
-        message = "%s: %.0f %% of its atoms lie inside other residues; does it hold a molecule twice?"
-        log.warning(message, path, 100 * np.mean(clashes))
-    broken = np.flatnonzero(distance >= PEPTIDE.max_length)
-    if len(broken):
-        a, b = links[broken[0]]
-        message = "%s: %s missing, the first between %s and %s, %.1f Å apart"
-        words = pluralise(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
-        log.warning(
-            message, path, words, residue_label(molecule, a), residue_label(molecule, b), distance[broken[0]]
         )
 
 

@@ -76,7 +76,9 @@ def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
             if next_model is not None:
                 models.append(next_model)
                 next_model = None
-            rows.append((models[-1], *_atom(line, f"Line {number} of {path}", wide_chains, numbered), molecule))
+            rows.append(
+                (models[-1], *_atom(line, f"Line {number} of {path}", wide_chains, numbered), molecule)
+            )
             last_atom = number
         elif record == "TER   ":
             molecule += 1

@@ -6,11 +6,10 @@ mdtraj's readers ignore truncated frames, wrong headers and repeated frames. Thi
 from __future__ import annotations
 
 import logging
-import mmap
 import os
 import struct
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -258,14 +257,6 @@ class FrameStore:
             return np.concatenate(self.parts)
         self.file.flush()
         return np.memmap(self.file, float, "r", shape=(self.n_frames, *self.shape))
-
-
-def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield frames (F, A, 3) in parts, with the number of frames before each; those of a file leave the memory again."""
-    for begin in range(0, len(xyz), n_frames):
-        yield begin, np.array(xyz[begin : begin + n_frames])
-        if isinstance(xyz, np.memmap):
-            xyz._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
 
 
 def count_usable_frames(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: int) -> int:
