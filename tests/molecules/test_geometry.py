@@ -21,7 +21,9 @@ USED = ("N", "CA", "C", "CB")  # whose places make a residue L or D
 @pytest.fixture(scope="module")
 def molecule():
     """Fourteen residues in six frames, more than are looked at together (see `few_at_once`)."""
-    return read_molecule(TOPOLOGY, ROOT / "data" / "tdp43" / "trajectory.xtc", residues="209-222", stride=180)
+    read = read_molecule(TOPOLOGY, ROOT / "data" / "tdp43" / "trajectory.xtc", residues="209-222", stride=180)
+    assert read.frame_number.tolist() == [0, 180, 360, 540, 720, 900]
+    return replace(read, frame_number=np.arange(6))
 
 
 @pytest.fixture(autouse=True)
@@ -33,6 +35,11 @@ def moved(molecule, frame, atoms, by):
     xyz = molecule.xyz.copy()
     xyz[frame, atoms] += by
     return replace(molecule, xyz=xyz)
+
+
+def measured(checks, molecule, path="a.pdb"):
+    """Run some of the checks."""
+    geometry._run([*checks], molecule, path)
 
 
 def refused(molecule, words, **keys):
@@ -160,16 +167,16 @@ def test_ten_bonds_of_a_backbone_tell_its_unit(molecule, caplog, first, second, 
         index = np.repeat(np.arange(count + 1), 2)[:-1]
         return replace(molecule, xyz=xyz.reshape(4, -1, 3)[:, :-1], name=names, residue_index=index)
 
-    geometry._refuse_odd_lengths(given(1.0, 10), "a.pdb", "")
-    geometry._refuse_odd_lengths(given(1.5, 9), "a.pdb", "")
+    measured(geometry._checks_of_lengths(sound := given(1.0, 10), ""), sound)
+    measured(geometry._checks_of_lengths(few := given(1.5, 9), ""), few)
     assert not caplog.messages
-    geometry._refuse_odd_lengths(given(1.1, 10), "a.pdb", "")
+    measured(geometry._checks_of_lengths(odd := given(1.1, 10), ""), odd)
     told = f"a.pdb: half of the bonds of the backbone differ by 10 % from their usual length in frame {frame}"
     assert caplog.messages == [told]
     with pytest.raises(
         InputError, match=f"are 1.20 times as long as usual in frame {frame}, and half .* by 20%"
     ):
-        geometry._refuse_odd_lengths(given(1.2, 10), "a.pdb", "")
+        measured(geometry._checks_of_lengths(wrong := given(1.2, 10), ""), wrong)
 
 
 @pytest.mark.parametrize(("count", "refused"), [(9, False), (10, True)])
@@ -329,11 +336,11 @@ def test_more_than_a_tenth_of_ten_elements_or_more_is_refused(molecule, atoms, w
     }
     given = replace(molecule, name=names, element=elements, **same)
     if not words:
-        return geometry._refuse_other_elements(given, "a.pdb")
+        return geometry._check_elements(given, "a.pdb")
     with pytest.raises(
         InputError, match=f"a.pdb: {words} has the element O; {wrong} atoms have an element that contradicts"
     ):
-        geometry._refuse_other_elements(given, "a.pdb")
+        geometry._check_elements(given, "a.pdb")
 
 
 def test_one_bond_of_another_length_is_reported_with_its_frame(molecule, caplog):
@@ -343,7 +350,8 @@ def test_one_bond_of_another_length_is_reported_with_its_frame(molecule, caplog)
     length = np.linalg.norm(along)
     for wanted, words in ((1.46 * 1.3, "1.9 Å"), (1.46 * 0.7, "1.0 Å"), (1.46 * 1.2, "")):
         caplog.clear()
-        geometry._warn_of_odd_bonds(moved(molecule, 4, ca, along / length * (wanted - length)), "a.xtc")
+        other = moved(molecule, 4, ca, along / length * (wanted - length))
+        measured([*geometry._checks_of_bonds(other)][:1], other, "a.xtc")
         bond = f"a.xtc: the bond N-CA of TYR 214 is {words} long instead of 1.5 Å in frame 4"
         assert [text.partition(";")[0] for text in caplog.messages] == [bond] * bool(words)
 

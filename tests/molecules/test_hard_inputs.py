@@ -211,7 +211,7 @@ REFUSED = {
     "no-x.cif": (CIF.replace("Cartn_y", "Cartn_q"), "has no y in its _atom_site"),
     "number.cif": (CIF.replace(" A 1 ", " A one ", 1), "residue numbered 'one'"),
     "lost-chain.cif": (
-        "data_x\nloop_\n_struct_asym.id\nA\nB\n" + CIF[7:].replace("auth_asym_id", "label_asym_id"),
+        "data_x\nloop_\n_struct_asym.id\nA\nB\n" + CIF[7:-1].replace("auth_asym_id", "label_asym_id"),
         "cut short: it has no atoms for B",
     ),
     "notes.txt": (GOOD, "not a structure by its extension: give one of .pdb, .ent, .cif"),

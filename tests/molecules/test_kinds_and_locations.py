@@ -33,8 +33,7 @@ def kinds(*residues, hetero):
         for atom, place in atoms.items()
     ]
     names, index, atoms, xyz = map(np.array, zip(*rows, strict=True))
-    found = residue_kinds(names, index, atoms, np.array(hetero)[index], xyz)
-    return found[np.unique(index, return_index=True)[1]].tolist()
+    return residue_kinds(names, index, atoms, np.array(hetero)[index], xyz)[0].tolist()
 
 
 # ---- bonds of residues that the file marks as hetero groups
@@ -55,9 +54,28 @@ def test_a_bond_of_1_33_and_one_of_1_9_are_bonds_one_of_2_1_is_none():
         assert kinds(("ALA", ALANINE, 0), ("XYZ", bonded, longer), hetero=[False, True])[1] == kind
 
 
-def test_a_ligand_near_the_chain_with_an_atom_called_n_is_no_part_of_it():
-    ligand = {"N": np.add(ALANINE["N"], STEP), "C9": (9, 9, 9)}
-    assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True]) == ["protein", "other"]
+def test_what_is_bonded_to_the_end_of_a_chain_belongs_to_it_and_a_ligand_nearby_does_not():
+    next_atom = np.add(ALANINE["N"], STEP)
+    for name, shift, kind in (
+        ("N", 0, "protein"),
+        ("C7", 0, "protein"),
+        ("N", 0.6, "other"),
+        ("HN", 0, "other"),
+    ):
+        ligand = {name: np.add(next_atom, (shift, 0, 0)), "C9": (9, 9, 9)}
+        assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True]) == ["protein", kind]
+        assert kinds(("LIG", ligand, 0), ("ALA", ALANINE, 0), hetero=[True, False]) == [kind, "protein"]
+    assert kinds(("ALA", ALANINE, 0), ("ION", {"O": next_atom}, 0), hetero=[False, True])[1] == "other"
+
+
+def test_water_is_known_by_its_atoms_whatever_its_name():
+    water = {"O": (0, 0, 0), "H1": (1, 0, 0), "H2": (0, 1, 0), "EPW": (0.1, 0.1, 0)}
+    phenol = {"O": (0, 0, 0), "H1": (1, 0, 0), "C1": (0, 1, 0)}
+    for name, atoms, kind in (
+        ("XYZ", water, "water"), ("OPC", {"O": (0, 0, 0)}, "water"), ("XYZ", {"O": (0, 0, 0)}, "other"),
+        ("OPC", phenol, "other"),
+    ):  # fmt: skip
+        assert kinds((name, atoms, 0), hetero=[True]) == [kind], (name, atoms)
 
 
 def test_hetero_nucleotides_belong_together_within_a_phosphodiester_bond():
@@ -117,7 +135,7 @@ def test_element_by_column_or_name(given, name, residue, polymer, alone, expecte
 def located(*rows):
     """Table of one residue's atoms from (name, altloc, occupancy)."""
     table = pd.DataFrame(rows, columns=["name", "altloc", "occupancy"])
-    return table.assign(model=1, chain="A", residue="1", residue_name="SER", terminated=False)
+    return table.assign(model=1, residue_index=0, residue_name="SER")
 
 
 ROWS = (
@@ -149,6 +167,9 @@ ROWS = (
             (("CB", "A", 0.9), ("OG", "A", 0.9), ("HG", "A", 0.0), ("CB", "B", 0.7), ("OG", "B", 0.7)),
             ["HG A", "CB B", "OG B"],
         ),
+        ("first", (("CB", "", 0.4), ("CB", "A", 0.6)), ["CB"]),  # both are locations
+        ("highest", (("CB", "", 0.4), ("CB", "A", 0.6)), ["CB A"]),
+        ("A", (("CB", "", 0.6), ("CB", "A", 0.4), ("OG", "", 1.0)), ["CB A", "OG"]),
     ],
 )
 def test_one_location_of_each_atom(altloc, rows, expected):

@@ -35,23 +35,18 @@ def test_names_are_those_of_the_topology(whole, tmp_path):
     assert len(rows) == len(atoms)
     for k in (0, 1, 400, len(atoms) - 1):
         atom = atoms[k]
-        wanted = [
-            atom.name,
-            atom.residue.name,
-            "",
-            atom.residue.resSeq,
-            atom.element.symbol,
-            atom.residue.index,
-        ]
-        assert rows[k] == tuple(wanted)
+        residue = atom.residue
+        assert rows[k] == (
+            atom.name, residue.name, "", "", residue.resSeq, atom.element.symbol, residue.index, 0,
+        )  # fmt: skip
     chain = mdtraj.Topology()
     residue = chain.add_residue("ALA", chain.add_chain(chain_id="Q"), resSeq=-3, segment_id="SEG")
     chain.add_atom("CA", None, residue)
     other = chain.add_residue("ALA", chain.add_chain(), resSeq=4, segment_id="SEG")
     chain.add_atom("CL", mdtraj.element.chlorine, other)
     assert mdtraj_process.atom_rows(chain) == [
-        ("CA", "ALA", "Q", -3, "", 0),
-        ("CL", "ALA", "SEG", 4, "CL", 1),
+        ("CA", "ALA", "Q", "SEG", -3, "", 0, 0),
+        ("CL", "ALA", "", "SEG", 4, "CL", 1, 1),
     ]
 
 
@@ -110,17 +105,36 @@ def test_a_path_with_letters_beyond_ascii_is_read(whole, tmp_path, kind):
         load_frames(path.with_stem("kurz"), whole.n_atoms)
 
 
+def test_frames_are_read_in_parts_and_reading_may_end_early(whole, tmp_path, monkeypatch):
+    whole.save(str(tmp_path / "a.dcd"))
+    monkeypatch.setattr(mdtraj_process, "BYTES_AT_ONCE", 2 * 12 * whole.n_atoms)
+    mdtraj_process._server.cache_clear()  # a new process does not know of it, but the file is short
+    for part in mdtraj_process.iterate_frames(tmp_path / "a.dcd", whole.n_atoms):
+        assert len(part[0]) == 5
+        break
+    frames = [
+        part.xyz
+        for part in mdtraj_process._load(
+            str(tmp_path / "a.dcd"), whole.n_atoms, np.arange(9), 2, False, np.array([])
+        )
+    ]
+    assert [len(xyz) for xyz in frames] == [2, 1]
+    np.testing.assert_allclose(np.concatenate(frames), whole.xyz[::2, :9], atol=1e-6)
+    assert len(load_frames(tmp_path / "a.dcd", whole.n_atoms)[0]) == 5
+
+
 def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"no[.]xtc does not exist: check the path"):
         load_frames(tmp_path / "no.xtc", 3)
     (tmp_path / "bad.gro").write_text("one\ntwo\n")
     with pytest.raises(InputError, match=r"bad.gro cannot be read \(\w.*\): it is damaged"):
         load_atoms(tmp_path / "bad.gro")
-    monkeypatch.setattr(mdtraj_process, "_request", lambda *_: (b"half an answer", -11))
-    with pytest.raises(InputError, match=r"\(its reader crashed\)"):
-        load_atoms(tmp_path / "bad.gro")
-    for answer, reason in ((b"", "its reader crashed"), (130 * b"x", 120 * "x")):
-        monkeypatch.setattr(mdtraj_process, "_request", lambda *_, answer=answer: (answer, 1))
+    for answers, reason in (
+        ((b"half an answer", -11), "its reader crashed"), ((1,), "its reader crashed"), ((130 * "x", 1), 120 * "x"),
+    ):  # fmt: skip
+        monkeypatch.setattr(
+            mdtraj_process, "_request", lambda *_, answers=answers: (answer for answer in answers)
+        )
         with pytest.raises(InputError, match=rf"\({reason}\)"):
             load_atoms(tmp_path / "bad.gro")
 
@@ -140,7 +154,8 @@ def test_the_reason_is_the_first_line_of_what_a_reader_says(tmp_path, monkeypatc
 
     monkeypatch.setattr(mdtraj_process, "_atoms", read)
     assert mdtraj_process._answer(tmp_path / "sink", "atoms", "a.gro") == bool(error)
-    assert (tmp_path / "sink").read_bytes() == reason
+    length = len(reason) * (-1 if error else 1)
+    assert (tmp_path / "sink").read_bytes() == length.to_bytes(8, "little", signed=True) + reason
 
 
 @pytest.mark.parametrize("ending", ["h5", "HDF5"])

@@ -12,7 +12,7 @@ from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.conformations import FrameChoice
 from sparsurf.molecules.mmcif import read_mmcif, write_mmcif
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.pdb import _short_chain_ids
+from sparsurf.molecules.pdb import _short_chain_ids, read_pdb
 from sparsurf.molecules.trajectory import Frames
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.read_surface import read_surface
@@ -113,10 +113,12 @@ def test_every_name_and_number_is_written_in_its_columns(molecule, tmp_path):
         xyz=np.array([[[12345.678, -1234.567, 1], [0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]]),
     )  # fmt: skip
     odd.write_pdb(tmp_path / "x.pdb")
-    lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if len(line) > 3]
+    head, *lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if len(line) > 3]
+    assert head.split() == ["HETNAM", "~SE", "HISE"]
+    assert set(read_pdb((tmp_path / "x.pdb").read_text(), "x.pdb").atoms.residue_name) == {"HISE"}
     assert [line[12:16] for line in lines] == [" CA ", " OXT", "HG11", " ?  ", "ZN  "]
     assert lines[0][30:54] == "12345.67-1234.56   1.000"
-    assert [line[17:22] for line in lines] == ["HIS A", "HIS A", "HISAB", "HISAB", "HISAB"]
+    assert [line[17:22] for line in lines] == ["~SE A", "~SE A", "~SEAB", "~SEAB", "~SEAB"]
     assert [float(line[60:66]) for line in lines] == [0, -99.99, 999.99, 999.99, -99.99]
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from peptides import peptide
-from sparsurf import read_molecule
-from sparsurf.errors import InputError
-from sparsurf.molecules.plddt import doubtful_residues
+from sparsurf import InputError, read_molecule
+from sparsurf.molecules.plddt import PREDICTED, doubtful_residues
 from sparsurf.workflow.config import check_config, proteins
 
 TITLE = "TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION FOR HEMOGLOBIN SUBUNIT ALPHA\nTITLE    2 (P69905)\n"
@@ -53,14 +52,37 @@ def test_residues_below_the_bound_are_left_out_of_a_model(tmp_path, kind, caplog
     assert read_molecule(path, plddt=0).masked_residues == 0
 
 
-@pytest.mark.parametrize("head", ["", EXPERIMENT])
-def test_other_files_stay_as_they_are(tmp_path, head):
-    assert read_molecule(pdb(tmp_path / "a.pdb", head), plddt=70).n_residues == 4
-    assert read_molecule(tmp_path / "a.pdb", plddt=70).masked_residues is None
-    assert read_molecule(cif(tmp_path / "a.cif", ""), plddt=70).masked_residues is None
+@pytest.mark.parametrize(
+    ("head", "scores", "words"),
+    [
+        (EXPERIMENT, SCORES, "plddt is not applied to an experimental structure"),
+        ("EXPDTA    X-RAY DIFFRACTION\nREMARK 1 PREDICTED BY ALPHAFOLD\n", SCORES, "experimental structure"),
+        ("CRYST1   30.000   30.000   30.000  90.00  90.00  90.00\n", SCORES, "experimental structure"),
+        ("", {1: 0, 2: 1, 3: 1, 4: 0}, "plddt is not applied; the file does not say"),  # flags
+        ("", {1: 1, 2: 9, 3: 4, 4: 7}, "plddt is not applied; the file does not say"),  # grades
+        ("", dict.fromkeys(SCORES, 80), "plddt is not applied; the file does not say"),
+    ],
+)
+def test_other_files_stay_as_they_are_and_this_is_said(tmp_path, caplog, head, scores, words):
+    with caplog.at_level("INFO", "sparsurf"):
+        molecule = read_molecule(pdb(tmp_path / "a.pdb", head, scores), plddt=70)
+    assert molecule.n_residues == 4 and molecule.masked_residues is None and words in caplog.text
 
 
-@pytest.mark.parametrize("scores", [(0, 0, 0, 0), (80, 80, 80, 80), (0.3, 0.9, 1, 0.5), (20, 30, 120, 10)])
+@pytest.mark.parametrize("scale", [1, 100])
+@pytest.mark.parametrize(
+    "head",
+    ["", "MODEL     1\n", "PARENT N/A\n", "REMARK   1 PREDICTED BY BOLTZ-2\n", "EXPDTA    THEORETICAL MODEL, ESMFOLD\n",
+     "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00\n"],
+)  # fmt: skip
+def test_models_of_other_predictors_are_known_by_a_word_or_by_their_b_factors(tmp_path, caplog, head, scale):
+    scores = {residue: score * scale / 100 for residue, score in SCORES.items()}
+    assert set(read_molecule(pdb(tmp_path / "a.pdb", head, scores), plddt=75).residue) == {"4"}
+    assert ("on a scale of 0 to 1" in caplog.text) == (scale == 1)
+    assert ("they are taken for pLDDT" in caplog.text) == (head[:5] in ("", "MODEL", "CRYST"))
+
+
+@pytest.mark.parametrize("scores", [(0, 0, 0, 0), (80, 80, 80, 80), (20, 30, 120, 10)])
 def test_a_model_whose_b_factors_are_no_plddt_is_refused(tmp_path, scores):
     path = pdb(tmp_path / "a.pdb", TITLE, dict(enumerate(scores, 1)))
     assert read_molecule(path).n_residues == 4
@@ -81,7 +103,7 @@ def test_a_model_without_a_confident_residue_is_refused(tmp_path):
 
 def test_the_mean_of_a_residue_counts():
     b_factor, residue_index = np.array([60.0, 81.0, 60.0, 79.0, 90.0]), np.array([0, 0, 1, 1, 2])
-    masked = doubtful_residues(b_factor, residue_index, True, 70.0, "x")
+    masked = doubtful_residues(b_factor, residue_index, PREDICTED, 70.0, "x")
     assert masked.tolist() == [False, False, True, True, False]
 
 

@@ -186,9 +186,12 @@ def test_time_that_stands_still_and_then_goes_back(caplog):
 
 
 def test_the_table_of_a_topology():
-    rows = [("N", "ALA", "A", 4, "N", 0), ("CA", "ALA", "A", 4, "C", 0), ("N", "ALA", "A", 5, "N", 1)]
+    rows = [
+        ("N", "ALA", "A", "S", 4, "N", 0, 0), ("CA", "ALA", "", "S", 4, "C", 0, 0), ("N", "ALA", "", "", 5, "N", 1, 1),
+    ]  # fmt: skip
     table = table_of_rows(rows, first_number=1)
-    assert table.residue.tolist() == ["5", "5", "6"] and table.terminated.tolist() == [False, False, True]
+    assert table.residue.tolist() == ["5", "5", "6"] and table.chain.tolist() == ["A", "S", ""]
+    assert table.unit.tolist() == table.molecule.tolist() == [0, 0, 1]
     assert table[["x", "y", "z", "b_factor"]].isna().all(axis=None)
     same = table[["model", "hetero", "altloc", "occupancy"]].drop_duplicates().to_numpy().tolist()
     assert same == [[1, False, "", 1.0]] and table_of_rows(rows).residue[0] == "4"

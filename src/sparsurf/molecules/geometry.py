@@ -62,9 +62,9 @@ USUAL_DISTANCES = {
 # Deviation of a chain's bonds from their usual length along any direction that causes a warning. It is at most .03 in 700
 # structures and trajectories; fewer bonds than MIN_BONDS_OF_LONG_CHAIN vary more.
 STRETCH_TO_WARN, STRETCH_OF_SHORT_CHAIN, MIN_BONDS_OF_LONG_CHAIN = 0.05, 0.09, 40
-# Of the distances of a chain along one direction to those along another that causes a warning: at most .025 in 1,065 chains of
-# eight residues or more, .031 in shorter ones; at least .034 and .046 if one axis is 5 % longer
-SKEW_TO_WARN, SKEW_OF_SHORT_CHAIN, N_DISTANCES = 0.033, 0.042, (40, 90)
+# Of the distances of a chain along one direction to those along another that causes a warning: at most .025 in 1,065 chains
+# of about eight residues or more, at least .034 if one axis is 5 % longer
+SKEW_TO_WARN, MIN_DISTANCES = 0.033, 90
 NEAR_AXIS = 0.95  # cosine of a direction with an axis that is then named
 CERTAINTY = 0.02  # weight, per bond, of the usual lengths in directions that no bond has
 MAX_RATIO = 1.6  # of a bond's length to its usual length, or the reverse; bonds beyond are ignored when stretch is estimated
@@ -314,7 +314,7 @@ def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
     for chain in _chains_to_judge(molecule, a):
         yield _check_of_stretch(pairs[chain], usual[chain])
     far, apart = _usual_distances(molecule)
-    for chain in _chains_to_judge(molecule, far[:, 0], N_DISTANCES[0]):
+    for chain in _chains_to_judge(molecule, far[:, 0], MIN_DISTANCES):
         yield _check_of_skew(far[chain], apart[chain])
 
 
@@ -357,7 +357,7 @@ def _check_of_skew(pairs: np.ndarray, usual: np.ndarray) -> Check:
 
     return Check(
         skew,
-        SKEW_TO_WARN if len(a) >= N_DISTANCES[1] else SKEW_OF_SHORT_CHAIN,
+        SKEW_TO_WARN,
         "bonds of the chain of {A} are {percent:.0f} % {longer} along {axis} than across it in frame {frame}; "
         "are all lengths in one unit?",
         lambda found: a[:1],
