@@ -136,7 +136,9 @@ def _element(symbol: str) -> str:
 def _has_wide_chains(lines: list[str]) -> bool:
     """Return whether column 21 belongs to a chain id of two letters; else it belongs to a residue name of four."""
     standard = (
-        line for line in lines if line.startswith(ATOM_RECORDS) and line[17:20].strip() in HEAVY_ATOMS
+        line
+        for line in lines
+        if line.startswith(ATOM_RECORDS) and (line[17:20].strip() in HEAVY_ATOMS or line[17:18] == LONG_NAME)
     )
     return any(line[20:21].strip() and line[17:21].strip() not in FOUR_LETTER_NAMES for line in standard)
 
