@@ -46,7 +46,7 @@ def test_names_are_those_of_the_topology(whole, tmp_path):
     chain.add_atom("CL", mdtraj.element.chlorine, other)
     assert mdtraj_process.atom_rows(chain) == [
         ("CA", "ALA", "Q", "SEG", -3, "", 0, 0),
-        ("CL", "ALA", "", "SEG", 4, "CL", 1, 1),
+        ("CL", "ALA", "SEG", "SEG", 4, "CL", 1, 1),
     ]
 
 

@@ -190,7 +190,7 @@ def test_the_table_of_a_topology():
         ("N", "ALA", "A", "S", 4, "N", 0, 0), ("CA", "ALA", "", "S", 4, "C", 0, 0), ("N", "ALA", "", "", 5, "N", 1, 1),
     ]  # fmt: skip
     table = table_of_rows(rows, first_number=1)
-    assert table.residue.tolist() == ["5", "5", "6"] and table.chain.tolist() == ["A", "S", ""]
+    assert table.residue.tolist() == ["5", "5", "6"] and table.segid.tolist() == ["S", "S", ""]
     assert table.unit.tolist() == table.molecule.tolist() == [0, 0, 1]
     assert table[["x", "y", "z", "b_factor"]].isna().all(axis=None)
     same = table[["model", "hetero", "altloc", "occupancy"]].drop_duplicates().to_numpy().tolist()

@@ -198,14 +198,13 @@ def _atoms(path: str) -> bytes:
 
 
 def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
-    """Return the atoms of an mdtraj.Topology as `load_atoms` does."""
+    """Return the atoms of an mdtraj.Topology as `load_atoms` does; a topology without chains has its segments."""
     return [
         (
-            atom.name, atom.residue.name, atom.residue.chain.chain_id or "", atom.residue.segment_id or "",
-            int(atom.residue.resSeq), atom.element.symbol.upper() if atom.element else "", atom.residue.index,
-            atom.residue.chain.index,
+            atom.name, residue.name, (residue.segment_id if chain is None else chain) or "", residue.segment_id or "",
+            int(residue.resSeq), atom.element.symbol.upper() if atom.element else "", residue.index, residue.chain.index,
         )
-        for atom in topology.atoms
+        for residue in topology.residues for chain in [residue.chain.chain_id] for atom in residue.atoms
     ]  # fmt: skip
 
 

@@ -75,9 +75,7 @@ def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> pd.DataFram
     columns = ("name", "residue_name", "chain", "segid", "number", "element", "unit", "molecule")
     table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True))
     table["residue"] = [str(number + first_number) for number in table.pop("number")]
-    table["chain"] = [
-        chain.strip() or segid for chain, segid in zip(table["chain"], table["segid"], strict=True)
-    ]
+    table["chain"] = [chain.strip() for chain in table["chain"]]
     return atom_table(**table)
 
 
