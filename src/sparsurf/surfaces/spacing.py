@@ -40,7 +40,7 @@ def area_of(surface: Surface) -> tuple[float, bool]:
     estimated : bool, whether the area is an estimate
     """
     area = getattr(surface, "area", np.nan)
-    if np.isfinite(area).all():
+    if np.isfinite(area).all() and np.sum(area) > 0:
         return float(np.sum(area)), False
     from scipy.spatial import cKDTree  # here: it takes long to load, and most surfaces know their area
 

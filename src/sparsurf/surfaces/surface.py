@@ -32,7 +32,7 @@ DENSITY = 5.35
 # Normals with three decimals deviate from unit length by at most sqrt(3) * 0.0005; the rest is a reserve.
 ROUNDING_OF_NORMALS = 2e-3
 SUSPICIOUS_NORMAL_DEVIATION = 0.05  # from unit length; such columns may be something else
-MIN_NORMAL_LENGTH = 0.5
+MIN_NORMAL_LENGTH = 1e-6
 ARRAY_TYPES = {"points": float, "normals": float, "area": float, "kind": np.int8, "atom": np.int32}
 ARRAY_NAMES = tuple(ARRAY_TYPES)
 # Columns of the files of this program and of others that are not fields
@@ -45,6 +45,7 @@ MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
 MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
 MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
+MAX_AREA_RATIO = 1.5  # of the sum of areas to its estimate, or the reverse: within .93 and 1.04 on surfaces of all densities
 SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
 MIN_DOTS_TO_JUDGE = 50  # smaller surfaces are not checked for plausibility
 NEIGHBOUR_DISTANCE = (
@@ -149,6 +150,8 @@ class Surface:
         if masks := [name for name, value in numbers.items() if value.dtype == bool]:
             raise InputError(f"surface: {masks[0]} holds True and False: give numbers.")
         n = len(numbers.get("points", ()))
+        if "points" in numbers:
+            warn_of_float16(numbers["points"], "surface")
         for name in ARRAY_NAMES:
             value = numbers.get(name, np.full(n, np.nan if name == "area" else -1))
             expected = (n, 3) if name in ("points", "normals") else (n,)
@@ -270,7 +273,10 @@ class Format:
 
 
 def surface_of_columns(
-    columns: Mapping[str, ArrayLike], path: Path | str, lines: list[int] | np.ndarray | None = None
+    columns: Mapping[str, ArrayLike],
+    path: Path | str,
+    lines: list[int] | np.ndarray | None = None,
+    weighted: bool = False,
 ) -> Surface:
     """Make a surface from the columns of a file.
 
@@ -283,6 +289,7 @@ def surface_of_columns(
     columns : dict of arrays: points and normals, other attributes of `Surface`, and fields by their names
     path : named in messages
     lines : (N,) int, line of each dot in the file, for messages
+    weighted : whether each dot stands for several, so that the areas do not cover the surface
 
     Returns
     -------
@@ -291,7 +298,8 @@ def surface_of_columns(
     Raises
     ------
     InputError
-        Numbers are NaN or infinite, normals have length 0, there are no dots, or no surface in Å has such values.
+        Numbers are NaN or infinite, normals have length 0, areas are far too large, there are no dots, or no surface in Å
+        has such values.
     """
     arrays = {name: np.asarray(value) for name, value in columns.items()}
     points, normals = (arrays[name].reshape(-1, 3) for name in ("points", "normals"))
@@ -319,6 +327,8 @@ def surface_of_columns(
     first = np.sort(first)
     arrays = {name: value[first] for name, value in arrays.items()}
     check_plausibility(arrays["points"], arrays["normals"], path, lambda dot: where(int(first[dot])))
+    if "area" in arrays and not _are_known(arrays["points"], arrays["area"], path, weighted):
+        del arrays["area"]
     fields = {name: arrays.pop(name) for name in list(arrays) if name not in ARRAY_NAMES}
     for name, values in fields.items():
         if np.isinf(values).any():
@@ -326,6 +336,39 @@ def surface_of_columns(
             raise InputError(f"{path}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
+
+
+def _are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weighted: bool) -> bool:
+    """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots."""
+    if np.isnan(area).all():
+        return False
+    if not area.any():
+        log.warning("%s: all areas are 0; they are estimated from the spacing of the dots", path)
+        return False
+    if weighted or len(points) < MIN_DOTS_TO_JUDGE:
+        return True
+    distances, _ = _surrounding(points, np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int))
+    ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
+    if ratio > MAX_AREA_RATIO:
+        raise InputError(
+            f"{path}: its areas are {ratio:.2g} times as large as the spacing of its dots implies: give the area of each dot "
+            "in Å^2, or none."
+        )
+    if ratio < 1 / MAX_AREA_RATIO:
+        message = (
+            "%s: its areas are %.2g times as large as the spacing of its dots implies; they are left out, and estimated where "
+            "they are needed"
+        )
+        log.warning(message, path, ratio)
+    return bool(ratio >= 1 / MAX_AREA_RATIO)
+
+
+def warn_of_float16(points: np.ndarray, name: Path | str) -> None:
+    """Warn of positions in half precision."""
+    if points.dtype == np.float16 and points.size:
+        largest = np.abs(points[np.isfinite(points)]).max(initial=0)
+        message = "%s: its positions are float16, which rounds them by up to %.1g Å; give float32 or float64"
+        log.warning(message, name, math.sqrt(3) / 2 * float(np.spacing(largest)))
 
 
 def is_field_name(name: str) -> bool:
@@ -343,7 +386,9 @@ def _checked_lengths(
     length = np.linalg.norm(normals, axis=1)
     short = np.flatnonzero(length < MIN_NORMAL_LENGTH)
     if len(short):
-        raise InputError(f"{path}: {where(short[0])} has a normal of length {length[short[0]]:.3f}, not 1.")
+        raise InputError(
+            f"{path}: {where(short[0])} has a normal of length 0: remove it, or give its direction."
+        )
     suspicious = np.abs(length - 1).max() > SUSPICIOUS_NORMAL_DEVIATION
     if suspicious and np.abs(np.linalg.norm(points, axis=1) - 1).max() < SUSPICIOUS_NORMAL_DEVIATION:
         raise InputError(

@@ -9,7 +9,14 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import no_warnings, read_archive, read_bytes
-from sparsurf.surfaces.surface import ARRAY_NAMES, Format, Surface, is_field_name, surface_of_columns
+from sparsurf.surfaces.surface import (
+    ARRAY_NAMES,
+    Format,
+    Surface,
+    is_field_name,
+    surface_of_columns,
+    warn_of_float16,
+)
 
 
 def _sniff(head: bytes) -> bool:
@@ -50,8 +57,9 @@ def _read(content: bytes, path: Path | str) -> Surface:
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
     if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
         raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")
+    warn_of_float16(columns["points"], path)
     columns |= {name: columns[name].astype(float) for name in ("points", "normals", "area")}
-    return surface_of_columns(columns, path)
+    return surface_of_columns(columns, path, weighted="weight" in arrays)
 
 
 def write_npz(path: Path | str, surface: Surface) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import codecs
 import logging
 from collections.abc import Mapping
+from itertools import chain, repeat
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,9 @@ TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4"
 TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
 TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 DTYPES_TO_WRITE = {"uchar": "u1", "int": "<i4", "float": "<f4"}
+Element = tuple[
+    str, int, list[tuple[str, ...]]
+]  # name, number, and the name and type (of a list two) of each property
 MAX_DIGITS_OF_COUNT = 12  # of vertices in a header; a longer number is damaged
 
 
@@ -174,11 +178,12 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
     Raises
     ------
     InputError
-        The vertices lack a coordinate or a normal, do not come first, or are damaged.
+        The vertices lack a coordinate or a normal, or are damaged.
     """
     header, _, body = content.partition(b"end_header")
-    byte_order, n, properties = _parse_header(header.decode("latin-1"), path)
-    names = [name for _, name in properties]
+    byte_order, elements = _parse_header(header.decode("latin-1"), path)
+    *before, (_, n, properties) = elements
+    names = [name for name, *_ in properties]
     wrong = [axis for axis in AXES if names.count(axis) != 1]
     if wrong:
         raise InputError(
@@ -186,12 +191,14 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
         )
     try:
         if byte_order:
-            columns, has_more = _binary_columns(body, byte_order, n, [kind for kind, _ in properties])
+            body = _bytes_after(body[body.index(b"\n") + 1 :], byte_order, before)
+            columns, has_more = _binary_columns(body, byte_order, n, [types[0] for _, *types in properties])
         else:
-            words = body.split(None, n * len(names))
+            words = body.split(None, -1 if before else n * len(names))
+            words = words[_count_words(words, before) :]
             has_more = len(words) > n * len(names)
             columns = list(np.array(words[: n * len(names)], float).reshape(n, len(names)).T)
-    except ValueError:
+    except (ValueError, IndexError):
         raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
     if has_more and header.count(b"\nelement ") == 1:
         raise InputError(f"{path} holds more than the {n} vertices that its header announces: copy it again.")
@@ -204,30 +211,63 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
 def _binary_columns(body: bytes, byte_order: str, n: int, types: list[str]) -> tuple[list[np.ndarray], bool]:
     """Return the properties of n vertices, and whether another vertex fits into the rest; ValueError if cut short."""
     row = np.dtype([(str(k), byte_order + kind) for k, kind in enumerate(types)])
-    body = body[body.index(b"\n") + 1 :]
     table = np.frombuffer(body, row, n)
     with np.errstate(invalid="ignore"):
         columns = [table[str(k)].astype(float) for k in range(len(types))]
     return columns, len(body) >= (n + 1) * row.itemsize
 
 
-def _parse_header(text: str, path: Path | str) -> tuple[str, int, list[tuple[str, str]]]:
-    """Return the byte order (empty: text), the number of vertices, and the type and name of each of their properties."""
-    byte_order, elements = None, []
-    properties: list[tuple[str | None, str]]
+def _bytes_after(body: bytes, byte_order: str, elements: list[Element]) -> bytes:
+    """Return the bytes after some elements; ValueError or IndexError if they are cut short."""
+    at = 0
+    for _, n, properties in elements:
+        types = [[np.dtype(byte_order + kind) for kind in kinds] for _, *kinds in properties]
+        if all(len(kinds) == 1 for kinds in types):
+            at += n * sum(kinds[0].itemsize for kinds in types)
+            continue
+        for kinds in chain.from_iterable(repeat(types, n)):  # a list begins with its length
+            length = int(np.frombuffer(body, kinds[0], 1, at)[0]) if len(kinds) > 1 else 0
+            at += kinds[0].itemsize + max(0, length) * kinds[-1].itemsize
+    return body[at:]
+
+
+def _count_words(words: list[bytes], elements: list[Element]) -> int:
+    """Count the words of some elements; ValueError or IndexError if they are cut short."""
+    at = 0
+    for _, n, properties in elements:
+        lists = [len(kinds) > 1 for _, *kinds in properties]
+        if not any(lists):
+            at += n * len(lists)
+            continue
+        for is_list in chain.from_iterable(repeat(lists, n)):
+            length = int(words[at]) if is_list else 0  # IndexError where they end
+            at += 1 + max(0, length)
+            if at > len(words):
+                raise ValueError
+    return at
+
+
+def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
+    """Return the byte order (empty: text), and the elements up to the vertices."""
+    byte_order, elements = None, list[Element]()
+    known = True
     for words in (line.split() for line in text.splitlines()):
         if words[:1] == ["format"] and words[1:2] and words[1] in BYTE_ORDERS:
             byte_order = BYTE_ORDERS[words[1]]
         elif words[:1] == ["element"] and len(words) == 3 and _is_count(words[2]):
-            properties = []
-            elements.append((words[1], int(words[2]), properties))
+            if elements and elements[-1][0] == "vertex":
+                break
+            elements.append((words[1], int(words[2]), []))
         elif words[:1] == ["property"] and len(words) > 2 and elements:
-            properties.append((TYPES.get(words[1]), words[-1]))
-    if byte_order is not None and elements and elements[0][0] == "vertex":
-        n, typed = elements[0][1], [(kind, name) for kind, name in elements[0][2] if kind is not None]
-        if len(typed) == len(elements[0][2]):
-            return byte_order, n, typed
-    raise InputError(f"{path} is no PLY file that can be read: its vertices must come first, without lists.")
+            kinds = words[2:-1] if words[1] == "list" else words[1:2]
+            known &= bool(kinds) and all(kind in TYPES for kind in kinds)
+            elements[-1][2].append((words[-1], *(TYPES.get(kind, "") for kind in kinds)))
+    vertices = elements[-1][2] if elements and elements[-1][0] == "vertex" else []
+    if byte_order is None or not known or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
+        raise InputError(
+            f"{path} is no PLY file that can be read: its vertices need properties that are no lists."
+        )
+    return byte_order, elements
 
 
 def _is_count(word: str) -> bool:
