@@ -170,6 +170,31 @@ def test_a_ply_file_may_begin_with_a_byte_order_mark_or_an_empty_line(tmp_path, 
     assert read_surface(tmp_path / "a.ply").points.tolist() == POINTS
 
 
+CAMERA = "element camera 1\nproperty float a\nproperty float b\n"
+FACES = "element face 2\nproperty list uchar int vertex_indices\n"
+
+
+@pytest.mark.parametrize(
+    ("elements", "values", "packed"),
+    [
+        (CAMERA, "1 2\n", "2f"),
+        (FACES, "3 0 1 1\n2 0 1\n", "B3iB2i"),
+        (FACES + CAMERA, "3 0 1 1\n2 0 1\n0.5 1\n", "B3iB2i2f"),
+    ],
+)
+@pytest.mark.parametrize("order", ["", "<", ">"])
+def test_elements_before_the_vertices_are_skipped(tmp_path, elements, values, packed, order):
+    head, end, body = made(order).partition(b"end_header\n")
+    head = head.replace(b"element vertex", elements.encode() + b"element vertex")
+    numbers = [int(float(word)) for word in values.split()]
+    rows = struct.pack(order + packed, *numbers) if order else values.encode()
+    (tmp_path / "a.ply").write_bytes(head + end + rows + body)
+    assert read_surface(tmp_path / "a.ply").points.tolist() == POINTS
+    (tmp_path / "a.ply").write_bytes(head + end + rows[:-1] + b"\n" * (not order))
+    with pytest.raises(InputError, match="its 2 vertices cannot be read"):
+        read_surface(tmp_path / "a.ply")
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -178,8 +203,7 @@ def test_a_ply_file_may_begin_with_a_byte_order_mark_or_an_empty_line(tmp_path, 
         (TEXT.replace("format ascii", "format utf8"), "no PLY file that can be read"),
         (TEXT.replace("element vertex 2", "element vertex two"), "no PLY file that can be read"),
         (TEXT.replace("element vertex 2", "element vertex " + 5000 * "9"), "no PLY file that can be read"),
-        (TEXT.replace("element vertex 2", "element edge 1\nproperty int a\nelement vertex 2"), "must come first"),
-        (TEXT.replace("property uchar red", "property list uchar int red"), "without lists"),
+        (TEXT.replace("property uchar red", "property list uchar int red"), "properties that are no lists"),
         (TEXT.replace("element vertex 2", "element vertex 3"), "its 3 vertices cannot be read"),
         (TEXT.replace("element vertex 2", "element vertex 999999999999"), "cut short or damaged"),
         (TEXT.replace("element vertex 2", "element vertex 0"), "holds no dots"),

@@ -10,14 +10,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from conftest import ROOT
-from sparsurf.errors import InputError
+from conftest import ROOT, make_blob
+from sparsurf import InputError
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import with_fields, write_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import FORMATS, read_points, read_surface
+from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Format, Origin, Surface, surface_of_columns
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
@@ -264,7 +265,7 @@ def test_read_csv(tmp_path, header):
         ("x,y,z,nx,ny,nz,frame,frame,a,a\n1,2,3,0,0,1,1,1,4,5\n", "has the column 'a' twice"),
         (f"x,y,z,nx,ny,nz,{'a' * 200_000}\n1,2,3,0,0,1,0\n", "it is damaged"),
         ("x,y,z,nx,ny,nz\n", "no dots"),
-        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0.000"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0: remove it"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,,0,0,1\n", "line 3 has NaN"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
@@ -587,7 +588,7 @@ def test_dms_needs_atoms_and_kinds(tmp_path):
 def test_an_area_that_is_not_known_is_written_as_none(tmp_path):
     dots = Surface(np.eye(3), np.eye(3), kind=[0, 0, 0], atom=[0, 0, 0])
     write_dms(tmp_path / "a.dms", dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
-    assert (read_surface(tmp_path / "a.dms").area == 0).all()
+    assert np.isnan(read_surface(tmp_path / "a.dms").area).all()
 
 
 def test_a_large_area_does_not_touch_the_type_of_its_dot(tmp_path):
@@ -712,3 +713,45 @@ def test_a_table_of_dots_is_written_as_pandas_writes_it(tmp_path):
         fields = {name: ["" if v != v else f"{v:.6g}" for v in rows[name]] for name in ("field", "count")}
         rows.assign(**fields).to_csv(tmp_path / "pandas.csv", index=False, float_format="%.4f")
         assert (tmp_path / "ours.csv").read_bytes() == (tmp_path / "pandas.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("times", "known"), [(0.0, False), (0.01, False), (0.9, True), (1.3, True), (6.0, None)]
+)
+@pytest.mark.parametrize("suffix", ["dms", "npz"])
+def test_areas_are_compared_with_the_spacing_of_the_dots(tmp_path, caplog, suffix, times, known):
+    points, normals = make_blob(2000)
+    area = np.full(2000, area_of(Surface(points, normals))[0] / 2000) * times
+    dots = Surface(points, normals, area, np.zeros(2000), np.zeros(2000))
+    path = tmp_path / f"a.{suffix}"
+    if suffix == "npz":
+        write_npz(path, dots)
+    else:
+        write_dms(path, dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+    if known is None:
+        with pytest.raises(InputError, match="areas are 6 times as large as the spacing of its dots implies"):
+            read_surface(path)
+        return
+    found = read_surface(path)
+    assert np.isfinite(found.area).all() == known == (not caplog.text)
+    assert area_of(found)[0] == pytest.approx(
+        area.sum() / (times if not known else 1) if times else area_of(Surface(points, normals))[0], rel=0.02
+    )
+    with open(tmp_path / "few.npz", "wb") as file:  # each dot stands for several, as in files of subsets
+        np.savez(
+            file,
+            points=points,
+            normals=normals,
+            area=area + 1e-9,
+            kind=dots.kind,
+            atom=dots.atom,
+            weight=area,
+        )
+    assert np.isfinite(read_surface(tmp_path / "few.npz").area).all()
+
+
+def test_half_precision_is_reported_and_a_surface_of_no_area_has_an_estimate(tmp_path, caplog):
+    points, normals = make_blob(300)
+    Surface(points.astype(np.float16), normals)
+    assert "surface: its positions are float16, which rounds them by up to 0.0" in caplog.text
+    assert area_of(Surface(points, normals, np.zeros(300)))[1]
