@@ -158,6 +158,10 @@ def residues(
     if len(dots_kept):
         dots_kept = subset_indices("kept", dots_kept, len(surface))
     weights = np.ones(len(dots_kept), int) if weight is None else np.asarray(weight)
+    if weight is not None and not (number_arrays([weight], "weight")[0] >= 0).all():
+        raise InputError(
+            "residues: weight has negative values or NaN; give the number of dots that each kept dot stands for."
+        )
     if weights.shape != dots_kept.shape:
         raise InputError(
             f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
@@ -44,10 +45,14 @@ MoleculeLike: TypeAlias = (
 DotsLike: TypeAlias = "str | Path | Surface | Subset | tuple[ArrayLike, ArrayLike]"
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 
+log = logging.getLogger("sparsurf")
+
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
 LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
 MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
 MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
+MAX_DISTANCE_FROM_ATOMS = 8.0  # Å; dots lie within the radii of an atom and the probe
+MIN_DOTS_TO_COMPARE, MAX_DOTS_TO_COMPARE = 10, 200
 # Settings that place dots, with their defaults
 PLACEMENT_DEFAULTS = {
     "frame": 0,
@@ -221,6 +226,12 @@ def refuse_other_frame(dots: Any, molecule: Molecule, frame: int, name: str) -> 
 def refuse_other_atoms(dots: Any, molecule: Molecule, frame: int | None, name: str) -> None:
     """Raise InputError if dots know that they were placed on other atoms than those of a frame (None: of any frame)."""
     origin = getattr(dots, "origin", None)
+    if origin is None:
+        distance = _distance_from_atoms(dots, molecule, frame)
+        if distance > MAX_DISTANCE_FROM_ATOMS:
+            raise InputError(
+                f"{name}: half of the dots lie {distance:.0f} Å or more from the atoms; give the molecule of these dots."
+            )
     if origin is None or (origin.molecule is molecule and frame in (origin.frame, None)):
         return
     same = origin.molecule.n_atoms == molecule.n_atoms and all(
@@ -239,6 +250,12 @@ def refuse_other_molecule(dots: Any, molecule: Molecule, frame: int, name: str) 
     It may have more atoms, or lack hydrogens and ligands.
     """
     origin = getattr(dots, "origin", None)
+    if (
+        origin is None
+        and (distance := _distance_from_atoms(as_dots(dots), molecule, frame)) > MAX_DISTANCE_FROM_ATOMS
+    ):
+        message = "%s: half of the dots lie %.0f Å or more from the atoms; is it the molecule of these dots?"
+        log.warning(message, name, distance)
     if origin is None or (origin.molecule is molecule and frame == origin.frame):
         return
     from scipy.spatial import cKDTree
@@ -250,6 +267,18 @@ def refuse_other_molecule(dots: Any, molecule: Molecule, frame: int, name: str) 
         raise InputError(
             f"{name}: the dots were placed on other atoms; give their molecule and frame, or the pair (points, normals)."
         )
+
+
+def _distance_from_atoms(dots: Any, molecule: Molecule, frame: int | None) -> float:
+    """Return the median distance, Å, of some of many dots from the nearest atom of a frame (None: of the nearest frame)."""
+    from scipy.spatial import cKDTree
+
+    points = getattr(dots, "points", np.empty((0, 3)))
+    if len(points) < MIN_DOTS_TO_COMPARE:
+        return 0.0
+    sample = points[:: -(-len(points) // MAX_DOTS_TO_COMPARE)]
+    frames = range(molecule.n_frames) if frame is None else [frame]
+    return min(float(np.median(cKDTree(molecule.xyz[k]).query(sample)[0])) for k in frames)
 
 
 def _with_article(value: Any) -> str:
@@ -290,8 +319,10 @@ def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
     Raises
     ------
     InputError
-        Rows, called `name`, of unequal lengths.
+        Rows, called `name`, of unequal lengths, or masked values.
     """
+    if np.ma.is_masked(values):
+        raise InputError(f"{name}: the array has masked values; leave these dots out.")
     try:
         array = np.asarray(values)
     except ValueError:
