@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sparsurf.errors import InputError
+from sparsurf import InputError
+from sparsurf.molecules.geometry import FRAMES_AT_ONCE, parts_of
 from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes
 
 if TYPE_CHECKING:
@@ -81,32 +82,36 @@ def superpose(
     ------
     InputError : several rotations fit equally well, since the atoms lie on a line
     """
-    moved, distance = _superpose(xyz, atoms, reference)
+    centre, rotations, target, distance = _superposition(xyz[:, atoms], reference)
     undetermined = distance < MIN_DISTANCE_FROM_LINE
     if undetermined.any() and not any_rotation:
         raise InputError(
             f"the atoms to superpose lie on a line, or are a mirror image, in frame {undetermined.argmax()}, so that "
             "several rotations fit equally well: take more atoms."
         )
-    return moved
+    return (xyz - centre) @ rotations + target
 
 
 def determines_rotation(
     xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None
 ) -> bool:
     """Return whether some atoms determine the superposition of all frames; parameters as for `superpose`."""
-    return bool((_superpose(xyz, atoms, reference)[1] >= MIN_DISTANCE_FROM_LINE).all())
+    return bool((_superposition(positions_of(xyz, atoms), reference)[3] >= MIN_DISTANCE_FROM_LINE).all())
 
 
-def _superpose(
-    xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return superposed frames, and the distance of each from an undetermined rotation, see `best_rotations`."""
-    mobile = xyz[:, atoms]
+def _superposition(mobile: np.ndarray, reference: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    """Return centre, rotation and target of each frame, and its distance from an undetermined rotation, see `best_rotations`."""
     fixed = mobile[0] if reference is None else reference
     centre, target = mobile.mean(axis=1, keepdims=True), fixed.mean(axis=0)
     rotations, distance = best_rotations((mobile - centre).swapaxes(1, 2) @ (fixed - target), len(fixed))
-    return (xyz - centre) @ rotations + target, distance
+    return centre, rotations, target, distance
+
+
+def positions_of(xyz: np.ndarray, atoms: np.ndarray | slice) -> np.ndarray:
+    """Return the positions of some atoms in all frames, (F, n, 3), without loading the others at once."""
+    if not isinstance(xyz, np.memmap):
+        return xyz[:, atoms]
+    return np.concatenate([part[:, atoms] for _, part in parts_of(xyz, FRAMES_AT_ONCE)])
 
 
 def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -315,7 +320,7 @@ def _projection(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarray, np.n
         return np.zeros((1, 2)), np.zeros(1)
     # The rotation of one or two atoms is not determined, but it does not move them.
     fitted = superpose(
-        molecule.xyz[:, atoms], slice(None), any_rotation=int(atoms.sum()) < MIN_ATOMS_TO_SUPERPOSE
+        positions_of(molecule.xyz, atoms), slice(None), any_rotation=int(atoms.sum()) < MIN_ATOMS_TO_SUPERPOSE
     )
     projection, explained = principal_components(fitted)
     plane = np.zeros((molecule.n_frames, 2))

@@ -38,7 +38,7 @@ DCD_CELL_BYTES = 48  # of the cell of a DCD frame
 TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i")
 MAX_TRR_VERSION = 100  # bytes of the name
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
-BYTES_IN_MEMORY = 2**26  # of frames; more lie in a temporary file
+BYTES_IN_MEMORY = 2**25  # of frames; more lie in a temporary file
 
 
 @dataclass(frozen=True)
