@@ -62,10 +62,14 @@ def test_what_is_bonded_to_the_end_of_a_chain_belongs_to_it_and_a_ligand_nearby_
         ("N", 0.6, "other"),
         ("HN", 0, "other"),
     ):
-        ligand = {name: np.add(next_atom, (shift, 0, 0)), "C9": (9, 9, 9)}
+        ligand = {name: np.add(next_atom, (shift, 0, 0)), "C9": np.add(next_atom, (shift + 1.4, 0, 0))}
         assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True]) == ["protein", kind]
         assert kinds(("LIG", ligand, 0), ("ALA", ALANINE, 0), hetero=[True, False]) == [kind, "protein"]
-    assert kinds(("ALA", ALANINE, 0), ("ION", {"O": next_atom}, 0), hetero=[False, True])[1] == "other"
+    for atoms in (
+        {"O": next_atom},
+        {"N": next_atom, "C9": (9, 9, 9)},
+    ):  # an ion, and dummy atoms of one number
+        assert kinds(("ALA", ALANINE, 0), ("ION", atoms, 0), hetero=[False, True])[1] == "other"
 
 
 def test_water_is_known_by_its_atoms_whatever_its_name():

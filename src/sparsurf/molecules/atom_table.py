@@ -8,7 +8,8 @@ from __future__ import annotations
 import logging
 import os
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import combinations
+from typing import Any, NamedTuple
 
 import gemmi
 import numpy as np
@@ -42,7 +43,7 @@ OF_RESIDUE = (
 )  # columns that change where a residue ends
 MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
 MAX_BOND = 2.2  # Å, between atoms of one residue whose lines stand apart (Se-C 1.95)
-MAX_COPIES = 100  # of a label; where there are more, it says nothing about residues
+MAX_RUNS = 100  # of lines with one label, some of them with the same names, that are joined by bonds
 
 
 @dataclass(frozen=True)
@@ -115,41 +116,65 @@ def _differs(column: pd.Series) -> np.ndarray:
 def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
     """Sort the atoms so that each residue stands together, and number the residues in a column `residue_index`.
 
-    Atoms belong to a residue of before if they have its label, are bonded to it and have names that it lacks: hydrogens
-    that a program has put behind the chain, or alternate locations.
+    Lines of one label are one residue wherever they stand if no name repeats, and else where they are bonded to each
+    other: hydrogens behind the chain, atoms in the order of their elements, or alternate locations.
     """
     index = number_residues(atoms)
     start = np.flatnonzero(np.append(True, (np.diff(index) != 0) | _differs(atoms.model)))
     run = np.repeat(np.arange(len(start)), np.diff([*start, len(atoms)]))
-    labels = atoms.iloc[start]
-    key = labels.groupby(["model", "chain", "segid", "residue"], sort=False).ngroup().to_numpy()
+    key = atoms.iloc[start].groupby(["model", "chain", "segid", "residue"], sort=False).ngroup().to_numpy()
     owner = np.arange(len(start))
-    copies = np.bincount(key)
-    xyz = atoms[["x", "y", "z"]].to_numpy(float)
-    name = (atoms.name.astype(str) + "\0" + atoms.altloc).to_numpy()
-    rows = np.split(np.arange(len(atoms)), start[1:])
-    before: dict[int, list[int]] = {}
-    for k in np.flatnonzero((copies[key] > 1) & (copies[key] <= MAX_COPIES)).tolist():
-        owners = before.setdefault(key[k], [])
-        lacking = [j for j in owners if not set(name[rows[j]]) & set(name[rows[k]]) and _alike(labels, j, k)]
-        distance = [_shortest(xyz[rows[j]], xyz[rows[k]]) for j in lacking]
-        if distance and min(distance) < MAX_BOND:
-            owner[k] = lacking[int(np.argmin(distance))]
-            rows[owner[k]] = np.concatenate([rows[owner[k]], rows[k]])
-        else:
-            owners.append(k)
+    repeated = np.flatnonzero(np.bincount(key)[key] > 1)
+    if len(repeated):
+        rows = np.split(np.arange(len(atoms)), start[1:])
+        lines = _Lines(
+            (atoms.name + "\0" + atoms.altloc).tolist(),
+            atoms.residue_name.tolist(),
+            (atoms.altloc != "").tolist(),
+            atoms[["x", "y", "z"]].to_numpy(float),
+        )
+        by_key = repeated[np.argsort(key[repeated], kind="stable")]
+        for members in np.split(by_key, np.flatnonzero(np.diff(key[by_key])) + 1):
+            owner[members] = members[_join(lines, [rows[k].tolist() for k in members])]
     order = np.argsort(owner[run], kind="stable")
-    sorted_atoms = atoms.assign(residue_index=owner[run]).iloc[order]
-    sorted_atoms["residue_index"] = sorted_atoms.groupby("model", sort=False)["residue_index"].transform(
-        lambda owners: np.cumsum(np.append(0, np.diff(owners) != 0))
-    )
-    return sorted_atoms
+    gathered = atoms.assign(residue_index=owner[run]).iloc[order]
+    first = np.append(True, _differs(gathered.residue_index) | _differs(gathered.model))
+    number = np.cumsum(first) - 1
+    model = np.append(True, _differs(gathered.model))
+    return gathered.assign(residue_index=number - number[model][np.cumsum(model) - 1])
 
 
-def _alike(labels: pd.DataFrame, first: int, second: int) -> bool:
-    """Return whether two runs of lines of one label may be one residue: one name, or alternate locations."""
-    a, b = labels.iloc[first], labels.iloc[second]
-    return bool(a.residue_name == b.residue_name or (a.altloc and b.altloc))
+class _Lines(NamedTuple):
+    """Columns of the table by which runs of lines are joined: name with location, residue name, located, positions."""
+
+    name: list[str]
+    residue_name: list[str]
+    located: list[bool]
+    xyz: np.ndarray
+
+
+def _join(lines: _Lines, runs: list[list[int]]) -> list[int]:
+    """Return for each of some runs of lines with one label the first run of its residue."""
+    first = list(range(len(runs)))
+    held = [{lines.name[row] for row in run} for run in runs]
+    names = {lines.residue_name[run[0]] for run in runs if not lines.located[run[0]]}
+    if len(names) < 2 and len(set().union(*held)) == sum(map(len, runs)):
+        return [0] * len(runs)
+    if len(runs) > MAX_RUNS:
+        return first
+    pairs = []
+    for j, k in combinations(first, 2):
+        a, b = runs[j][0], runs[k][0]
+        alike = lines.residue_name[a] == lines.residue_name[b] or (lines.located[a] and lines.located[b])
+        if alike and not held[j] & held[k]:
+            distance = _shortest(lines.xyz[runs[j]], lines.xyz[runs[k]])
+            pairs += [(distance, j, k)] if distance < MAX_BOND else []
+    for _, j, k in sorted(pairs):
+        into, other = sorted((first[j], first[k]))
+        if into != other and not held[into] & held[other]:
+            held[into] |= held[other]
+            first = [into if each == other else each for each in first]
+    return first
 
 
 def _shortest(first: np.ndarray, second: np.ndarray) -> float:

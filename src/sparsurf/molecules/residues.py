@@ -81,6 +81,8 @@ PEPTIDE = Linkage(("N", "CA", "C"), "C", "N", 2.0, CAPS)
 PHOSPHODIESTER = Linkage(("C5'", "C3'", "O3'"), "O3'", "P", 2.2)
 LINKAGES = {"protein": PEPTIDE, "nucleic": PHOSPHODIESTER}
 COVALENT = (1.1, 1.75)  # Å, bonds of C, N, O and P; metals are farther away
+MAX_BOND = 2.2  # Å, between heavy atoms of one residue
+MAX_CAP = 300  # heavy atoms of a residue that may end a chain
 MAX_PAIRS = 1_000_000  # of ends of chains that are compared one by one
 
 
@@ -153,8 +155,21 @@ def residue_kinds(
         other = np.flatnonzero((kind == "other")[residue_index] & ~no_cap)
         for end in ends:
             distance = np.linalg.norm(xyz[other] - xyz[end], axis=1)
-            kind[residue_index[other[(distance > COVALENT[0]) & (distance < COVALENT[1])]]] = polymer
+            for cap in residue_index[other[(distance > COVALENT[0]) & (distance < COVALENT[1])]]:
+                if _is_connected(xyz[other[residue_index[other] == cap]]):
+                    kind[cap] = polymer
     return kind, following
+
+
+def _is_connected(xyz: np.ndarray) -> bool:
+    """Return whether bonds could join all of some atoms (A, 3)."""
+    if len(xyz) > MAX_CAP:
+        return False
+    near = np.linalg.norm(xyz[:, None] - xyz, axis=2) < MAX_BOND
+    reached = near[0]
+    for _ in range(len(xyz)):
+        reached = near[reached].any(axis=0)
+    return bool(reached.all())
 
 
 def _atoms_of_residues(residue_index: np.ndarray, mask: np.ndarray, n_residues: int) -> np.ndarray:
