@@ -561,13 +561,14 @@ def _chains_to_judge(
 
 
 def _usual_distances(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Find the pairs of atoms (L, 2) of USUAL_DISTANCES in one chain, and these distances (L,)."""
+    """Find the pairs of atoms (L, 2) of USUAL_DISTANCES in residues that are bonded, and these distances (L,)."""
     atom_of, pairs, usual = _atoms_by_name(molecule), [np.empty((0, 2), int)], list[float]()
-    for (first, second, step), length in USUAL_DISTANCES.items():
-        a, b = atom_of(first), atom_of(second)
-        both = np.column_stack([a[: len(a) - step], b[step:]])
-        both = both[(both >= 0).all(axis=1)]
-        pairs.append(both[molecule.chain[both[:, 0]] == molecule.chain[both[:, 1]]])
+    last, first = atom_of(PEPTIDE.last)[:-1], atom_of(PEPTIDE.first)[1:]
+    bonded = np.linalg.norm(molecule.xyz[0][last] - molecule.xyz[0][first], axis=1) < PEPTIDE.max_length
+    bonded &= (last >= 0) & (first >= 0)
+    for (a, b, step), length in USUAL_DISTANCES.items():
+        both = np.column_stack([atom_of(a), atom_of(b)] if not step else [atom_of(a)[:-1], atom_of(b)[1:]])
+        pairs.append(both[(both >= 0).all(axis=1) & (bonded if step else True)])
         usual += [length] * len(pairs[-1])
     return np.concatenate(pairs), np.array(usual)
 

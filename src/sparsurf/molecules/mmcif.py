@@ -9,7 +9,8 @@ import logging
 import os
 import re
 from collections import defaultdict
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -32,9 +33,10 @@ ITEMS = {
     "name": ["auth_atom_id", "label_atom_id"],
     "altloc": ["label_alt_id"],
     "residue_name": ["auth_comp_id", "label_comp_id"],
-    "chain": ["auth_asym_id", "label_asym_id"],
+    "chain": ["auth_asym_id"],
     "segid": ["label_asym_id"],
-    "number": ["auth_seq_id", "label_seq_id"],
+    "number": ["auth_seq_id"],
+    "position": ["label_seq_id"],
     "insertion": ["pdbx_PDB_ins_code"],
     "x": ["Cartn_x"],
     "y": ["Cartn_y"],
@@ -91,6 +93,11 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
         raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     length = len(values_of["name"])
     columns = {name: values or [""] * length for name, values in values_of.items()}
+    columns["chain"] = _filled(columns["chain"], columns["segid"], columns["segid"])
+    position = columns.pop("position")
+    columns["number"] = _filled(
+        columns["number"], list(zip(columns["segid"], position, strict=True)), position
+    )
     numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
     residues = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
     malformed = next((label for label in residues if not LABEL.fullmatch(label)), None)
@@ -106,8 +113,25 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
             "occupancy": np.nan_to_num(numbers["occupancy"], nan=1.0),
             "b_factor": numbers["b_factor"],
             "element": [element.upper() for element in columns["element"]],
+            "unit": _units(residues, columns["name"]),
         }
     )
+
+
+def _filled(authors: list[str], labels: Sequence[Any], fallback: list[str]) -> list[str]:
+    """Return the authors' values; where one is null, that of another atom with this label, or else the label itself."""
+    known = {label: value for label, value in zip(labels, authors, strict=True) if value}
+    rows = zip(authors, labels, fallback, strict=True)
+    return [value or known.get(label, text) for value, label, text in rows]
+
+
+def _units(residues: list[str], names: list[str]) -> np.ndarray:
+    """Tell residues without a number, such as waters, apart: the next one begins where the name of an atom repeats."""
+    begins, seen = [], set[str]()
+    for residue, name in zip(residues, names, strict=True):
+        begins.append(not residue and name in seen)
+        seen = (set() if begins[-1] else seen) | {name} if not residue else set()
+    return np.cumsum(begins)
 
 
 def _report_absent(block: cif.Block, text: str, path: str | os.PathLike[str]) -> None:
