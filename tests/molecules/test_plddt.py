@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from peptides import peptide
-from sparsurf import InputError, read_molecule
+from sparsurf import read_molecule
+from sparsurf.errors import InputError
 from sparsurf.molecules.plddt import PREDICTED, doubtful_residues
 from sparsurf.workflow.config import check_config, proteins
 

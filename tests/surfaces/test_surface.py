@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT, make_blob
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import with_fields, write_npz

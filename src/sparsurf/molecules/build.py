@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.atom_table import (
     AtomFile,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from gemmi import cif
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
 from sparsurf.molecules.plddt import origin_of_mmcif

@@ -17,7 +17,7 @@ from typing import IO
 import numpy as np
 import pandas as pd
 
-from sparsurf import InputError
+from sparsurf.errors import InputError
 from sparsurf.files import existing_file, pluralise
 from sparsurf.molecules.atom_table import atom_table
 from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
