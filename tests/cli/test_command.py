@@ -103,7 +103,9 @@ def numbered(path, numbers):
 def models(path, n):
     """Text of a PDB file with n models, each a little farther along x."""
     lines = [line for line in path.read_text().splitlines() if line.startswith("ATOM")]
-    moved = [[f"{line[:30]}{float(line[30:38]) + k:8.3f}{line[38:]}" for line in lines] for k in range(n)]
+    moved = [
+        [f"{line[:30]}{float(line[30:38]) + 0.3 * k:8.3f}{line[38:]}" for line in lines] for k in range(n)
+    ]
     return "".join(f"MODEL     {k + 1:4d}\n" + "\n".join(rows) + "\nENDMDL\n" for k, rows in enumerate(moved))
 
 

@@ -116,7 +116,7 @@ def _differs(column: pd.Series) -> np.ndarray:
 def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
     """Sort the atoms so that each residue stands together, and number the residues in a column `residue_index`.
 
-    Lines of one label are one residue wherever they stand if no name repeats, and else where they are bonded to each
+    Lines of one label are one residue wherever they stand if no atom repeats, and else where they are bonded to each
     other: hydrogens behind the chain, atoms in the order of their elements, or alternate locations.
     """
     index = number_residues(atoms)
@@ -157,8 +157,9 @@ def _join(lines: _Lines, runs: list[list[int]]) -> list[int]:
     """Return for each of some runs of lines with one label the first run of its residue."""
     first = list(range(len(runs)))
     held = [{lines.name[row] for row in run} for run in runs]
+    atoms = [{lines.name[row].partition("\0")[0] for row in run} for run in runs]
     names = {lines.residue_name[run[0]] for run in runs if not lines.located[run[0]]}
-    if len(names) < 2 and len(set().union(*held)) == sum(map(len, runs)):
+    if len(names) < 2 and len(set().union(*atoms)) == sum(map(len, atoms)):
         return [0] * len(runs)
     if len(runs) > MAX_RUNS:
         return first
