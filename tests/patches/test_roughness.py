@@ -46,6 +46,17 @@ def test_equals_the_plain_formula(blob):
         assert values[i] == pytest.approx(naive.roughness(points, normals, i, 3.0, 0.8), abs=1e-12)
 
 
+@pytest.mark.parametrize(("n", "d_link"), [(63, 1.2), (500, 0.9), (900, 0.75)])
+def test_patches_in_pieces_equal_the_plain_formula(n, d_link):
+    """Scattered dots: some largest islands hold less than half of their ball, and not every dot is in its own patch."""
+    rng = np.random.default_rng(n)
+    points, normals = rng.uniform(0, 7, (n, 3)), rng.normal(size=(n, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    values = roughness(build_index(points, normals, d_link), 3.0)
+    expected = [naive.roughness(points, normals, i, 3.0, d_link) for i in range(n)]
+    assert np.abs(values - expected).max() < 1e-12
+
+
 def test_a_rigid_motion_changes_nothing(blob):
     points, normals = blob
     turn = Rotation.random(rng=4).as_matrix()

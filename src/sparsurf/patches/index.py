@@ -9,6 +9,7 @@ Positions number the dots in cell order, dots in the order of the surface.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,10 @@ R_ZERNIKE = 6.0  # Å, descriptors (paper, Materials and Methods)
 D_LINK = 0.5  # Å, dots closer than this are linked (authors' scripts)
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
 MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
+GROUP_SIZE = 64  # dots of a group, one for each bit of a word
+ALL_BITS = np.uint64(2**64 - 1)
+N_SHELLS = 64  # around a group, in which dots are sorted by their distance
+MARGIN = 1e-9  # Å, far above rounding
 
 
 class PatchIndex(NamedTuple):
@@ -193,6 +198,143 @@ def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np
                 out[np.uintp(n)] = q
                 n += 1 if ex * ex + ey * ey + ez * ez <= r2 else 0
     return n
+
+
+@njit(cache=True, nogil=True)
+def compact_groups(xyz: np.ndarray) -> np.ndarray:
+    """Order positions so that each run of `GROUP_SIZE` is compact: boxes are divided along their longest side."""
+    order, n_stacked = np.arange(len(xyz)).astype(np.int32), 1
+    stack = np.zeros((64, 2), np.int64)  # a box is at most half of the one before
+    stack[0, 1] = len(xyz)
+    while n_stacked > 0:
+        n_stacked -= 1
+        begin, end = stack[n_stacked, 0], stack[n_stacked, 1]
+        if end - begin <= GROUP_SIZE:
+            continue
+        axis, longest = 0, -1.0
+        for c in range(3):
+            low = high = xyz[order[begin], c]
+            for k in range(begin + 1, end):
+                low, high = min(low, xyz[order[k], c]), max(high, xyz[order[k], c])
+            if high - low > longest:
+                axis, longest = c, high - low
+        middle = begin + (end - begin + GROUP_SIZE) // (2 * GROUP_SIZE) * GROUP_SIZE
+        _divide(xyz, axis, order, begin, end, middle)
+        stack[n_stacked, 0], stack[n_stacked, 1] = begin, middle
+        stack[n_stacked + 1, 0], stack[n_stacked + 1, 1] = middle, end
+        n_stacked += 2
+    return order
+
+
+@njit(cache=True, nogil=True)
+def _divide(xyz: np.ndarray, axis: int, order: np.ndarray, begin: int, end: int, middle: int) -> None:
+    """Reorder order[begin:end] until no entry before `middle` is above one after it along an axis (quickselect)."""
+    low, high = begin, end - 1
+    while low < high:
+        a, b, c = xyz[order[low], axis], xyz[order[(low + high) // 2], axis], xyz[order[high], axis]
+        pivot = max(min(a, b), min(max(a, b), c))
+        left, right = low, high
+        while left <= right:
+            while xyz[order[left], axis] < pivot:
+                left += 1
+            while xyz[order[right], axis] > pivot:
+                right -= 1
+            if left <= right:
+                order[left], order[right] = order[right], order[left]
+                left += 1
+                right -= 1
+        if middle <= right:
+            high = right
+        elif middle >= left:
+            low = left
+        else:
+            return
+
+
+@njit(cache=True, nogil=True)
+def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[float, float, float, float, int]:
+    """Return the middle of the box around positions, its distance to the farthest of them, and the nearest one."""
+    centre, farthest, nearest, best = np.empty(3), 0.0, np.inf, members[0]
+    for c in range(3):
+        low = high = xyz[members[0], c]
+        for p in members:
+            low, high = min(low, xyz[p, c]), max(high, xyz[p, c])
+        centre[c] = (low + high) / 2
+    for p in members:
+        ex, ey, ez = xyz[p, 0] - centre[0], xyz[p, 1] - centre[1], xyz[p, 2] - centre[2]
+        d2 = ex * ex + ey * ey + ez * ez
+        farthest = max(farthest, d2)
+        if d2 < nearest:
+            nearest, best = d2, p
+    return centre[0], centre[1], centre[2], math.sqrt(farthest) + MARGIN, best
+
+
+@njit(cache=True, nogil=True)
+def room_around(index: PatchIndex, x: float, y: float, z: float, radius: float) -> int:
+    """Return an upper bound on the dots within a radius of a point, Å."""
+    a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
+    b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
+    c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+    n = 1
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * index.shape[1] + b) * index.shape[2]
+            n += index.start[row + c1 + 1] - index.start[row + c0] if c1 >= c0 else 0
+    return n
+
+
+@njit(cache=True, nogil=True)
+def balls(
+    index: PatchIndex,
+    members: np.ndarray,
+    centre: tuple[float, float, float],
+    extent: float,
+    radius: float,
+    bits: np.ndarray,
+    centres: np.ndarray,
+    ids: np.ndarray,
+    words: np.ndarray,
+    work: np.ndarray,
+) -> int:
+    """Find the dots within a radius (Å, inclusive) of up to 64 dots, those near the middle of the group first.
+
+    Writes their positions into `ids` and into `words` the bits of the members that each is near to; returns their number.
+    With fewer than 64 members, bits that no member has are those of the first. `centre` and `extent` are from `middle`;
+    `centres` (3, 64) and `work` are overwritten.
+    """
+    x, y, z = centre
+    for b in range(GROUP_SIZE):
+        p = members[b if b < len(members) else 0]
+        centres[0, b], centres[1, b], centres[2, b] = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
+    n = ball(index, x, y, z, radius + extent, work)
+    shells = np.zeros(N_SHELLS + 1, np.int64)
+    scale = (N_SHELLS - 1) / (radius + extent)
+    for k in range(n):
+        p = np.uintp(work[k])
+        ex, ey, ez = index.xyz[p, 0] - x, index.xyz[p, 1] - y, index.xyz[p, 2] - z
+        shells[int(scale * math.sqrt(ex * ex + ey * ey + ez * ez)) + 1] += 1
+    for s in range(N_SHELLS):
+        shells[s + 1] += shells[s]
+    for k in range(n):
+        p = np.uintp(work[k])
+        ex, ey, ez = index.xyz[p, 0] - x, index.xyz[p, 1] - y, index.xyz[p, 2] - z
+        s = int(scale * math.sqrt(ex * ex + ey * ey + ez * ez))
+        ids[shells[s]] = work[k]
+        shells[s] += 1
+    n_near, inner = 0, max(0.0, radius - extent)
+    for k in range(n):
+        p = np.uintp(ids[k])
+        px, py, pz = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
+        if (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2 < inner * inner:
+            word = ALL_BITS
+        else:
+            word = np.uint64(0)
+            for b in range(GROUP_SIZE):
+                ex, ey, ez = px - centres[0, b], py - centres[1, b], pz - centres[2, b]
+                word |= bits[b] if ex * ex + ey * ey + ez * ez <= radius * radius else np.uint64(0)
+        ids[n_near], words[n_near] = ids[k], word
+        n_near += word != 0
+    return n_near
 
 
 @njit(cache=True, nogil=True)

@@ -11,11 +11,26 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
-from sparsurf.patches.islands import patch_of
+from sparsurf.bits import lowest_bit
+from sparsurf.patches.index import (
+    ALL_BITS,
+    GROUP_SIZE,
+    R_PATCH,
+    PatchIndex,
+    balls,
+    compact_groups,
+    middle,
+    room_around,
+)
+from sparsurf.patches.islands import patch_of, spread_words
 from sparsurf.threads import parallel_map
 
 PUBLISHED = "published"
+N_SUMS, COUNT = (
+    8,
+    6,
+)  # sums over a patch: of the normals, of the unit normals, of ones; the last makes a line of the cache full
+SLICES_PER_THREAD = 4
 RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
 ROUGHNESS = dict[str, RoughnessFunction]()
 
@@ -36,22 +51,103 @@ def roughness(
 @registered
 def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
     """Compute the mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
-    out = np.empty(len(index.dot))
-    buffer_size = ball_bound(index, index.xyz, radius) + 1
-    parallel_map(lambda a, b: _roughness(index, a, b, radius, buffer_size, out), len(out), threads)
+    out, order = np.empty(len(index.dot)), compact_groups(index.xyz)
+    n_groups = -(-len(out) // GROUP_SIZE)
+    size = -(-n_groups // (SLICES_PER_THREAD * threads))
+    parallel_map(lambda a, b: _roughness(index, order, a, b, radius, out), n_groups, threads, size)
     return out
 
 
 @njit(cache=True, nogil=True)
 def _roughness(
-    index: PatchIndex, first: int, last: int, radius: float, buffer_size: int, out: np.ndarray
+    index: PatchIndex, order: np.ndarray, first: int, last: int, radius: float, out: np.ndarray
 ) -> None:
-    """Fill in the roughness of the dots at the positions first:last."""
-    in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
-    mark = np.zeros(len(index.dot) + 1, np.uint8)
-    for p in range(first, last):
-        begin, end = patch_of(index, p, radius, in_ball, mark, queue)
-        out[index.dot[p]] = mean_cosine(index.normals, queue, begin, end)
+    """Fill in the roughness of the groups first:last of `order`.
+
+    In the ball of each member, the dots that links connect with the middle of the group, or else with the member, are its
+    patch if they are more than half; otherwise it is searched for.
+    """
+    n_dots = len(index.dot)
+    bits = np.uint64(1) << np.arange(GROUP_SIZE).astype(np.uint64)
+    reached, mark = np.zeros(n_dots + 1, np.uint64), np.zeros(n_dots + 1, np.uint8)
+    room = 1
+    ids, words, work = np.empty(room, np.int32), np.empty(room, np.uint64), np.empty(room, np.int32)
+    centres, sums = np.empty((3, GROUP_SIZE)), np.empty((GROUP_SIZE, N_SUMS))
+    table, missed = np.empty((16, 16, N_SUMS)), np.empty(GROUP_SIZE, np.int64)
+    for g in range(first, last):
+        members = order[g * GROUP_SIZE : min((g + 1) * GROUP_SIZE, n_dots)]
+        x, y, z, extent, root = middle(index.xyz, members)
+        needed = room_around(index, x, y, z, radius + extent)
+        if needed > room:
+            room = 2 * needed
+            ids, words, work = np.empty(room, np.int32), np.empty(room, np.uint64), np.empty(room, np.int32)
+        n = balls(index, members, (x, y, z), extent, radius, bits, centres, ids, words, work)
+        for k in range(n):
+            if ids[k] == root:
+                reached[root] = words[k]
+        for b in range(len(members)):
+            if reached[root] & bits[b] == 0:
+                reached[members[b]] |= bits[b]
+        spread_words(ids, words, n, index.link_start, index.link, reached, work)
+        _sum_normals(index.normals, ids, words, n, reached, table, sums, missed)
+        for b in range(len(members)):
+            p = members[b]
+            if sums[b, COUNT] > missed[b]:
+                out[index.dot[p]] = _cosine(
+                    sums[b, 0], sums[b, 1], sums[b, 2], sums[b, 3], sums[b, 4], sums[b, 5], sums[b, COUNT]
+                )
+            else:
+                begin, end = patch_of(index, p, radius, ids, mark, work)
+                out[index.dot[p]] = mean_cosine(index.normals, work, begin, end)
+
+
+@njit(cache=True, nogil=True)
+def _sum_normals(
+    normals: np.ndarray,
+    ids: np.ndarray,
+    words: np.ndarray,
+    n: int,
+    reached: np.ndarray,
+    table: np.ndarray,
+    sums: np.ndarray,
+    missed: np.ndarray,
+) -> None:
+    """Sum normals, unit normals and ones over the dots that have each bit, and count those that should have it.
+
+    `table[j, v]` takes the sums of the dots whose bits 4 j to 4 j + 3 are v. On return `reached` is 0 again.
+    """
+    table[:], missed[:] = 0.0, 0
+    a = np.zeros(N_SUMS)
+    everywhere = np.zeros(N_SUMS)
+    for k in range(n):
+        i = np.uintp(ids[k])
+        word, lacking = reached[i], words[k] ^ reached[i]
+        reached[i] = np.uint64(0)
+        while lacking:
+            lowest: np.uint64 = lowest_bit(lacking)  # type: ignore[call-arg]  # numba's stub counts the typing context
+            missed[np.uintp(lowest)] += 1
+            lacking &= lacking - np.uint64(1)
+        if word == 0:
+            continue
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        inverse = 1.0 / math.sqrt(x * x + y * y + z * z)
+        a[0], a[1], a[2], a[3], a[4], a[5], a[6] = x, y, z, x * inverse, y * inverse, z * inverse, 1.0
+        if word == ALL_BITS:
+            for c in range(N_SUMS):
+                everywhere[c] += a[c]
+            continue
+        for j in range(16):
+            v = np.uintp(word & np.uint64(15))
+            word >>= np.uint64(4)
+            for c in range(N_SUMS):
+                table[np.uintp(j), v, np.uintp(c)] += a[np.uintp(c)]
+    for m in range(GROUP_SIZE):
+        for c in range(N_SUMS):
+            total = everywhere[c]
+            for value in range(16):
+                if value >> (m & 3) & 1:
+                    total += table[m >> 2, value, c]
+            sums[m, c] = total
 
 
 @njit(cache=True, nogil=True)
@@ -61,8 +157,6 @@ def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> f
     Normals of a DMS file are unit vectors only to three decimals, so each cosine is divided by the length. A mean normal
     of length 0 has no direction and counts as rough.
     """
-    if end - begin <= 1:
-        return 1.0
     mx = my = mz = ux = uy = uz = 0.0
     for k in range(begin, end):
         x, y, z = normals[ids[k], 0], normals[ids[k], 1], normals[ids[k], 2]
@@ -73,5 +167,13 @@ def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> f
         ux += x * inverse
         uy += y * inverse
         uz += z * inverse
+    return _cosine(mx, my, mz, ux, uy, uz, float(end - begin))
+
+
+@njit(cache=True, nogil=True)
+def _cosine(mx: float, my: float, mz: float, ux: float, uy: float, uz: float, n: float) -> float:
+    """Return the mean cosine of n unit vectors with the sum (ux, uy, uz) to (mx, my, mz), at least 0; 1 for a single one."""
+    if n <= 1:
+        return 1.0
     length = math.sqrt(mx * mx + my * my + mz * mz)
-    return max(0.0, (mx * ux + my * uy + mz * uz) / (length * (end - begin))) if length > 0.0 else 0.0
+    return max(0.0, (mx * ux + my * uy + mz * uz) / (length * n)) if length > 0.0 else 0.0
