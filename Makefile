@@ -44,6 +44,9 @@ export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
+# No kernel uses numba's own threads, and numba does not load where their number is 0
+unexport NUMBA_NUM_THREADS
+
 # Where Slurm is installed and does not answer, each start of Snakemake would wait 10 s for it
 ifeq ($(CLUSTER)$(SLURM_JOB_ID),)
 export SLURM_CONF ?= /dev/null

@@ -6,7 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from sparsurf.errors import InputError
-from sparsurf.files import checksum
+from sparsurf.files import checksum, open_closed_streams
 from sparsurf.workflow.models import Config
 from sparsurf.workflow.yaml_file import read_config
 
@@ -15,6 +15,7 @@ RESULTS = Path(__file__).resolve().parents[1] / "results"
 
 def main(path_to_config: str = "config.yaml") -> int:
     """Print a sentence for each file that differs or is missing; return the exit code."""
+    open_closed_streams()
     try:
         run = RESULTS / str(read_config(path_to_config).get("run", Config.model_fields["run"].default))
         checksums = checksums_in(run / "ro-crate-metadata.json")

@@ -16,6 +16,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from sparsurf.errors import InputError
+from sparsurf.files import open_closed_streams
+from sparsurf.threads import ignore_numba_threads
 from sparsurf.workflow.config import check_config, read_config
 from sparsurf.workflow.jobs import DISK_ERRORS, job
 from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
@@ -43,6 +45,8 @@ def main(path_to_config: str = "config.yaml", *options: str) -> int:
         return 0
     if path_to_config == "compare" or path_to_config.startswith("-"):
         path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
+    open_closed_streams()
+    ignore_numba_threads()
     path, words = Path(path_to_config).resolve(), list(options)
     os.chdir(ROOT)
     try:

@@ -9,6 +9,7 @@ import io
 import logging
 import os
 import stat
+import sys
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -35,6 +36,16 @@ def _make_printable(record: logging.LogRecord) -> bool:
 
 
 logging.getLogger("sparsurf").addFilter(_make_printable)
+
+
+def open_closed_streams() -> None:
+    """Let a standard stream that is closed lead nowhere, here and in the processes to come; a file would take its number."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest free number
+            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115
 
 
 def shorten(text: object) -> str:

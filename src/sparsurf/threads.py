@@ -13,6 +13,11 @@ from threadpoolctl import ThreadpoolController
 Result = TypeVar("Result")
 
 
+def ignore_numba_threads() -> None:
+    """Remove the number of numba's own threads, which no kernel uses: numba does not load where it is 0."""
+    os.environ.pop("NUMBA_NUM_THREADS", None)
+
+
 def available_cores() -> int:
     """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -18,6 +18,7 @@ import measure_floors
 import select_minimal_subset
 import sparsurf
 from conftest import ROOT
+from peptides import peptide
 from sparsurf.api import minimal as api_minimal
 from sparsurf.api.surfaces import surface_settings
 from sparsurf.batches.analysis import Structure, analyse_batch
@@ -47,6 +48,12 @@ FILES = (
     "whole",
     "fields",
     "fields_recovered",
+)
+HABITS = (  # of a machine: environment, and what stands behind the command
+    ("LC_ALL=C", ""),
+    ("NUMBA_NUM_THREADS=0", ">&-"),
+    ("PYTHONWARNINGS=error::ResourceWarning", "2>&-"),
+    ("PYTHONUNBUFFERED=1", "<&- >&- 2>&-"),
 )
 EXAMPLES = sorted(
     {
@@ -997,3 +1004,14 @@ def test_small_fields_of_several_frames_keep_their_digits(folder, tmp_path):
     assert ended(*call, "--table", tmp_path / "small.csv", "-o", tmp_path / "dots.csv") == 0
     table = pd.read_csv(tmp_path / "dots.csv")
     assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6) and table["share"].min() > 0
+
+
+@pytest.mark.parametrize(("variable", "streams"), HABITS)
+def test_habits_of_a_machine_change_nothing(tmp_path, variable, streams):
+    (tmp_path / "é {x}").mkdir()
+    (tmp_path / "é {x}" / "s <x>.pdb").write_text(peptide(["GLY", "ALA"]) + "END\n")
+    order = f'{variable} "{sys.executable}" -m sparsurf surface "é {{x}}/s <x>.pdb" -o é.npz {streams}'
+    environment = {"env": os.environ | {"PYTHONPATH": str(ROOT / "src")}, "cwd": tmp_path}
+    done = subprocess.run(order, shell=True, **environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    assert len(sparsurf.read_surface(tmp_path / "é.npz")) > 100

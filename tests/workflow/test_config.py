@@ -74,6 +74,7 @@ def test_a_section_that_runs_or_not_may_be_true_or_false():
     large = {"sampling": {"alpha": [k / 100 for k in range(1, 101)]}, "evaluation": {"draws": 10000}}
     refuse(plain | large, "GB of memory")
     check_config(plain | large | {"sampling": False})
+    check_config(plain | large | {"sampling": "false"})  # of snakemake --config sampling=false
     sampled = {name: protein | {"sampling": True} for name, protein in plain["proteins"].items()}
     refuse(large | {"sampling": large["sampling"] | {"run": False}, "proteins": sampled}, "GB of memory")
     check_config(large | {"proteins": {name: {**sampled[name], "sampling": False} for name in sampled}})
@@ -139,6 +140,12 @@ def test_the_default_config_lists_all_samplers():
             "config.yaml/a.pdb",
             ["'config.yaml/a.pdb' leads into a file; unpack an archive first"],
         ),
+        (
+            "proteins.tdp43.structure",
+            "a<x>b/s.pdb",
+            ["'a<x>b/s.pdb' holds a wildcard of Snakemake, {x} or <x>"],
+        ),
+        ("proteins.tdp43.structure", "{y}.pdb", ["'{y}.pdb' holds a wildcard of Snakemake, {x} or <x>"]),
         ("proteins.tdp43.surface", "x.dms", ["exactly one of 'structure'", "'surface'"]),
         ("proteins.TDP43", {"structure": "data/tdp43/topology.pdb"}, ["differ in upper and lower case only"]),
         (

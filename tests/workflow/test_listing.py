@@ -5,6 +5,7 @@ import http.server
 import json
 import threading
 import time
+from contextlib import suppress
 
 import pytest
 from hypothesis import given, settings
@@ -190,9 +191,10 @@ def server(tmp_path):
                 self.wfile.write(b"ATOM ")
             elif self.path.startswith("/dripped"):  # its headers, or its bytes
                 answer = b"HTTP/1.0 200 OK\r\n" + b"\r\n" * (self.path == "/dripped_bytes")
-                for k in range(40):
-                    self.wfile.write(answer if k == 0 else b"A")
-                    time.sleep(0.05)
+                with suppress(OSError):  # nobody listens any more
+                    for k in range(40):
+                        self.wfile.write(answer if k == 0 else b"A")
+                        time.sleep(0.05)
             else:
                 super().do_GET()
 

@@ -18,7 +18,9 @@ from typing import Any, NoReturn
 
 from sparsurf import __version__, progress
 from sparsurf.errors import InputError, printable
+from sparsurf.files import open_closed_streams
 from sparsurf.suggestions import did_you_mean
+from sparsurf.threads import ignore_numba_threads
 
 COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
@@ -79,6 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         By default those of the process.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
+    open_closed_streams()
+    ignore_numba_threads()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a test may have replaced it
             stream.reconfigure(errors="replace")  # of a locale without Å

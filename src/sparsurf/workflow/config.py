@@ -28,6 +28,7 @@ PUBLISHED_READINGS = ("kept", "full")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
 STRUCTURES_VARIABLE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures named like PDB ids
 CONFORMATION = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
+WILDCARD = re.compile(r"[{}]|<[a-z][a-z0-9_]*>")  # in a path, as Snakemake reads it
 MAX_SENTENCES = 20
 
 
@@ -138,6 +139,8 @@ def _check_keys_together(config: dict) -> Iterator[str]:
 def _missing_file(key: str, path: str) -> Iterator[str]:
     if any(os.path.isfile(parent) for parent in Path(path).parents):
         yield f"{key}: {shorten(repr(path))} leads into a file; {UNPACK}"
+    elif WILDCARD.search(path):
+        yield f"{key}: {shorten(repr(path))} holds a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
     elif not os.path.isfile(path):
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sparsurf.errors import InputError
+from sparsurf.threads import ignore_numba_threads
 from sparsurf.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
 
 # A full disk, a folder that may not be written
@@ -56,6 +57,7 @@ def job(snakemake: Any) -> Iterator[None]:
 
 def let_jobs_import_library() -> None:
     """Put this library first on the import path of the processes that Snakemake starts."""
+    ignore_numba_threads()
     paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
 

@@ -46,7 +46,8 @@ def _alpha_first(combination: list) -> list:
 
 
 def _as_section(value: Any) -> Any:
-    """Let true and false stand for the key `run` of a section."""
+    """Let true and false stand for the key `run` of a section, also as Snakemake's --config hands them on."""
+    value = {"true": True, "false": False}.get(value, value) if isinstance(value, str) else value
     return {"run": value} if isinstance(value, bool) else value
 
 
