@@ -11,15 +11,16 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
+from numba import njit
 
-from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
 from sparsurf.surfaces.dot_table import COMPONENT_FIELD
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T, roll
+from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T
 from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
+    import pandas as pd
     from numpy.typing import ArrayLike
 
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
@@ -57,31 +58,49 @@ def components_of(
         0 for the component with most dots, then 1, 2, ...
     """
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
-    centres = surface.points - xyz[0] + probe * surface.normals
-    owner = np.searchsorted(kept, surface.atom)
+    return components_of_rolled(surface, roll_probe(xyz, radii, float(probe), True), kept)
+
+
+def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray) -> np.ndarray:
+    """Return `components_of` dots that were placed with a rolled probe; `kept` (K,) are its atoms among those of the dots."""
+    rolling, probe, n_atoms = _in_order_of_atoms(rolled), rolled.probe, len(kept)
+    centres = surface.points - rolled.origin + probe * surface.normals
+    rank = np.empty(n_atoms, np.int64)
+    rank[rolled.by_position] = np.arange(n_atoms)
+    owner = rank[np.searchsorted(kept, surface.atom)]
     joined, meeting = _joined_arcs(rolling)
-    arcs_of = _arcs_of_atoms(rolling.pair, len(xyz))
-    roots = np.array([_root(joined, arc) for arc in range(len(joined))], np.int64)
-    label, order = np.empty(len(surface), np.int64), np.argsort(owner, kind="stable")
-    for dots in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1):
+    n_arcs = len(joined)
+    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    has_arcs = np.flatnonzero(np.diff(first))
+    label = n_arcs + rolled.by_position  # by atom; it stays that of a sphere that touches no other
+    label[has_arcs] = order[first[has_arcs]]
+    roots = _roots(joined)[order]
+    mixed = np.zeros(n_atoms, bool)
+    if len(has_arcs):
+        lowest, highest = (of.reduceat(roots, first[has_arcs]) for of in (np.minimum, np.maximum))
+        mixed[has_arcs] = lowest != highest  # few atoms have arcs of several sets
+    labels = label[owner]
+    doubtful = np.flatnonzero(mixed[owner])
+    doubtful = doubtful[np.argsort(owner[doubtful], kind="stable")]
+    for dots in np.split(doubtful, np.flatnonzero(np.diff(owner[doubtful])) + 1) if len(doubtful) else ():
         atom = owner[dots[0]]
-        arcs = arcs_of[atom]
-        if not len(arcs):  # a sphere that touches no other
-            label[dots] = len(rolling.arcs) + atom
-            continue
-        if (roots[arcs] == roots[arcs[0]]).all():  # most atoms have arcs of one set only
-            label[dots] = arcs[0]
-            continue
+        arcs = order[first[atom] : first[atom + 1]]
         nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
         _join_loops(joined, arcs, nearest, centres[dots], meeting, rolling.atoms, atom)
-        label[dots] = nearest
+        labels[dots] = nearest
     _join_cusps(joined, rolling, probe, meeting)
-    roots = np.append([_root(joined, arc) for arc in range(len(joined))], np.arange(len(xyz)) + len(joined))
-    label = roots.astype(np.int64)[label]
-    _, label, count = np.unique(label, return_inverse=True, return_counts=True)
-    rank = np.argsort(np.argsort(-count, kind="stable"))
-    return rank[label]
+    roots = np.append(_roots(joined), np.arange(n_atoms) + n_arcs)
+    _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
+    return np.argsort(np.argsort(-count, kind="stable"))[labels]
+
+
+def _in_order_of_atoms(rolled: RolledProbe) -> Rolling:
+    """Return a Rolling with the arcs in the order of the atoms as given, which numbers components with as many dots."""
+    rolling = rolled.rolling
+    low = rolled.by_position[rolling.pair].min(axis=1)
+    a, b = (rolling.atoms.centre[rolling.pair[:, k]] for k in range(2))
+    order = np.lexsort((((a - b) ** 2).sum(axis=1), low))
+    return rolling._replace(arcs=rolling.arcs[order], pair=rolling.pair[order])
 
 
 def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame:
@@ -98,21 +117,27 @@ def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame
         component, dots, area (Å^2), volume (Å^3, of the space that the surface encloses), cavity (bool: its normals point
         inwards).
     """
-    dots = np.bincount(component)
-    centre = [
-        np.bincount(component, axis) / dots for axis in surface.points.T
-    ]  # near: small errors of closing stay small
-    flux = (surface.points - np.array(centre).T[component]) * surface.normals
-    volume = np.bincount(component, flux.sum(axis=1) * surface.area / 3)
+    import pandas as pd  # here: placing dots needs no table
+
+    volume = _signed_volumes(surface, component)
     return pd.DataFrame(
         {
-            "component": np.arange(len(dots)),
-            "dots": dots,
+            "component": np.arange(len(volume)),
+            "dots": np.bincount(component),
             "area": np.bincount(component, surface.area),
             "volume": np.abs(volume),
             "cavity": volume < 0,
         }
     )
+
+
+def _signed_volumes(surface: Surface, component: np.ndarray) -> np.ndarray:
+    """Return the volume of the space that each component encloses, Å^3, negative for cavities."""
+    dots = np.bincount(component)
+    # from a point near by, small errors of closing stay small
+    centre = [np.bincount(component, axis) / dots for axis in surface.points.T]
+    flux = (surface.points - np.array(centre).T[component]) * surface.normals
+    return np.bincount(component, flux.sum(axis=1) * surface.area / 3)
 
 
 def summarize_components(table: pd.DataFrame) -> dict[str, float | int]:
@@ -129,7 +154,7 @@ def summarize_components(table: pd.DataFrame) -> dict[str, float | int]:
 
 def on_cavities(surface: Surface, component: np.ndarray) -> np.ndarray:
     """Find the dots on walls of cavities, (N,) bool."""
-    return table_of_components(surface, component)["cavity"].to_numpy()[component]
+    return (_signed_volumes(surface, component) < 0)[component]
 
 
 def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
@@ -138,18 +163,30 @@ def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
     return surface.take(~cavity) if cavity.any() else surface
 
 
-def _root(joined: list[int], arc: int) -> int:
-    """Return the representative of the set of an arc (union-find with path halving)."""
+@njit(cache=True, nogil=True)
+def _root(joined: np.ndarray, arc: int) -> int:
+    """Return the lowest arc of the set of an arc (union-find with path halving)."""
     while joined[arc] != arc:
         joined[arc] = joined[joined[arc]]
         arc = joined[arc]
     return arc
 
 
-def _join(joined: list[int], a: int, b: int) -> None:
-    """Join the sets of two arcs."""
-    a, b = _root(joined, a), _root(joined, b)
-    joined[max(a, b)] = min(a, b)
+@njit(cache=True, nogil=True)
+def _roots(joined: np.ndarray) -> np.ndarray:
+    """Return the root of every arc."""
+    roots = np.empty_like(joined)
+    for arc in range(len(joined)):
+        roots[arc] = _root(joined, arc)
+    return roots
+
+
+@njit(cache=True, nogil=True)
+def _join(joined: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+    """Join the sets of pairs of arcs, (n,) each."""
+    for k in range(len(first)):
+        a, b = _root(joined, first[k]), _root(joined, second[k])
+        joined[max(a, b)] = min(a, b)
 
 
 def _ends(arcs: np.ndarray) -> np.ndarray:
@@ -159,16 +196,16 @@ def _ends(arcs: np.ndarray) -> np.ndarray:
     return arcs[:, None, T : T + 3] + arcs[:, RADIUS, None, None] * outward
 
 
-def _joined_arcs(rolling: Rolling) -> tuple[list[int], np.ndarray]:
+def _joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
     """Join arcs that end at the same fixed probe.
 
     Returns the parent of every arc, and the probes at its two ends, (B, 2), or -1.
     """
-    joined = list(range(len(rolling.arcs)))
+    joined = np.arange(len(rolling.arcs))
     probe_of_end = _probes_at_ends(_ends(rolling.arcs).reshape(-1, 3), rolling.probes)
-    first_arc: dict[int, int] = {}  # by probe
-    for end in np.flatnonzero(probe_of_end >= 0).tolist():
-        _join(joined, end // 2, first_arc.setdefault(int(probe_of_end[end]), end // 2))
+    ends = np.flatnonzero(probe_of_end >= 0)
+    _, first, of_probe = np.unique(probe_of_end[ends], return_index=True, return_inverse=True)
+    _join(joined, ends // 2, ends[first[of_probe]] // 2)
     return joined, probe_of_end.reshape(-1, 2)
 
 
@@ -192,7 +229,7 @@ def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
     return probe_of_end
 
 
-def _join_cusps(joined: list[int], rolling: Rolling, probe: float, meeting: np.ndarray) -> None:
+def _join_cusps(joined: np.ndarray, rolling: Rolling, probe: float, meeting: np.ndarray) -> None:
     """Join what meets at a cusp.
 
     That is the triangle of a fixed probe, and an accessible centre whose probe reaches through it.
@@ -200,7 +237,7 @@ def _join_cusps(joined: list[int], rolling: Rolling, probe: float, meeting: np.n
     if not (meeting >= 0).any():
         return
     positions, arc = _positions_along_arcs(rolling.arcs)
-    root = np.array([_root(joined, k) for k in range(len(joined))])
+    root = _roots(joined)
     end, side = np.nonzero(meeting >= 0)
     part_of_probe = np.full(len(rolling.probes), -1)
     part_of_probe[meeting[end, side]] = root[end]
@@ -217,8 +254,8 @@ def _join_cusps(joined: list[int], rolling: Rolling, probe: float, meeting: np.n
         other = other[((positions[other] - centre) ** 2).sum(axis=1) <= 4 * probe**2]
         other = other[root[arc[other]] != part_of_probe[small[k]]]
         inside = ((positions[other] - rolling.probes[small[k]]) @ sides[k].T > 0).all(axis=1)
-        for other_root in np.unique(root[arc[other[inside]]]).tolist():
-            _join(joined, int(part_of_probe[small[k]]), other_root)
+        others = np.unique(root[arc[other[inside]]])
+        _join(joined, others, np.full(len(others), part_of_probe[small[k]]))
 
 
 def _positions_along_arcs(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -232,11 +269,11 @@ def _positions_along_arcs(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return arcs[arc, T : T + 3] + arcs[arc, RADIUS, None] * outward, arc
 
 
-def _arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> list[np.ndarray]:
-    """List the indices of the arcs around each atom."""
+def _arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> tuple[np.ndarray, np.ndarray]:
+    """List the arcs around each atom, ascending: those around atom a are arcs[first[a]:first[a + 1]]."""
     atom = pair.T.ravel()
-    order = np.argsort(atom, kind="stable")
-    return np.split(order % max(len(pair), 1), np.cumsum(np.bincount(atom, minlength=n_atoms))[:-1])
+    arcs = np.argsort(atom, kind="stable") % max(len(pair), 1)
+    return arcs, np.append(0, np.cumsum(np.bincount(atom, minlength=n_atoms)))
 
 
 def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
@@ -251,7 +288,7 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
 
 
 def _join_loops(
-    joined: list[int],
+    joined: np.ndarray,
     arcs: np.ndarray,
     nearest: np.ndarray,
     centres: np.ndarray,
@@ -271,24 +308,21 @@ def _join_loops(
         return
     n_covered = _n_covered_parts(atoms, atom)
     if n_loops == n_covered:
-        for arc in arcs[1:]:
-            _join(joined, int(arcs[0]), int(arc))
+        _join(joined, np.full(len(arcs), arcs[0]), arcs)
     elif n_covered > 1:
         loop = np.array([loops[arc] for arc in nearest.tolist()])
         neighbouring = ((centres[:, None] - centres[None]) ** 2).sum(axis=2) < NEIGHBOUR_DISTANCE**2
-        for a, b in np.argwhere(neighbouring & (loop[:, None] < loop)):
-            _join(joined, int(nearest[a]), int(nearest[b]))
+        a, b = np.nonzero(neighbouring & (loop[:, None] < loop))
+        _join(joined, nearest[a], nearest[b])
 
 
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
     """Return the loop of each arc around one atom: arcs that meet at fixed probes, or a whole circle."""
-    parent = list(range(len(arcs)))
-    first_arc: dict[int, int] = {}  # by probe
-    for k, probes in enumerate(meeting[arcs].tolist()):
-        for probe in probes:
-            if probe >= 0:
-                _join(parent, k, first_arc.setdefault(probe, k))
-    return {int(arc): _root(parent, k) for k, arc in enumerate(arcs)}
+    parent = np.arange(len(arcs))
+    arc, side = np.nonzero(meeting[arcs] >= 0)
+    _, first, of_probe = np.unique(meeting[arcs][arc, side], return_index=True, return_inverse=True)
+    _join(parent, arc, arc[first[of_probe]])
+    return dict(zip(arcs.tolist(), _roots(parent).tolist(), strict=True))
 
 
 def _n_covered_parts(atoms: Atoms, atom: int) -> int:

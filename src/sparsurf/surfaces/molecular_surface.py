@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.components import components_of, without_cavities
+from sparsurf.surfaces.components import components_of, components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
     Placed,
@@ -69,57 +69,78 @@ def surface_for_d_link(
     InputError
         D_link needs more than `MAX_DENSITY`.
     """
-    if settings["density"] != "auto":
-        return surface_of_frame(molecule, position, atom_radii, settings), settings["density"]
-    near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
-    place = _placer(molecule, position, atom_radii, settings, near)
-    density = DENSITY
-    gap, finish = place(density)
-    while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
-        density *= (DENSITY_RESERVE * least / d_link) ** 2
-        if density > MAX_DENSITY:
-            raise InputError(
-                f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
-                "give a larger patches.D_link."
-            )
-        gap, finish = place(density)
-    surface = finish()
-    if density > DENSITY:
-        log.info(
-            "%s: %.2f dots per Å^2, so that neighbouring dots lie within D_link = %g Å of one another",
-            name, density, d_link,
-        )  # fmt: skip
-    return surface, density
+    rolled = roll_frame(molecule, position, atom_radii, settings)
+    return rolled.surface_for_d_link(settings["density"], d_link, name)
 
 
-def _placer(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any], near: float
-) -> Callable[[float], tuple[float, Callable[[], Surface]]]:
-    """Return how dots of any density are placed on one frame.
+@dataclass(frozen=True)
+class RolledFrame:
+    """One frame with the probe rolled over its atoms: places dots of any density, and finds their components.
 
-    The probe is rolled once for all densities, and only the last placement becomes a Surface.
-
-    Returns
-    -------
-    function from a density to the median spacing of its dots, Å (exact above `near`), and a function that makes their
-        Surface
+    Attributes
+    ----------
+    rolled : RolledProbe
+    kept : (K,) int, its atoms among those of the molecule
+    cavities : 'keep' or 'remove'
     """
-    if settings.get("cavities") == "remove":
 
-        def place_all(density: float) -> tuple[float, Callable[[], Surface]]:
-            surface = surface_of_frame(molecule, position, atom_radii, settings | {"density": density})
+    rolled: RolledProbe
+    kept: np.ndarray
+    cavities: str = "keep"
+
+    def surface(self, density: float) -> Surface:
+        """Place dots of a density."""
+        return self._finished(place_dots(self.rolled, _lattice(density)))
+
+    def components(self, surface: Surface) -> np.ndarray:
+        """Return the component of every dot of a surface that was placed here; see `components.components_of`."""
+        return components_of_rolled(surface, self.rolled, self.kept)
+
+    def surface_for_d_link(self, density: float | str, d_link: float, name: str) -> tuple[Surface, float]:
+        """Place dots with a density, or 'auto'; see the function of this name."""
+        if not isinstance(density, str):
+            return self.surface(density), density
+        near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
+        density = DENSITY
+        gap, finish = self._placed(density, near)
+        while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
+            density *= (DENSITY_RESERVE * least / d_link) ** 2
+            if density > MAX_DENSITY:
+                raise InputError(
+                    f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
+                    "give a larger patches.D_link."
+                )
+            gap, finish = self._placed(density, near)
+        surface = finish()
+        if density > DENSITY:
+            log.info(
+                "%s: %.2f dots per Å^2, so that neighbouring dots lie within D_link = %g Å of one another",
+                name, density, d_link,
+            )  # fmt: skip
+        return surface, density
+
+    def _placed(self, density: float, near: float) -> tuple[float, Callable[[], Surface]]:
+        """Place dots; return their median spacing, Å (exact above `near`), and a function that makes their Surface."""
+        if self.cavities == "remove":
+            surface = self.surface(density)
             return spacing(surface.points, near=near), lambda: surface
+        placed = place_dots(self.rolled, _lattice(density))
+        gap = spacing(placed.positions + self.rolled.origin, placed.spacing, near)
+        return gap, lambda: self._finished(placed)
 
-        return place_all
+    def _finished(self, placed: Placed) -> Surface:
+        """Make the Surface of placed dots, without cavities if these are to be removed."""
+        surface = _surface(self.rolled, placed, self.kept)
+        return without_cavities(surface, self.components(surface)) if self.cavities == "remove" else surface
+
+
+def roll_frame(
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
+) -> RolledFrame:
+    """Roll the probe over one frame of a molecule; arguments are those of `surface_of_frame`."""
     xyz, probe = _rounded_positions(molecule, position), settings["probe_radius"]
     rolled, kept = _rolled(xyz, atom_radii, probe, settings["reentrant"])
-
-    def place(density: float) -> tuple[float, Callable[[], Surface]]:
-        placed = place_dots(rolled, _lattice(density))
-        gap = spacing(placed.positions + rolled.origin, placed.spacing, near)
-        return gap, lambda: _surface(rolled, placed, kept)
-
-    return place
+    return RolledFrame(rolled, kept, settings.get("cavities", "keep"))
 
 
 def density_for_d_link(
@@ -184,12 +205,7 @@ def surface_of_frame(
     -------
     Surface
     """
-    probe, density = settings["probe_radius"], settings["density"]
-    xyz = _rounded_positions(molecule, position)
-    surface = molecular_surface(xyz, atom_radii, probe, density, settings["reentrant"])
-    if settings.get("cavities") != "remove":
-        return surface
-    return without_cavities(surface, components_of_frame(surface, molecule, position, atom_radii, probe))
+    return roll_frame(molecule, position, atom_radii, settings).surface(settings["density"])
 
 
 def components_of_frame(
