@@ -33,6 +33,11 @@ override QUICK := $(filter-out 0 no false,$(QUICK))
 ifneq ($(filter-out slurm,$(CLUSTER)),)
 $(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md))
 endif
+# Snakemake takes braces for wildcards, and a colon ends a folder in the search path of Python
+WRONG  := $(or $(findstring {,$(CURDIR)),$(findstring },$(CURDIR)),$(findstring :,$(CURDIR)))
+ifneq ($(WRONG),)
+$(error $(CURDIR) has a $(WRONG) in its name, with which no study runs: move this checkout to another folder)
+endif
 # Where the jobs run: on the cores here, or on a cluster, whose extra packages are installed then
 WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),--cores $(CORES))
 LOCKED := $(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1)

@@ -404,18 +404,24 @@ def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
-def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster():
-    def make(*options):
+def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_folders_that_fail(tmp_path):
+    def make(*options, folder=ROOT):
         ours = ("MAKEFLAGS", "CLUSTER", "CONFIG", "CORES")  # given to `make test`
         alone = {name: value for name, value in os.environ.items() if name not in ours}
         command = ["make", "-n", "run", *options]
-        return subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
+        return subprocess.run(command, cwd=folder, env=alone, capture_output=True, text=True, check=False)
 
     assert 'scripts/study.py "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
     assert "--cluster slurm" in make("CLUSTER=slurm").stdout
     refused = make("CLUSTER=foo")
     assert refused.returncode and "CLUSTER is foo, but only CLUSTER=slurm is known" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
+    for name, wrong in (("a b", None), ("a:b", ":"), ("{x}", "{")):
+        shutil.copytree(ROOT / "envs", tmp_path / name / "envs")
+        shutil.copy(ROOT / "Makefile", tmp_path / name)
+        (tmp_path / name / "src" / "sparsurf").mkdir(parents=True)
+        said = make(folder=tmp_path / name).stderr
+        assert f"has a {wrong} in its name" in said if wrong else not said
 
 
 LONG = """
