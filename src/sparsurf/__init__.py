@@ -60,6 +60,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.fields import fields, residues
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
+    from sparsurf.api.points import points, points_of
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surfaces import components, mesh, surface
     from sparsurf.api.writing import write
@@ -79,6 +80,8 @@ FUNCTIONS = {
     "surface": "api.surfaces",
     "mesh": "api.surfaces",
     "components": "api.surfaces",
+    "points": "api.points",
+    "points_of": "api.points",
     "roughness": "api.patches",
     "descriptors": "api.patches",
     "prepare": "api.subsets",
@@ -113,6 +116,8 @@ __all__ = [
     "floors",
     "mesh",
     "minimal",
+    "points",
+    "points_of",
     "prepare",
     "read_molecule",
     "read_surface",

@@ -115,9 +115,7 @@ def import_pyarrow() -> Any:
         importlib.import_module("pyarrow.parquet")
         return importlib.import_module("pyarrow")
     except ImportError:
-        raise InputError(
-            "Tables of batches are Parquet files, which need pyarrow: run pip install pyarrow."
-        ) from None
+        raise InputError("Parquet files need pyarrow: run pip install pyarrow.") from None
 
 
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:

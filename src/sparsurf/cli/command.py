@@ -25,6 +25,7 @@ from sparsurf.threads import ignore_numba_threads
 COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
+    "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "the few dots that stand for a surface",
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",

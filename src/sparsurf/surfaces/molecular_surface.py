@@ -138,9 +138,15 @@ def roll_frame(
     molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
 ) -> RolledFrame:
     """Roll the probe over one frame of a molecule; arguments are those of `surface_of_frame`."""
-    xyz, probe = _rounded_positions(molecule, position), settings["probe_radius"]
-    rolled, kept = _rolled(xyz, atom_radii, probe, settings["reentrant"])
-    return RolledFrame(rolled, kept, settings.get("cavities", "keep"))
+    xyz, cavities = _rounded_positions(molecule, position), settings.get("cavities", "keep")
+    return roll_spheres(xyz, atom_radii, settings["probe_radius"], settings["reentrant"], cavities)
+
+
+def roll_spheres(
+    xyz: ArrayLike, radii: ArrayLike, probe: float, reentrant: str = "exact", cavities: str = "keep"
+) -> RolledFrame:
+    """Roll the probe over spheres; arguments are those of `molecular_surface`, and whether to keep or remove cavities."""
+    return RolledFrame(*_rolled(xyz, radii, probe, reentrant), cavities)
 
 
 def density_for_d_link(

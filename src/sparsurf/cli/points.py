@@ -1,0 +1,146 @@
+"""`sparsurf points`: a few points with normals on the surface of a structure, or of every structure of a folder."""
+
+import argparse
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sparsurf import progress
+from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, is_structure
+from sparsurf.api.points import JOBS, N_POINTS, points, points_of, structure_name
+from sparsurf.api.surfaces import CAVITIES
+from sparsurf.api.writing import write_file
+from sparsurf.cli import options, outputs
+from sparsurf.errors import InputError
+from sparsurf.molecules.formats import STRUCTURES
+from sparsurf.streams import DEFAULT_SEED
+from sparsurf.surfaces.radii import PROBE_RADIUS
+from sparsurf.surfaces.surface import Surface
+
+TABLE = ".parquet"
+FORMATS = (TABLE, ".npz", ".ply")
+COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
+ROWS_PER_GROUP = 100_000  # of a Parquet file
+EXAMPLES = """\
+FILE is a structure, or a folder of structures, whose points become one Parquet table with the columns name, x, y, z, nx, ny
+and nz (float32, Å). The points lie exactly on the surface, as far from one another as possible, with its analytic
+normals; without points in closed cavities. The same structure gives the same bytes on every machine. An npz holds
+points and normals, (n, 3) each. Of a folder, structures that fail are left out with a warning.
+
+examples:
+  sparsurf points structures/ -n 1024 -o points.parquet
+  sparsurf points protein.pdb -n 512 -o points.npz
+  sparsurf points protein.pdb --density 0.5 -o points.ply
+"""
+Named = Iterable[tuple[str, np.ndarray, np.ndarray]]
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="structure, or folder of structures")
+    options.add_output(parser, FORMATS)
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument(
+        "-n",
+        "--dots",
+        type=options.number(NUMBER_OF_DOTS),
+        help=f"number of points on each structure (default {N_POINTS})",
+    )
+    size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2 instead")
+    parser.add_argument(
+        "--seed",
+        type=options.number(SEED),
+        default=DEFAULT_SEED,
+        help=f"of the first point, from which the others follow (default {DEFAULT_SEED})",
+    )
+    parser.add_argument(
+        "--probe",
+        type=options.number(PROBE),
+        default=PROBE_RADIUS,
+        help=f"radius of the probe in Å (default {PROBE_RADIUS:g})",
+    )
+    parser.add_argument(
+        "--radii", choices=["dms", "bondi"], default="dms", help="table of radii (default dms)"
+    )
+    words = "points in closed cavities inside the molecule (default remove)"
+    parser.add_argument("--cavities", choices=CAVITIES, default="remove", help=words)
+    parser.add_argument(
+        "--jobs", type=options.number(JOBS), default=1, help="processes for a folder (default 1)"
+    )
+
+
+def run(args: argparse.Namespace) -> None:
+    """Write the points."""
+    is_folder = Path(args.file).is_dir()
+    if not is_folder and not is_structure(args.file):
+        raise InputError(f"{args.file} is not a structure ({', '.join(STRUCTURES)}), and no folder.")
+    formats = (TABLE,) if is_folder else FORMATS
+    outputs.check(args, formats)
+    settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe}
+    settings |= {"radii": args.radii, "cavities": args.cavities}
+    if is_folder:
+        results = points_of(args.file, args.dots, jobs=args.jobs, **settings)
+        named = progress.progress_bar(results, "structures")
+    else:
+        named = [(structure_name(args.file), *points(args.file, args.dots, **settings))]
+    written: list[int] = []
+    writers: dict[str, Callable[[Path], None]] = {
+        TABLE: lambda path: _write_table(path, named, written),
+        ".npz": lambda path: _write_one(path, named, written, _npz),
+        ".ply": lambda path: _write_one(path, named, written, _ply),
+    }
+    write_file(args.output, args.format, formats, writers)
+    structures = f"{len(written):,} structures" if is_folder else "the surface"
+    outputs.report(args, args.output, f"{sum(written):,} points on {structures}")
+
+
+def _write_table(path: Path, named: Named, written: list[int]) -> None:
+    """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`."""
+    from sparsurf.batches.tables import import_pyarrow  # here: the other formats need neither
+
+    pyarrow = import_pyarrow()
+    numbers = [(column, pyarrow.float32()) for column in COLUMNS]
+    schema = pyarrow.schema([("name", pyarrow.string()), *numbers])
+    with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd") as writer:
+        waiting: list[tuple[str, np.ndarray]] = []
+        for name, xyz, normals in named:
+            waiting.append((name, np.hstack([xyz, normals])))
+            written.append(len(xyz))
+            if sum(len(rows) for _, rows in waiting) >= ROWS_PER_GROUP:
+                writer.write_table(_table(pyarrow, schema, waiting))
+                waiting = []
+        if not written:
+            raise InputError("points: no structure was left; the warnings say why.")
+        if waiting:
+            writer.write_table(_table(pyarrow, schema, waiting))
+
+
+def _table(pyarrow: Any, schema: Any, named: list[tuple[str, np.ndarray]]) -> Any:
+    """Return the rows of a few structures."""
+    columns = np.ascontiguousarray(np.concatenate([rows for _, rows in named]).T)
+    names = np.repeat([name for name, _ in named], [len(rows) for _, rows in named])
+    return pyarrow.table([pyarrow.array(names, pyarrow.string()), *columns], schema=schema)
+
+
+def _write_one(
+    path: Path, named: Named, written: list[int], write: Callable[[Path, np.ndarray, np.ndarray], None]
+) -> None:
+    """Write the points of one structure."""
+    ((_, xyz, normals),) = named
+    write(path, xyz, normals)
+    written.append(len(xyz))
+
+
+def _npz(path: Path, xyz: np.ndarray, normals: np.ndarray) -> None:
+    """Write arrays."""
+    with open(path, "wb") as stream:
+        np.savez(stream, points=xyz, normals=normals)
+
+
+def _ply(path: Path, xyz: np.ndarray, normals: np.ndarray) -> None:
+    """Write vertices with normals."""
+    from sparsurf.surfaces.formats.ply import write_ply
+
+    write_ply(path, Surface(xyz, normals), mesh=False)
