@@ -21,6 +21,7 @@ with job(snakemake):
             output.choices: choices,
             output.surfaces: fragments.surfaces_of(rows, choices),
             output.places: places,
+            output.verdict: fragments.verdict_of(places),
             output.tests: tests_of_table_1(places, again.groupby("run")["centres"].first().to_numpy()),
             output.gathering: pd.read_csv(snakemake.input.gathering),
         }

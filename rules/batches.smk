@@ -54,7 +54,6 @@ rule summarise_batches:
         exclude=config["exclude"],
         logs="results/{run}/logs",
         jobs=log_names(workflow.rules),
-        floor=config["minimal"].get("floor"),
         code=[METHOD, REPORT],
     message:
         "First page of the run"

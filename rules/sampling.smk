@@ -32,6 +32,8 @@ rule evaluate_grid:
 
 rule tabulate_best:
     input:
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         grid="results/{run}/{protein}/{conformation}/grid.csv",
         distances="results/{run}/{protein}/{conformation}/distances.npz",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
@@ -48,6 +50,10 @@ rule tabulate_best:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 1.5 * GRID_MB),
     params:
+        patches=config["patches"],
+        sampling=config["sampling"],
+        evaluation=config["evaluation"],
+        seed=config["seed"],
         ranges=config["tables"]["ranges"],
         title=title_of_page,
         code=[METHOD, REPORT],

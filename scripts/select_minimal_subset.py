@@ -15,7 +15,7 @@ from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.floors import read_distances
-from sparsurf.study.minimal_subset import select_minimal_subset
+from sparsurf.study.minimal_subset import recovered_z, select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots_table
 from sparsurf.study.tables import read_roughness, read_table
@@ -101,7 +101,14 @@ def main(
     distances = distance_to_recovered(
         dots.points, subset.surface.points, subset.surface.normals, threads, DENSITY_FOR_ERRORS
     )
-    write_table(recovered, error_table(distances, curvature(prepared.index, threads=threads)))
+    errors = error_table(distances, curvature(prepared.index, threads=threads), subset.dots)
+    low, high = subset.interval or (np.nan, np.nan)
+    of_subset = {"n_S_percent": len(subset), "n_S_percent_low": low, "n_S_percent_high": high}
+    of_subset = {key: 100 * n / len(dots) for key, n in of_subset.items()}
+    of_subset |= {"density": len(subset) / prepared.area}
+    of_subset |= recovered_z(prepared, subset.dots, trials.tests)
+    errors.loc[0, list(of_subset)] = list(of_subset.values())
+    write_table(recovered, errors)
     rows = subset.table.assign(**subset.surface.fields)
     write_csv(table, rows, list(subset.surface.fields))
     columns = {key: rows[key].to_numpy(float) for key in ("spacing", "reach")} | subset.surface.fields
@@ -110,10 +117,10 @@ def main(
     with open(fields, "wb") as stream:
         np.savez(stream, allow_pickle=False, **(dot_fields if field_names else {}))
     order = farthest(prepared, len(dots) // 5, prepared.stream("minimal", "farthest"))
-    errors = recovery_table(
+    errors_of_fields = recovery_table(
         dots if field_names else replace(dots, fields={}), order, subset.dots, subset.surface.points
     )
-    errors.to_csv(fields_recovered, index=False, float_format="%.5g")
+    errors_of_fields.to_csv(fields_recovered, index=False, float_format="%.5g")
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ def main(
     exclude: dict[str, str],
     logs: str,
     jobs: list[str],
-    floor: str | None,
 ) -> None:
     """Write index.html, distributions.png, failures.csv, warnings.csv and the crate.
 
@@ -41,7 +40,6 @@ def main(
     exclude : reason for each excluded part of the study
     logs : folder of the logs
     jobs : names of the rules of the study
-    floor : the noise floor that sets the size of the minimal subsets; None if the config sets it otherwise
     """
     run = Path(page).parent
     remove_others(run, tables)
@@ -55,9 +53,7 @@ def main(
     listed = pd.concat([listed, pd.DataFrame(rows, columns=list(listed))])
     write_table(warnings, listed.drop_duplicates(["protein", "sentence"]))
     layout.save(distributions.figure(measures(surfaces)), png)
-    rows_of_studied = rows_of_surfaces(
-        run, [Path(path).relative_to(run).as_posix() for path in studied], floor
-    )
+    rows_of_studied = rows_of_surfaces(run, [Path(path).relative_to(run).as_posix() for path in studied])
     figures = [Path(png).name, *(picture for _, _, picture, _, _ in rows_of_studied if picture)]
     images = embedded_figures(run, figures)
     values = batches_page(
@@ -95,5 +91,4 @@ if __name__ == "__main__":
             exclude=snakemake.params.exclude,
             logs=snakemake.params.logs,
             jobs=snakemake.params.jobs,
-            floor=snakemake.params.floor,
         )

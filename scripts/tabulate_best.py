@@ -7,31 +7,59 @@ from sparsurf.report.page import write
 from sparsurf.report.ranges_page import TEMPLATE, ranges_page
 from sparsurf.rounding import write_table
 from sparsurf.study import tables
-from sparsurf.study.grid import read_grid
+from sparsurf.study.grid import add_scaled_link, read_grid
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
 
 
 def main(
+    surface: str,
+    roughness: str,
     grid: str,
     distances: str,
     floors: str,
     ranges: str,
     best: str,
     page: str,
+    patches: dict,
+    sampling: dict,
+    evaluation: dict,
+    seed: int,
+    name: str,
     n_ranges: int,
     title: str,
+    threads: int = 1,
 ) -> None:
     """Write ranges.csv and best.json, and their page.
 
     Parameters
     ----------
+    patches, sampling, evaluation : dict, sections of the config
+    name : protein/conformation
     n_ranges : number of equal ranges of n_S
     title : name of the conformation on its page
     """
     result = read_grid(distances)
     table = tables.read_table(grid, len(result.combinations), "combinations")
     noise_floors = tables.floors_by_name(tables.read_table(floors))
-    best_in_ranges = tables.ranges_table(table, result, n_ranges, noise_floors)
+    dots = read_npz(surface)
+    prepared = prepare_surface(
+        dots,
+        patches,
+        tables.read_roughness(roughness, dots),
+        seed,
+        name,
+        threads,
+        sampling["distance_from_moved_centre"],
+        sampling["chance_in_every_patch"],
+    )
+    best_in_ranges = add_scaled_link(
+        tables.ranges_table(table, result, n_ranges, noise_floors),
+        prepared,
+        number_of_tests(evaluation["test_dots"], len(dots)),
+        evaluation["draws"],
+    )
     best_of_all = tables.best_combinations(table, result, tables.MAX_N_S_PERCENT, noise_floors)
     write_table(ranges, best_in_ranges)
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
@@ -42,12 +70,20 @@ def main(
 if __name__ == "__main__":
     with job(snakemake):
         main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
             grid=snakemake.input.grid,
             distances=snakemake.input.distances,
             floors=snakemake.input.floors,
             ranges=snakemake.output.ranges,
             best=snakemake.output.best,
             page=snakemake.output.page,
+            patches=snakemake.params.patches,
+            sampling=snakemake.params.sampling,
+            evaluation=snakemake.params.evaluation,
+            seed=snakemake.params.seed,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             n_ranges=snakemake.params.ranges,
             title=snakemake.params.title,
+            threads=snakemake.threads,
         )

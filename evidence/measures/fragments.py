@@ -170,6 +170,21 @@ def rows_of_study(paper_rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
+def verdict_of(places: pd.DataFrame) -> pd.DataFrame:
+    """Count the published values that agree with the runs made as published: one row.
+
+    d_inside and Z_inside count values within 95 % of the runs, in_span those between the lowest and the highest run, n_won the
+    rows whose published combination won at least one run.
+    """
+    spans = [
+        places[f"{name}_published"].between(places[f"{name}_lowest"], places[f"{name}_highest"]).sum()
+        for name in ("d", "Z_tS")
+    ]
+    row = {"rows": len(places), "values": 2 * len(places), "runs": places["n_runs"].max()}
+    row |= {"d_inside": places["d_inside"].sum(), "Z_inside": places["Z_tS_inside"].sum()}
+    return pd.DataFrame([row | {"in_span": sum(spans), "n_won": (places["n_won"] > 0).sum()}])
+
+
 def surfaces_of(rows: pd.DataFrame, choices: pd.DataFrame) -> pd.DataFrame:
     """Return a row per surface and reading: its dots, and how the choices of Table I do on it.
 

@@ -85,7 +85,7 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
         member = range_index(mean, limits)
         ranges = [range_index(percent, range_limits(percent, n_ranges)) for percent in percents]
         sets = rows_of_reading.set_index(["protein", "range"])["best_set"].map(split_combinations)
-        for k in np.unique(member):
+        for k in np.unique(member[member < n_ranges]):
             inside = np.flatnonzero(member == k)
             values = d[:, inside].T[:, None, :]
             best = inside[np.argmax(values.mean(axis=(1, 2)))]

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.readings import GRID_READINGS
+from sparsurf.patches.readings import GRID_READINGS, SCALED_READING
 from sparsurf.sampling.combination import (
     PARAMETERS,
     PUBLISHED_ROWS,
@@ -65,7 +65,8 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame, one row per reading and range: reading, row, n_S_low_percent, n_S_high_percent, published, best, d_cv with
-    its 95 % interval, n_best_set, published_may_be_best (yes or no: it is in the confidence set of the best)
+    its 95 % interval, n_best_set, d with its interval under `kept_scaled`, published_may_be_best (yes or no: it is in the
+    confidence set of the best)
     """
     row = ranges.groupby("reading").cumcount()
     published = [str(Combination(*PUBLISHED_ROWS[k])) for k in row]
@@ -74,6 +75,7 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
         for name, candidates in zip(published, ranges["best_set"], strict=True)
     ]
     limits = ranges[["reading", "n_S_low_percent", "n_S_high_percent"]]
-    held_out = ranges[["d_cv", "d_cv_low", "d_cv_high", "n_best_set"]]
+    scaled = [f"{key}_{SCALED_READING}" for key in ("d", "d_low", "d_high")]
+    held_out = ranges[["d_cv", "d_cv_low", "d_cv_high", "n_best_set", *scaled]]
     table = limits.assign(row=row + 1, published=published, best=combination_labels(ranges))
     return table.join(held_out).assign(published_may_be_best=may_be)

@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
-from sparsurf.recovery.readings import RECOVERED
+from sparsurf.recovery.readings import READINGS, RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.sampling.samplers import sampler_label
 
 FAIR = "atoms moved 0.3 Å"
 COLOURS = {FULL_READING: PALETTE[0], KEPT_READING: PALETTE[5], RECOVERED: PALETTE[2]}
-WORDS = {reading: reading.replace("_", " ") for reading in GRID_READINGS} | {
+WORDS = {reading: READINGS[reading].words for reading in GRID_READINGS} | {
     RECOVERED: "recovered, a quarter of the grid"
 }
 READINGS_SHOWN = [name for name in GRID_READINGS if name in COLOURS]

@@ -72,6 +72,66 @@ rule repeat_table1:
         "../repeat_table1.py"
 
 
+rule measure_links:
+    input:
+        structure=ancient(structure),
+    output:
+        links=f"{RESULTS}/links/{{protein}}/links.csv",
+    log:
+        f"{RESULTS}/logs/links/{{protein}}/measure_links.log",
+    threads: 2
+    params:
+        dots="dms",
+        surface=config["fragments"]["surface"],
+        patches=config["fragments"]["patches"],
+        links=config["links"]["distances"],
+        test_dots=config["links"]["test_dots"],
+        draws=config["links"]["draws"],
+        seed=config["seed"],
+    message:
+        "Linking distances on {wildcards.protein}"
+    script:
+        "../measure_links.py"
+
+
+rule tabulate_links:
+    input:
+        links=expand(f"{RESULTS}/links/{{protein}}/links.csv", protein=config["links"]["surfaces"]),
+    output:
+        table=f"{TABLES}/paper_links.csv",
+        readings=f"{TABLES}/paper_readings.csv",
+        figure=f"{FIGURES}/paper_links.png",
+    log:
+        f"{RESULTS}/logs/tabulate_links.log",
+    localrule: True
+    message:
+        "d against the linking distance"
+    script:
+        "../tabulate_links.py"
+
+
+rule measure_rules:
+    input:
+        structure=ancient(structure_file(config["links"]["surfaces"][0])),
+    output:
+        table=f"{TABLES}/paper_rules.csv",
+    log:
+        f"{RESULTS}/logs/measure_rules.log",
+    threads: 2
+    params:
+        dots="dms",
+        surface=config["fragments"]["surface"],
+        patches=config["fragments"]["patches"],
+        orders=config["links"]["orders"],
+        test_dots=config["links"]["test_dots"],
+        draws=config["links"]["draws"],
+        seed=config["seed"],
+    message:
+        "Rules of the authors' code, one by one"
+    script:
+        "../measure_rules.py"
+
+
 rule tabulate_fragments:
     input:
         rows=expand(f"{RESULTS}/fragments/{{surface}}/rows.csv", surface=FRAGMENTS),
@@ -86,6 +146,7 @@ rule tabulate_fragments:
         choices=f"{TABLES}/fragments_choices.csv",
         surfaces=f"{TABLES}/fragments_surfaces.csv",
         places=f"{TABLES}/fragments_places.csv",
+        verdict=f"{TABLES}/fragments_verdict.csv",
         tests=f"{TABLES}/fragments_tests.csv",
         gathering=f"{TABLES}/paper_gathering.csv",
     log:

@@ -37,6 +37,46 @@ rule tabulate_opponents:
         "../tabulate_opponents.py"
 
 
+rule measure_enough:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/enough/{{protein}}/enough.csv",
+        coverage=f"{RESULTS}/enough/{{protein}}/coverage.csv",
+    log:
+        f"{RESULTS}/logs/enough/{{protein}}/measure_enough.log",
+    threads: 2
+    params:
+        dots=config["enough"]["dots"],
+        surface=config["enough"]["surface"],
+        patches=config["fragments"]["patches"],
+        error=config["enough"]["error"],
+        test_dots=config["enough"]["test_dots"],
+        draws=config["enough"]["draws"],
+        replicates=config["enough"]["replicates"],
+        seed=config["seed"],
+    message:
+        "How many dots of {wildcards.protein} are enough"
+    script:
+        "../measure_enough.py"
+
+
+rule tabulate_enough:
+    input:
+        tables=expand(f"{RESULTS}/enough/{{protein}}/enough.csv", protein=config["enough"]["surfaces"]),
+        coverage=expand(f"{RESULTS}/enough/{{protein}}/coverage.csv", protein=config["enough"]["surfaces"]),
+    output:
+        table=f"{TABLES}/recover_enough.csv",
+        coverage=f"{TABLES}/recover_enough_coverage.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_enough.log",
+    localrule: True
+    message:
+        "Tables of how many dots are enough"
+    script:
+        "../tabulate_enough.py"
+
+
 rule draw_recovery:
     input:
         structure=ancient("data/tdp43/topology.pdb"),

@@ -14,7 +14,9 @@ def study_config(name, changes):
         "run": f"{Path(RESULTS).name}_{name}",
         "seed": config["seed"],
         "proteins": {
-            protein: protein_entry(STRUCTURES[protein], DATA, model=1, hydrogens=config["proteins"]["hydrogens"])
+            protein: protein_entry(
+                STRUCTURES[protein], DATA, model=1, hydrogens=config["proteins"]["hydrogens"]
+            )
             for protein in MANY_PROTEINS
             if protein not in MISSING
         },

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 PLACEHOLDERS = {
-    "<reading>": "(?:kept|full|recovered)",
+    "<reading>": "(?:kept|kept_scaled|full|recovered)",
     "<residue>": r"[^:]*:\w+",
     "<n>": r"\d+",
     "<m>": r"\d+",

@@ -14,7 +14,7 @@ DIGITS = 6  # of numbers without an error
 DIGITS_OF_ERROR = 2
 STANDARD_ERRORS_PER_INTERVAL = 4  # of 95 %
 MAX_DECIMALS = 12
-ENDING = re.compile(r"_(?:kept|full|recovered)$")
+ENDING = re.compile(r"_(?:kept|kept_scaled|full|recovered)$")
 VALUES = ("Z", "value", "auc", "mean", "difference", "factor")  # whose error is called se, low and high
 
 

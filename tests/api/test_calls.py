@@ -797,7 +797,7 @@ def test_minimal_keeps_the_share_that_is_requested(dots, ready, tmp_path):
     near, spread = (pdist(ready.points[kept]).min() for kept in (some, table["dot"][:40]))
     assert near < 0.5 * spread  # by chance two uniform dots lie together, farthest ones never
     z = 0.9 * sparsurf.compare(ready, table["dot"], test_dots=400)["Z"].iloc[0]
-    ran("minimal", dots, "--max-error", z, "-o", tmp_path / "z.csv")
+    ran("minimal", dots, "--max-z", z, "-o", tmp_path / "z.csv")
     assert len(pd.read_csv(tmp_path / "z.csv")) > 150
 
 
@@ -958,7 +958,7 @@ def test_the_density_of_a_recovered_mesh_is_that_of_the_dots_it_is_cut_from(blob
     [
         (
             lambda dots: sparsurf.minimal(dots, percent=10, n_dots=5),
-            "minimal: give only one of percent, n_dots and max_error.",
+            "minimal: give only one of percent, n_dots, error and max_z.",
         ),
         (
             lambda dots: sparsurf.components(dots, dots),

@@ -261,7 +261,7 @@ def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
     assert check_config(config_of(tmp_path))["minimal"]["n_S_percent"] == 10
     given = check_config(config_of(tmp_path, minimal={"n_S": 40, "sampler": "poisson"}))["minimal"]
     assert given["n_S"] == 40 and "n_S_percent" not in given and given["sampler"] == "poisson"
-    assert "floor" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
+    assert "error" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
 
 
 @pytest.mark.parametrize(
@@ -269,6 +269,7 @@ def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
     [
         ({"sampling": True}, "batch needs `sampling: false`"),
         ({"minimal": {"floor": "turned"}}, "minimal.floor needs a search on every structure"),
+        ({"minimal": {"error": 0.1}}, "minimal.error needs a search on every structure"),
         ({"batch": 0}, "batch is 0, but must be"),
         (
             {"proteins": {"a": {"pdb": "1ubi"}}},
@@ -544,7 +545,7 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
         tables.write_parquet(run / name / "0001.parquet", name, table)
     files = {name: str(run / path) for name, path in FILES_OF_RUN.items()}
     paths = [str(run / name / "0001.parquet") for name in rows]
-    summarise_batches.main(paths, [], **files, exclude={}, logs="", jobs=[], floor=None)
+    summarise_batches.main(paths, [], **files, exclude={}, logs="", jobs=[])
     listed = pd.read_csv(files["warnings"])
     assert listed["protein"].tolist() == ["a", "b"] and listed["job"].unique().tolist() == ["analyse_batch"]
     page = " ".join(Path(files["page"]).read_text().split())

@@ -15,34 +15,32 @@ SURFACES = "surface=A1_file|A1_dms|A2|A3|A4|A5|B1|B2"
 AUC = "complexes_means.csv score=propensity_smoothed descriptor=published"
 RANGE = "{n_S_low_percent:.0f} to {n_S_high_percent:.0f}"
 D_CV = "{d_cv:+.2f} ({d_cv_low:+.2f} to {d_cv_high:+.2f})"
+ON_LINKS = "paper_readings.csv surface=A1 row=5"
+D_OF = "{{d_{0}:+.2f}} ({{d_low_{0}:+.2f}} to {{d_high_{0}:+.2f}})".format
 AT_10 = "proteins_by_n_s.csv percent=10"
 SHOWN = {
     "README.md": [
-        'half of 65 proteins need {{ proteins_required_means.csv "floor=fresh dots" | at most {median:.1f} % }}',
         f"from the true one by {{{{ {FARTHEST} | {{distance:.3f}} }}}} Å on average",
-        f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} }}}} Å.",
+        f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} Å, and its worst point by {{largest:.2f}} }}}} Å.",
         'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å',
-        f"of the dots it is {{{{ proteins_d.csv reading=kept range=5 | {AT_44} among the kept dots }}}}",
-        f"{{{{ proteins_d.csv reading=full range=5 | {AT_44} on the full surface (mean of {{n}} proteins) }}}}",
-        "worse than the mean patch, on all {{ proteins_d.csv reading=kept range=5 | {n_worse:.0f} }}.",
+        "{{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie within }} 95 %",
+        f"At {{{{ {ON_LINKS} | {{n_S_percent:.0f}} % of the dots of A1, d of {{combination}} is {D_OF('kept')} }}}} with islands",
+        f"It is {{{{ {ON_LINKS} | {D_OF('kept_scaled')} with a link scaled to their spacing, and {D_OF('full')} }}}} with",
         f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
         "alone has {{ complexes_means.csv score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
-        "{{ fragments_inside.csv surface=A1_file reading=kept | {d_inside} of ten published d }}",
-        "among the kept dots, and {{ fragments_inside.csv surface=A1_file reading=full | {d_inside} on the full surface }}",
     ],
     "docs/paper.md": [
-        "above {{ fragments_places.csv binning=half-open range=1 | {d_n_below} of {n_runs} }}",
         f"surface has {{{{ {ON_A1} | {{dots:,}} dots, {{centres:.0f}} centres of }}}}",
         f"mean roughness of {{{{ {ON_A1} | {{mean_roughness:.4f}} }}}}, as",
         f"n_S runs from {{{{ {ON_A1} | {{n_S_lowest_percent:.2f}} to {{n_S_highest_percent:.2f}} %. }}}}",
         'runs from {{ paper_figures.csv "quantity=lowest roughness" | {value:.2f} to }}'
         ' {{ paper_figures.csv "quantity=highest roughness" | {value:.2f} }}.',
         'α = 0.1 keeps {{ paper_figures.csv "quantity=n_S at alpha 0.1, the others 0" | {value:.0f} }} %',
-        'one of {{ paper_figures.csv "quantity=combinations that may be the best, kept" | {value:.0f} }} that',
+        'first of {{ paper_figures.csv "quantity=combinations that may be the best, kept" | {value:.0f} }} that',
         'its d is {{ paper_figures.csv "quantity=d of the published best, full" | {value:.2f} }}.',
         'rougher half gains {{ paper_figures.csv "quantity=d of rough_half around kept dots, kept" | {value:.1f} }}',
         'flatter half gains {{ paper_figures.csv "quantity=d of flat_half around kept dots, kept" | {value:.1f} }}',
-        'flattest bin {{ paper_bins.csv bin=10 "around=kept dots" | {d_kept:.1f} }}.',
+        'flattest bin gains {{ paper_bins.csv bin=10 "around=kept dots" | {d_kept:.1f} }}.',
         '6, 0) keeps {{ paper_figures.csv "quantity=kept of the roughest tenth, (1, 0, 6, 0)" | {value:.0f} }} % of',
         'dots and {{ paper_figures.csv "quantity=kept of the flattest tenth, (1, 0, 6, 0)" | {value:.0f} }} % of',
         '10, 0) keeps {{ paper_figures.csv "quantity=kept of the roughest tenth, (1, 1, 10, 0)" | {value:.0f} }} %'
@@ -50,12 +48,21 @@ SHOWN = {
         'size keeps {{ paper_figures.csv "quantity=kept of all dots, (1, 0, 6, 0)" | {value:.0f} }} %.',
         "by {{ descriptors_changes_means.csv descriptor=published change=turned density=5.35 | {ratio:.2f} }} of",
         "large or dense ([{{ proteins_d.csv reading=kept range=0 | {n} }} here]",
-        "{{ fragments_tests.csv | | {binning} | {measure} | {n_rows} | {p:.5f} | }}",
-        "{{ fragments_places.csv binning=half-open | | {range} | {d_published:+.2f}"
-        " | {d_mean:+.2f} ({d_lowest:+.2f} to {d_highest:+.2f}) | {d_n_below} of {n_runs} | {n_won} | }}",
+        "{{ fragments_tests.csv | | {measure} | {n_rows} | {p:.2f} | }}",
+        "{{ fragments_places.csv | | {range} | {d_published:+.2f} | {d_mean:+.2f} ({d_lowest:+.2f} to {d_highest:+.2f})"
+        " | {Z_tS_published:.2f} | {Z_tS_mean:.2f} ({Z_tS_lowest:.2f} to {Z_tS_highest:.2f})"
+        " | {d_n_below} of {n_runs} | {n_won} | }}",
+        f"{{{{ paper_readings.csv surface=A1 | | {{row}} | {{n_S_percent:.0f}} | {D_OF('kept')} | {D_OF('kept_scaled')}"
+        f" | {D_OF('full')} | }}}}",
         f"{{{{ paper_ranges.csv reading=kept | | {RANGE} | {{published}} | {{best}} | {D_CV} | {{n_best_set}}"
-        " | {published_may_be_best} | }}",
+        f" | {{published_may_be_best}} | {D_OF('kept_scaled')} | }}}}",
         f"{{{{ paper_ranges.csv reading=full | | {RANGE} | {{best}} | {D_CV} | {{published_may_be_best}} | }}}}",
+        "does it: {{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie within }}",
+        "Z of ten rows ([runs](#table-i)) | {{ fragments_verdict.csv rows=10 | d {d_inside}, Z {Z_inside} of {rows} }}",
+        'uniform subset of as many dots | {{ fragments_inside.csv "surface=A1_dms, other test dots" reading=kept'
+        " | {d_above_0} of {rows} }} |",
+        "All {{ fragments_verdict.csv rows=10 | {in_span} values lie between }}",
+        "All {{ fragments_verdict.csv rows=10 | {n_won} published combinations won }}",
         *(
             f"{{{{ {AT_10} sampler={name} reading=full | {{Z:.2f}} }}}}"
             f" | {{{{ {AT_10} sampler={name} reading=recovered | {{Z:.2f}} }}}} |"
@@ -69,8 +76,6 @@ SHOWN = {
         " | {Z_A1_file:.2f} ({Z_A1_file_low:.2f} to {Z_A1_file_high:.2f})"
         " | {Z_A1_dms:.2f} ({Z_A1_dms_low:.2f} to {Z_A1_dms_high:.2f})"
         " | {Z_A1_exact:.2f} ({Z_A1_exact_low:.2f} to {Z_A1_exact_high:.2f}) | }}",
-        '{{ fragments_inside.csv "surface=A1_file|A1_dms|A1_dms, other test dots|A1_exact"'
-        " | | {surface} | {reading} | {d_inside} of {rows} | {Z_inside} of {rows} | {d_above_0} | {d_below_0} | }}",
         f"{{{{ fragments_surfaces.csv reading=kept {SURFACES} | | {{surface}} | {{dots:,}} | {{mean_roughness:.2f}}"
         " | {n_S_lowest_percent:.2f} to {n_S_highest_percent:.2f} | {n_may_be_best} of 10 | {n_worse} of 10"
         " | {gain:+.2f} ({largest_gain:+.2f}) | }}",

@@ -101,12 +101,18 @@ def test_the_number_of_threads_changes_nothing(sphere):
 def test_tails_by_hand():
     distance = np.arange(400.0)
     bend = np.repeat([-2 * MIN_CURVATURE, MIN_CURVATURE, -MIN_CURVATURE, 2 * MIN_CURVATURE], 100)
-    found = error_table(distance, bend).set_index("where")
+    found = error_table(distance, bend, np.empty(0, int)).set_index("where")
     assert found["dots"].to_dict() == {"everywhere": 400, "clefts": 100, "flats": 200, "ridges": 100}
     assert found["dots_percent"].tolist() == [100, 25, 50, 25]
     assert found["mean"].tolist() == [199.5, 49.5, 199.5, 349.5]
     assert found["high_99"].tolist() == pytest.approx([395.01, 98.01, 297.01, 398.01])
     assert found["largest"].tolist() == [399, 99, 299, 399]
+    rest = error_table(distance, bend, np.arange(0, 400, 2)).set_index("where")  # odd ones were not kept
+    assert rest["dots"].tolist() == [200, 50, 100, 50] and rest.loc["everywhere", "mean"] == 200
     assert (
-        error_table(distance, np.ones(400)).set_index("where").loc["clefts", ["mean", "largest"]].isna().all()
+        error_table(distance, np.ones(400), np.empty(0, int))
+        .set_index("where")
+        .loc["clefts", ["mean", "largest"]]
+        .isna()
+        .all()
     )

@@ -298,8 +298,7 @@ def test_warnings_that_differ_in_numbers_only_are_reported_once(tmp_path):
 def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder)
-    places = [{"binning": b, "d_published": 1.0, "d_lowest": low, "d_highest": 1.5, "n_runs": 40}
-              for b, low in (("half-open", 0.5), ("half-open", 1.2), ("closed", 0.5))]  # fmt: skip
+    places = [{"d_inside": d, "Z_tS_inside": 1, "n_runs": 40} for d in (1, 0)]
     pd.DataFrame(places).to_csv(folder / "paper_places.csv", index=False)
     (folder / "pairs").mkdir()
     scores = {"propensity_smoothed": (0.56, 0.6, 0.58, 0.58), "protrusion": (0.7, 0.7, 0.8, 0.6)}

@@ -15,9 +15,10 @@ from sparsurf.study.required_dots import (
     curves_table,
     percent_columns,
     required_dots_table,
+    required_for_error,
     smallest_n_s,
 )
-from sparsurf.study.subset_search import smallest_recovered_subset
+from sparsurf.study.subset_search import smallest_recovered_subset, smallest_subset_of_error
 
 
 def test_percents_are_columns_by_floor_and_reading_with_the_interval_of_the_recovered():
@@ -54,6 +55,24 @@ class MadeUp(Trials):
     def distances(self, subsets, reading):
         z = np.array([100 / len(dots) * (1 if reading == "recovered" else 2) for dots in subsets])
         return np.tile(z[:, None], 4)
+
+    def errors_of(self, sizes):
+        self.tried_errors = [*getattr(self, "tried_errors", []), *map(int, sizes)]
+        return np.array(sizes, float), np.tile(2 / np.array(sizes)[:, None], 3)  # Å, in every draw
+
+
+def test_the_fewest_dots_of_an_error_are_found_with_few_trials():
+    """The error is 2 / n: it falls to 2 / 50.5 Å between 50 and 51 dots."""
+    trials = MadeUp()
+    required = required_for_error(trials, 2 / 50.5)
+    assert (required.n_s, required.bound) == (51, "")
+    assert (required.low, required.high) == pytest.approx((50.5, 50.5), abs=0.05)  # nothing varies
+    assert len(set(trials.tried_errors)) < 10 < len(trials.sizes)
+    subset, interval = smallest_subset_of_error(MadeUp(), 2 / 50.5)
+    assert len(subset) == 51 and interval == (required.low, required.high)
+    for error, n, bound in ((1.0, 12, "at most"), (0.001, 1000, "more")):
+        required = required_for_error(MadeUp(), error)
+        assert (required.n_s, required.bound) == (n, bound) and np.isnan(required.low)
 
 
 def one_floor(value):

@@ -9,16 +9,18 @@ from scipy.stats import t as student
 from sparsurf.study import tables
 from sparsurf.study.best_set import best_set
 from sparsurf.study.statistics import estimate
-from sparsurf.study.tables import range_index, range_limits
+from sparsurf.study.tables import bin_index, range_index, range_limits
 
 TESTS = 400
 
 
-def test_a_limit_belongs_to_the_range_above_it_and_the_largest_value_to_the_last():
+def test_a_limit_belongs_to_the_range_above_it_and_the_largest_value_to_none_or_to_the_last_bin():
     limits = range_limits([0.0, 3.0, 30.0], 3)
     assert limits.tolist() == [0, 10, 20, 30]
-    assert range_index([0, 9.999, 10, 19.999, 20, 30], limits).tolist() == [0, 0, 1, 1, 2, 2]
-    assert range_index([0, 29.9, 30, 31], limits, closed=False).tolist() == [0, 2, 3, 3]
+    values = [0, 9.999, 10, 19.999, 20, 30]
+    assert range_index(values, limits).tolist() == [0, 0, 1, 1, 2, 3]
+    assert bin_index(values, limits).tolist() == [0, 0, 1, 1, 2, 2]
+    assert range_index([5, 5], range_limits([5, 5], 3)).tolist() == [0, 0]  # the only value has a range
 
 
 def test_the_table_of_the_grid_has_students_intervals_of_every_mean():
@@ -88,7 +90,7 @@ def test_of_equal_combinations_the_first_of_the_grid_wins_and_all_may_be_the_bes
 
 
 def test_a_range_is_judged_by_its_own_combinations():
-    table, grid = grid_of([1.0, 5.0], [10, 90], [1, 1])
+    table, grid = grid_of([1.0, 5.0, 9.0], [10, 80, 90], [1, 1, 1])
     assert tables.ranges_table(table, grid, 2)["d_cv"].tolist() == [1, 5]
 
 

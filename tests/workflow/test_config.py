@@ -314,10 +314,10 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
         assert said[:6] == "fields" or "fields." not in str(error.value)
 
 
-def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
+def test_the_minimal_subset_has_an_error_where_no_other_wish_is_given():
     for own in ({"sampler": "poisson"}, {}):
         assert check_config(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
-    assert "floor" not in check_config(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
+    assert "error" not in check_config(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
 def test_what_is_excluded_is_a_part_of_the_study():

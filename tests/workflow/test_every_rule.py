@@ -66,8 +66,9 @@ def test_tables_of_a_conformation_agree(run, place):
     assert len(roughness) == row["N"] == n and roughness["roughness"].between(0, 1).all()
     assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
     assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
-    required_dots = pd.read_csv(folder / "required_dots.csv").set_index(["floor", "reading"])
-    assert required_dots.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
+    recovered = pd.read_csv(folder / "recovered.csv").iloc[0]
+    assert row["recovered_mean"] == recovered["mean"] and recovered["dots"] == n - len(minimal)
+    assert row["recovered_Z_published"] == recovered["Z_published"] > 0
     assert pd.notna(row["best_kept"]) == (place in SAMPLED)
 
 

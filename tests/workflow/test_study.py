@@ -92,12 +92,23 @@ def test_a_study_ends_with_its_answer_and_where_to_look(checkout, capsys):
     assert checkout.calls == [["--logger", "sparsurf", "--resources=mem_mb=4100", "--cores", "2"]]
     lines = capsys.readouterr().out.strip().splitlines()
     assert [line.split()[0] for line in lines] == ["Time", "Answer", "Warnings", "Look", "All"]
-    assert lines[1].endswith(" 4.5 % of the dots are enough.") and lines[2].split()[1] == "1"
+    assert (
+        lines[1].endswith(" 4.5 % of the dots are in minimal.csv, as the config asks.")
+        and lines[2].split()[1] == "1"
+    )
     (checkout.root / "results/mine/surfaces.csv").write_text("minimal_n_S_percent\n4\n7\n5\n")
     assert study.main(checkout.config(minimal={"n_S_percent": 5})) == 0
     assert "5.0 % of the dots are in minimal.csv, as the config asks (median of 3 surfaces)." in (
         capsys.readouterr().out
     )
+    columns = "minimal_n_S_percent,minimal_n_S_percent_low,minimal_n_S_percent_high,minimal_density,"
+    columns += "recovered_mean,recovered_high_99,recovered_largest\n"
+    (checkout.root / "results/mine/surfaces.csv").write_text(columns + "9.5,9,10,0.5,0.02,0.11,0.7\n")
+    assert study.main(checkout.config()) == 0
+    told = "9.5 % of the dots (0.50 per Å^2) give the surface back 0.020 Å off on average, 99 % of it within 0.11 Å, all within"
+    assert f"{told} 0.70 Å (95 % interval 9.0 to 10.0 %)." in capsys.readouterr().out
+    places = "n_runs,d_inside,Z_tS_inside\n40,1,1\n40,0,1\n"
+    (checkout.root / "results/mine/paper_places.csv").write_text(places)
     pair = {
         "complex": STRUCTURE["structure"],
         "chains": [["A"], ["B"]],

@@ -30,7 +30,7 @@ from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
 from sparsurf.streams import DEFAULT_SEED
-from sparsurf.study.floors import FRESH, floors_table, measure_floors
+from sparsurf.study.floors import floors_table, measure_floors
 from sparsurf.study.minimal_subset import Subset, select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.study.required_dots import Trials
@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     Generator: TypeAlias = tuple[Callable[[np.ndarray], Surface] | None, np.ndarray | None]
 
 TEST_DOTS = 200  # as in a study
+DEFAULT_ERROR = 0.02  # Å, as in a study
+DISTANCE = Limits(0, 10)  # Å
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
 STEPS = Limits(0, 1000, whole=True)
 
@@ -58,7 +60,8 @@ def minimal(
     *,
     percent: float | None = None,
     n_dots: int | None = None,
-    max_error: float | None = None,
+    error: float | None = None,
+    max_z: float | None = None,
     sampler: str = "farthest",
     seed: int = DEFAULT_SEED,
     frame: int = 0,
@@ -73,10 +76,9 @@ def minimal(
     Parameters
     ----------
     surface : molecule as in `surface`, or dots as in `prepare`
-        If no size is given, the noise floor is measured with other dots: on the atoms, or, for a file of dots, on the
-        recovered surface.
-    percent, n_dots, max_error : float, int, float, at most one of them
-        Share of all dots, number of dots, or largest Z. Without a size, as few dots as suffice to recover the surface.
+    percent, n_dots, error, max_z : float, int, float, float, at most one of them
+        Share of all dots, number of dots, mean distance in Å of the recovered surface from the true one, or largest Z of the
+        dots as they are. Without any, error is 0.02 Å.
     sampler : str
         As in `sample`.
     seed : int
@@ -86,7 +88,7 @@ def minimal(
     -------
     Subset
         `dots` (n,), `weight` (n,), `points` and `normals` (n, 3), `surface` of the kept dots, `table`, a DataFrame, and
-        `interval`, the 95 % interval of their number where no size is given.
+        `interval`, the 95 % interval of their number where an error is given.
 
     Examples
     --------
@@ -106,24 +108,21 @@ def minimal(
     sizes = {
         "n_S_percent": None if percent is None else PERCENT.check(percent, "percent"),
         "n_S": None if n_dots is None else NUMBER_OF_DOTS.check(n_dots, "n_dots"),
-        "Z": None if max_error is None else ERROR.check(max_error, "max_error"),
+        "error": None if error is None else DISTANCE.check(error, "error"),
+        "Z": None if max_z is None else ERROR.check(max_z, "max_z"),
     }
     request = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
-        raise InputError("minimal: give only one of percent, n_dots and max_error.")
+        raise InputError("minimal: give only one of percent, n_dots, error and max_z.")
     rules = {
         "probe_radius": probe_radius, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities,
     }  # fmt: skip
-    dots, generator, molecule = _dots_and_generator(surface, frame, rules)
+    dots, _, molecule = _dots_and_generator(surface, frame, rules)
     if n_dots is not None and n_dots > len(dots):
         raise InputError(f"minimal: n_dots is {n_dots}, more than the {len(dots)} dots of the surface.")
     prepared, n_tests = prepare(dots, d_link=d_link, seed=seed), number_of_tests(TEST_DOTS, len(dots))
     trials = Trials(prepared, sampler, n_tests)
-    floor = None
-    if not request:
-        request = {"floor": FRESH}
-        floor = measure_floors(prepared, len(trials.tests), generator[0], generator[1], moved=())
-    return select_minimal_subset(trials, request, floor, molecule)
+    return select_minimal_subset(trials, request or {"error": DEFAULT_ERROR}, molecule=molecule)
 
 
 def floors(

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import ERROR, NUMBER_OF_DOTS, PERCENT, SEED
-from sparsurf.api.minimal import minimal
+from sparsurf.api.minimal import DISTANCE, minimal
 from sparsurf.cli import options, outputs
 from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import SAMPLERS
@@ -14,10 +14,9 @@ from sparsurf.streams import DEFAULT_SEED
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
-By default, the smallest subset is kept from which the surface can be recovered: the recovered surface differs from the whole
-no more than other dots of the same surface do, within a fifth. `sparsurf recover` makes that surface. For a structure, the
-other dots are placed on its atoms. For a file of dots they come from the recovered surface and differ less, so that more
-dots are kept. Z falls slowly there, so the number has a 95 % interval: another --seed keeps another number in it.
+By default, the smallest subset is kept from which the surface can be recovered 0.02 Å off on average, see --error. The error
+is that of the dots that are not kept. `sparsurf recover` makes that surface. The number of dots has a 95 % interval: another
+--seed keeps another number in it.
 
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
@@ -28,7 +27,8 @@ examples:
   sparsurf minimal protein.pdb --dots 500 --sampler poisson -o minimal.ply
   sparsurf minimal protein.pdb --percent 10 -o protein.npz
   sparsurf minimal protein.pdb -o minimal.pml
-  sparsurf minimal dots.csv --max-error 1.0 -o minimal.npz
+  sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
+  sparsurf minimal dots.csv --max-z 1.0 -o minimal.npz
 """
 
 
@@ -41,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     size.add_argument(
         "--percent",
         type=options.number(PERCENT),
-        help="share of all dots to keep (default: as few as suffice)",
+        help="share of all dots to keep",
     )
     size.add_argument(
         "--dots",
@@ -49,9 +49,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="number of dots to keep; the paper's samplers keep about that many",
     )
     size.add_argument(
-        "--max-error",
+        "--error",
+        type=options.number(DISTANCE),
+        help="keep as few dots as recover the surface this far off on average, Å (default 0.02)",
+    )
+    size.add_argument(
+        "--max-z",
         type=options.number(ERROR),
-        help="keep as few dots as have an error Z of at most this as they are, not recovered",
+        help="keep as few dots as have a Z of at most this as they are, not recovered",
     )
     parser.add_argument(
         "--sampler",
@@ -84,7 +89,8 @@ def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
             options.with_fields(args, surface, molecule, frame),
             percent=args.percent,
             n_dots=args.dots,
-            max_error=args.max_error,
+            error=args.error,
+            max_z=args.max_z,
             sampler=args.sampler,
             seed=args.seed,
             d_link=args.d_link,

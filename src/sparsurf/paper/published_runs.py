@@ -18,8 +18,8 @@ from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.tables import range_index, range_limits
 
 RUNS = 40  # as-published runs of the whole grid
-BINNINGS = {"closed": True, "half-open": False}  # whether the last range contains the largest n_S
 MEASURES = ("d", "Z_tS")
+MIN_P = 0.05  # below it, a published value does not look like that of another run
 CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
 
@@ -32,7 +32,7 @@ def runs_as_published(
 ) -> pd.DataFrame:
     """Repeat Table I as published: N / 200 new test dots per combination, one draw, `kept`.
 
-    `combinations` is (K, 4); returns the rows of paper_as_published.csv, of the winner of each run, binning and range.
+    `combinations` is (K, 4); returns the rows of paper_as_published.csv, of the winner of each run and range.
     """
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
@@ -63,23 +63,22 @@ def centres_in_random_orders(prepared: PreparedSurface, runs: int = RUNS) -> np.
 def winners(
     combinations: np.ndarray, percent: np.ndarray, d: np.ndarray, z_ts: np.ndarray
 ) -> Iterator[dict[str, Any]]:
-    """Yield the combination with the highest d in each range, under both binnings, as dicts."""
+    """Yield the combination with the highest d in each range, as a dict."""
     limits = range_limits(percent, len(TABLE_1))
-    for binning, closed in BINNINGS.items():
-        member = range_index(percent, limits, closed)
-        for k in range(len(TABLE_1)):
-            inside = np.flatnonzero(member == k)
-            row: dict[str, Any] = {"binning": binning, "range": k + 1}
-            row |= {
-                "n_S_low_percent": limits[k],
-                "n_S_high_percent": limits[k + 1],
-                "n_combinations": len(inside),
-            }
-            if len(inside):
-                best = inside[np.argmax(d[inside])]
-                row |= dict(zip(PARAMETERS, map(float, combinations[best]), strict=True))
-                row |= {"n_S_percent": percent[best], "d": d[best], "Z_tS": z_ts[best]}
-            yield row
+    member = range_index(percent, limits)
+    for k in range(len(TABLE_1)):
+        inside = np.flatnonzero(member == k)
+        row: dict[str, Any] = {
+            "range": k + 1,
+            "n_S_low_percent": limits[k],
+            "n_S_high_percent": limits[k + 1],
+            "n_combinations": len(inside),
+        }
+        if len(inside):
+            best = inside[np.argmax(d[inside])]
+            row |= dict(zip(PARAMETERS, map(float, combinations[best]), strict=True))
+            row |= {"n_S_percent": percent[best], "d": d[best], "Z_tS": z_ts[best]}
+        yield row
 
 
 def table_1() -> pd.DataFrame:
@@ -90,18 +89,21 @@ def table_1() -> pd.DataFrame:
 def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
     """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
-    p is the two-sided probability of a rank as extreme by chance.
+    p is the two-sided probability of a rank as extreme by chance; `inside`, 1 where it is at least 0.05, says that the value
+    lies within 95 % of the runs.
     """
     published, out = table_1().set_index("range"), []
-    for (binning, k), of_range in runs.groupby(["binning", "range"], sort=False):
+    for k, of_range in runs.groupby("range", sort=False):
         won = of_range[of_range["n_combinations"] > 0]
-        expected = published.loc[k]  # type: ignore[call-overload]  # the stubs know no index of ints
+        expected = published.loc[[k]].iloc[0]
         parameters = expected[PARAMETERS].astype(float)
-        row: dict[str, Any] = {"binning": binning, "range": k, "n_runs": len(won), **parameters.to_dict()}
+        row: dict[str, Any] = {"range": k, "n_runs": len(won)}
+        row |= dict(zip(PARAMETERS, parameters, strict=True))
         row["n_won"] = int(np.isclose(won[PARAMETERS], parameters.to_numpy()).all(axis=1).sum())
         for name in MEASURES:
             statistics: dict[str, float] = {"published": float(expected[name])}
             statistics |= _rank(won[name].to_numpy(), statistics["published"]) if len(won) > 1 else {}
+            statistics.setdefault("inside", 0)
             row |= {f"{name}_{key}": value for key, value in statistics.items()}
         out.append(row)
     return pd.DataFrame(out)
@@ -112,7 +114,8 @@ def _rank(values: np.ndarray, published: float) -> dict[str, float]:
     n_below, n_above = int((values < published).sum()), int((values > published).sum())
     statistics = {"mean": values.mean(), "sd": values.std(ddof=1)}
     statistics |= {"lowest": values.min(), "highest": values.max(), "n_below": n_below}
-    return statistics | {"p": min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))}
+    p = min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))
+    return statistics | {"p": p, "inside": int(p >= MIN_P)}
 
 
 def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = ()) -> dict[str, float]:
@@ -121,7 +124,7 @@ def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = (
     If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with n - 1
     degrees of freedom. Rows have their own test dots and draws, so the squares add.
 
-    `comparison` is from `place_published_values`, of one binning; `name` is d or Z_tS, and `leave_out` lists ranges, from 1.
+    `comparison` is from `place_published_values`; `name` is d or Z_tS, and `leave_out` lists ranges, from 1.
     """
     rows = comparison[~comparison["range"].isin(leave_out)].dropna(subset=[f"{name}_sd", f"{name}_published"])
     n = rows["n_runs"].to_numpy()
@@ -142,30 +145,23 @@ def _simulated_statistics(runs: tuple[int, ...], simulated: int) -> np.ndarray:
 def tests_of_table_1(
     comparison: pd.DataFrame, centres: np.ndarray, published_centres: int = CENTRES
 ) -> pd.DataFrame:
-    """Run every test of Table I, under both binnings: the rows of paper_tests.csv.
+    """Run every test of Table I: the rows of paper_tests.csv.
 
     The number of centres is tested by Student's t, as one more order (see `centres_in_random_orders`). p of all together is
     three times the smallest of the three (Bonferroni).
     """
     t = (published_centres - np.mean(centres)) / (np.std(centres, ddof=1) * np.sqrt(1 + 1 / len(centres)))
     of_centres = {"n_rows": 1, "statistic": t**2, "p": float(2 * stdtr(len(centres) - 1, -abs(t)))}
-    rows = []
-    for binning, of_binning in comparison.groupby("binning", sort=False):
-        tests = {name: joint_test(of_binning, name) for name in MEASURES} | {"centres": of_centres}
-        least = min(test["p"] for test in tests.values())
-        tests["together"] = {
-            "n_rows": len(of_binning),
-            "statistic": np.nan,
-            "p": min(1.0, len(tests) * least),
-        }
-        rows += [{"binning": binning, "measure": name, **test} for name, test in tests.items()]
-    return pd.DataFrame(rows)
+    tests = {name: joint_test(comparison, name) for name in MEASURES} | {"centres": of_centres}
+    least = min(test["p"] for test in tests.values())
+    tests["together"] = {"n_rows": len(comparison), "statistic": np.nan, "p": min(1.0, len(tests) * least)}
+    return pd.DataFrame([{"measure": name, **test} for name, test in tests.items()])
 
 
 def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     """Compare d and Z_tS of the winners with those of the same combinations at many shared test dots.
 
-    `table` is grid.csv of the same surface; returns the means over the runs, a row per binning and range.
+    `table` is grid.csv of the same surface; returns the means over the runs, a row per range.
     """
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
@@ -173,10 +169,4 @@ def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
         f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{KEPT_READING}"].reindex(keys).to_numpy()
         for name in MEASURES
     }
-    return (
-        runs[["binning", "range"]]
-        .assign(**columns)
-        .groupby(["binning", "range"], sort=False)
-        .mean()
-        .reset_index()
-    )
+    return runs[["range"]].assign(**columns).groupby("range", sort=False).mean().reset_index()

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import FULL_READING, KEPT_READING
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.sampling.samplers import tune_alpha
@@ -23,9 +23,10 @@ TENTHS = 10  # of all dots, by roughness
 
 
 def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
-    """Evaluate the published combinations under both readings, with shared test dots: the rows of paper_rows.csv."""
+    """Evaluate the published combinations under three readings, with shared test dots: the rows of paper_rows.csv."""
     published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
-    measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws))
+    readings = (*GRID_READINGS, SCALED_READING)
+    measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, readings))
     return pd.concat(
         [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), measured], axis=1
     )

@@ -60,5 +60,6 @@ READINGS = {
     "full": Reading("on the full surface"),
 }
 KEPT_READING = "kept"  # of the authors' code, and of Table I
-FULL_READING = "full"  # of the paper's text
+SCALED_READING = "kept_scaled"
+FULL_READING = "full"
 GRID_READINGS = tuple(name for name, reading in READINGS.items() if not reading.build_index)  # share one pass

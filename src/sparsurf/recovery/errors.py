@@ -84,11 +84,17 @@ def _curvature(
             out[index.dot[p]] = -2.0 * np.sum(sum_of_offsets * mean_normal) / (length * squares)
 
 
-def error_table(distance: np.ndarray, curvature: np.ndarray) -> pd.DataFrame:
-    """Summarise the errors (Å) everywhere, in clefts, flats and ridges: the rows of recovered.csv.
+def kept_out(values: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the values of the dots that are not among the kept ones: these lie on the recovered surface by construction."""
+    return np.delete(values, kept)
+
+
+def error_table(distance: np.ndarray, curvature: np.ndarray, kept: np.ndarray) -> pd.DataFrame:
+    """Summarise the errors (Å) of the dots that were not kept, everywhere, in clefts, flats and ridges: rows of recovered.csv.
 
     Clefts have a curvature below -`MIN_CURVATURE` (1/Å).
     """
+    distance, curvature = kept_out(distance, kept), kept_out(curvature, kept)
     regions = {EVERYWHERE: np.full(len(curvature), True), "clefts": curvature < -MIN_CURVATURE}
     regions |= {"flats": np.abs(curvature) <= MIN_CURVATURE, "ridges": curvature > MIN_CURVATURE}
     rows = []
@@ -98,7 +104,7 @@ def error_table(distance: np.ndarray, curvature: np.ndarray) -> pd.DataFrame:
             {
                 "where": name,
                 "dots": int(inside.sum()),
-                "dots_percent": 100 * inside.mean(),
+                "dots_percent": 100 * inside.mean() if len(inside) else np.nan,
                 "mean": errors.mean(),
                 "high_99": np.quantile(errors, TAIL_QUANTILE),
                 "largest": errors.max(),

@@ -156,23 +156,24 @@ def of_surfaces(
         "scale": scale_of_z(surfaces),
         "two_patches": two_patches(folder, files, names),
         "required_dots": required_dots_card(surfaces, required_dots, floor),
+        "recovered": recovered_card(surfaces),
         "d": [],
-        "rows": rows_of(surfaces.drop(sampled.index), files, floor),
+        "rows": rows_of(surfaces.drop(sampled.index), files),
     }
     return known | (numbers(sampled, **tables) if tables else {})
 
 
-def rows_of_surfaces(folder: Path, files: list[str], floor: str | None) -> Rows:
+def rows_of_surfaces(folder: Path, files: list[str]) -> Rows:
     """Format the rows of surfaces.csv, if it is one of the files of a run; see `rows_of`."""
-    return rows_of(read(folder, "surfaces.csv"), files, floor) if "surfaces.csv" in files else []
+    return rows_of(read(folder, "surfaces.csv"), files) if "surfaces.csv" in files else []
 
 
-def rows_of(surfaces: pd.DataFrame, files: Iterable[str], floor: str | None) -> Rows:
+def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> Rows:
     """Format a row per surface: its name, its page, the picture of that, files, and its numbers.
 
-    The share of the minimal subset has its 95 % interval if `floor` sets its size.
+    The share of the minimal subset has its 95 % interval if an error or a floor sets its size.
     """
-    ends = [f"required_percent_{floor}_recovered_{end}".replace(" ", "_") for end in ("low", "high")]
+    ends = [f"minimal_n_S_percent_{end}" for end in ("low", "high")]
     rows, shown = [], short_names(surfaces[NAMES].itertuples(index=False))
     for row in surfaces.to_dict("records"):
         start = f"{row['protein']}/{row['conformation']}/"
@@ -236,6 +237,24 @@ def required_dots_card(
         "handed_out": "" if floor or minimal is None else share(minimal.median()),
         "sampler": rows["sampler"].iloc[0],
         "every_dot": bool((percents >= 100).all()),
+    }
+
+
+def recovered_card(surfaces: pd.DataFrame) -> dict[str, str] | None:
+    """Collect the size of the minimal subset and the errors of the surface recovered from it, medians over the surfaces."""
+    if "recovered_mean" not in surfaces or surfaces["recovered_mean"].isna().all():
+        return None
+    low, high = surfaces["minimal_n_S_percent_low"].min(), surfaces["minimal_n_S_percent_high"].max()
+    median = surfaces.median(numeric_only=True)
+    return {
+        "percent": share(median["minimal_n_S_percent"]),
+        "interval": "" if math.isnan(low) else f"{number(low, 1)} to {number(high, 1)}",
+        "density": number(median["minimal_density"]),
+        "mean": number(median["recovered_mean"], 3),
+        "high_99": number(median["recovered_high_99"]),
+        "largest": number(surfaces["recovered_largest"].max()),
+        "Z": number(median["recovered_Z_published"]),
+        "Z_robust": number(median["recovered_Z_rotation_robust"]),
     }
 
 
@@ -328,10 +347,9 @@ def of_fields(tables: list[pd.DataFrame]) -> list[tuple[str, str]]:
 
 
 def of_paper(places: pd.DataFrame) -> dict[str, int]:
-    """Count the ranges in which the published d lies among those of the runs made as published."""
-    rows = places[places["binning"] == "half-open"].dropna(subset=["d_lowest"])
-    inside = (rows["d_published"] >= rows["d_lowest"]) & (rows["d_published"] <= rows["d_highest"])
-    return {"inside": int(inside.sum()), "rows": len(rows), "runs": int(rows["n_runs"].max())}
+    """Count the rows of Table I whose published d and Z lie within 95 % of the runs made as published."""
+    inside = {name: int(places[f"{name}_inside"].sum()) for name in ("d", "Z_tS")}
+    return inside | {"rows": len(places), "runs": int(places["n_runs"].max())}
 
 
 def of_changes(table: pd.DataFrame) -> dict[str, int]:

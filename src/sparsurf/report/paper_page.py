@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.paper import replication
-from sparsurf.paper.published_runs import MEASURES
-from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
+from sparsurf.paper.published_runs import MEASURES, MIN_P
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
 from sparsurf.report.numbers import against_zero
 from sparsurf.sampling.combination import (
     PARAMETERS,
@@ -25,19 +25,21 @@ if TYPE_CHECKING:
     from sparsurf.study.prepared_surface import PreparedSurface
 
 TEMPLATE = "paper.html.j2"
-YES, NO, PARTLY = "yes", "no", "in part"
-MIN_P = 0.05  # below it, the published values do not look like those of another run
-NEGLIGIBLE_SHARE = 0.05  # of the combinations, too few to change a verdict
+YES, NO, UNKNOWN = "yes", "no", "not measured"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
-PUBLISHED_D = 2.69  # of that combination
+ROW_OF_BEST = 5  # of Table I
+OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
 MAX_LINK_COLUMNS = 6
 HALVES = ("rougher half", "flatter half")
-FIGURES = {  # number in the paper: file in the surface's figures, and chapter with its numbers
-    1: ("roughness", "range_of_roughness"),
-    2: ("number_of_dots", "span"),
-    3: ("d_over_grid", "best"),
-    4: ("rough_and_flat", "rough"),
-    5: ("subsets", "gather"),
+DISTANCES_UNMOVED = "distances from the dot itself"
+COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
+TURNED = 1.05  # Z of the turned molecule over that of fresh dots, above which a descriptor depends on the orientation
+FIGURES = {  # number in the paper: file in the surface's figures, and chapters with its numbers
+    1: ("roughness", ("range_of_roughness",)),
+    2: ("number_of_dots", ("span", "uniform")),
+    3: ("d_over_grid", ("best",)),
+    4: ("rough_and_flat", ("rough", "flat")),
+    5: ("subsets", ("gather", "fewer")),
 }
 
 
@@ -49,18 +51,26 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     `rough_and_flat.bins_table` with a column `around`; `uniform`, the median number of patches of a dot; and `surface`, see
     `surface_of`.
     """
-    grid, null = data["grid"], data["best"]["references"]["Z_mean_descriptor"]
+    grid, references = data["grid"], data["best"]["references"]
+    rough, flat = rough_and_flat(data["bins"])
+    gathered, fewer = gather(data["gathering"])
     chapters = {
-        "span": span_of(grid),
         "table1": table1(data["places"], data["tests"], data["rows"], data["bias"]),
         "winners": winners(data["ranges"], data["places"]),
-        "best": best_at_one(data["best"], grid),
-        "positive": positive(grid, data["family"]),
-        "describe": describe(grid, data["rows"], null),
-        "rough": rough_and_flat(data["bins"]),
+        "best": best_at_one(data["best"], grid, data["places"]),
+        "positive": positive(grid, data["rows"], data["family"]),
+        "describe": describe(grid, data["rows"], references["Z_mean_descriptor"]),
+        "rough": rough,
+        "flat": flat,
+        "fewer": fewer,
+        "gather": gathered,
+        "span": span_of(grid),
         "uniform": uniform(grid, data["uniform"]["median"]),
-        "gather": gather(data["gathering"]),
         "range_of_roughness": range_of_roughness(data["surface"]),
+        "probability": probability(data["surface"], data["defects"]),
+        "orientation": orientation(references),
+        "parameter_free": {"holds": both(False), "links": link_range(data["links"])},
+        "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
     }
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
@@ -69,7 +79,10 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
         "outlook": outlook(data["required_dots"]),
-        "figures": [(n, file, chapter, chapters[chapter]["holds"]) for n, (file, chapter) in FIGURES.items()],
+        "figures": [
+            (n, file, [(name, chapters[name]["holds"]) for name in names])
+            for n, (file, names) in FIGURES.items()
+        ],
     }
 
 
@@ -84,18 +97,23 @@ def surface_of(
         "n_centres": len(prepared.cover.centre),
         "mean_roughness": float(prepared.roughness.mean()),
         "roughness": (float(prepared.roughness.min()), float(prepared.roughness.max())),
+        "largest_r": float(np.exp(-prepared.cover.log_ratio.min())),
     }
 
 
-def judged(agree: float, several: bool = False) -> str:
-    """Judge a share of cases as yes, no or in part; with `several`, a few cases do not count."""
-    few = NEGLIGIBLE_SHARE if several else 0
-    return YES if agree >= 1 - few else NO if agree <= few else PARTLY
+def answer(holds: bool) -> str:
+    """Return yes or no."""
+    return YES if holds else NO
 
 
 def both(holds: bool) -> dict[str, str]:
     """Return the same answer for both readings."""
-    return dict.fromkeys(GRID_READINGS, YES if holds else NO)
+    return dict.fromkeys(GRID_READINGS, answer(holds))
+
+
+def of_rows(holds: pd.Series) -> str:
+    """Count the rows that hold."""
+    return f"{int(holds.sum())} of {len(holds)}"
 
 
 def span_of(grid: pd.DataFrame) -> dict[str, Any]:
@@ -108,82 +126,97 @@ def span_of(grid: pd.DataFrame) -> dict[str, Any]:
 def table1(
     places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame
 ) -> dict[str, Any]:
-    """Compare Table I with runs made as published, under both binnings, and with the other reading."""
-    agree = tests.loc[tests["measure"] == "together", "p"] >= MIN_P
-    written = rows["d_published"].between(rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"])
-    coded = {
-        name: rows[f"{name}_published"].between(
-            rows[f"{name}_low_{KEPT_READING}"], rows[f"{name}_high_{KEPT_READING}"]
+    """Compare Table I with runs made as published, and with means of its combinations under each reading.
+
+    Under a reading other than that of the authors' code it holds if no published d has the other sign than the mean.
+    """
+    inside = {name: int(places[f"{name}_inside"].sum()) for name in MEASURES}
+    in_span = {
+        name: int(
+            places[f"{name}_published"].between(places[f"{name}_lowest"], places[f"{name}_highest"]).sum()
         )
         for name in MEASURES
     }
-    runs = places[places["binning"] == "half-open"]
-    d = rows[f"d_{FULL_READING}"]
+    published, low, high = rows["d_published"], rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"]
+    opposite = ((published > 0) & (high < 0)) | ((published < 0) & (low > 0))
+    means = {
+        name: int(
+            rows[f"{name}_published"]
+            .between(rows[f"{name}_low_{KEPT_READING}"], rows[f"{name}_high_{KEPT_READING}"])
+            .sum()
+        )
+        for name in MEASURES
+    }
+    n = len(places)
     return {
-        "holds": {KEPT_READING: judged(float(agree.mean())), FULL_READING: judged(written.mean())},
-        "runs": int(runs["n_runs"].max()),
-        "tests": [
-            row | {"outside": outside_of(places, row["binning"], row["measure"])}
-            for row in tests.to_dict("records")
-        ],
-        "d_full": (d.min(), d.max()),
-        "bias": bias[bias["binning"] == "closed"]["d_bias"].mean(),
-        "inside": {name: int(inside.sum()) for name, inside in coded.items()},
+        "holds": {
+            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {n}",
+            FULL_READING: answer(not opposite.any()),
+        },
+        "same": bool(tests.loc[tests["measure"] == "together", "p"].iloc[0] >= MIN_P),
+        "inside": inside,
+        "in_span": sum(in_span.values()),
+        "n": n,
+        "won": int((places["n_won"] > 0).sum()),
+        "runs": int(places["n_runs"].max()),
+        "tests": tests.to_dict("records"),
+        "loses": {reading: bool((rows[f"d_high_{reading}"] < 0).all()) for reading in OF_ROWS},
+        "bias": bias["d_bias"].mean(),
+        "means": means,
         "rows": [
-            row | run for row, run in zip(rows.to_dict("records"), runs.to_dict("records"), strict=True)
+            row | run for row, run in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)
         ],
     }
-
-
-def outside_of(places: pd.DataFrame, binning: str, name: str) -> list[int] | None:
-    """List the rows (from 1) whose published value lies outside all runs; None for measures that have no rows."""
-    if name not in MEASURES:
-        return None
-    runs = places[places["binning"] == binning]
-    low, high, published = (runs[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
-    return runs.loc[(published < low) | (published > high), "range"].tolist()
 
 
 def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
     """Compare our winner of each range with the published one, and count how often that won the runs."""
-    runs = places[places["binning"] == "half-open"]
-    table = runs[["range", "n_won", "n_runs"]].reset_index(drop=True)
+    table = places[["range", "n_won", "n_runs"]].reset_index(drop=True)
     table["published"] = [str(Combination(*row)) for row in PUBLISHED_ROWS]
     same, among = {}, {}
     for reading in GRID_READINGS:
         rows = ranges[ranges["reading"] == reading].reset_index(drop=True)
         table[reading] = pd.Series(combination_labels(rows))
+        if reading == KEPT_READING:
+            ends = ["", "_low", "_high"]
+            table[[f"d_cv{end}" for end in ends]] = rows[[f"d_cv{end}" for end in ends]]
+            scaled = [f"d{end}_{SCALED_READING}" for end in ends]
+            table[scaled] = rows[scaled]
         same[reading] = int((table[reading] == table["published"]).sum())
         sets = rows["best_set"].map(split_combinations)
-        among[reading] = sum(text in best for text, best in zip(table["published"], sets, strict=False))
+        among[reading] = pd.Series(
+            [text in best for text, best in zip(table["published"], sets, strict=False)]
+        )
     return {
-        "holds": {reading: judged(among[reading] / len(table)) for reading in GRID_READINGS},
+        "holds": {reading: of_rows(among[reading]) for reading in GRID_READINGS},
         "same": same,
-        "among": among,
-        "rows": table.dropna().to_dict("records"),
+        "among": {reading: int(inside.sum()) for reading, inside in among.items()},
+        "rows": table.dropna(subset=list(GRID_READINGS)).to_dict("records"),
     }
 
 
-def best_at_one(best: dict[str, Any], grid: pd.DataFrame) -> dict[str, Any]:
-    """Compare the best combination at the largest alpha with the published one."""
+def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
+    """Compare the best combination at the largest alpha with the published one; it holds if that may be the best."""
     published = grid[np.isclose(grid[PARAMETERS], PUBLISHED_BEST).all(axis=1)]
     ours = {reading: best[reading]["unrestricted"] for reading in GRID_READINGS}
-    holds: dict[str, str] = {}
-    for reading, row in ours.items():
-        among = str(Combination(*PUBLISHED_BEST)) in split_combinations(row["best_set"])
-        low, high = (published[f"d_{end}_{reading}"] for end in ("low", "high"))
-        inside = (low <= PUBLISHED_D).all() and (high >= PUBLISHED_D).all()
-        holds[reading] = NO if not among else YES if inside else PARTLY
-    return {"holds": holds, "ours": ours, "published": published.iloc[0] if len(published) else None}
+    name = str(Combination(*PUBLISHED_BEST))
+    run = places[places["range"] == ROW_OF_BEST].iloc[0]
+    return {
+        "holds": {
+            reading: answer(name in split_combinations(row["best_set"])) for reading, row in ours.items()
+        },
+        "is_ours": str(Combination.from_row(ours[KEPT_READING])) == name,
+        "ours": ours,
+        "run": run.to_dict(),
+        "published": published.iloc[0] if len(published) else None,
+    }
 
 
-def positive(grid: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
-    """Count the combinations in which the sampling beats a uniform subset, also with alpha tuned to the same n_S."""
-    holds, loses, counts = {}, {}, {}
+def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
+    """Count the rows of Table I and the combinations that beat a uniform subset, also with alpha tuned to equal n_S."""
+    counts = {}
     for reading in GRID_READINGS:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
-        holds[reading] = judged((low > 0).mean(), several=True)
-        loses[reading] = bool((high < 0).mean() > 0.5)
         counts[reading] = {
             "above_0": int((d > 0).sum()),
             "above": int((low > 0).sum()),
@@ -192,8 +225,8 @@ def positive(grid: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
             "largest": d.max(),
         }
     return {
-        "holds": holds,
-        "loses": loses,
+        "holds": {reading: of_rows(rows[f"d_low_{reading}"] > 0) for reading in GRID_READINGS},
+        "published": int((rows["d_published"] > 0).sum()),
         "n": len(grid),
         "counts": counts,
         "members": int(family["members"].sum()),
@@ -203,36 +236,41 @@ def positive(grid: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
 
 
 def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
-    """Count the combinations in which a subset describes a patch worse than the mean patch does."""
-    worse = {
-        reading: [table[f"Z_tS_{reading}"] > null for table in (grid, rows)] for reading in GRID_READINGS
+    """Count the rows of Table I and the combinations that describe a patch better than the mean patch does."""
+    better = {
+        reading: [table[f"Z_tS_{reading}"] < null for table in (grid, rows)] for reading in GRID_READINGS
     }
     return {
-        "holds": {
-            reading: judged(1 - of_grid.mean(), several=True) for reading, (of_grid, _) in worse.items()
-        },
+        "holds": {reading: of_rows(of) for reading, (_, of) in better.items()},
         "null": null,
-        "counts": {reading: [int(of.sum()) for of in both_tables] for reading, both_tables in worse.items()},
+        "counts": {
+            reading: [int((~of).sum()) for of in both_tables] for reading, both_tables in better.items()
+        },
         "n": (len(grid), len(rows)),
     }
 
 
-def rough_and_flat(bins: pd.DataFrame) -> dict[str, Any]:
-    """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots."""
-    agree: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
+def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots: two chapters.
+
+    Rough patches gain if d of the rougher half exceeds that of the flatter half; flat ones come out nearly equal if d of the
+    flattest bin does not differ from 0.
+    """
+    gains: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
+    equal: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
     table = {}
     for around, rows in bins.groupby("around", sort=False):
         flattest = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= MIN_TEST_DOTS)].iloc[-1]
         rough, flat = (rows[rows["bin"] == name].iloc[0] for name in HALVES)
         table[str(around)] = [rough, flat, flattest]
         for reading in GRID_READINGS:
-            more = bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"]))
-            equal = against_zero(flattest[f"d_low_{reading}"], flattest[f"d_high_{reading}"]) == "around"
-            agree[reading] += [more, equal]
-    return {
-        "holds": {reading: judged(float(np.mean(cases))) for reading, cases in agree.items()},
-        "table": table,
-    }
+            gains[reading].append(bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"])))
+            ends = flattest[f"d_low_{reading}"], flattest[f"d_high_{reading}"]
+            equal[reading].append(against_zero(*ends) == "around")
+    return (
+        {"holds": {reading: answer(all(cases)) for reading, cases in gains.items()}, "table": table},
+        {"holds": {reading: answer(all(cases)) for reading, cases in equal.items()}},
+    )
 
 
 def uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
@@ -242,22 +280,54 @@ def uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
     return {"holds": both(bool(near)), "patches": patches, "rows": rows.to_dict("records")}
 
 
-def gather(gathering: pd.DataFrame) -> dict[str, Any]:
-    """Compare the shares of the dots that are kept where the surface is roughest and where it is flattest."""
+def gather(gathering: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Compare the shares of the dots kept where the surface is roughest, where it is flattest, and everywhere: two chapters."""
     groups = gathering.groupby("combination", sort=False)
     rows = groups["kept_percent"].agg(roughest="first", flattest="last")
     rows["all"] = groups["uniform_percent"].first()
-    more = (rows["roughest"] > rows["flattest"]).mean()
-    return {
-        "holds": dict.fromkeys(GRID_READINGS, judged(float(more))),
-        "rows": rows.reset_index().to_dict("records"),
-    }
+    return (
+        {
+            "holds": both(bool((rows["roughest"] > rows["flattest"]).all())),
+            "rows": rows.reset_index().to_dict("records"),
+        },
+        {"holds": both(bool((rows["flattest"] < rows["all"]).all()))},
+    )
 
 
 def range_of_roughness(surface: dict[str, Any]) -> dict[str, Any]:
     """Check that every R lies between 0 and 1."""
     low, high = surface["roughness"]
     return {"holds": both(low >= 0 and high <= 1), "measured": (low, high)}
+
+
+def probability(surface: dict[str, Any], table: pd.DataFrame) -> dict[str, Any]:
+    """Check that no distance exceeds R_patch, so that p of Eq. 2 cannot exceed 1; d by row with distances from the dot itself."""
+    d = table.pivot(index="row", columns="sampling", values=f"d_{KEPT_READING}")
+    return {
+        "holds": both(surface["largest_r"] <= 1),
+        "largest_r": surface["largest_r"],
+        "rows": d[["as published", DISTANCES_UNMOVED]].to_records().tolist(),
+    }
+
+
+def orientation(references: dict[str, Any]) -> dict[str, Any]:
+    """Compare Z of fresh dots of the turned molecule with Z of fresh dots."""
+    floors = references.get("floors", {})
+    fresh, turned = floors.get("fresh dots"), floors.get("turned")
+    known = fresh is not None and turned is not None
+    return {
+        "holds": both(turned <= TURNED * fresh) if known else dict.fromkeys(GRID_READINGS, UNKNOWN),
+        "fresh": fresh,
+        "turned": turned,
+        "two_patches": references["Z_two_patches"],
+    }
+
+
+def link_range(table: pd.DataFrame) -> list[tuple[float, float]]:
+    """Return D_link and d of the published best at the first linking distance and where its d is lowest."""
+    rows = table[table["row"] == ROW_OF_BEST].sort_values("D_link")
+    shown = rows.iloc[[0, int(rows["d"].argmin())]]
+    return list(shown[["D_link", "d"]].itertuples(index=False, name=None))
 
 
 def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from sparsurf.patches.readings import SCALED_READING
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
 
@@ -67,16 +68,16 @@ def counts(rows: pd.DataFrame, z_mean_descriptor: float) -> dict[str, int]:
 
 
 def rows_of(rows: pd.DataFrame) -> list[list[str]]:
-    """Format a row per range: n_S, combination, its n_S, d with interval, Z_tS, dots of the median patch, confidence set."""
+    """Format a row per range: n_S, combination, its n_S, d with interval (also scaled link), Z_tS, dots of the median patch."""
     return [
         [
             f"{number(row['n_S_low_percent'], 1)} – {number(row['n_S_high_percent'], 1)}",
             combination(row),
             number(row["n_S_percent"], 1),
             interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]),
+            interval(*(row[f"{key}_{SCALED_READING}"] for key in ("d", "d_low", "d_high"))),
             number(row["Z_tS"]),
             number(row["median_patch_size"], 0),
-            number(row["n_best_set"], 0),
         ]
         for _, row in rows.iterrows()
     ]

@@ -12,14 +12,16 @@ from threading import Lock
 from zipfile import BadZipFile
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from sparsurf.errors import InputError
 from sparsurf.patches import descriptors
-from sparsurf.patches.readings import GRID_READINGS
+from sparsurf.patches.readings import GRID_READINGS, SCALED_READING
 from sparsurf.sampling import published
-from sparsurf.sampling.combination import Combination
+from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.statistics import estimate
 from sparsurf.threads import parallel_map
 
 # n_S of a curve: linear interpolation over ln n_S is off by 0.0005, while draws scatter by 0.01
@@ -263,6 +265,20 @@ def _draw_subsets(
 
     parallel_map(draw_one, len(jobs), prepared.threads, 1)
     return words, subsets
+
+
+def add_scaled_link(
+    ranges: pd.DataFrame, prepared: PreparedSurface, n_tests: int, draws: int
+) -> pd.DataFrame:
+    """Add d of every winner of ranges.csv under `kept_scaled`, at the test dots, draws and uniform subsets of the grid."""
+    won = ranges["n_combinations"] > 0
+    combinations, at = np.unique(ranges.loc[won, PARAMETERS].to_numpy(float), axis=0, return_inverse=True)
+    result = evaluate_grid(prepared, combinations, n_tests, draws, (SCALED_READING,))
+    d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
+    out = ranges.copy()
+    for key, values in (("d", d.mean), ("d_low", d.low), ("d_high", d.high)):
+        out.loc[won, f"{key}_{SCALED_READING}"] = values[at]
+    return out
 
 
 def write_grid(path: Path | str, grid: Grid) -> None:

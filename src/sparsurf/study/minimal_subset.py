@@ -9,10 +9,13 @@ import pandas as pd
 from numpy.typing import DTypeLike
 
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.patches.descriptors import DESCRIPTORS
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.sampling.samplers import subset_weights
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.required_dots import Trials
-from sparsurf.study.subset_search import find_subset, smallest_recovered_subset
+from sparsurf.study.subset_search import find_subset, smallest_recovered_subset, smallest_subset_of_error
 from sparsurf.surfaces.surface import Surface
 
 
@@ -66,14 +69,17 @@ def select_minimal_subset(
     floors: Mapping[str, np.ndarray] | None = None,
     molecule: Molecule | None = None,
 ) -> Subset:
-    """Select the subset that `request`, the config's `minimal`, asks for: by floor, n_S, n_S_percent, Z or combination.
+    """Select the subset that `request`, the config's `minimal`, asks for: by error, floor, n_S, n_S_percent, Z or combination.
 
     `trials` are those of a `with_shared_streams` PreparedSurface, so that the subset does not depend on the name of the
     surface; the sampler is theirs. `floors` are from `floors.measure_floors`, if a floor is requested. The dots
     belong to the atoms of `molecule`.
     """
     prepared, interval = trials.prepared, None
-    if "floor" in request:
+    if "error" in request:
+        dots, interval = smallest_subset_of_error(trials, request["error"])
+        weight = subset_weights(prepared.points, dots)
+    elif "floor" in request:
         if floors is None:
             raise ValueError("a floor is requested: give its distances")
         dots, interval = smallest_recovered_subset(trials, floors, request["floor"])
@@ -90,6 +96,16 @@ def select_minimal_subset(
         )
     kept = prepared.surface.take(dots)
     return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule), interval)
+
+
+def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:
+    """Compute Z of the surface recovered from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
+    out = {}
+    for name in DESCRIPTORS:
+        view = prepared.changed(descriptor=name)
+        z = view.distances([dots], tests, view.describe(tests)[0], RECOVERED)[0]
+        out[f"Z_{name}"] = float(z.mean())
+    return out
 
 
 def _n_s(request: Mapping[str, Any], n_dots: int) -> int | None:

@@ -9,10 +9,11 @@ import pandas as pd
 
 from sparsurf import progress
 from sparsurf.patches.readings import FULL_READING
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, kept_out
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers
-from sparsurf.study.crossing import fitted_crossing, near
+from sparsurf.study.crossing import Crossing, fitted_crossing, near
 from sparsurf.study.prepared_surface import PreparedSurface
 
 UNIFORM = "uniform"
@@ -22,6 +23,7 @@ COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
 MIN_DOTS = 12  # no surface can be recovered from fewer
+SIZES_AROUND = 3  # measured n_S on each side of the crossing, to which the error is fitted
 DRAWS = 3  # subsets of each n_S, with separate random streams, if surfaces are recovered
 AT_MOST, MORE = "at most", "more"  # bounds: the smallest measured n_S is enough, or the largest is not
 
@@ -78,6 +80,7 @@ class Trials:
         self.down_to = -np.inf
         # reading -> requested n_S -> n_S that was kept, distances (K, T)
         self._measured: dict[str, dict[int, tuple[float, np.ndarray]]] = {}
+        self._errors: dict[int, tuple[float, np.ndarray]] = {}  # requested n_S -> n_S, mean distances (K,)
 
     @cached_property
     def _z_tot(self) -> np.ndarray:
@@ -157,6 +160,26 @@ class Trials:
         order = np.argsort(n, kind="stable")
         return n[order], z[order]
 
+    def errors_of(self, sizes: Sequence[int] | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the n_S that were kept for `sizes`, (P,), and the mean distance (Å) of the recovered surface, (P, K).
+
+        The mean is over the dots that were not kept, since kept dots lie on the recovered surface.
+        """
+        surface, threads = self.prepared.surface, self.prepared.threads
+        for n in map(int, sizes):
+            if n in self._errors:
+                continue
+            draws, errors = self.draws(n, RECOVERED), []
+            for dots in draws:
+                kept = surface.take(dots)
+                distance = distance_to_recovered(
+                    surface.points, kept.points, kept.normals, threads, DENSITY_FOR_ERRORS
+                )
+                errors.append(kept_out(distance, dots).mean() if len(dots) < self.n_dots else 0.0)
+            self._errors[n] = float(np.mean([len(dots) for dots in draws])), np.array(errors)
+        n_s, errors_of_n = zip(*(self._errors[int(n)] for n in sizes), strict=True)
+        return np.array(n_s), np.array(errors_of_n)
+
 
 class Required(NamedTuple):
     """The smallest n_S that is enough, the ends of its 95 % interval (NaN if unknown), and a bound."""
@@ -167,21 +190,51 @@ class Required(NamedTuple):
     bound: str = ""
 
 
-def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
-    """Find the smallest n_S from which the surface is recovered with a Z of at most `FLOOR_FACTOR` times a noise floor.
+def required_to_recover(trials: Trials, floor: np.ndarray, factor: float = FLOOR_FACTOR) -> Required:
+    """Find the smallest n_S from which the surface is recovered with a Z of at most `factor` times a noise floor.
 
     The first of `Trials.sizes` whose Z is at most the limit brackets the crossing. `crossing.fitted_crossing` then fits the
     sizes around it. `floor` holds the distances of its draws at the same test dots, (D, T). n_S is rounded up; `bound` is 'at
     most' if the smallest measured n_S is enough, 'more' if the largest is not: n_S is then N.
     """
-    sizes, limit, n_dots = trials.sizes, FLOOR_FACTOR * floor.mean(), trials.n_dots
+    sizes, limit, n_dots = trials.sizes, factor * floor.mean(), trials.n_dots
     first = trials.first_size(RECOVERED, limit)
     around = near(sizes, sizes[min(first, len(sizes) - 1)], 1.2)  # wider, as the fit may move the crossing
     around[: first + 1] = True  # measured already
     n, distances = trials.distances_of(sizes[around], RECOVERED)
     order = np.argsort(n, kind="stable")
     rng = trials.prepared.stream("interval of required dots", trials.sampler)
-    crossing = fitted_crossing(n[order], distances[order], floor, FLOOR_FACTOR, n_dots, rng)
+    crossing = fitted_crossing(n[order], distances[order], floor, factor, n_dots, rng)
+    return _rounded(crossing, n, n_dots)
+
+
+def required_for_error(trials: Trials, error: float) -> Required:
+    """Find the smallest n_S from which the surface is recovered with a mean distance of at most `error` Å.
+
+    `crossing.fitted_crossing` fits the error at the sizes around the crossing. The interval is over the draws; `bound` is as in
+    `required_to_recover`.
+    """
+    n, errors = trials.errors_of(sizes_around(trials, error))
+    order = np.argsort(n, kind="stable")
+    rng = trials.prepared.stream("interval of the error", trials.sampler)
+    target = np.full((1, 1), error)
+    crossing = fitted_crossing(n[order], errors[order][..., None], target, 1.0, trials.n_dots, rng)
+    return _rounded(crossing, n, trials.n_dots)
+
+
+def sizes_around(trials: Trials, error: float) -> np.ndarray:
+    """Return the measured n_S around that at which the error falls to `error` Å, found by bisection over `Trials.sizes`."""
+    sizes = trials.sizes
+    low, high = -1, len(sizes)
+    while high - low > 1:
+        middle = (low + high) // 2
+        reached = trials.errors_of(sizes[[middle]])[1].mean() <= error
+        low, high = (low, middle) if reached else (middle, high)
+    return sizes[max(high - SIZES_AROUND, 0) : high + SIZES_AROUND]
+
+
+def _rounded(crossing: Crossing, n: np.ndarray, n_dots: int) -> Required:
+    """Round the n_S of a crossing up, with its bound; `n` are the n_S that were measured."""
     if crossing.n == np.inf:
         return Required(n_dots, np.nan, np.nan, MORE)
     if crossing.n == 0:

@@ -13,7 +13,7 @@ import pandas as pd
 from sparsurf.sampling import published
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import Estimate, estimate
-from sparsurf.study.tables import range_index, range_limits
+from sparsurf.study.tables import bin_index, range_limits
 
 N_BINS = 10  # of equal width, as in Fig. 4
 MIN_TEST_DOTS = 10  # in a bin that is evaluated
@@ -74,7 +74,7 @@ def bins_table(distances: ByRoughness, kept: bool, bins: int = N_BINS) -> pd.Dat
     the bin. Two more rows, 'rougher half' and 'flatter half', contain the test dots of the lower and upper half of the bins.
     """
     edges = range_limits(distances.roughness, bins)
-    bin_of = range_index(distances.roughness, edges)
+    bin_of = bin_index(distances.roughness, edges)
     groups = [(str(k + 1), k, k + 1) for k in range(bins)]
     groups += [("rougher half", 0, bins // 2), ("flatter half", bins // 2, bins)]
     rows = []

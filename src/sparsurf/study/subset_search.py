@@ -1,4 +1,4 @@
-"""Search for the smallest subset of a surface with a requested n_S, a requested Z, or the Z of a noise floor."""
+"""Search for the smallest subset of a surface with a requested n_S, error or Z, or the Z of a noise floor."""
 
 import logging
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from sparsurf.patches.readings import FULL_READING
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers, subset_weights
 from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.required_dots import Trials, required_to_recover
+from sparsurf.study.required_dots import Trials, required_for_error, required_to_recover
 from sparsurf.study.statistics import estimate
 
 log = logging.getLogger("sparsurf")
@@ -108,6 +108,22 @@ def smallest_recovered_subset(
         "%s: recovered from %d of %d dots by %s%s, Z is within a fifth of the floor '%s', %.3f",
         name, len(subset), trials.n_dots, trials.sampler,
         f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", floor, floors[floor].mean(),
+    )  # fmt: skip
+    return subset, interval
+
+
+def smallest_subset_of_error(trials: Trials, error: float) -> tuple[np.ndarray, tuple[float, float] | None]:
+    """Find the smallest subset from which the surface is recovered with a mean distance of at most `error` Å.
+
+    Returns dots in the order of choice, and the ends of the 95 % interval of their number, or None if unknown.
+    """
+    required = required_for_error(trials, error)
+    interval = (required.low, required.high) if np.isfinite(required.low) else None
+    subset = trials.draw(required.n_s)
+    log.info(
+        "%s: recovered from %d of %d dots by %s%s, the surface is %g Å off on average",
+        trials.prepared.name, len(subset), trials.n_dots, trials.sampler,
+        f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", error,
     )  # fmt: skip
     return subset, interval
 

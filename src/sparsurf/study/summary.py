@@ -20,7 +20,6 @@ from sparsurf.study.floors import floor_column
 from sparsurf.study.relation import relate_to_roughness
 from sparsurf.study.required_dots import percent_columns
 from sparsurf.study.tables import (
-    number_of_combinations,
     range_index,
     range_limits,
     read_roughness,
@@ -50,6 +49,7 @@ class Result:
     best: dict | None = None
     required_dots: pd.DataFrame | None = None
     minimal: pd.DataFrame | None = None
+    recovered: pd.DataFrame | None = None
     components: pd.DataFrame | None = None
 
 
@@ -73,13 +73,14 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             required_dots=optional_table("required_dots"),
             minimal=optional_table("minimal"),
+            recovered=optional_table("recovered"),
             components=None if component is None else table_of_components(surface, component),
         )
         if not sampled:
             return result
         best = json.loads((folder / "best.json").read_text(encoding="utf-8"))
         ranges = read_table(folder / "ranges.csv")
-        grid = read_table(folder / "grid.csv", number_of_combinations(ranges), "combinations")
+        grid = read_table(folder / "grid.csv", best["combinations"], "combinations")
         return replace(result, grid=grid, ranges=ranges, best=best)
     except InputError:
         raise
@@ -103,12 +104,27 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
         if result.minimal is not None:
             n = len(result.minimal)
             row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / result.n_dots}
+        row |= {} if result.recovered is None else _recovered_columns(result.recovered.iloc[0])
         row |= {} if result.grid is None else _grid_columns(result)
         row |= {} if result.required_dots is None else percent_columns(result.required_dots)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
     # A column keeps its place where other rows lack it
     longest_first = sorted(rows, key=len, reverse=True)
     return pd.DataFrame(rows, columns=[*dict.fromkeys(name for row in longest_first for name in row)])
+
+
+def _recovered_columns(everywhere: pd.Series) -> dict[str, float]:
+    """Return the density of the minimal subset, the interval of its share, and the errors of the surface recovered from it."""
+    of_subset = ("n_S_percent_low", "n_S_percent_high", "density")
+    of_surface = (
+        "mean",
+        "high_99",
+        "largest",
+        *(key for key in everywhere.index if str(key).startswith("Z_")),
+    )
+    return {f"minimal_{key}": everywhere[key] for key in of_subset} | {
+        f"recovered_{key}": everywhere[key] for key in of_surface
+    }
 
 
 def _grid_columns(result: Result) -> dict[str, Any]:
@@ -182,7 +198,7 @@ def chosen_nearby(results: Sequence[Result], reading: str) -> tuple[np.ndarray, 
         groups = others[:near], others[len(others) - near :], others, np.append(others[: N_NEAREST - 1], s)
         scores = [d[group].mean(axis=0) if len(group) else None for group in groups]
         member = range_index(percent[s], range_limits(percent[s], n_ranges))
-        for k in np.unique(member):
+        for k in np.unique(member[member < n_ranges]):
             inside = np.flatnonzero(member == k)
             best = [None if score is None else inside[np.argmax(score[inside])] for score in scores]
             guesses[s, k] = [np.nan if b is None else d[s, b] for b in best[:3]]

@@ -72,11 +72,6 @@ def read_minimal(path: Path | str, surface: Surface) -> pd.DataFrame:
     return table
 
 
-def number_of_combinations(ranges: pd.DataFrame) -> int:
-    """Return the number of combinations from which a table of ranges was chosen."""
-    return int(ranges.groupby("reading")["n_combinations"].sum().max())
-
-
 def grid_table(grid: Grid) -> pd.DataFrame:
     """Summarise a grid: the rows of grid.csv, one per combination."""
     table = pd.DataFrame(grid.combinations, columns=PARAMETERS)
@@ -108,7 +103,7 @@ def ranges_table(
     Returns the rows of ranges.csv; `table` is the `grid_table` of the grid. `d_cv` is measured on test dots and draws that
     were not used for the selection (`statistics.cross_validated`); d is too high, as it is the criterion of the selection.
     `best_set` are the combinations that contain the truly best one with 95 % confidence. The rows share their test dots. A
-    range without combinations has NaN.
+    range without combinations has NaN. The combination that keeps the most dots is in no range, see `range_index`.
     """
     percent = table["n_S_percent"].to_numpy()
     limits = range_limits(percent, n_ranges)
@@ -203,11 +198,17 @@ def range_limits(values: ArrayLike, n_ranges: int) -> np.ndarray:
     return np.linspace(np.min(values), np.max(values), n_ranges + 1)
 
 
-def range_index(values: np.ndarray, limits: np.ndarray | Sequence[float], closed: bool = True) -> np.ndarray:
+def range_index(values: np.ndarray, limits: np.ndarray | Sequence[float]) -> np.ndarray:
     """Return the index of the range, from 0, to which each value belongs.
 
-    A range contains its lower limit but not its upper one. If `closed`, the last range also contains its upper limit; otherwise
-    the largest value belongs to no range and gets the number of ranges as index.
+    A range contains its lower limit but not its upper one, as in the authors' script. So the largest value belongs to no range
+    and gets the number of ranges as index, unless it is the only one.
     """
-    index = np.searchsorted(limits, values, side="right") - 1
-    return np.clip(index, 0, len(limits) - 2 if closed else len(limits) - 1)
+    if limits[0] == limits[-1]:
+        return np.zeros(len(values), int)
+    return np.clip(np.searchsorted(limits, values, side="right") - 1, 0, len(limits) - 1)
+
+
+def bin_index(values: np.ndarray, limits: np.ndarray | Sequence[float]) -> np.ndarray:
+    """Return the index of the bin, from 0, to which each value belongs; the last bin contains its upper limit."""
+    return np.minimum(range_index(values, limits), len(limits) - 2)

@@ -271,8 +271,8 @@ def _check_batch(config: dict) -> Iterator[str]:
     }.items():
         if given:
             yield f"batch analyses each structure alone; remove `{key}`, or `batch`."
-    if "floor" in config["minimal"]:
-        yield "minimal.floor needs a search on every structure; with `batch`, give n_S_percent or n_S instead."
+    if search := [key for key in ("error", "floor") if key in config["minimal"]]:
+        yield f"minimal.{search[0]} needs a search on every structure; with `batch`, give n_S_percent or n_S instead."
     files: dict[tuple[str, str], str] = {}
     for name, protein in config["proteins"].items():
         other = [

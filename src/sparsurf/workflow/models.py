@@ -16,9 +16,10 @@ from pydantic import (
 from sparsurf.simulation.protocol import KEYS_OF_SIMULATION
 from sparsurf.workflow import listing, names
 from sparsurf.workflow.download import PDB_URL, file_name
-from sparsurf.workflow.names import FIELDS, FILE_KEYS, FLOORS, MOLECULE_KEYS, REQUEST_KEYS, SOURCE_KEYS
+from sparsurf.workflow.names import FIELDS, FILE_KEYS, MOLECULE_KEYS, REQUEST_KEYS, SOURCE_KEYS
 
 T = TypeVar("T")
+DEFAULT_ERROR = 0.02  # Å
 RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
 
 
@@ -345,12 +346,15 @@ class Tables(Section):
 
 
 class Minimal(Section):
-    """The minimal subset, by one of floor, n_S_percent, n_S, Z and combination."""
+    """The minimal subset, by one of error, floor, n_S_percent, n_S, Z and combination."""
 
     sampler: names.Sampler = key("farthest", "Sampler of the subset.")
-    floor: names.Floor = optional(
-        "Noise floor that the recovered surface reaches within 20 %; fresh dots by default."
+    error: Number = optional(
+        f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default.",
+        gt=0,
+        le=10,
     )
+    floor: names.Floor = optional("Noise floor that Z of the recovered surface reaches within 20 %.")
     n_S_percent: Percent = optional("Requested n_S, % of the dots.")
     n_S: Positive = optional("Requested number of dots.")
     Z: Number = optional("Requested Z under `full`; the smallest n_S that reaches it is taken.", ge=0)
@@ -366,7 +370,7 @@ class Minimal(Section):
                 f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(requests)}."
             )
         if not requests:
-            self.floor = FLOORS[0]
+            self.error = DEFAULT_ERROR
         if self.combination is not None and "sampler" not in self.model_fields_set:
             self.sampler = "paper"
         return self

@@ -28,7 +28,14 @@ MIN_PROTEINS_OF_RELATION = (
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
 MOLECULE_KEYS = ("selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands", "plddt")
-REQUEST_KEYS = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes exactly one of them
+REQUEST_KEYS = (
+    "error",
+    "floor",
+    "n_S_percent",
+    "n_S",
+    "Z",
+    "combination",
+)  # `minimal` takes exactly one of them
 
 PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
 FIGURES = ("required_dots", *PAPER_FIGURES)  # of a surface, in the order of the first page

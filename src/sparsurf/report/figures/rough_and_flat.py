@@ -14,7 +14,7 @@ from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import span
 from sparsurf.study.rough_and_flat import N_BINS
-from sparsurf.study.tables import range_index, range_limits
+from sparsurf.study.tables import bin_index, range_limits
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -134,7 +134,7 @@ def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.
     edges = range_limits(roughness, bins)
     if edges[0] == edges[-1]:
         edges = edges[0] + np.array([-0.05, 0.05])
-    bin_of = range_index(roughness, edges)
+    bin_of = bin_index(roughness, edges)
     return edges, {k: np.flatnonzero(bin_of == k) for k in np.unique(bin_of)}
 
 
