@@ -315,7 +315,7 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
         "pairs/b/propensity.csv",
     ]
     known = first_page(folder, files, ())
-    assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
+    assert known["paper"] == {"d": 1, "Z_tS": 2, "rows": 2, "runs": 40}
     assert known["pairs"] == {
         "n": 3,
         "touching": 2,
@@ -384,14 +384,14 @@ def test_one_frame_has_no_spread(tmp_path):
 
 def test_only_readings_that_were_tried_are_reported(tmp_path):
     files = write_run(tmp_path)
-    assert "so both were tried" in first(tmp_path, files)
+    assert "removed in two ways: among the kept dots" in first(tmp_path, files)
     for name in ("summary", "relation"):
         table = pd.read_csv(tmp_path / f"{name}.csv")
         table[table["reading"] == "full"].to_csv(tmp_path / f"{name}.csv", index=False)
     surfaces = pd.read_csv(tmp_path / "surfaces.csv")
     surfaces.drop(columns="best_kept").to_csv(tmp_path / "surfaces.csv", index=False)
     page = first(tmp_path, files)
-    assert "both were tried" not in page and "d = −0.06" in page
+    assert "in two ways" not in page and "d = −0.06" in page
 
 
 def test_the_page_stands_alone_and_is_small(tmp_path):

@@ -106,8 +106,10 @@ def test_a_row_of_the_relation_says_who_won_and_what_roughness_gains():
 def test_a_row_of_ranges_has_the_numbers_of_its_columns():
     row = {"n_S_low_percent": 2.63, "n_S_high_percent": 12.34, "n_S_percent": 11.11, "Z_tS": 1.456}
     row |= dict(zip(("alpha", "beta", "gamma", "delta"), (1.0, 0.0, 6.0, 0.0), strict=True))
-    row |= {"d_cv": 0.5, "d_cv_low": 0.25, "d_cv_high": 0.75, "median_patch_size": 61.0, "n_best_set": 17.0}
-    cells = ["2.6 – 12.3", "(1, 0, 6, 0)", "11.1", "0.50 (0.25 to 0.75)", "1.46", "61", "17"]
+    row |= {"d_cv": 0.5, "d_cv_low": 0.25, "d_cv_high": 0.75, "median_patch_size": 61.0}
+    row |= {"d_kept_scaled": -0.5, "d_low_kept_scaled": -0.75, "d_high_kept_scaled": -0.25}
+    d = ["0.50 (0.25 to 0.75)", "−0.50 (−0.75 to −0.25)"]
+    cells = ["2.6 – 12.3", "(1, 0, 6, 0)", "11.1", *d, "1.46", "61"]
     assert ranges_page.rows_of(pd.DataFrame([row])) == [cells]
 
 

@@ -15,6 +15,8 @@ from sparsurf.report.ranges_page import ranges_page
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
 from sparsurf.study.grid import Grid, write_grid
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.surface import Surface
 
 
 def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
@@ -61,13 +63,12 @@ def test_grid_table_has_the_contract_columns():
     assert table["median_patch_size_uniform_kept"].tolist() == [9, 10]
 
 
-def test_ranges_are_equal_and_hold_every_combination():
+def test_ranges_are_equal_and_hold_every_combination_but_the_last():
     percent = np.array([2.0, 5, 5.1, 22, 30, 71, 100])
     grid = made_up(np.arange(7.0), percent)
     ranges = tables.ranges_table(tables.grid_table(grid), grid, 10)
     assert np.allclose(np.diff(ranges["n_S_low_percent"]), 9.8)
-    assert ranges["n_combinations"].sum() == 7
-    assert ranges["n_combinations"].iloc[-1] == 1  # the largest n_S belongs to the last range
+    assert ranges["n_combinations"].sum() == 6  # the largest n_S belongs to none
     first = ranges.iloc[0]
     assert first["d"] == pytest.approx(2.0) and first["n_S_percent"] == pytest.approx(5.1)
     assert ranges.iloc[4]["n_combinations"] == 0 and np.isnan(ranges.iloc[4]["d"])
@@ -106,10 +107,15 @@ def test_an_answer_is_given_when_nothing_is_that_small():
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
 
 
+def with_link(ranges):
+    """Ranges with d under a scaled link, as the study has them."""
+    return ranges.assign(d_kept_scaled=-0.5, d_low_kept_scaled=-0.75, d_high_kept_scaled=-0.25)
+
+
 def test_the_page_holds_every_range():
     grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100])
     table = tables.grid_table(grid)
-    ranges, best = tables.ranges_table(table, grid, 10), tables.best_combinations(table, grid, 20)
+    ranges, best = with_link(tables.ranges_table(table, grid, 10)), tables.best_combinations(table, grid, 20)
     page = ranges_page("p/c1", ranges, best, best["references"])
     (rows,) = page["tables"].values()
     assert [row[0] for row in rows] == [
@@ -119,16 +125,16 @@ def test_the_page_holds_every_range():
 
 
 def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
-    grid = made_up([-1.0, 0.0, 2.0], [10.0, 50.0, 90.0], tests=100, noise=0.5)
+    grid = made_up([-1.0, 0.0, 2.0, 9.0], [10.0, 50.0, 80.0, 90.0], tests=100, noise=0.5)
     table = tables.grid_table(grid)
     best = tables.best_combinations(table, grid, 20)
-    ranges = tables.ranges_table(table, grid, 3).assign(Z_tS=[3.0, 2.0, 1.0])
+    ranges = with_link(tables.ranges_table(table, grid, 3)).assign(Z_tS=[3.0, 2.0, 1.0])
     page = ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 2.0})
     assert page["counts"]["kept"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
     text = render("ranges.html.j2", **page)
     own = page["best"]["kept"]
     assert f"{own['combination']} keeps {own['n_S']} %<br>d = {own['d']}</td>" in text
-    assert own["d"].startswith("2.0") and own["n_S"] == "90"
+    assert own["d"].startswith("8.98") and own["n_S"] == "90"  # of all, also beyond the last range
     (row,) = [
         cells
         for cells in Page(text).rows
@@ -145,8 +151,11 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     assert page["best"]["kept"]["place"] == "above"
 
 
-def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path):
+def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path, blob):
     own = made_up([2.0, 3, 1], [5, 30, 90], draws=1, noise=0.1)
+    surface = Surface(*blob)
+    write_npz(tmp_path / "surface.npz", surface)
+    pd.DataFrame({"roughness": np.full(len(surface), 0.5)}).to_csv(tmp_path / "roughness.csv")
     write_grid(tmp_path / "distances.npz", own)
     tables.grid_table(own).to_csv(tmp_path / "grid.csv", index=False)
     floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
@@ -155,9 +164,22 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     outputs = {name: tmp_path / name for name in ("ranges", "best", "page")}
     inputs["floors"] = tmp_path / "floors.csv"
-    tabulate_best.main(**inputs, **outputs, n_ranges=4, title="p")
+    tabulate_best.main(
+        **inputs,
+        **outputs,
+        surface=tmp_path / "surface.npz",
+        roughness=tmp_path / "roughness.csv",
+        patches={"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
+        sampling={"distance_from_moved_centre": True, "chance_in_every_patch": True},
+        evaluation={"test_dots": 20, "draws": 1},
+        seed=1,
+        name="p/c1",
+        n_ranges=4,
+        title="p",
+    )
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
     assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
+    assert (ranges["d_kept_scaled"].notna() == (ranges["n_combinations"] > 0)).all()
     assert best["references"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
     assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
     assert best["kept"]["unrestricted"]["n_S_percent"] == 30
