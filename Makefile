@@ -126,6 +126,7 @@ $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)
 	$(call install,--require-hashes -r envs/requirements.txt)
 	$(call install,--no-deps --no-build-isolation --editable .)
+	@for link in $(VENV)/lib/python3*/site-packages/_sparsurf.pth; do echo ../../../../src > $$link; done # read where LC_ALL is C
 	touch $@
 
 # What a study does not need: .ready-test-..., .ready-docs-..., .ready-slurm-...

@@ -126,8 +126,11 @@ def test_make_can_install_the_checkout_itself(tmp_path):
     build = pytest.importorskip("hatchling.build", reason="hatchling builds the package")
     run([sys.executable, "-c", f"import hatchling.build as b; b.build_editable({str(tmp_path)!r})"], cwd=ROOT)
     with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as archive:
-        paths = [archive.read(name).decode() for name in archive.namelist() if name.endswith(".pth")]
-    assert paths == [str(ROOT / "src")] and build
+        paths = {name: archive.read(name).decode() for name in archive.namelist() if name.endswith(".pth")}
+    assert (
+        paths == {"_sparsurf.pth": str(ROOT / "src")} and build
+    )  # which the Makefile replaces by a relative path
+    assert "/_sparsurf.pth; do echo ../../../../src" in (ROOT / "Makefile").read_text()
 
 
 def test_conda_and_pip_ask_for_the_same():
