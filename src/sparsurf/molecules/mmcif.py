@@ -95,9 +95,8 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
     columns = {name: values or [""] * length for name, values in values_of.items()}
     columns["chain"] = _filled(columns["chain"], columns["segid"], columns["segid"])
     position = columns.pop("position")
-    columns["number"] = _filled(
-        columns["number"], list(zip(columns["segid"], position, strict=True)), position
-    )
+    labels = [at and (segid, at) for segid, at in zip(columns["segid"], position, strict=True)]
+    columns["number"] = _filled(columns["number"], labels, position)
     numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
     residues = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
     malformed = next((label for label in residues if not LABEL.fullmatch(label)), None)
@@ -120,7 +119,7 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
 
 def _filled(authors: list[str], labels: Sequence[Any], fallback: list[str]) -> list[str]:
     """Return the authors' values; where one is null, that of another atom with this label, or else the label itself."""
-    known = {label: value for label, value in zip(labels, authors, strict=True) if value}
+    known = {label: value for label, value in zip(labels, authors, strict=True) if value and label}
     rows = zip(authors, labels, fallback, strict=True)
     return [value or known.get(label, text) for value, label, text in rows]
 
