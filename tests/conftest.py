@@ -4,6 +4,7 @@ import fcntl
 import gc
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +20,6 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 ROOT = Path(__file__).resolve().parents[1]
-MISSING = {  # words of the reason of a skip, and what was not tested
-    "reference data not found": "what needs reference data (a folder shared/ beside the checkout, or $SPARSURF_SHARED).",
-    "chromedriver": "pages in a browser (Debian: chromium, chromium-driver).",
-}
 
 
 @pytest.fixture(scope="session")
@@ -30,7 +27,9 @@ def shared():
     """The folder of reference data beside the checkout; tests that need it skip where it is absent."""
     path = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
     if not (path / "data" / "MANIFEST.tsv").is_file():
-        pytest.skip(f"reference data not found in {path.name}/ beside the checkout (or $SPARSURF_SHARED)")
+        pytest.skip(
+            f"reference data not found (a folder {path.name}/ beside the checkout, or $SPARSURF_SHARED)"
+        )
     return path
 
 
@@ -104,8 +103,8 @@ def pytest_collection_finish():
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Say on the last lines what was not compared or drawn, and how to have it."""
-    reasons = " ".join(str(report.longrepr) for report in terminalreporter.stats.get("skipped", []))
-    for words, missing in MISSING.items():
-        if words in reasons:
-            terminalreporter.write_line(f"Not tested: {missing}")
+    """Say on the last lines why tests were skipped, and how many for each reason."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    reasons = Counter(str(report.longrepr[2]).removeprefix("Skipped: ") for report in skipped)
+    for reason, count in reasons.most_common():
+        terminalreporter.write_line(f"Skipped {count}: {reason}")
