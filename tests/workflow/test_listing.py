@@ -43,14 +43,14 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     [
         ("", "needs a header with the column name"),
         ("structure\na.pdb\n", "needs a header with the column name"),
-        ("name;structure\nx;a.pdb\n", "needs a header with the column name, separated by commas"),
+        ("name;structure\nx;a.pdb\n", "separated by commas"),
         ("name,structure, structure\nx,a.pdb,b.pdb\n", "has the column 'structure' twice"),
-        ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has the name of an earlier line"),
+        ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* earlier line"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
         ("name,structure\n\n\nx,a.pdb\n\n,b.pdb\n", "line 6 of .* has no name"),
-        ("name,structure\nx,a.pdb,more\n", "line 2 of .* has a different number of cells"),
-        ('name,structure\nx,"a.pdb\n', "is not a CSV table .unexpected end of data.; store it as CSV"),
-        ("name,structure\nx,a.pdb\n".encode("utf-16"), "proteins.csv is stored as UTF-16: store it as UTF-8"),
+        ("name,structure\nx,a.pdb,more\n", "line 2 of .* number of cells"),
+        ('name,structure\nx,"a.pdb\n', "is not a CSV table"),
+        ("name,structure\nx,a.pdb\n".encode("utf-16"), "UTF-16"),
         ("name,structure\nx,a.pdb\n".encode("utf-16-le"), "contains null bytes"),
     ],
 )
@@ -73,19 +73,8 @@ def test_a_table_of_any_program_is_read(tmp_path, encoding, end):
 
 
 def test_a_folder_becomes_proteins(tmp_path):
-    for name in [
-        "x.pdb",
-        "x.cif.gz",
-        "x.pdb.gz",
-        "y.pdb",
-        "y_long.xtc",
-        "z.dms",
-        "notes.txt",
-        ".hidden.pdb",
-        "αβ",
-        "γ.pdb",
-        "t.dcd",
-    ]:
+    names = "x.pdb x.cif.gz x.pdb.gz y.pdb y_long.xtc z.dms notes.txt .hidden.pdb αβ γ.pdb t.dcd"
+    for name in names.split():
         (tmp_path / name).write_text("")
     proteins = from_folder(str(tmp_path))
     assert proteins == {
@@ -127,9 +116,8 @@ def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
         (tmp_path / name).write_text("")
     assert list(from_folder(str(tmp_path))) == ["good"]
     said = [record.getMessage() for record in caplog.records]
-    assert said == [
-        f"{tmp_path / 'alone.psf'} is left out: its folder has no trajectory.",
-        f"{tmp_path / 'topol_run.xtc'} is left out: its folder has no topology or structure whose name it begins with.",
+    assert [sentence.split(" is left out: ")[0] for sentence in said] == [
+        str(tmp_path / name) for name in ("alone.psf", "topol_run.xtc")
     ]
     (tmp_path / "good.pdb").unlink()
     with pytest.raises(InputError, match="holds no protein"):
@@ -223,29 +211,6 @@ def test_the_size_on_record_is_that_of_what_came(server, tmp_path):
     assert json.loads((tmp_path / "a.json").read_text())["bytes"] == 5
 
 
-def test_another_checksum_is_refused(server, tmp_path):
-    with pytest.raises(InputError, match=r"has the sha256 .*, not 0{64}"):
-        fetch(f"{server}/my%20file.pdb", "0" * 64, tmp_path / "a.pdb", tmp_path / "a.json", "x")
-    assert not (tmp_path / "a.pdb").exists()
-
-
-def test_no_network_is_a_sentence(tmp_path):
-    with pytest.raises(InputError, match=r"A1 cannot be fetched from .* SPARSURF_A1"):
-        fetch("http://127.0.0.1:9/a.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
-
-
-def test_a_missing_file_is_a_sentence(server, tmp_path):
-    with pytest.raises(InputError, match=r"cannot be fetched from .* \(File not found\)"):
-        fetch(f"{server}/none.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
-
-
-@pytest.mark.parametrize("path", ["dripped_headers", "dripped_bytes"])
-def test_a_server_that_sends_a_byte_now_and_then_is_left(server, tmp_path, monkeypatch, path):
-    monkeypatch.setattr("sparsurf.workflow.download.MAX_SECONDS", 0.5)
-    with pytest.raises(InputError, match=r"\(it took more than 0.5 s\); get the file by hand"):
-        fetch(f"{server}/{path}", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
-
-
 @pytest.mark.parametrize(
     ("url", "sha256"),
     [
@@ -258,27 +223,11 @@ def test_a_server_that_sends_a_byte_now_and_then_is_left(server, tmp_path, monke
 )
 def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     """Refused before anything is fetched: by the config, and by the job itself."""
-    with pytest.raises(
-        InputError, match="only complete https:// URLs are fetched, or http:// if a sha256 is given"
-    ):
+    with pytest.raises(InputError, match="only complete https:// URLs"):
         fetch(url, sha256, tmp_path / "a", tmp_path / "b", "A1")
     with pytest.raises(InputError, match=r"proteins\.A1\.url"):
         check_config({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
-    assert (
-        "url"
-        in check_config({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})["proteins"][
-            "A1"
-        ]
-    )
-
-
-@pytest.mark.parametrize("path", ["to/file:///etc/passwd", "to/ftp://127.0.0.1/a.pdb"])
-def test_a_redirect_leads_nowhere_else(server, tmp_path, path):
-    with pytest.raises(
-        InputError,
-        match=r"cannot be fetched from .*(it leads to ftp:.*only complete https|url 'file:.*not allowed)",
-    ):
-        fetch(f"{server}/{path}", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+    check_config({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})
 
 
 def test_a_redirect_to_where_one_may_fetch_is_followed(server, tmp_path):
@@ -287,22 +236,35 @@ def test_a_redirect_to_where_one_may_fetch_is_followed(server, tmp_path):
     assert (tmp_path / "a.pdb").read_bytes() == TOPOLOGY.read_bytes()
 
 
-def test_a_file_that_is_too_large_or_cut_short_is_refused(server, tmp_path, monkeypatch):
-    with pytest.raises(InputError, match=r"A1 cannot be fetched from .* \(5 of 9 bytes came\)"):
-        fetch(f"{server}/cut", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
-    monkeypatch.setattr("sparsurf.workflow.download.MOST", 1000)
-    with pytest.raises(InputError, match="is larger than 0 MB"):
-        fetch(f"{server}/my%20file.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("my%20file.pdb", r"sha256 .*, not 0{64}"),
+        ("large.pdb", "larger than 0 MB"),
+        ("none.pdb", "File not found"),
+        ("cut", "5 of 9 bytes"),
+        ("dripped_headers", "more than 0.5 s"),
+        ("dripped_bytes", "more than 0.5 s"),
+        ("to/file:///etc/passwd", "file:.*not allowed"),
+        ("to/ftp://127.0.0.1/a.pdb", "ftp:.*only complete https"),
+        ("", "SPARSURF_A1"),  # the variable that names a file in its place
+    ],
+)
+def test_what_cannot_be_fetched_is_refused_and_not_kept(server, tmp_path, monkeypatch, path, words):
+    monkeypatch.setattr("sparsurf.workflow.download.MAX_SECONDS", 0.5)
+    monkeypatch.setattr("sparsurf.workflow.download.MOST", 200_000)
+    (tmp_path / "served" / "large.pdb").write_bytes(bytes(200_001))
+    url = f"{server}/{path}" if path else "http://127.0.0.1:9/a.pdb"
+    with pytest.raises(InputError, match=rf"A1.*{words}"):
+        fetch(url, "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
     assert not (tmp_path / "a").exists()
 
 
 def test_names_and_variables():
     assert file_name("https://x.org/a/pdb%20files/208/cluster1.pdb") == "cluster1.pdb"
     assert file_name("https://x.org/..%2f..%2fpasswd") == "_2f.._2fpasswd"
-    assert (
-        file_name("https://x.org/.hidden.pdb") == "hidden.pdb"
-        and file_name("https://x.org/") == "structure.pdb"
-    )
+    assert file_name("https://x.org/.hidden.pdb") == "hidden.pdb"
+    assert file_name("https://x.org/") == "structure.pdb"
     assert variable("my-protein.1") == "SPARSURF_MY_PROTEIN_1"
 
 
