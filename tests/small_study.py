@@ -1,5 +1,6 @@
 """A small study in which every rule runs but for those of simulations, and Snakemake as a user runs it."""
 
+import copy
 import gc
 import hashlib
 import multiprocessing
@@ -11,6 +12,7 @@ import sys
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 
 import yaml
 
@@ -51,6 +53,8 @@ def write_study(folder, address="http://127.0.0.1:1"):
     both = peptide(SEQUENCE, "A") + "TER\n" + peptide(SEQUENCE, "B", origin=(0, 9.0, 0))
     write(folder / "complex.pdb", both + "END\n")
     write(folder / "scores.csv", "residue,score\n2,1\n5,0\n210,1\n213,0\n")
+    write(folder / "other.csv", "residue,score\n2,0\n5,1\n210,0\n213,1\n")
+    write(folder / "other.pdb", both + "TER\nEND\n")
     molecule = read_molecule(folder / "two.pdb")
     write_npz(folder / "ready.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
     digest = hashlib.sha256((folder / "loaded.pdb").read_bytes()).hexdigest()
@@ -77,6 +81,17 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "ensemble": {"run": True, "jobs": 2, "test_dots": 20, "stride": 500},
         "complementarity": {"centres": "all"},
     }
+
+
+def changed(config, key, value):
+    """Return a copy of a config with another value of a key such as patches.R_patch; None: without it."""
+    config = section = copy.deepcopy(config)
+    *sections, last = key.split(".")
+    for name in sections:
+        section = section.setdefault(name, {})
+    assert section.get(last) != value
+    section[last] = value
+    return {name: section for name, section in config.items() if section is not None}
 
 
 def run_study(folder, python=sys.executable):
@@ -122,21 +137,33 @@ def planned_rules(folder, config, **versions):
     return {job["rule"] for job in jobs} - {"all", "complete_protein"}
 
 
-def planned_jobs(folder, config, **versions):
-    """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, script, wildcards, input and params.
+def planned_jobs(folder, config, *options, all_jobs=False, **versions):
+    """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, script and what the script is given.
 
     Parameters
     ----------
     folder : path
     config : dict
+    options : of Snakemake
+    all_jobs : return all jobs of the study, where at least one is planned
     versions : METHOD or REPORT, as if the code of the library were another
     """
     (path := folder / f"planned-{os.getpid()}.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
-    options = [*map(str, where), "--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
+    options = [
+        *map(str, where),
+        "--cores",
+        "2",
+        "--dry-run",
+        "--nolock",
+        "--quiet",
+        "host",
+        "reason",
+        *options,
+    ]
     log, listed = path.with_suffix(".log"), path.with_suffix(".jobs")
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
-    call = (log, listed, options, versions)
+    call = (log, listed, options, all_jobs, versions)
     process = multiprocessing.get_context("fork").Process(target=_dry_run, args=call)
     process.start()
     process.join()
@@ -146,7 +173,7 @@ def planned_jobs(folder, config, **versions):
     return jobs
 
 
-def _dry_run(log, listed, options, versions):
+def _dry_run(log, listed, options, all_jobs, versions):
     """Plan in this process, whose output goes to a file."""
     gc.disable()  # it would search, and so copy, what this fork shares with the tests
     with open(log, "w", encoding="utf-8") as stream:
@@ -158,15 +185,45 @@ def _dry_run(log, listed, options, versions):
 
         from sparsurf.workflow import code_version
 
-        jobs = []
+        planned = {}
 
         def note(job, **_):
-            known = {"rule": job.rule.name, "script": job.rule.script, "wildcards": job.wildcards_dict}
-            jobs.append(known | {"input": [*map(str, job.input)], "params": dict(job.params.items())})
+            planned.update(dict.fromkeys(job.dag.jobs if all_jobs else [job]))
 
         Job.log_info = note  # of this fork
         vars(code_version).update(versions)
         try:
             main(options)
         finally:  # which ends the process
-            listed.write_bytes(pickle.dumps(jobs))
+            listed.write_bytes(pickle.dumps([*map(_description, planned)]))
+
+
+def _description(job):
+    files = {kind: getattr(job, kind)._plainstrings() for kind in ("input", "output", "log")}
+    known = {
+        "rule": job.rule.name,
+        "script": job.rule.script,
+        "wildcards": job.wildcards,
+        "params": job.params,
+    }
+    return known | files
+
+
+def run_job(folder, job):
+    """Run the script of a planned job in the folder of a study, as Snakemake does; return the finished process."""
+    from snakemake.script import Snakemake
+
+    for path in map(folder.joinpath, (*job["output"], *job["log"])):
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+    names = ("input", "output", "params", "wildcards")
+    given = Snakemake(
+        *(job[name] for name in names), 1, {}, job["log"], {}, job["rule"], [], ROOT / "scripts"
+    )
+    script = ROOT / "scripts" / Path(job["script"]).name
+    (folder / "job.pickle").write_bytes(pickle.dumps(given))
+    text = f"import pickle, sys; sys.path.insert(0, {str(script.parent)!r})\n"
+    text += f"snakemake = pickle.load(open('job.pickle', 'rb'))\n{script.read_text(encoding='utf-8')}"
+    (folder / "job.py").write_text(text, encoding="utf-8")
+    call = [warm_python.interpreter(), "job.py"]
+    return subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
