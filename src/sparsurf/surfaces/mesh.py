@@ -100,6 +100,11 @@ def grid_step_for_density(density: float) -> float:
     return GRID_STEP * math.sqrt(DENSITY / density)
 
 
+def widest_step(probe: float) -> float:
+    """Return the widest step of a grid, Å, for a probe: no edge may cross the space between surface and centres."""
+    return probe / 2
+
+
 def build_mesh(
     points: np.ndarray, normals: np.ndarray, triangles: np.ndarray, kind: np.ndarray | None = None
 ) -> Mesh:
@@ -175,7 +180,7 @@ def molecular_mesh(
         The grid has too many points, or `molecular_surface.molecular_surface` refuses the spheres.
     """
     xyz, radii, _ = checked_spheres(xyz, radii, probe)
-    step = min(step, probe / 2)  # no edge of the grid may cross the space between surface and centres
+    step = min(step, widest_step(probe))
     relative = np.add(*relative_positions(xyz))
     rolling = roll(relative, radii + probe)
     limit = probe + math.sqrt(3) * step

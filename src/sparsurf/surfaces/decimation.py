@@ -1,0 +1,262 @@
+"""Coarse closed meshes: edges of a fine mesh are collapsed, so that every vertex that is left stays where it was.
+
+The shortest edge goes first, and one of its ends into the other (Hoppe, SIGGRAPH 96:99). An edge may go if its ends have
+exactly two neighbours in common, which keeps the mesh closed, manifold and of the same genus (Dey et al., Publ. Inst. Math.
+66:23, 1999). An edge whose collapse would tilt triangles or make slivers counts as longer.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from sparsurf.errors import InputError
+from sparsurf.surfaces.mesh import Mesh, build_mesh
+
+MIN_VERTICES = 4
+MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
+RESERVE = 0.9
+STEPS_PER_ANGSTROM = (
+    2**16
+)  # of the positions that are compared, so that rounding on another machine decides nothing
+MAX_PENALTY = 5.0  # by which an edge counts as longer
+SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
+
+
+def sized_mesh(generate: Callable[[float], Mesh], step: float, n_vertices: int) -> Mesh:
+    """Generate a mesh with a number of vertices: one that is fine enough is reduced.
+
+    Parameters
+    ----------
+    generate : function of the step of a grid, Å, to its mesh
+    step : float, Å
+        Of the first try; a finer grid follows if it has too few vertices.
+    n_vertices : int
+
+    Returns
+    -------
+    Mesh
+    """
+    mesh = generate(step)
+    while (ratio := len(mesh.vertices) / n_vertices) < MIN_REDUCTION:
+        step *= math.sqrt(RESERVE * ratio / MIN_REDUCTION)
+        mesh = generate(step)
+    return decimate(mesh, n_vertices)
+
+
+def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
+    """Reduce a closed mesh to some of its vertices; the topology stays.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Every edge belongs to two triangles.
+    n_vertices : int, at most the number of vertices
+
+    Returns
+    -------
+    Mesh, its vertices rounded to float32
+
+    Raises
+    ------
+    InputError
+        The mesh cannot be reduced so far: every part of it needs four vertices, and a part with handles more.
+    """
+    points, normals = (
+        np.rint(values * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
+        for values in (mesh.vertices.points, mesh.vertices.normals)
+    )
+    origin = np.array(mesh.triangles, np.int64).ravel()
+    dead, alive = _collapse(
+        points, normals, origin, _twins(origin, len(points)), max(n_vertices, MIN_VERTICES)
+    )
+    if alive > n_vertices:
+        raise InputError(
+            f"mesh: this surface needs {alive:,} vertices at least, so that its parts and handles stay; ask for more."
+        )
+    triangles = origin.reshape(-1, 3)[~dead]
+    kept, corners = np.unique(triangles, return_inverse=True)
+    vertices = mesh.vertices.take(kept)
+    points, normals = (
+        values.astype(np.float32).astype(float) for values in (vertices.points, vertices.normals)
+    )
+    return build_mesh(points, normals, corners.reshape(-1, 3), vertices.kind)
+
+
+def _twins(origin: np.ndarray, n: int) -> np.ndarray:
+    """Return the opposite half-edge of each; half-edge 3 f + k leads from corner k of triangle f to the next."""
+    target = np.roll(origin.reshape(-1, 3), -1, axis=1).ravel()
+    key = np.minimum(origin, target) * n + np.maximum(origin, target)
+    order = np.argsort(key, kind="stable")
+    twin = np.empty(len(origin), np.int64)
+    twin[order[::2]], twin[order[1::2]] = order[1::2], order[::2]
+    return twin
+
+
+@njit(cache=True, nogil=True)
+def _next(h: int) -> int:
+    """Return the next half-edge of the same triangle."""
+    return h - 2 if h % 3 == 2 else h + 1
+
+
+@njit(cache=True, nogil=True)
+def _around(h: int, twin: np.ndarray) -> int:
+    """Return the next half-edge from the same vertex."""
+    return twin[_next(_next(h))]
+
+
+@njit(cache=True, nogil=True)
+def _squared(points: np.ndarray, u: int, v: int) -> float:
+    """Return the squared distance of two vertices."""
+    x, y, z = points[u, 0] - points[v, 0], points[u, 1] - points[v, 1], points[u, 2] - points[v, 2]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True, nogil=True)
+def _normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[float, float, float, float]:
+    """Return the unit normal of a triangle and twice its area."""
+    ax, ay, az = points[v, 0] - points[u, 0], points[v, 1] - points[u, 1], points[v, 2] - points[u, 2]
+    bx, by, bz = points[w, 0] - points[u, 0], points[w, 1] - points[u, 1], points[w, 2] - points[u, 2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = math.sqrt(x * x + y * y + z * z)
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    return x * inverse, y * inverse, z * inverse, size
+
+
+@njit(cache=True, nogil=True)
+def _may_collapse(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> bool:
+    """Return whether the ends of an edge have two neighbours in common, and others besides."""
+    n_of_u = common = n_of_v = 0
+    e = h
+    while True:
+        seen[origin[twin[e]]] = stamp
+        n_of_u += 1
+        e = _around(e, twin)
+        if e == h:
+            break
+    e = twin[h]
+    while True:
+        common += seen[origin[twin[e]]] == stamp
+        n_of_v += 1
+        e = _around(e, twin)
+        if e == twin[h]:
+            break
+    return common == 2 and n_of_u + n_of_v > 6
+
+
+@njit(cache=True, nogil=True)
+def _penalty(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> float:
+    """Return the factor by which an edge counts as longer if its start goes into its end."""
+    u, v = origin[h], origin[twin[h]]
+    turn = tilt = 1.0
+    shape = SLIVER
+    e = _around(h, twin)
+    while e != h:
+        x, y = origin[_next(e)], origin[_next(_next(e))]
+        if x != v and y != v:
+            ax, ay, az, _ = _normal(points, u, x, y)
+            bx, by, bz, size = _normal(points, v, x, y)
+            longest = max(_squared(points, v, x), _squared(points, x, y), _squared(points, y, v))
+            shape = min(shape, size / longest)
+            turn = min(turn, ax * bx + ay * by + az * bz)
+            for w in (v, x, y):
+                tilt = min(tilt, normals[w, 0] * bx + normals[w, 1] * by + normals[w, 2] * bz)
+        e = _around(e, twin)
+    return min(MAX_PENALTY, 1.0 + 2.0 * (1.0 - turn) + (1.0 - tilt) + 2.0 * (SLIVER / max(shape, 0.01) - 1.0))
+
+
+@njit(cache=True, nogil=True)
+def _best_collapse(
+    h: int,
+    points: np.ndarray,
+    normals: np.ndarray,
+    origin: np.ndarray,
+    twin: np.ndarray,
+    seen: np.ndarray,
+    stamp: int,
+) -> tuple[int, float, int]:
+    """Return the half-edge by whose collapse an edge goes best, or -1, and its penalty; and the last stamp in `seen`.
+
+    Where the edge itself may not go, around the neck of a tunnel, one of its ends goes into another neighbour.
+    """
+    best, least = -1, np.inf
+    stamp += 1
+    locked = not _may_collapse(h, origin, twin, seen, stamp)
+    for side in range(2):
+        e = end = int(twin[h]) if side else h
+        while True:
+            stamp += 1
+            if not locked or _may_collapse(e, origin, twin, seen, stamp):
+                penalty = _penalty(e, points, normals, origin, twin)
+                if penalty < least:
+                    best, least = e, penalty
+            e = _around(e, twin)
+            if e == end or not locked:
+                break
+    return best, least, stamp
+
+
+@njit(cache=True, nogil=True)
+def _collapse(
+    points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray, n_vertices: int
+) -> tuple[np.ndarray, int]:
+    """Collapse edges until `n_vertices` are left or no edge may go; return the removed triangles and the number of vertices.
+
+    `origin` (3 F,) are the starts of the half-edges; it and `twin` are changed.
+    """
+    dead = np.zeros(len(origin) // 3, np.bool_)
+    seen, stamp = np.zeros(len(points), np.int64), 0
+    alive = len(points)
+    before = alive + 1
+    while n_vertices < alive < before:
+        before = alive
+        heap = [(0.0, 0, 0, 0) for _ in range(0)]
+        for h in range(len(origin)):
+            if not dead[h // 3] and origin[h] < origin[twin[h]]:
+                heap.append((_squared(points, origin[h], origin[twin[h]]), origin[h], origin[twin[h]], h))
+        heapq.heapify(heap)
+        while len(heap) > 0 and alive > n_vertices:
+            cost, low, high, h = heapq.heappop(heap)
+            if dead[h // 3]:
+                continue
+            u, v = origin[h], origin[twin[h]]
+            if min(u, v) != low or max(u, v) != high:
+                continue
+            best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp)
+            if best < 0:
+                continue
+            now = _squared(points, u, v) * least * least
+            if now > cost:
+                heapq.heappush(heap, (now, low, high, h))
+                continue
+            h, v = best, origin[twin[best]]
+            _remove(h, origin, twin, dead)
+            alive -= 1
+            start = e = twin[_next(_next(h))]
+            while True:
+                w = origin[twin[e]]
+                heapq.heappush(heap, (_squared(points, v, w), min(v, w), max(v, w), e))
+                e = _around(e, twin)
+                if e == start:
+                    break
+    return dead, alive
+
+
+@njit(cache=True, nogil=True)
+def _remove(h: int, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray) -> None:
+    """Move the start of a half-edge into its end, and remove the triangles on both sides."""
+    v = origin[twin[h]]
+    e = h
+    while True:
+        origin[e] = v
+        e = _around(e, twin)
+        if e == h:
+            break
+    for side in (h, twin[h]):
+        a, b = twin[_next(side)], twin[_next(_next(side))]
+        twin[a], twin[b] = b, a
+        dead[side // 3] = True
