@@ -1,10 +1,21 @@
 """What a figure puts on the page, for the tests of the figures."""
 
+import os
 from itertools import combinations
 
 import numpy as np
-from matplotlib.colors import to_hex, to_rgba_array
+from matplotlib import __version__
 from matplotlib.text import Text
+from PIL import Image
+from scipy.ndimage import uniform_filter
+
+from sparsurf.report.figures import layout
+
+MADE_BY = "3.11"  # matplotlib that drew the stored pictures; others space letters otherwise
+REDUCED = 4  # stored pixels are so many of a figure's on a side
+TOLERANCE = (
+    12  # of 255, over 3 by 3 stored pixels: below what another FreeType does, above which an eye sees it
+)
 
 
 def drawn_texts(figure, monkeypatch):
@@ -23,32 +34,6 @@ def drawn_texts(figure, monkeypatch):
     return [(t.get_text(), t.get_window_extent(renderer)) for t in dict.fromkeys(drawn)]
 
 
-def words_of(figure):
-    """The texts that stand on the page beside the panels, in the order in which they were written."""
-    return [text.get_text() for text in figure.texts]
-
-
-def bars_of(container):
-    """x, y and the two ends of every error bar, (n, 4)."""
-    line, _, (bars,) = container
-    ends = np.array([each if len(each) == 2 else np.full((2, 2), np.nan) for each in bars.get_segments()])
-    middle = ends.mean(axis=1)[:, 1] if line is None else line.get_ydata()
-    return np.column_stack([ends[:, 0, 0], np.asarray(middle, float), ends[:, 0, 1], ends[:, 1, 1]])
-
-
-def colour_of(line):
-    return to_hex(line.get_color()).upper()
-
-
-def legend_of(owner):
-    """Texts and colours of a legend's entries, in its order; lines and bars."""
-    legend = owner.legends[0] if hasattr(owner, "legends") else owner.get_legend()
-    handles = legend.legend_handles
-    shown = [h.get_facecolor() if hasattr(h, "get_facecolor") else h.get_color() for h in handles]
-    shown = [to_hex(next(iter(to_rgba_array(c)), "white")).upper() for c in shown]
-    return list(zip([t.get_text() for t in legend.get_texts()], shown, strict=True))
-
-
 def check_texts(figure, monkeypatch):
     """Every text lies inside the figure and touches no other; boxes of mathematics reach half a pixel beyond the ink."""
     texts = drawn_texts(figure, monkeypatch)
@@ -59,3 +44,28 @@ def check_texts(figure, monkeypatch):
     for (one, a), (other, b) in combinations(texts, 2):
         apart = min(a.x1, b.x1) - max(a.x0, b.x0) <= 0.5 or min(a.y1, b.y1) - max(a.y0, b.y0) <= 0.5
         assert apart, f"{one!r} and {other!r} overlap"
+
+
+def differs(figure, stored, folder):
+    """Draw a figure; say where it differs from the stored picture, and where both lie, or "" if an eye sees no difference.
+
+    With BASELINE=new in the environment, it is stored instead.
+    """
+    layout.save(figure, folder / "found.png")
+    found = Image.open(folder / "found.png").convert("RGB").reduce(REDUCED)
+    if os.environ.get("BASELINE") == "new":
+        found.save(stored)
+    wanted = Image.open(stored).convert("RGB")
+    if found.size != wanted.size:
+        return f"{found.size} in place of {wanted.size} pixels: {folder}/found.png"
+    difference = np.subtract(found, wanted, dtype=float)
+    difference = abs(uniform_filter(difference, (3, 3, 0))).max(axis=2)
+    if difference.max() <= TOLERANCE:
+        return ""
+    y, x = np.unravel_index(difference.argmax(), difference.shape)
+    return f"by {difference.max():.0f} at pixel {REDUCED * x}, {REDUCED * y}: {folder}/found.png"
+
+
+def of_another_matplotlib():
+    """Return whether stored pictures cannot be compared."""
+    return not __version__.startswith(MADE_BY + ".")

@@ -2,19 +2,15 @@
 
 import json
 import re
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-import reproduce_paper
-from drawn import colour_of, legend_of
 from parsed_pages import Page
 from sparsurf.paper import published_runs, replication
 from sparsurf.patches.readings import READINGS
-from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.report.numbers import interval, number
 from sparsurf.report.page import render
 from sparsurf.report.paper_page import (
@@ -498,22 +494,6 @@ def test_the_published_best_must_be_among_ours(page):
     assert best("(1, 0, 2, 4)", (1, 0, 2, 4)) == ("no", False)
 
 
-def test_published_values_outside_of_the_runs_have_another_colour():
-    """Each measure by itself: d of the first row and Z of the second lie outside."""
-    ends = {"d_lowest": [1.0, 1.0], "d_highest": 2.0, "Z_tS_lowest": [3.0, 3.0], "Z_tS_highest": 5.0}
-    published = {"d_published": [2.5, 1.5], "Z_tS_published": [4.0, 2.0]}
-    places = pd.DataFrame(ends | published).assign(n_runs=40)
-    rows = pd.DataFrame({key: [1, 0] for key in ["alpha", "beta", "gamma", "delta"]}).assign(
-        n_S_low_percent=5, n_S_high_percent=15, d_full=-0.1, Z_tS_full=0.9
-    )
-    figure = table1_figure(places, rows)
-    colours = [[colour_of(line) for line in ax.lines if line.get_marker() == "D"] for ax in figure.axes]
-    assert colours == [["#D55E00", "#000000"], ["#000000", "#D55E00"]]
-    assert [words for words, colour in legend_of(figure) if colour == "#D55E00"] == [
-        "published, outside of the runs"
-    ]
-
-
 def test_kept_dots_are_counted_from_rough_to_flat(page):
     kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
     found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
@@ -573,104 +553,6 @@ def test_each_defect_has_its_own_cover(page, blob):
             chance_in_every_patch=every,
         )
         assert np.allclose(percent[name], 100 * published.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
-
-
-def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_path, monkeypatch):
-    cover = SimpleNamespace(dot=np.array([0, 0, 0, 1, 2]))  # three, one and one patch
-    rows = []
-
-    def table(*words):
-        rows.append(words)
-        return pd.DataFrame({"what": [" ".join(map(str, words))]})
-
-    for module, name, made in (
-        (reproduce_paper, "read_npz", lambda _: range(8000)),
-        (reproduce_paper, "read_roughness", lambda *_: None),
-        (reproduce_paper, "read_table", lambda path, *_: pd.read_csv(path)),
-        (
-            reproduce_paper,
-            "prepare_surface",
-            lambda *given: prepared.append(given) or SimpleNamespace(cover=cover),
-        ),
-        (published_runs, "runs_as_published", lambda _, grid, progress: table("runs", *grid[1])),
-        (published_runs, "place_published_values", lambda runs: table("places of", runs["what"][0])),
-        (published_runs, "selection_bias", lambda runs, grid: f"{runs['what'][0]}, {grid['what'][0]}"),
-        (published_runs, "centres_in_random_orders", lambda _: 181),
-        (published_runs, "tests_of_table_1", lambda places, n: table("tests", places["what"][0], n)),
-        (replication, "published_rows", lambda _, *given: table("rows", *given)),
-        (replication, "sweep_links", lambda _, links, *given: table("links", len(links), *given)),
-        (replication, "compare_defects", lambda _, *given: table("defects", *given)),
-        (replication, "sign_changes", lambda links: links["what"][0]),
-        (
-            replication,
-            "tuned_family",
-            lambda _, some, n_tests, draws: table("family", *some[1], n_tests, draws),
-        ),
-        (replication, "gathering_by_roughness", lambda _, draws: f"gathering {draws}"),
-        (replication, "best_of_family", lambda family: family["what"][0]),
-        (reproduce_paper, "surface_of", lambda _, rules, path: f"{rules} of {path}"),
-        (reproduce_paper, "paper_page", lambda results: told.append(results) or {}),
-        (reproduce_paper, "table1_figure", lambda places, rows: (places["what"][0], rows["what"][0])),
-        (reproduce_paper.layout, "save", lambda figure, path: drawn.append((figure, path))),
-        (
-            reproduce_paper,
-            "write",
-            lambda path, template, **known: drawn.append((path, template, known["first"])),
-        ),
-    ):
-        monkeypatch.setattr(module, name, made)
-    told, drawn, prepared, names = (
-        [],
-        [],
-        [],
-        ("surface", "roughness", "grid", "ranges", "best", "bins", "required_dots"),
-    )
-    inputs = {name: str(tmp_path / f"{name}.csv") for name in names}
-    for name in names:
-        pd.DataFrame({"roughness": [0.5], "what": name}).to_csv(inputs[name])
-    Path(inputs["best"]).write_text(
-        json.dumps({"combinations": 1, "references": {"Z_empty": 9.5, "Z_mean_descriptor": 1.5}})
-    )
-    made = ("runs", "places", "tests", "rows", "links", "defects", "family")
-    outputs = {name: str(tmp_path / f"of_{name}") for name in made}
-    sampling = {"alpha": [0.5, 1.0], "beta": [0.2], "gamma": [2, 3], "delta": [4, 5, 6]}
-    sampling |= {"run": True, "distance_from_moved_centre": True, "chance_in_every_patch": False}
-    page = str(tmp_path / "verdict.html")
-    reproduce_paper.main(
-        **inputs,
-        page=page,
-        tables=outputs,
-        png=str(tmp_path / "table1.png"),
-        svg=str(tmp_path / "table1.svg"),
-        surface_settings="rules",
-        patches="patches",
-        sampling=sampling,
-        evaluation={"test_dots": "published", "draws": 3},
-        seed=7,
-        a1="p/c1",
-        path_to_surface="a.pdb",
-        threads=2,
-    )
-    assert [given[1:] for given in prepared] == [("patches", None, 7, "p/c1", 2, True, False)]
-    requested = {
-        "runs": "runs 0.5 0.2 2.0 5.0",
-        "places": "places of runs 0.5 0.2 2.0 5.0",
-        "tests": "tests places of runs 0.5 0.2 2.0 5.0 181",
-        "rows": "rows 40 3",
-        "links": f"links {len(replication.LINK_DISTANCES)} 40 3",
-        "defects": "defects 40 3",
-        "family": "family 0.2 2.0 5.0 40 3",
-    }
-    for name, words in requested.items():
-        stored = pd.read_csv(outputs[name])
-        assert stored.to_dict("records") == [{"what": words, "Z_empty": 9.5, "Z_mean_descriptor": 1.5}]
-    (results,) = told
-    assert results["bias"] == f"{requested['runs']}, grid" and results["signs"] == requested["links"]
-    assert results["family"] == requested["family"] and results["surface"] == "rules of a.pdb"
-    assert results["uniform"] == {"median": 1.0} and results["gathering"] == "gathering 3"
-    table1 = requested["places"], requested["rows"]
-    assert drawn[:2] == [(table1, str(tmp_path / f"table1.{end}")) for end in ("svg", "png")]
-    assert drawn[2] == (page, TEMPLATE, "p/c1")
 
 
 def test_every_cell_of_the_page_is_that_of_its_table(page):
