@@ -1,32 +1,58 @@
 """What a written HTML page holds, for tests."""
 
+import re
 from html.parser import HTMLParser
+
+BLOCKS = re.compile("p|li|td|th|dd|dt|figcaption|h1|h2|h3|summary|title|div|tr|br").fullmatch
+UNSEEN = {"script", "style"}
 
 
 class Page(HTMLParser):
-    """What a page holds: texts by class, cells of its tables, targets of links and pictures."""
+    """What a page holds: its texts, one for each block, cells of its tables, targets of links and pictures, and anchors."""
 
     def __init__(self, text):
         super().__init__()
-        self.text, self.rows, self.links, self.sources, self._open = {}, [], [], [], []
+        self.blocks, self.tables, self.links, self.sources, self.anchors = [""], [], [], [], []
+        self._cell, self._unseen = False, 0
         self.feed(text)
+        self.blocks = [" ".join(block.split()) for block in self.blocks if block.strip()]
+        self.text = "\n".join(self.blocks)
+
+    @property
+    def rows(self):
+        """Rows of all tables."""
+        return [row for table in self.tables for row in table]
 
     def handle_starttag(self, tag, attributes):
         known = dict(attributes)
-        self.links += [known["href"]] if "href" in known else []
-        self.sources += [known["src"]] if "src" in known else []
-        self.rows += [[]] if tag == "tr" else []
-        if tag in ("td", "th"):
-            self.rows[-1].append("")
-        if tag not in ("meta", "img", "br", "!doctype"):
-            self._open.append((tag, known.get("class", "")))
+        for name, values in (("href", self.links), ("src", self.sources), ("id", self.anchors)):
+            values += [known[name]] if name in known else []
+        self._unseen += tag in UNSEEN
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self._cell = True
+            self.tables[-1][-1].append("")
+        elif BLOCKS(tag) and not self._cell:
+            self.blocks.append("")
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
 
     def handle_endtag(self, tag):
-        while self._open and self._open.pop()[0] != tag:
-            pass
+        self._unseen -= tag in UNSEEN
+        if tag in ("td", "th"):
+            self._cell = False
+            self.tables[-1][-1][-1] = " ".join(self.tables[-1][-1][-1].split())
+        elif BLOCKS(tag) and not self._cell:
+            self.blocks.append("")
 
     def handle_data(self, data):
-        if any(tag in ("td", "th") for tag, _ in self._open):
-            self.rows[-1][-1] += data
-        for _, name in self._open:
-            self.text[name] = self.text.get(name, "") + data
+        if self._unseen:
+            return
+        if self._cell:
+            self.tables[-1][-1][-1] += data
+        else:
+            self.blocks[-1] += data
