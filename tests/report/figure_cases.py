@@ -127,9 +127,7 @@ def surface_tables(
     rng, percent = np.random.default_rng(0), np.array([1.0, 2, 4, 8, 20, 50, 90])
     n = rng.uniform(4, 98, rows)
     z = factor * (2.4 - np.log10(n) + 0.1 * rng.random(rows))
-    table = pd.DataFrame(
-        {"n_S_percent": n, "Z_tS_full": z, "d_full": np.where(n > 60, 0.1, -0.1)}
-    )
+    table = pd.DataFrame({"n_S_percent": n, "Z_tS_full": z, "d_full": np.where(n > 60, 0.1, -0.1)})
     if coded:
         d = np.where(n < 30, 1.0, -2.0)
         table = table.assign(Z_tS_kept=z + 4, Z_tR_kept=z + 4 + d, d_kept=d)

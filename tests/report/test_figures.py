@@ -7,13 +7,23 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 from figure_cases import AWKWARD, PICTURES, grid, surface_tables
 from matplotlib import __version__, colormaps, colors, rcParams
 from matplotlib.image import imread
 
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
-from sparsurf.report.figures import d_over_grid, layout, render, required_dots, roughness
+from sparsurf.report.figures import (
+    changes,
+    d_over_grid,
+    layout,
+    pair_figures,
+    render,
+    required_dots,
+    rough_and_flat,
+    roughness,
+)
 
 BASELINE = Path(__file__).with_name("baseline")
 
@@ -102,3 +112,38 @@ def test_interpolation_goes_through_the_values_and_adds_no_maximum():
     at = fine[np.searchsorted(fine_y, y)[:, None], np.searchsorted(fine_x, x)]
     np.testing.assert_allclose(at, table, atol=1e-12)
     assert fine.max() <= table.max() + 1e-12 and fine.min() >= table.min() - 1e-12
+
+
+def test_missing_residues_leave_a_gap_along_the_axis_and_round_ones_are_named():
+    """Of at most 20 residues; 12 mm of 165 are 11.3 of 155 residues, so every 20th is named; an insertion code goes on by one."""
+    table = pd.DataFrame({"chain": list("AAAAABB"), "residue": ["-3", "-2", "1", "1A", "100", "7", "9"]})
+    assert changes._positions(table).tolist() == [0, 1, 4, 5, 25, 26, 28]
+    table = pd.DataFrame({"chain": "A", "residue": [str(k) for k in range(16, 171)]})
+    named = table["residue"].iloc[changes._named(table, changes._positions(table), np.array([], int))]
+    assert named.tolist() == ["20", "40", "60", "80", "100", "120", "140", "160"]
+
+
+def test_titles_follow_from_the_numbers():
+    for places, words in (
+        (("above", "above"), "matching patches lie at the interface"),
+        (("around", "above"), "matching patches lie at the interface of partner 2 only"),
+        (("below", "below"), "matching patches lie away from the interface"),
+        (
+            ("below", "around"),
+            "matching patches do not mark the interface, and lie away from it on partner 1",
+        ),
+        ((), ""),
+    ):
+        assert pair_figures.where_matches_lie(dict(enumerate(places, 1))) == words
+    r = np.linspace(0.2, 0.8, 20)
+    for gains, words in (
+        ([(1, 1)], "the sampling errs less on rough and flat patches"),
+        ([(1, -1), (0.5, -2)], "the sampling errs less on rough patches"),
+        ([(-1, -1)], "a uniform subset errs less everywhere"),
+        ([(1, 1), (-1, -1)], "less error than a uniform subset one way, more the other"),
+    ):
+        panels = [
+            (f"t, {way}", r, np.full(20, 3.0), 3 + np.where(r > 0.5, flat, rough))
+            for way, (rough, flat) in zip(("one way", "the other"), gains, strict=False)
+        ]
+        assert rough_and_flat.message(panels) == words
