@@ -59,10 +59,9 @@ def facts(run):
         yield row["protein"], [row["protein"], *texts, share(row["minimal_n_S_percent"])]
     for row in pd.read_csv(run / "ready/c1/required_dots.csv").to_dict("records"):
         yield f"floor {row['floor']}", [row["floor"], number(row["Z_floor"])]
-    scores = ["propensity_smoothed", "protrusion"]
-    for (name, side), rows in pd.read_csv(run / "pairs/pairs.csv").groupby(["complex", "partner"]):
-        own = rows.set_index("score").loc[scores]
-        yield f"{name}, partner {side}", [str(side), *map(interval, own["auc"], own["low"], own["high"])]
+    pairs = pd.read_csv(run / "pairs/pairs.csv").query("score in ('propensity_smoothed', 'protrusion')")
+    for (name, side), rows in pairs.groupby(["complex", "partner"]):
+        yield f"{name}, partner {side}", [str(side), *map(interval, rows["auc"], rows["low"], rows["high"])]
     frames = pd.read_csv(run / "moving/ensemble.csv")
     for column, digits in {
         "N": 0,
