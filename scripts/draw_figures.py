@@ -150,7 +150,7 @@ def _rough_and_flat(
     kept_dots = results["kept dots"]
     panels = [
         (
-            f"patches around kept dots, {READINGS[reading].words}",
+            f"around kept dots, {READINGS[reading].words}",
             kept_dots.roughness[0],
             *kept_dots.z[reading][:, 0],
         )

@@ -89,7 +89,7 @@ def boxes(n=500, readings=BOTH, roughness=None, patches=2):
     r, (points, normals) = r if roughness is None else roughness, sphere(60, 4.0)
     patch = ("rough patch, $R_i$ = 0.21", points, normals, np.arange(0, 60, 2), np.arange(0, 60, 3))
     panels = [
-        (f"patches around kept dots, {READINGS[name].words}", r, z[2 * (k % 2)], z[2 * (k % 2) + 1])
+        (f"around kept dots, {READINGS[name].words}", r, z[2 * (k % 2)], z[2 * (k % 2) + 1])
         for k, name in enumerate(readings)
     ]
     references = {"Z_empty": 8.6, "Z_mean_descriptor": 1.5, "floors": {"fresh dots": 0.5}}
