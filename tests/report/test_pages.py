@@ -18,6 +18,7 @@ from sparsurf.report.numbers import (
     combination,
     enough_dots,
     interval,
+    interval_of,
     number,
     share,
     short_names,
@@ -81,10 +82,9 @@ def facts(run):
     for row in changes.to_dict("records"):
         name = f"{row['residue_name']}{row['residue']}"
         yield name, [name, *(number(row[column]) for column in ("total", *floors))]
-    names = [f"d{end}_kept" for end in ("", "_low", "_high")]
-    for row in pd.read_csv(run / "paper_rows.csv").to_dict("records"):
-        texts = number(row["d_published"]), interval(*(row[key] for key in names)), number(row["d_full"])
-        yield f"Table I, {combination(row)}", [combination(row), *texts]
+    for k, row in enumerate(pd.read_csv(run / "paper_rows.csv").to_dict("records"), 1):
+        d = (interval_of(row, "d", reading) for reading in ("kept", "full"))
+        yield f"row {k} of Table I", [str(k), number(row["d_published"]), *d]
 
 
 def test_what_a_reader_looks_for_stands_on_a_page_as_in_its_table(run, shown):
