@@ -7,6 +7,7 @@ import filecmp
 import re
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
@@ -18,6 +19,7 @@ from small_study import SETTINGS, changed, copy_of, planned_jobs, run_job, write
 from sparsurf.batches.tables import read_parquet
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.numbers import share
+from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.models import Config, Pair, Protein
 
 TABLES = yaml.safe_load(Path(__file__).with_name("consequences.yaml").read_text(encoding="utf-8"))
@@ -118,6 +120,33 @@ def test_a_key_adds_and_leaves_out_its_rules_and_no_others(study, config, given,
 def test_a_single_structure_is_not_several_frames(given):
     for rule in ("draw_frames", "draw_ensemble"):
         assert [job[1:] for job in given if job[0] == rule] == [("moving",)]
+
+
+def test_the_papers_sampler_takes_the_best_of_its_surface(study, config, given):
+    after = plan(study, changed(config, "minimal.sampler", "paper"))
+    for job in [job for job in given if job[0] == "select_minimal_subset"]:
+        best = f"results/small/{job[1]}/{job[2]}/ranges.csv"
+        assert best not in given[job]["input"] and (best in after[job]["input"]) == (job[1] != "loaded")
+
+
+def test_the_walls_of_a_cavity_are_of_no_residue(tmp_path):
+    config = SETTINGS | {
+        "sampling": False,
+        "proteins": {"p": {"structure": str(ROOT / "data/tdp43/topology.pdb")}},
+    }
+    config |= {"frames": {"selection": [0]}, "minimal": {"n_S": 50}, "surface": {"density": 3.0}}
+    config |= {"patches": {"D_link": 0.8}}
+    jobs = {job["rule"]: job for job in planned_jobs(tmp_path, config)}
+    rules = "choose_single_frame compute_surface measure_roughness measure_floors select_minimal_subset tabulate_residues"
+    for rule in rules.split():
+        assert run_job(tmp_path, jobs[rule]).returncode == 0
+    results = tmp_path / "results/small/p/f0"
+    residues, roughness = (pd.read_csv(results / f"{name}.csv") for name in ("residues", "roughness"))
+    dots, molecule = read_npz(results / "surface.npz"), read_molecule(results / "structure.pdb")
+    outside = dots.fields["component"] == 0
+    mean = roughness["roughness"][outside].groupby(molecule.residue_index[dots.atom[outside]]).mean()
+    assert residues["dots"].sum() == len(dots) > outside.sum()
+    assert np.allclose(residues["mean_roughness"][mean.index], mean)
 
 
 def keys_of(model, prefix=""):

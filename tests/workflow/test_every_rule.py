@@ -72,6 +72,13 @@ def test_tables_of_a_conformation_agree(run, place):
     assert pd.notna(row["best_kept"]) == (place in SAMPLED)
 
 
+@pytest.mark.parametrize("place", CONFORMATIONS)
+def test_floors_are_those_that_a_protein_has(run, place):
+    """Moved atoms need atoms, and frames a trajectory."""
+    floors = "".join(pd.read_csv(run / place / "floors.csv")["floor"])
+    assert ("frames" in floors, "atoms moved" in floors) == ("moving" in place, "ready" not in place)
+
+
 @pytest.mark.parametrize("place", SAMPLED)
 def test_tables_of_the_papers_sampling_agree(run, place):
     folder, n = run / place, len(read_npz(run / place / "surface.npz"))

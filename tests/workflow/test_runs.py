@@ -144,6 +144,9 @@ def test_of_one_study_some_proteins_are_sampled_and_others_are_not(tmp_path):
         assert kept == {
             path.removeprefix(f"{name}/"): tables[path] for path in tables if path.startswith(name)
         }
+    assert (
+        "<title>still" in (results / "still/c1/view.html").read_text()
+    )  # the only form goes by the name of the protein
     page = (results / "index.html").read_text()
     assert "The paper's sampling was tried on still." in html.unescape(page)
     rows = page.split("Surfaces without the paper", 1)[1].split("</table>")[0]
