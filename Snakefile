@@ -207,9 +207,8 @@ rule measure_floors:
     params:
         surface=config["surface"],
         patches=config["patches"],
-        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
-        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
-        test_dots=config["evaluation"]["test_dots"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
+        evaluation=part_of("evaluation", "test_dots"),
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
         code=METHOD,
@@ -249,9 +248,8 @@ rule select_minimal_subset:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
         patches=config["patches"],
-        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
-        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
-        test_dots=config["evaluation"]["test_dots"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
+        evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         fields=config["fields"],
         whole_curve=lambda wildcards: wildcards.protein in SAMPLED + READY_SURFACES,
@@ -284,8 +282,7 @@ rule draw_view:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
         patches=config["patches"],
-        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
-        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
         minimal=config["minimal"],
         seed=config["seed"],
         title=title_of_page,

@@ -39,6 +39,8 @@ from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Patches, Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid
 from sparsurf.study.ensemble import frame_row
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -111,7 +113,7 @@ def measure_dots(
     seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
     table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
     table.time("cover", n, lambda: published_sampling.build_cover(index, rough), repeats)
-    prepared = PreparedSurface(surface, roughness_values=rough, name="bench")
+    prepared = PreparedSurface(surface, roughness=rough, streams=Streams(name="bench"))
     rng = np.random.default_rng(0)
 
     def sample() -> None:
@@ -138,7 +140,7 @@ def measure_descriptors(
     subset = tests[: max(1, n_tests // 8)]
     z_tot, robust = (
         prepared.describe(tests)[0],
-        prepared.changed(descriptor="rotation_robust").describe(subset)[0],
+        prepared.changed(patches=Patches(descriptor="rotation_robust")).describe(subset)[0],
     )
     for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
@@ -185,7 +187,7 @@ def measure_grids(
     table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
 ) -> None:
     """Measure whole grids with one draw, reading `kept`, and one combination at every dot."""
-    prepared, n = PreparedSurface(surface, name="bench"), len(surface)
+    prepared, n = PreparedSurface(surface, streams=Streams(name="bench")), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
         run = partial(grid.evaluate_grid, prepared, combinations, n_tests, 1, ("kept",))
@@ -206,21 +208,18 @@ def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues:
 
 def measure_frames(table: Table, quick: bool) -> None:
     """Measure one combination on frames of the embedded trajectory, as an ensemble evaluates each."""
-    settings = check_config(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), home=ROOT)
+    study = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
+    settings = Settings.of(check_config(study, home=ROOT))
     residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
     atom_radii = radii(molecule)
-    density = density_for_d_link(
-        molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], "bench"
-    )
-    settings["surface"] = settings["surface"] | {"density": density}
-    settings["sampling"] = {
-        key: settings["sampling"][key] for key in ("distance_from_moved_centre", "chance_in_every_patch")
-    }
+    density = density_for_d_link(molecule, 0, atom_radii, settings.surface, settings.patches.D_link, "bench")
+    surface = settings.surface.model_copy(update={"density": density})
+    settings = settings.model_copy(update={"surface": surface})
 
     def frames() -> None:
         for k in range(molecule.n_frames):
-            frame_row(molecule, k, atom_radii, settings, "bench")
+            frame_row(molecule, k, atom_radii, settings, Streams(name="bench"))
 
     what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MAX_SECONDS_PER_FRAME
     table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
@@ -238,7 +237,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
     if fpsample := installed("fpsample"):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
         table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
-        prepared, rng = PreparedSurface(surface, name="bench"), np.random.default_rng(0)
+        prepared, rng = PreparedSurface(surface, streams=Streams(name="bench")), np.random.default_rng(0)
         table.time("the same here", n, partial(SAMPLERS["farthest"], prepared, keep, rng), repeats)
     if mahotas := installed("mahotas.features"):
         image = np.random.default_rng(0).random((PIXELS, PIXELS))
@@ -316,7 +315,7 @@ def print_ribosome() -> None:
     surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness(index, threads=cores))
-    prepared = step("cover", lambda: PreparedSurface(surface, roughness_values=rough, threads=cores))
+    prepared = step("cover", lambda: PreparedSurface(surface, roughness=rough, threads=cores))
     step(
         "grid of 36, 400 test dots",
         lambda: grid.evaluate_grid(prepared, published_sampling.parameter_grid(*SMALL_GRID), 400),

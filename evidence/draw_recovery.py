@@ -5,6 +5,7 @@ from measures.molecules import atoms_of
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout, subsets
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Surface
@@ -12,7 +13,9 @@ from sparsurf.workflow.jobs import job
 
 with job(snakemake):
     atoms = atoms_of(snakemake.input.structure)
-    prepared = PreparedSurface(molecular_surface(*atoms), seed=1, name="example", threads=snakemake.threads)
+    prepared = PreparedSurface(
+        molecular_surface(*atoms), streams=Streams(1, "example"), threads=snakemake.threads
+    )
     dots = SAMPLERS["farthest"](prepared, len(prepared.points) // 10, prepared.stream("figure"))
     subset = prepared.points[dots], prepared.normals[dots]
     recovered = recover(*subset, threads=snakemake.threads)

@@ -11,6 +11,7 @@ from measures.timing import peak_memory
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.batches.tables import write_parquet
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Settings
 from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.config import check_config
@@ -18,28 +19,29 @@ from sparsurf.workflow.jobs import job
 from sparsurf.workflow.yaml_file import read_config
 
 
-def cpu_of_placing(path: str, config: dict) -> float:
+def cpu_of_placing(path: str, settings: Settings) -> float:
     """Measure the CPU time, in s, of placing the dots of a structure once, at the density that suits D_link."""
-    molecule, settings = read_molecule(path, model=1), config["surface"]
-    sizes = radii(molecule, settings["radii"])
-    density = density_for_d_link(molecule, 0, sizes, settings, config["patches"]["D_link"], path)
+    molecule, rules = read_molecule(path, model=1), settings.surface
+    sizes = radii(molecule, rules.radii)
+    density = density_for_d_link(molecule, 0, sizes, rules, settings.patches.D_link, path)
     start = time.process_time()
-    surface_of_frame(molecule, 0, sizes, settings | {"density": density})
+    surface_of_frame(molecule, 0, sizes, rules.model_copy(update={"density": density}))
     return time.process_time() - start
 
 
 with job(snakemake):
     config = check_config(read_config(snakemake.input.study), home=Path(__file__).resolve().parents[1])
+    settings = Settings.of(config)
     paths = snakemake.params.structures
     start = time.process_time()
     tables = analyse_batch(
-        [Structure(name, path, None, {"model": 1}) for name, path in paths.items()], config
+        [Structure(name, path, None, {"model": 1}) for name, path in paths.items()], settings, config["seed"]
     )
     with tempfile.TemporaryDirectory() as folder:
         for name, rows in tables.items():
             write_parquet(Path(folder, name), name, rows)
         cpu, disk = time.process_time() - start, sum(path.stat().st_size for path in Path(folder).iterdir())
-    placing = [cpu_of_placing(path, config) for path in paths.values()]
+    placing = [cpu_of_placing(path, settings) for path in paths.values()]
     row = {
         "structures": len(paths),
         "failed": len(tables["failures"]),

@@ -6,29 +6,34 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.matching import Recipe, agreement, maps, match
 from sparsurf.pairs.partner_files import select_centres
 from sparsurf.pairs.partners import partner_of
+from sparsurf.settings import Settings
 from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
-from sparsurf.workflow.models import Patches, Surface
 
 SEED = 0
 SCORES = ("propensity_smoothed", "protrusion")
 
 with job(snakemake):
     name, threads = snakemake.wildcards.pair, snakemake.threads
-    patches, settings = Patches().model_dump(), Surface().model_dump()
+    settings, patches = Settings(), Settings().patches
     pair = []
     for side, path in enumerate(snakemake.input.partners, 1):
         molecule = read_molecule(path)
         dots, _ = surface_for_d_link(
-            molecule, 0, radii(molecule, settings["radii"]), settings, patches["D_link"], f"{name} {side}"
+            molecule,
+            0,
+            radii(molecule, settings.surface.radii),
+            settings.surface,
+            patches.D_link,
+            f"{name} {side}",
         )
-        pair.append(partner_of(dots, molecule, f"{name} {side}", patches["D_link"]))
+        pair.append(partner_of(dots, molecule, f"{name} {side}", patches.D_link))
     wanted = {"sampler": "farthest", "n_S": snakemake.params.patches}
-    centres = [select_centres(partner, wanted, patches, SEED, threads) for partner in pair]
+    centres = [select_centres(partner, wanted, settings, SEED, threads) for partner in pair]
     tables = []
     for descriptor in snakemake.params.descriptors:
-        found = match(*pair, centres, recipe=Recipe(descriptor, patches["R_zernike"]), threads=threads)
+        found = match(*pair, centres, recipe=Recipe(descriptor, patches.R_zernike), threads=threads)
         for side in (0, 1):
             areas = agreement(found, side, maps(found, side, threads=threads), seed=SEED, threads=threads)
             tables.append(areas.assign(complex=name, partner=side + 1, descriptor=descriptor))

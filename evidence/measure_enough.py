@@ -4,6 +4,7 @@ import pandas as pd
 
 from measures import enough, fragments
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Surface
 from sparsurf.study.required_dots import Trials
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
@@ -12,8 +13,13 @@ from sparsurf.workflow.jobs import job
 with job(snakemake):
     name, params = snakemake.wildcards.protein, snakemake.params
     prepared = fragments.prepare(snakemake.input.structure, params, f"enough {name}", snakemake.threads)
-    molecule, settings = read_molecule(snakemake.input.structure), params.surface | {"reentrant": params.dots}
-    generator = surface_generator(molecule, 0, radii(molecule, "dms"), settings, prepared.d_link, name)
+    molecule, settings = (
+        read_molecule(snakemake.input.structure),
+        Surface(**params.surface | {"reentrant": params.dots}),
+    )
+    generator = surface_generator(
+        molecule, 0, radii(molecule, "dms"), settings, prepared.patches.D_link, name
+    )
     table = enough.enough_table(prepared, *generator, params.test_dots, params.error)
     trials = Trials(prepared, enough.SAMPLER, params.test_dots)
     covered = enough.coverage_of_error(trials, params.error, params.draws, params.replicates)

@@ -5,6 +5,7 @@ import pandas as pd
 
 from measures import coverage
 from sparsurf.patches.readings import GRID_READINGS
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -12,9 +13,8 @@ from sparsurf.workflow.jobs import job
 with job(snakemake):
     prepared = PreparedSurface(
         read_npz(snakemake.input.surface),
-        roughness_values=pd.read_csv(snakemake.input.roughness)["roughness"].to_numpy(),
-        seed=1,
-        name=f"coverage of {snakemake.wildcards.protein}",
+        roughness=pd.read_csv(snakemake.input.roughness)["roughness"].to_numpy(),
+        streams=Streams(1, f"coverage of {snakemake.wildcards.protein}"),
         threads=snakemake.threads,
     )
     grid, params = pd.read_csv(snakemake.input.grid), snakemake.params

@@ -1,4 +1,4 @@
-# Thousands of structures, where the config has `batch`: a job for each batch of them, tables and one page for the run.
+# Thousands of structures, where `sampling: false` leaves out the grid: a job for each batch, tables and one page for the run.
 
 
 rule analyse_batch:
@@ -21,10 +21,8 @@ rule analyse_batch:
         structures=structures_of_batch,
         surface=config["surface"],
         patches=config["patches"],
-        sampling={
-            key: config["sampling"][key] for key in ("distance_from_moved_centre", "chance_in_every_patch")
-        },
-        evaluation={"test_dots": config["evaluation"]["test_dots"]},
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
+        evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],

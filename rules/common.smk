@@ -2,7 +2,8 @@
 
 import re
 
-from sparsurf.batches.assignment import TABLES, batches_of
+from sparsurf.batches.assignment import TABLES, batched_structures, batches_of
+from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
@@ -25,7 +26,9 @@ except ValueError as error:
 
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
 PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
-BATCHED = PROTEINS if "batch" in config else {}  # structures that are analysed in batches
+BATCHED = {
+    name: PROTEINS[name] for name in batched_structures(config)
+}  # structures that are analysed in batches
 if BATCHED:  # some of them get the pages of a study, too, of the model that the batch takes
     PROTEINS = {name: BATCHED[name] for name in config.get("pages", []) if name in BATCHED}
     PROTEINS = {
@@ -52,6 +55,7 @@ CHANGES_FILES = (
     "view_1.html",
     "view_2.html",
 )
+RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
@@ -72,6 +76,11 @@ def in_report(path, title, category="{protein}", caption=None):
         subcategory="{conformation}" if "{conformation}" in path else None,
         labels={"result": title},
     )
+
+
+def part_of(section, *keys):
+    """Some keys of a section: a job is run again only where one of these changes."""
+    return {key: config[section][key] for key in keys}
 
 
 def log_names(rules):
@@ -173,7 +182,7 @@ def if_sampled(file):
 
 def ranges_of_paper_sampler(wildcards):
     """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
-    takes_them = config["minimal"]["sampler"] in ("paper", "paper_corrected")
+    takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 

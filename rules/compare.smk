@@ -20,8 +20,7 @@ rule compare_samplers:
         runtime=lambda wildcards, input, attempt: attempt * (10 + 6 * input.size_mb),
     params:
         patches=config["patches"],
-        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
-        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
         evaluation=config["evaluation"],
         percents=config["compare"]["percents"],
         samplers=config["compare"].get("samplers"),

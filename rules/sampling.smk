@@ -105,9 +105,8 @@ rule draw_figures:
         mem_mb=lambda wildcards, attempt: attempt * 1500,
     params:
         patches=config["patches"],
-        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
-        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
-        test_dots=config["evaluation"]["test_dots"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
+        evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         seed=config["seed"],
         code=[METHOD, REPORT],

@@ -11,7 +11,7 @@ import summarise_best
 import summarise_comparison
 import summarise_pairs
 import summarise_surfaces
-from sparsurf.batches.assignment import TABLES, batches_of
+from sparsurf.batches.assignment import TABLES, batched_structures, batches_of
 from sparsurf.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
 from sparsurf.workflow.conformations import first_column, without_zeros
 from sparsurf.workflow.job_logs import failure, place_of_log
@@ -123,7 +123,9 @@ def failed_places(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
     failed : logs of the jobs that failed
     """
     places = dict(config["exclude"])
-    whole = "/*" if "batch" in config else ""  # the page of a structure failed, and its batch keeps it
+    whole = (
+        "/*" if batched_structures(config) else ""
+    )  # the page of a structure failed, and its batch keeps it
     for log in failed:
         protein, conformation, job = place_of_log(log, run / "logs")
         over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
@@ -153,7 +155,7 @@ def finished_conformations(config: dict, run: Path, failures: dict[str, str]) ->
 
 def proteins_with_folders(config: dict) -> list[str]:
     """Return the names of the proteins whose files lie in folders of their own."""
-    return config.get("pages", []) if "batch" in config else [*config["proteins"]]
+    return config.get("pages", []) if batched_structures(config) else [*config["proteins"]]
 
 
 def chosen_conformations(config: dict, run: Path, protein: str) -> list[str]:

@@ -17,6 +17,7 @@ from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.changes_page import TEMPLATE, changes_page, over_floor
 from sparsurf.report.page import write
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -39,7 +40,7 @@ def main(
     pdb_2: str,
     page: str,
     forms: list[str],
-    settings: dict,
+    settings: SurfaceSettings,
     d_link: float,
     seed: int,
     name: str,
@@ -53,7 +54,6 @@ def main(
     ----------
     surface_1, surface_2, structure_1, structure_2 : None where the study does not have one of the conformations
     forms : both conformations as the config names them
-    settings : dict, the section `surface` of the config
     d_link : float, Å
     name : of the comparison
     """
@@ -65,7 +65,7 @@ def main(
     molecules = reference, numbered_alike(read_study_structure(paths[1]), reference)
     compared = []
     for form, surface, molecule in zip(forms, surfaces, molecules, strict=True):
-        atom_radii = radii(molecule, settings["radii"])
+        atom_radii = radii(molecule, settings.radii)
         generate, _ = surface_generator(molecule, 0, atom_radii, settings, d_link, form)
         compared.append(Form(form, read_npz(surface), molecule, generate))
     unmatched = unmatched_residues(compared[0], compared[1])
@@ -98,7 +98,7 @@ if __name__ == "__main__":
             pdb_2=snakemake.output.pdb_2,
             page=snakemake.output.page,
             forms=snakemake.params.forms,
-            settings=snakemake.params.surface,
+            settings=SurfaceSettings(**snakemake.params.surface),
             d_link=snakemake.params.d_link,
             seed=snakemake.params.seed,
             name=snakemake.wildcards.comparison,

@@ -3,8 +3,10 @@
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.rounding import write_table
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import comparison
-from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.tables import floors_by_name, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job, reporter
@@ -17,10 +19,7 @@ def main(
     floors: str,
     table: str,
     png: str,
-    patches: dict,
-    distance_from_moved_centre: bool,
-    chance_in_every_patch: bool,
-    evaluation: dict,
+    settings: Settings,
     percents: list[float],
     samplers: list[str] | None,
     seed: int,
@@ -32,7 +31,6 @@ def main(
 
     Parameters
     ----------
-    patches, evaluation : dict, sections of the config
     percents : n_S in % of the dots
     samplers : names; None for all
     name : protein/conformation
@@ -40,15 +38,13 @@ def main(
     """
     dots = read_npz(surface)
     rough, best = read_roughness(roughness, dots), read_table(ranges)
-    prepared = prepare_surface(
-        dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
-    )
+    prepared = PreparedSurface(dots, settings, rough, Streams(seed, name), threads)
     compared = comparison.compare_samplers(
         prepared,
         comparison.select_methods(prepared, samplers, best),
         percents,
-        number_of_tests(evaluation["test_dots"], len(dots)),
-        evaluation["draws"],
+        number_of_tests(settings.evaluation.test_dots, len(dots)),
+        settings.evaluation.draws,
         reporter(f"{name}: comparison", "samplers"),
         floors_by_name(read_table(floors)),
     )
@@ -65,10 +61,7 @@ if __name__ == "__main__":
             floors=snakemake.input.floors,
             table=snakemake.output.table,
             png=snakemake.output.png,
-            patches=snakemake.params.patches,
-            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
-            chance_in_every_patch=snakemake.params.chance_in_every_patch,
-            evaluation=snakemake.params.evaluation,
+            settings=Settings.of(snakemake.params),
             percents=snakemake.params.percents,
             samplers=snakemake.params.samplers,
             seed=snakemake.params.seed,

@@ -2,9 +2,9 @@
 
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.molecular_surface import surface_for_d_link
-from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.workflow.jobs import job
 
 
@@ -15,7 +15,7 @@ def main(
     structure_1: str,
     structure_2: str,
     chains: list[list[str]] | None,
-    settings: dict,
+    settings: SurfaceSettings,
     d_link: float,
     name: str,
 ) -> None:
@@ -25,7 +25,6 @@ def main(
     ----------
     files : two structures, or one complex
     chains : of each partner in the complex; None for two structures
-    settings : dict, the section `surface` of the config
     d_link : float, Å
     name : of the pair
     """
@@ -38,8 +37,7 @@ def main(
         partner = f"{name}, partner {side}"
         if molecule.n_frames > 1:
             raise InputError(f"{name}: partner {side} has {molecule.n_frames} models; give a file with one.")
-        atom_radii = radii(molecule, settings["radii"])
-        dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, partner)
+        dots = surface_of_molecule(molecule, settings, d_link, partner)
         write_npz(surface, dots)
         molecule.write_pdb(structure)
 
@@ -53,7 +51,7 @@ if __name__ == "__main__":
             structure_1=snakemake.output.structure_1,
             structure_2=snakemake.output.structure_2,
             chains=snakemake.params.pair.get("chains"),
-            settings=snakemake.params.surface,
+            settings=SurfaceSettings(**snakemake.params.surface),
             d_link=snakemake.params.d_link,
             name=snakemake.wildcards.pair,
         )

@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_study_structure
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces.components import COMPONENT_FIELD, table_of_components
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
-from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.workflow.jobs import job
 
 
@@ -19,7 +19,7 @@ def main(
     structure: str,
     dms: str,
     components: str,
-    settings: dict,
+    settings: SurfaceSettings,
     d_link: float,
     name: str,
 ) -> None:
@@ -28,14 +28,12 @@ def main(
     Parameters
     ----------
     structures : folder with a PDB file for each conformation
-    settings : dict, the section `surface` of the config
     name : protein/conformation
     """
     path = Path(structures, f"{Path(name).name}.pdb")
     molecule = read_study_structure(path)
-    atom_radii = radii(molecule, settings["radii"])
-    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name)
-    component = components_of_frame(dots, molecule, 0, atom_radii, settings["probe_radius"])
+    dots = surface_of_molecule(molecule, settings, d_link, name)
+    component = dots.known_origin(name).components(dots)
     table_of_components(dots, component).to_csv(components, index=False, float_format="%.2f")
     write_npz(surface, replace(dots, fields={COMPONENT_FIELD: component}))
     write_dms(dms, dots, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0])
@@ -50,7 +48,7 @@ if __name__ == "__main__":
             structure=snakemake.output.structure,
             dms=snakemake.output.dms,
             components=snakemake.output.components,
-            settings=snakemake.params.surface,
+            settings=SurfaceSettings(**snakemake.params.surface),
             d_link=snakemake.params.d_link,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
         )

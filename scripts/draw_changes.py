@@ -12,6 +12,8 @@ from sparsurf.report.changes_page import over_floor
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.changes import changes_figure, highest_shown, seen_alike
 from sparsurf.report.viewer.page import Values, coloured_page
+from sparsurf.settings import Patches, Settings
+from sparsurf.streams import Streams
 from sparsurf.study.tables import read_residues
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -39,7 +41,7 @@ def main(
     patches : dict, the section `patches` of the config
     name : of the comparison
     """
-    table = read_residues(changes)
+    table, settings = read_residues(changes), Settings(patches=Patches(**patches))
     table["over_floor"] = over_floor(table)
     reference = read_study_structure(structure_1)
     files = (surface_1, structure_1, view_1), (surface_2, structure_2, view_2)
@@ -58,8 +60,8 @@ def main(
             )
         ]
         page = coloured_page(
-            f"{name}, {form}", f"{name}/{side}", replace(dots, points=points, normals=normals), patches, seed, values,
-            residue_labels(structure),
+            f"{name}, {form}", replace(dots, points=points, normals=normals), settings, Streams(seed, f"{name}/{side}"),
+            values, residue_labels(structure),
         )  # fmt: skip
         Path(view).write_text(page, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), png)

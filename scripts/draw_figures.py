@@ -23,9 +23,11 @@ from sparsurf.report.figures.results import Results
 from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import sampler_label
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import rough_and_flat as by_roughness
 from sparsurf.study.floors import FRESH
-from sparsurf.study.prepared_surface import PreparedSurface, prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
@@ -55,11 +57,7 @@ def main(
     minimal: str,
     figures: list[str],
     bins: str,
-    patches: dict,
-    distance_from_moved_centre: bool,
-    chance_in_every_patch: bool,
-    test_dots: int | str,
-    minimal_settings: dict,
+    settings: Settings,
     seed: int,
     name: str,
     threads: int = 1,
@@ -70,7 +68,6 @@ def main(
     ----------
     figures : paths of PNG and SVG files, called as in `FIGURES`
     bins : table of Z by roughness, to be written
-    patches, minimal_settings : dict, the sections `patches` and `minimal` of the config
     name : protein/conformation
     """
     dots = read_npz(surface)
@@ -78,24 +75,22 @@ def main(
     results_of_grid = json.loads(Path(best).read_text(encoding="utf-8"))
     readings = readings_of_columns(results_of_grid)
     combination = Combination.from_row(results_of_grid[readings[0]]["unrestricted"])
-    prepared = prepare_surface(
-        dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
-    )
+    prepared = PreparedSurface(dots, settings, rough, Streams(seed, name), threads)
     table = read_minimal(minimal, dots)
     subset = Surface(table[["x", "y", "z"]].to_numpy(), table[["nx", "ny", "nz"]].to_numpy())
     sampled, uniform = (
         Surface(dots.points[kept], dots.normals[kept]) for kept in prepared.pair(combination, 0)
     )
-    n_tests = MAX_TEST_DOTS
+    n_tests, test_dots = MAX_TEST_DOTS, settings.evaluation.test_dots
     if isinstance(test_dots, int):
         n_tests = min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
-    sampler = sampler_label(minimal_settings["sampler"])
+    sampler = sampler_label(settings.minimal.sampler)
     results = Results(
         name=name,
         surface=dots,
         roughness=rough,
         best=results_of_grid,
-        floor=minimal_settings.get("floor", FRESH),
+        floor=settings.minimal.floor or FRESH,
         subsets=[
             (
                 f"the paper's sampling, highest d {READINGS[readings[0]].words}, {combination}",
@@ -123,7 +118,7 @@ def main(
 
 def _recovered(prepared: PreparedSurface, subset: Surface, threads: int) -> tuple[str, Surface, np.ndarray]:
     """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
-    density = comparable_density(prepared.density, prepared.d_link)
+    density = comparable_density(prepared.density, prepared.patches.D_link)
     surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
     distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
     return "recovered from minimal.csv", surface, distance
@@ -159,7 +154,7 @@ def _rough_and_flat(
     anywhere, patches = results["any dots"], []
     ranked = anywhere.dots[0][np.argsort(anywhere.roughness[0], kind="stable")]
     for kind, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
-        dots = patch(prepared.index, dot, prepared.r_zernike)
+        dots = patch(prepared.index, dot, prepared.patches.R_zernike)
         kept = [np.flatnonzero(np.isin(dots, subset)) for subset in prepared.pair(combination, 0)]
         title = f"{kind} patch, R = {prepared.roughness[dot]:.2f}"
         patches.append((title, prepared.points[dots], prepared.normals[dots], *kept))
@@ -179,11 +174,7 @@ if __name__ == "__main__":
             minimal=snakemake.input.minimal,
             figures=[*snakemake.output.svg, *(snakemake.output[figure] for figure in FIGURES)],
             bins=snakemake.output.bins,
-            patches=snakemake.params.patches,
-            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
-            chance_in_every_patch=snakemake.params.chance_in_every_patch,
-            test_dots=snakemake.params.test_dots,
-            minimal_settings=snakemake.params.minimal,
+            settings=Settings.of(snakemake.params),
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             threads=snakemake.threads,

@@ -10,6 +10,8 @@ from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import book_figure, opened, ranks
 from sparsurf.report.viewer.page import Values, coloured_page
+from sparsurf.settings import Patches, Settings
+from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import job
@@ -53,7 +55,9 @@ def main(
         Values("distance to the partner", "gap", " Å", dot_table["gap"].to_numpy(), "touching", "far"),
     ]
     both = side_by_side(surfaces, pages, [len(names) for names in labels])
-    text = coloured_page(name, name, both, patches, seed, values, [*chain(*labels)])
+    text = coloured_page(
+        name, both, Settings(patches=Patches(**patches)), Streams(seed, name), values, [*chain(*labels)]
+    )
     Path(view).write_text(text, encoding="utf-8")
 
 

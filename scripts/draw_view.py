@@ -16,7 +16,9 @@ from sparsurf.report.numbers import enough_dots
 from sparsurf.report.viewer.page import MAX_DOTS, Values
 from sparsurf.report.viewer.page import page as viewer_page
 from sparsurf.sampling.samplers import farthest
-from sparsurf.study.prepared_surface import prepare_surface
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
@@ -38,10 +40,7 @@ def main(
     required_dots: str,
     page: str,
     picture: str,
-    patches: dict,
-    distance_from_moved_centre: bool,
-    chance_in_every_patch: bool,
-    minimal_settings: dict,
+    settings: Settings,
     seed: int,
     name: str,
     title: str,
@@ -53,20 +52,16 @@ def main(
     ----------
     structure : names the residues of the dots; None for a ready surface
     grid, best : results of the sampling; None where it was left out
-    patches, minimal_settings : dict, the sections `patches` and `minimal` of the config
     name : protein/conformation
     title : its name on the page
     """
     dots = with_fields(read_npz(surface), fields)
     rough = read_roughness(roughness, dots)
-    prepared = prepare_surface(
-        dots, patches, rough, seed, name, 1, distance_from_moved_centre, chance_in_every_patch
-    )
+    streams = Streams(seed, name, shared=True)
+    prepared = PreparedSurface(dots, settings, rough, streams)
     results = json.loads(Path(best).read_text(encoding="utf-8")) if best else None
     # the random stream of minimal.csv, so that both have the same dots where that is farthest-point sampling
-    order = farthest(
-        prepared, min(len(dots), MAX_DOTS), prepared.with_shared_streams.stream("minimal", "farthest")
-    )
+    order = farthest(prepared, min(len(dots), MAX_DOTS), streams("minimal", "farthest"))
     subset = read_minimal(minimal, dots)
     points, normals = subset[["x", "y", "z"]].to_numpy(), subset[["nx", "ny", "nz"]].to_numpy()
     distance = distance_to_recovered(dots.points, points, normals, threads)
@@ -84,7 +79,7 @@ def main(
         dots,
         rough,
         prepared.cover,
-        prepared.r_patch,
+        settings.patches.R_patch,
         {"farthest": order},
         read_table(grid, results["combinations"], "combinations") if grid and results else None,
         results,
@@ -92,7 +87,7 @@ def main(
         shown,
         subset["dot"].tolist() if "dot" in subset else [],
         turn=render.along_smallest_axis(dots.points),
-        says=_enough(read_table(required_dots), minimal_settings.get("floor")),
+        says=_enough(read_table(required_dots), settings.minimal.floor),
     )
     Path(page).write_text(text, encoding="utf-8")
     camera = render.aim(dots.points, render.along_smallest_axis(dots.points), PICTURE_PIXELS)
@@ -127,10 +122,7 @@ if __name__ == "__main__":
             required_dots=snakemake.input.required_dots,
             page=snakemake.output.page,
             picture=snakemake.output.picture,
-            patches=snakemake.params.patches,
-            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
-            chance_in_every_patch=snakemake.params.chance_in_every_patch,
-            minimal_settings=snakemake.params.minimal,
+            settings=Settings.of(snakemake.params),
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             title=snakemake.params.title,

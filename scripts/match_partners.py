@@ -6,6 +6,7 @@ from sparsurf.pairs import matching
 from sparsurf.pairs.matching import NEAREST, Recipe
 from sparsurf.pairs.partner_files import read_partners, select_centres
 from sparsurf.rounding import write_table
+from sparsurf.settings import Patches, Settings
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import job
 
@@ -41,7 +42,8 @@ def main(
     """
     partners = read_partners(surface_1, surface_2, structure_1, structure_2, patches["D_link"], name)
     recipe = Recipe(patches["descriptor"], patches["R_zernike"])
-    selected = [select_centres(partner, centres, patches, seed, threads) for partner in partners]
+    settings = Settings(patches=Patches(**patches))
+    selected = [select_centres(partner, centres, settings, seed, threads) for partner in partners]
     match = matching.match(*partners, selected, NEAREST, recipe, threads)
     dot_tables, area_tables = [], []
     for position, (partner, ply) in enumerate(zip(partners, (ply_1, ply_2), strict=True)):

@@ -3,9 +3,11 @@
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import floors as noise_floors
 from sparsurf.study.floors import TIME_GAPS_PS, frames_at_gaps
-from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -19,11 +21,7 @@ def main(
     conformation: str | None,
     floors: str,
     distances: str,
-    surface_settings: dict,
-    patches: dict,
-    distance_from_moved_centre: bool,
-    chance_in_every_patch: bool,
-    test_dots: int | str,
+    settings: Settings,
     seed: int,
     molecule_options: dict,
     name: str,
@@ -38,26 +36,17 @@ def main(
     ----------
     conformation : the structure of the conformation; None for a ready surface
     structure, trajectory, frames : the trajectory that the conformation is a frame of, and its table of chosen frames
-    surface_settings, patches : dict, the sections `surface` and `patches` of the config
     name : protein/conformation
     """
     dots = read_npz(surface)
-    prepared = prepare_surface(
-        dots,
-        patches,
-        read_roughness(roughness, dots),
-        seed,
-        name,
-        threads,
-        distance_from_moved_centre,
-        chance_in_every_patch,
-    ).with_shared_streams
+    streams = Streams(seed, name, shared=True)
+    prepared = PreparedSurface(dots, settings, read_roughness(roughness, dots), streams, threads)
     generate_surface = atoms = other_frames = None
     if conformation:
         molecule = read_study_structure(conformation)
-        atom_radii = radii(molecule, surface_settings["radii"])
+        atom_radii = radii(molecule, settings.surface.radii)
         generate_surface, atoms = surface_generator(
-            molecule, 0, atom_radii, surface_settings, patches["D_link"], name
+            molecule, 0, atom_radii, settings.surface, settings.patches.D_link, name
         )
     if atoms is not None and structure and trajectory and frames:
         table = read_table(frames).set_index("conformation")
@@ -66,7 +55,7 @@ def main(
             times = [time, *(time + sign * gap for gap in TIME_GAPS_PS for sign in (-1, 1))]
             near = read_molecule(structure, trajectory, times=times, **molecule_options)
             other_frames = frames_at_gaps(near, atoms, time)
-    n_tests = number_of_tests(test_dots, len(dots))
+    n_tests = number_of_tests(settings.evaluation.test_dots, len(dots))
     measured = noise_floors.measure_floors(prepared, n_tests, generate_surface, atoms, other_frames)
     noise_floors.floors_table(measured).to_csv(floors, index=False)
     noise_floors.write_distances(distances, measured)
@@ -83,11 +72,7 @@ if __name__ == "__main__":
             frames=snakemake.input.get("frames"),
             floors=snakemake.output.floors,
             distances=snakemake.output.distances,
-            surface_settings=snakemake.params.surface,
-            patches=snakemake.params.patches,
-            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
-            chance_in_every_patch=snakemake.params.chance_in_every_patch,
-            test_dots=snakemake.params.test_dots,
+            settings=Settings.of(snakemake.params),
             seed=snakemake.params.seed,
             molecule_options=snakemake.params.molecule_options,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",

@@ -12,7 +12,9 @@ from sparsurf.report.page import embedded, write
 from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
 from sparsurf.rounding import write_table
 from sparsurf.sampling import published
-from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.tables import add_reference_columns, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job, reporter
@@ -30,10 +32,7 @@ def main(
     tables: dict[str, str],
     png: str,
     svg: str,
-    surface_settings: dict,
-    patches: dict,
-    sampling: dict,
-    evaluation: dict,
+    settings: Settings,
     seed: int,
     a1: str,
     path_to_surface: str | None,
@@ -45,7 +44,6 @@ def main(
     ----------
     grid, ranges, best, required_dots, bins : results of the conformation that is the paper's A1
     tables : paths to be written, by the names runs, places, tests, rows, links, defects and family
-    surface_settings, patches, sampling, evaluation : dict, sections of the config
     a1 : protein/conformation
     path_to_surface : file of the surface where the config names one; None for a surface that was computed
     """
@@ -53,20 +51,10 @@ def main(
     rough = read_roughness(roughness, dots)
     best_results = json.loads(Path(best).read_text(encoding="utf-8"))
     grid_table = read_table(grid, best_results["combinations"], "combinations")
-    prepared = prepare_surface(
-        dots,
-        patches,
-        rough,
-        seed,
-        a1,
-        threads,
-        sampling["distance_from_moved_centre"],
-        sampling["chance_in_every_patch"],
-    )
-    combinations = published.parameter_grid(
-        sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"]
-    )
-    n_tests, draws = number_of_tests(evaluation["test_dots"], len(dots)), evaluation["draws"]
+    prepared = PreparedSurface(dots, settings, rough, Streams(seed, a1), threads)
+    sampling, evaluation = settings.sampling, settings.evaluation
+    combinations = published.parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta)
+    n_tests, draws = number_of_tests(evaluation.test_dots, len(dots)), evaluation.draws
 
     progress = reporter(f"{a1} as published", "runs of the grid")
     runs = published_runs.runs_as_published(prepared, combinations, progress=progress)
@@ -96,7 +84,7 @@ def main(
             "family": replication.best_of_family(results["family"]),
             "gathering": replication.gathering_by_roughness(prepared, draws),
             "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
-            "surface": surface_of(prepared, surface_settings, path_to_surface),
+            "surface": surface_of(prepared, settings.surface, path_to_surface),
         }
     )
     figure = table1_figure(results["places"], results["rows"])
@@ -127,10 +115,7 @@ if __name__ == "__main__":
             },
             png=snakemake.output.png,
             svg=snakemake.output.svg,
-            surface_settings=snakemake.params.surface,
-            patches=snakemake.params.patches,
-            sampling=snakemake.params.sampling,
-            evaluation=snakemake.params.evaluation,
+            settings=Settings.of(snakemake.params),
             seed=snakemake.params.seed,
             a1=snakemake.params.a1,
             path_to_surface=snakemake.params.path_to_surface,

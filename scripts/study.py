@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
+from sparsurf.batches.assignment import batched_structures
 from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams
 from sparsurf.threads import ignore_numba_threads
@@ -162,10 +163,11 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
         print(f"\nThe results so far are in {run}/.")
         return
     print(f"\nTime      {seconds // 60:.0f} min {seconds % 60:.0f} s")
-    if "batch" in config:
+    in_batches = bool(batched_structures(config))
+    if in_batches:
         failed = len(rows_of(run / "failures.csv"))
         print(f"Failed    {failed} of {len(config['proteins'])} structures, see {run / 'failures.csv'}")
-    surfaces = rows_of(run / "surfaces.csv") if config["proteins"] and "batch" not in config else []
+    surfaces = rows_of(run / "surfaces.csv") if config["proteins"] and not in_batches else []
     percents = [float(row["minimal_n_S_percent"]) for row in surfaces]
     if percents:
         verb = "are in minimal.csv, as the config asks"

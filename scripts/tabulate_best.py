@@ -6,9 +6,11 @@ from pathlib import Path
 from sparsurf.report.page import write
 from sparsurf.report.ranges_page import TEMPLATE, ranges_page
 from sparsurf.rounding import write_table
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import tables
 from sparsurf.study.grid import add_scaled_link, read_grid
-from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
 
@@ -22,9 +24,7 @@ def main(
     ranges: str,
     best: str,
     page: str,
-    patches: dict,
-    sampling: dict,
-    evaluation: dict,
+    settings: Settings,
     seed: int,
     name: str,
     n_ranges: int,
@@ -35,7 +35,6 @@ def main(
 
     Parameters
     ----------
-    patches, sampling, evaluation : dict, sections of the config
     name : protein/conformation
     n_ranges : number of equal ranges of n_S
     title : name of the conformation on its page
@@ -44,21 +43,13 @@ def main(
     table = tables.read_table(grid, len(result.combinations), "combinations")
     noise_floors = tables.floors_by_name(tables.read_table(floors))
     dots = read_npz(surface)
-    prepared = prepare_surface(
-        dots,
-        patches,
-        tables.read_roughness(roughness, dots),
-        seed,
-        name,
-        threads,
-        sampling["distance_from_moved_centre"],
-        sampling["chance_in_every_patch"],
-    )
+    rough, evaluation = tables.read_roughness(roughness, dots), settings.evaluation
+    prepared = PreparedSurface(dots, settings, rough, Streams(seed, name), threads)
     best_in_ranges = add_scaled_link(
         tables.ranges_table(table, result, n_ranges, noise_floors),
         prepared,
-        number_of_tests(evaluation["test_dots"], len(dots)),
-        evaluation["draws"],
+        number_of_tests(evaluation.test_dots, len(dots)),
+        evaluation.draws,
     )
     best_of_all = tables.best_combinations(table, result, tables.MAX_N_S_PERCENT, noise_floors)
     write_table(ranges, best_in_ranges)
@@ -78,9 +69,7 @@ if __name__ == "__main__":
             ranges=snakemake.output.ranges,
             best=snakemake.output.best,
             page=snakemake.output.page,
-            patches=snakemake.params.patches,
-            sampling=snakemake.params.sampling,
-            evaluation=snakemake.params.evaluation,
+            settings=Settings.of(snakemake.params),
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             n_ranges=snakemake.params.ranges,

@@ -157,6 +157,7 @@ def measured():
     from sparsurf.patches.roughness import published as roughness_of
     from sparsurf.recovery.recovering import recover
     from sparsurf.sampling.farthest_point import farthest_point_sampling
+    from sparsurf.streams import Streams
     from sparsurf.study.best_set import _critical_values, best_set, scatter
     from sparsurf.study.floors import floors_table, measure_floors
     from sparsurf.study.prepared_surface import PreparedSurface
@@ -182,7 +183,7 @@ def measured():
         *(partner_of(dots, each, each.chain[0]) for dots, each in zip(pair, (one, other), strict=True))
     )
     note("agreement of equal partners", agreement(found, 0, maps(found, 0)).drop(columns="score"))
-    floors = floors_table(measure_floors(PreparedSurface(pair[1], seed=1, name="ready"), 20, draws=4))
+    floors = floors_table(measure_floors(PreparedSurface(pair[1], streams=Streams(1, "ready")), 20, draws=4))
     note("floors of a ready surface", floors.drop(columns="floor"))
     tdp43 = ROOT / "data" / "tdp43"
     moving = read_molecule(tdp43 / "topology.pdb", tdp43 / "trajectory.xtc", residues="209-222")

@@ -13,17 +13,18 @@ import pytest
 
 from conftest import ROOT
 from small_study import output, snakemake
+from sparsurf import settings
 from sparsurf.patches import descriptors, roughness
 from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
 from sparsurf.report.figures.results import Results
 from sparsurf.sampling import samplers
+from sparsurf.settings import Settings
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces import read_surface as surface_files
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow import names
 
 TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^## (An? .*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
@@ -87,8 +88,8 @@ def test_a_recipe_is_short_and_names_files_that_are_there(recipe):
 
 @pytest.mark.parametrize("recipe", ["A sampler", "A roughness", "A descriptor"])
 def test_a_recipe_adds_its_name_to_those_of_the_config(recipe):
-    name = re.search(r"`(\w+)` of\s`src/sparsurf/workflow/names.py`", RECIPES[recipe])[1]
-    assert name == recipe.split()[1].capitalize() and hasattr(names, name)
+    name = re.search(r"`(\w+)` of\s`src/sparsurf/settings.py`", RECIPES[recipe])[1]
+    assert name == recipe.split()[1].capitalize() and hasattr(settings, name)
 
 
 def test_a_sampler(surface, monkeypatch):
@@ -108,7 +109,7 @@ def test_a_roughness(surface, monkeypatch):
     values = roughness.roughness(index, 4.0, roughness_kind="steepest")
     own = surface.normals[patch(index, 7, 4.0)] @ surface.normals[7]
     assert values[7] == pytest.approx(max(0.0, own.min()), abs=1e-12)
-    prepared = PreparedSurface(surface, d_link=0.9, roughness_kind="steepest")
+    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.9, "roughness": "steepest"}))
     np.testing.assert_array_equal(prepared.roughness, values)
 
 
@@ -135,7 +136,7 @@ def test_a_descriptor(surface, monkeypatch):
     line = re.search(r'"extent": (Descriptor\(.*\))`', RECIPES["A descriptor"]).group(1)
     entry = eval(line, {"Descriptor": descriptors.Descriptor, "extent": extent, "np": np})
     monkeypatch.setitem(descriptors.DESCRIPTORS, "extent", entry)
-    prepared = PreparedSurface(surface, d_link=0.9, descriptor="extent")
+    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.9, "descriptor": "extent"}))
     z, _ = prepared.describe(np.array([3, 400]))
     ids = patch(prepared.index, 3, 6.0)
     far = np.linalg.norm(surface.points[ids] - surface.points[3], axis=1).mean()
@@ -171,11 +172,8 @@ print(table["heavy_atoms"].tolist(), list(table) == [name for name in listed if 
 
 def test_a_default(checkout):
     """Functions, the command line, a study without the key, the schema and the reference page have the new radius."""
-    for constant, path, key in re.findall(r"`(\w+)` of `(.*?)` \| `(\w+)`", RECIPES["A default"]):
-        replace_once(checkout / path, rf"^({constant} = )[\d.]+", r"\g<1>4.25")
-        replace_once(
-            checkout / "src/sparsurf/workflow/models.py", rf"^(    {key}: \w+ = key\()[\d.]+", r"\g<1>4.25"
-        )
+    for key in re.findall(r"`(probe_radius|R_\w+)`", RECIPES["A default"]):
+        replace_once(checkout / "src/sparsurf/settings.py", rf"^(    {key}: \w+ = key\()[\d.]+", r"\g<1>4.25")
         replace_once(checkout / "config.yaml", rf"^(  {key}: )[\d.]+", r"\g<1>4.25")
     printed(checkout, "-m", "sparsurf.workflow.config")
     assert (checkout / "config" / "schema.json").read_text(encoding="utf-8").count('"default": 4.25') == 3

@@ -63,7 +63,7 @@ def enough_table(
 
     add("error", error, required_for_error(trials, error))
     for descriptor, factors in FACTORS.items():
-        view = prepared.changed(descriptor=descriptor)
+        view = prepared.changed(patches=prepared.patches.model_copy(update={"descriptor": descriptor}))
         of_view = Trials(view, SAMPLER, n_tests)
         floor = measure_floors(view, len(of_view.tests), generator, xyz, moved=())[FRESH]
         for factor in factors:

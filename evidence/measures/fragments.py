@@ -9,6 +9,9 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import GRID_READINGS, KEPT_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1, Combination
+from sparsurf.settings import Settings
+from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.streams import Streams
 from sparsurf.study import tables
 from sparsurf.study.best_set import best_set
 from sparsurf.study.grid import Grid
@@ -28,9 +31,10 @@ ROW = ["row", "combination", "d_published", "Z_published"]
 
 def prepare(path: str, params: Any, name: str, threads: int) -> PreparedSurface:
     """Prepare the dots of a structure or a file by the params of a rule: dots, surface, patches, seed."""
-    settings = {key.lower(): value for key, value in params.patches.items()}
     surface = dots_of(path, params.dots, params.surface)
-    return PreparedSurface(surface, **settings, seed=params.seed, name=name, threads=threads)
+    return PreparedSurface(
+        surface, Settings(patches=params.patches), None, Streams(params.seed, name), threads
+    )
 
 
 def dots_of(path: str, dots: str, settings: dict) -> Surface:
@@ -38,7 +42,9 @@ def dots_of(path: str, dots: str, settings: dict) -> Surface:
     if dots == FROM_FILE:
         return read_surface(path)
     molecule = read_molecule(path)
-    return surface_of_frame(molecule, 0, radii(molecule, "dms"), settings | {"reentrant": dots})
+    return surface_of_frame(
+        molecule, 0, radii(molecule, "dms"), SurfaceSettings(**settings | {"reentrant": dots})
+    )
 
 
 def rows_table(grid: Grid) -> pd.DataFrame:

@@ -11,6 +11,8 @@ from sparsurf.patches.readings import FULL_READING, KEPT_READING, SCALED_LINK, S
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.sampling.combination import PUBLISHED_ROWS, Combination
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid, tables
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.surface import Surface
@@ -26,8 +28,8 @@ def links_table(prepared: PreparedSurface, links: list[float], n_tests: int, dra
     rows = replication.published_rows(prepared, n_tests, draws)
     spacing = np.sqrt(prepared.area / rows["n_S"])
     distances = {
-        SCALED_READING: np.maximum(prepared.d_link, SCALED_LINK * spacing),
-        FULL_READING: prepared.d_link,
+        SCALED_READING: np.maximum(prepared.patches.D_link, SCALED_LINK * spacing),
+        FULL_READING: prepared.patches.D_link,
     }
     others = [
         pd.DataFrame({"reading": reading, "D_link": link, "row": np.arange(1, len(rows) + 1)}).assign(
@@ -56,7 +58,7 @@ def rules_table(
     """Measure what rules of the authors' code that the text lacks change: DataFrame of rule, quantity and value."""
     rows: list[tuple[str, str, float]] = []
     tree = cKDTree(prepared.points)
-    near = tree.query_ball_point(prepared.points, prepared.r_patch)
+    near = tree.query_ball_point(prepared.points, prepared.patches.R_patch)
     whole = np.array([np.linalg.norm(prepared.normals[ball].mean(axis=0)) for ball in near])
     differ = np.abs(whole - prepared.roughness)
     rows += [("islands in R_i", "share of dots whose R_i differs, %", 100 * (differ > 1e-6).mean())]
@@ -73,10 +75,8 @@ def rules_table(
     changes = []
     for k in range(orders):
         order = prepared.stream("order of the dots", k).permutation(len(prepared))
-        other = PreparedSurface(
-            surface[order], prepared.r_patch, prepared.r_zernike, prepared.d_link, None, prepared.seed,
-            f"order {k}", prepared.threads,
-        )  # fmt: skip
+        streams, settings = Streams(prepared.stream.seed, f"order {k}"), Settings(patches=prepared.patches)
+        other = PreparedSurface(surface[order], settings, None, streams, prepared.threads)
         table = tables.grid_table(grid.evaluate_grid(other, PUBLISHED_ROWS, n_tests, draws, (KEPT_READING,)))
         percent = 100 * (table["n_S_expected"] - first["n_S_expected"]) / len(prepared)
         changes.append(np.c_[percent, table[f"d_{KEPT_READING}"] - first[f"d_{KEPT_READING}"]])

@@ -19,6 +19,8 @@ from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Patches, Settings
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
@@ -79,21 +81,19 @@ def measure(
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
-    prepared = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
+    prepared = PreparedSurface(surface, Settings(), flat, Streams(seed, name), threads)
     tests, true, rows = prepared.draw_tests(n_tests), truth(xyz, radii), []
     z_tot, _ = prepared.describe(tests)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
     component = components_of(surface, xyz, radii)
     outside = ~table_of_components(surface, component)["cavity"].to_numpy()[component]
     at = cKDTree(surface.points).query(true.points)[1]  # the dot of the surface next to each dense one
-    steady = PreparedSurface(
-        surface, roughness_values=flat, seed=seed, name=name, threads=threads, descriptor=STEADY
-    )
+    steady = prepared.changed(patches=Patches(descriptor=STEADY))
     z_steady, _ = steady.describe(tests[:STEADY_TESTS])
     outer = outside[at]
 
     def steady_z(dots: tuple[np.ndarray, np.ndarray]) -> float:
-        index = build_index(*dots, steady.d_link)
+        index = build_index(*dots, steady.patches.D_link)
         return steady.distances_to_index(index, tests[:STEADY_TESTS], z_steady)[0].mean()
 
     stream = prepared.stream("recovery", "fresh dots")
@@ -101,7 +101,9 @@ def measure(
 
     def add(percent: float, way: Way) -> None:
         opponent, n, size, lay, n_kept = way
-        z = prepared.distances_to_index(build_index(*lay(DENSITY), prepared.d_link), tests, z_tot)[0].mean()
+        z = prepared.distances_to_index(build_index(*lay(DENSITY), prepared.patches.D_link), tests, z_tot)[
+            0
+        ].mean()
         dense = lay(DENSITY_FOR_ERRORS)
         measured = two_sided(*(dots[n_kept:] for dots in dense), true, outer, threads)
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}

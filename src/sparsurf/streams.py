@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import dataclass
 
 import numpy as np
 
-DEFAULT_SEED = 20261120  # of studies, functions and commands alike
+from sparsurf.settings import DEFAULT_SEED
 
 
 def stream(seed: int, *keys: int | str) -> np.random.Generator:
@@ -22,3 +23,16 @@ def stream(seed: int, *keys: int | str) -> np.random.Generator:
     """
     spawn_key = tuple(zlib.crc32(key.encode()) if isinstance(key, str) else int(key) for key in keys)
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=spawn_key)))
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Random streams of one surface; `shared` ones do not depend on its name, which messages keep."""
+
+    seed: int = DEFAULT_SEED
+    name: str = ""
+    shared: bool = False
+
+    def __call__(self, *keys: int | str) -> np.random.Generator:
+        """Return the random stream of one purpose."""
+        return stream(self.seed, "" if self.shared else self.name, *keys)

@@ -5,6 +5,7 @@ import gzip
 import os
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,7 +24,7 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.streams import DEFAULT_SEED
+from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.study.floors import floors_table, measure_floors
 from sparsurf.study.subset_search import warn_if_number_differs
 from sparsurf.surfaces.mesh import grid_step_for_density
@@ -43,10 +44,11 @@ def ready(blob):
 
 
 def test_what_is_prepared_is_what_was_requested(blob, ready):
-    assert (ready.r_patch, ready.r_zernike, ready.d_link, ready.seed) == (4.0, 6.0, D_LINK, 4)
+    own = attrgetter("patches.R_patch", "patches.R_zernike", "patches.D_link")
+    assert (*own(ready), ready.stream.seed) == (4.0, 6.0, D_LINK, 4)
     assert sparsurf.prepare(ready) is ready
     other = sparsurf.prepare(blob, r_patch=3.0, r_zernike=5.0, d_link=0.9)
-    assert (other.r_patch, other.r_zernike, other.d_link, other.seed) == (3.0, 5.0, 0.9, DEFAULT_SEED)
+    assert (*own(other), other.stream.seed) == (3.0, 5.0, 0.9, DEFAULT_SEED)
     with pytest.raises(InputError, match=r"surface: D_link = 0.1 Å is below"):
         sparsurf.prepare(blob, d_link=0.1)
 
@@ -269,7 +271,7 @@ def test_a_sample_has_the_requested_number(ready):
     )
     assert first == again and len(set(first) & set(other)) < 10
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
-    reseeded = ready.changed(seed=7)
+    reseeded = ready.changed(stream=Streams(7))
     assert np.array_equal(kept, reseeded.pair((1, 0, 6, 0), 0)[0])
     assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
     other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
@@ -568,18 +570,6 @@ def test_a_named_index_is_written_and_dots_of_another_frame_are_not(ready, tmp_p
     sparsurf.write(dots, tmp_path / "x.dms", molecule=molecule, frame=1)
 
 
-def test_a_name_for_each_frame_may_not_be_that_of_the_input(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    dots = sparsurf.surface(
-        sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-210")
-    )
-    sparsurf.write(dots, "dots_0.csv")
-    before = (tmp_path / "dots_0.csv").read_bytes()
-    assert command.main(["roughness", "dots_0.csv", "-o", "dots_{frame}.csv"]) == 1
-    assert "dots_{frame}.csv is a file that is read" in capsys.readouterr().err
-    assert (tmp_path / "dots_0.csv").read_bytes() == before
-
-
 def test_a_part_of_the_dots_is_no_whole_surface():
     molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     dots = sparsurf.surface(molecule)
@@ -625,42 +615,34 @@ def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     assert {name: inputs.is_structure(tmp_path / name) for name in names} == names
 
 
-def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
+def test_the_suffix_decides(tmp_path, capfdbinary):
     written = {end: lambda path, end=end: path.write_text(f"{end} in {path.name}") for end in writing.DOTS}
-    for name, given, words in (
-        ("a.csv", None, ".csv in part.csv"),
-        ("a.PLY", None, ".ply in part.ply"),
-        ("a.csv", "npz", ".npz in part.npz"),
-        ("a.dms.gz", None, ".dms in part.dms"),
-        ("a.csv.GZ", None, ".csv in part.csv"),
-        ("b.dms.gz", "npz", ".npz in part.npz"),
-        ("b.gz", "csv", ".csv in part.csv"),
+    for name, words in (
+        ("a.csv", ".csv in part.csv"),
+        ("a.PLY", ".ply in part.ply"),
+        ("a.dms.gz", ".dms in part.dms"),
+        ("a.csv.GZ", ".csv in part.csv"),
     ):
-        writing.write_file(tmp_path / name, given, writing.DOTS, written)
+        writing.write_file(tmp_path / name, writing.DOTS, written)
         packed = name.lower().endswith(".gz")
         content = gzip.compress(words.encode(), mtime=0) if packed else words.encode()  # the same at any time
         assert (tmp_path / name).read_bytes() == content
-    writing.write_file("-", None, writing.DOTS, written)
-    writing.write_file("-", "ply", writing.DOTS, written)
-    assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
+    writing.write_file("-", writing.DOTS, written)
+    assert capfdbinary.readouterr().out == b".csv in part.csv"
     with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
-        writing.write_file(tmp_path / "a.ply", None, writing.TABLES, written)
+        writing.write_file(tmp_path / "a.ply", writing.TABLES, written)
     with pytest.raises(
         InputError, match=r"/a\.gz: the name has no suffix; name a file in \.dms, \.csv, \.npz, "
     ):
-        writing.write_file(tmp_path / "a.gz", None, writing.DOTS, written)
-    with pytest.raises(
-        InputError, match=r"/a\.npz: this cannot be written as '\.ply'; give --format csv, npz\.$"
-    ):
-        writing.write_file(tmp_path / "a.npz", "ply", writing.TABLES, written)
+        writing.write_file(tmp_path / "a.gz", writing.DOTS, written)
 
     def broken(path):
         path.write_text("half")
         raise OSError("full")
 
     with pytest.raises(OSError):
-        writing.write_file(tmp_path / "b.csv", None, writing.DOTS, {".csv": broken})
-    names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz", "b.dms.gz", "b.gz"]
+        writing.write_file(tmp_path / "b.csv", writing.DOTS, {".csv": broken})
+    names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
 
 
@@ -669,15 +651,11 @@ def test_links_and_pipes_stay_what_they_are(tmp_path):
     (tmp_path / "folder" / "old.csv").write_text("old")
     for name in ("old.csv", "new.csv"):  # there, and not there yet
         (tmp_path / name).symlink_to(tmp_path / "folder" / name)
-        writing.write_file(
-            tmp_path / name, None, writing.TABLES, {".csv": lambda path: path.write_text("dots")}
-        )
+        writing.write_file(tmp_path / name, writing.TABLES, {".csv": lambda path: path.write_text("dots")})
         assert (tmp_path / name).is_symlink() and (tmp_path / "folder" / name).read_text() == "dots"
     os.mkfifo(tmp_path / "pipe.csv")
     reader = os.open(tmp_path / "pipe.csv", os.O_RDONLY | os.O_NONBLOCK)
-    writing.write_file(
-        tmp_path / "pipe.csv", None, writing.TABLES, {".csv": lambda path: path.write_text("dots")}
-    )
+    writing.write_file(tmp_path / "pipe.csv", writing.TABLES, {".csv": lambda path: path.write_text("dots")})
     assert os.read(reader, 99) == b"dots" and (tmp_path / "pipe.csv").is_fifo()
     os.close(reader)
 
@@ -718,23 +696,13 @@ def test_options_reach_the_reader(monkeypatch):
     parser.add_argument("file")
     parser.set_defaults(quiet=True)
     options.add_molecule(parser)
-    line = (
-        "a.pdb --trajectory t.xtc --frame 2 --chains A,B --residues 1-9 --model 4 --altloc B --ligands HEM,ZN"
-    )
-    options.read_atoms(parser.parse_args([*line.split(), "--hydrogens", "remove", "--selection", "all"]))
-    keys = {"chains": "A,B", "residues": "1-9", "model": 4, "altloc": "B", "ligands": ["HEM", "ZN"]}
-    assert asked == [(("a.pdb", "t.xtc"), keys | {"hydrogens": "remove", "selection": "all"})]
-    plain = parser.parse_args(["a.pdb"])
-    options.read_atoms(plain)
-    nothing = dict.fromkeys(("chains", "residues", "selection", "model"))
-    assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "hydrogens": "keep", "ligands": False})
-    assert (plain.frame, plain.probe, plain.density, plain.radii, plain.d_link) == (
-        None,
-        1.4,
-        None,
-        "dms",
-        0.5,
-    )
+    line = "a.pdb --trajectory t.xtc --frame 2 --chains A,B --residues 1-9 --ligands HEM,ZN --selection all"
+    options.read_atoms(parser.parse_args(line.split()))
+    keys = {"chains": "A,B", "residues": "1-9", "ligands": ["HEM", "ZN"], "selection": "all"}
+    assert asked == [(("a.pdb", "t.xtc"), keys | {"altloc": "first"})]
+    options.read_atoms(parser.parse_args(["a.pdb"]))
+    nothing = dict.fromkeys(("chains", "residues", "selection"))
+    assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "ligands": False})
     for words, name in ((["a.pdb"], "a.pdb"), (["a.psf", "--trajectory", "t.dcd"], "t.dcd")):
         with pytest.raises(InputError, match=f"^{name} has the frames 0 to 2: there is no frame 3"):
             options.read_atoms(parser.parse_args([*words, "--frame", "3"]))
@@ -749,26 +717,10 @@ def test_options_reach_the_surface(monkeypatch):
     parser.add_argument("file")
     parser.set_defaults(quiet=True)
     options.add_molecule(parser)
-    requested = "--frame 2 --probe 1.2 --density 7 --radii bondi --d-link 0.8 --cavities remove"
-    for line in (requested, ""):
+    options.add_d_link(parser)
+    for line in ("--frame 2 --d-link 0.8", ""):
         assert options.read_dots(parser.parse_args(["a.pdb", *line.split()])) == ("dots", molecule)
-    given = {
-        "frame": 2,
-        "probe_radius": 1.2,
-        "density": 7,
-        "radii": "bondi",
-        "d_link": 0.8,
-        "cavities": "remove",
-    }
-    without = {
-        "frame": 0,
-        "probe_radius": 1.4,
-        "density": "auto",
-        "radii": "dms",
-        "d_link": 0.5,
-        "cavities": "keep",
-    }
-    assert asked == [(molecule, given), (molecule, without)]
+    assert asked == [(molecule, {"frame": 2, "d_link": 0.8}), (molecule, {"frame": 0, "d_link": 0.5})]
 
 
 @pytest.fixture(scope="module")
@@ -880,7 +832,7 @@ def test_the_columns_of_dots(tmp_path):
     own = writing.Dots(surface, pd.DataFrame({"own": [7], "word": ["GLY"], "dot": [4]}))
     written = {end: tmp_path / f"a.{end}" for end in ("csv", "csv.gz", "npz", "ply", "dms")}
     for path in (written[end] for end in ("csv", "csv.gz", "npz", "ply")):
-        writing.write_dots(path, None, own)
+        writing.write_dots(path, own)
     assert pd.read_csv(written["csv"]).to_dict("records") == [
         {"dot": 4, "x": 1, "y": 2, "z": 3, "nx": 0, "ny": 0, "nz": 1, "own": 7, "word": "GLY"}
     ]
@@ -892,11 +844,11 @@ def test_the_columns_of_dots(tmp_path):
     text = written["ply"].read_text()
     assert "property int dot\nproperty int own\n" in text and " 4 7\n" in text and "word" not in text
     with pytest.raises(InputError, match=r"cannot be written as '.dms'"):
-        writing.write_dots(written["dms"], None, own)
+        writing.write_dots(written["dms"], own)
     molecule = SimpleNamespace(
         residue_name=["GLY"], residue=["1"], name=["CA"], xyz=np.array([[[9.0, 9, 9]], [[1.5, 2, 3]]])
     )
-    writing.write_dots(written["dms"], None, writing.Dots(surface, own.table, None, molecule, 1))
+    writing.write_dots(written["dms"], writing.Dots(surface, own.table, None, molecule, 1))
     assert "1.500" in written["dms"].read_text() and "9.000" not in written["dms"].read_text()
 
 
@@ -934,7 +886,7 @@ def test_noise_floors_are_those_of_the_rules_that_are_given():
     table = sparsurf.floors(peptide, **rules).set_index("floor")
     dots = sparsurf.surface(peptide, density=4.0, probe_radius=1.6, radii="bondi", d_link=1.4)
     prepared = sparsurf.prepare(dots, d_link=1.4, seed=3)
-    settings = surface_settings(1.6, 4.0, "keep")
+    settings = surface_settings(1.6, 4.0, "bondi", "keep")
     generator = surface_generator(peptide, 0, radii(peptide, "bondi"), settings, 1.4, "own")
     own = floors_table(measure_floors(prepared, 200, *generator)).set_index("floor")
     assert len(own) == 4 and own.index[-1].startswith("atoms moved")

@@ -20,11 +20,12 @@ from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.report import batches_page
 from sparsurf.report.page import render
+from sparsurf.settings import Settings
 from sparsurf.workflow.config import check_config
 
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
 RESIDUES = ("ALA", "SER", "ALA", "VAL", "GLY", "ALA")
-CONFIG = {"run": "many", "sampling": False, "batch": 4, "proteins": {"folder": "structures"}}
+CONFIG = {"run": "many", "sampling": False, "proteins": {"folder": "structures"}}
 FILES_OF_RUN = {
     "page": "index.html",
     "failures": "failures.csv",
@@ -38,8 +39,11 @@ GOOD = [f"p{k:02d}" for k in range(1, 11)]
 def write_structures(folder):
     """Write ten peptides of different lengths and two broken files into a folder."""
     folder.mkdir(parents=True)
+    remarks = "REMARK\n" * 250_000  # 1.75 MB, so that there are several batches
     for k, name in enumerate(GOOD):
-        write(folder / f"{name}.pdb", peptide(RESIDUES[: 3 + k % 4], origin=(0.1 * k, 0, 0)) + "END\n")
+        write(
+            folder / f"{name}.pdb", remarks + peptide(RESIDUES[: 3 + k % 4], origin=(0.1 * k, 0, 0)) + "END\n"
+        )
     write(folder / "empty.pdb", "END\n")
     write(folder / "text.cif", "no structure\n")
     return folder
@@ -239,7 +243,6 @@ def test_batches_are_stable():
     assert [name for name in batches if batches[name] != more[name]] == [
         name for name in more if "new" in more[name]
     ]
-    assert len(assignment.assign_batches(sizes, 100)) == 10
     assert assignment.assign_batches({"one": 0.0}) == {"0001": ["one"]}
 
 
@@ -253,7 +256,7 @@ def test_sizes_are_those_of_uncompressed_files(tmp_path):
 def config_of(tmp_path, **changes):
     """Return a config of batches over one peptide."""
     write(tmp_path / "a.pdb", peptide() + "END\n")
-    config = {"sampling": False, "batch": "auto", "proteins": {"a": {"structure": str(tmp_path / "a.pdb")}}}
+    config = {"sampling": False, "pages": [], "proteins": {"a": {"structure": str(tmp_path / "a.pdb")}}}
     return config | changes
 
 
@@ -264,27 +267,41 @@ def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
     assert "error" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
 
 
+def test_a_study_of_few_structures_or_of_more_than_structures_gives_each_its_pages(tmp_path):
+    many = {f"a{k}": {"structure": str(tmp_path / "a.pdb")} for k in range(11)}
+    few = dict(list(many.items())[:10])
+    pair = {"p": {"proteins": ["a0", "a1"]}}
+    for changes, n in (
+        ({"proteins": many}, 11),
+        ({"proteins": few}, 0),
+        ({"proteins": few, "pages": ["a3"]}, 10),
+        ({"proteins": many, "pages": [*many]}, 0),
+        ({"proteins": many, "sampling": True}, 0),
+        ({"proteins": many, "pairs": pair}, 0),
+        ({"proteins": many | {"a0": many["a0"] | {"sampling": True}}}, 0),
+        ({"proteins": many, "exclude": ["a0"]}, 0),
+    ):
+        config = {key: value for key, value in config_of(tmp_path).items() if key != "pages"} | changes
+        checked = check_config(config)
+        assert len(assignment.batched_structures(checked)) == n, changes
+        assert ("n_S_percent" in checked["minimal"]) == bool(n)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"sampling": True}, "batch needs `sampling: false`"),
-        ({"minimal": {"floor": "turned"}}, "minimal.floor needs a search on every structure"),
-        ({"minimal": {"error": 0.1}}, "minimal.error needs a search on every structure"),
-        ({"batch": 0}, "batch is 0, but must be"),
-        (
-            {"proteins": {"a": {"pdb": "1ubi"}}},
-            "proteins.a has `pdb` 1ubi, but `batch` takes structures alone",
-        ),
+        ({"sampling": True}, "pages is for a study of structures alone with `sampling: false`"),
+        ({"proteins": {"a": {"pdb": "1ubi"}}}, "remove it, as every protein here has pages."),
+        ({"pages": ["a", "a"]}, "pages holds a value twice"),
         ({"proteins": {}}, "proteins is empty"),
         (
             {"pages": ["b1"], "proteins": {"b10": {"structure": "a.pdb"}}},
             "'b1' is none of the proteins; did you mean 'b10'?",
         ),
         (
-            {"pages": ["Dots"], "proteins": {"Dots": {"structure": "a.pdb"}}},
+            {"pages": ["Dots"], "proteins": {name: {"structure": f"{name}.pdb"} for name in ("Dots", "b")}},
             "pages: 'Dots' is a folder of the study",
         ),
-        ({"changes": {"s": ["a", "b"]}}, "remove `changes`, or `batch`"),
     ],
 )
 def test_a_config_that_batches_cannot_take_is_refused_in_one_sentence(tmp_path, changes, words):
@@ -327,19 +344,25 @@ def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, m
     config = check_config(config_of(tmp_path))
     lines = peptide(RESIDUES)
     two = write(tmp_path / "two.pdb", f"MODEL        1\n{lines}ENDMDL\nMODEL        2\n{lines}ENDMDL\nEND\n")
-    out = analyse_batch([Structure("two", str(two)), Structure("gone", str(tmp_path / "gone.pdb"))], config)
+    out = analyse_batch(
+        [Structure("two", str(two)), Structure("gone", str(tmp_path / "gone.pdb"))],
+        Settings.of(config),
+        config["seed"],
+    )
     assert out["surfaces"]["protein"].tolist() == ["two"]
     assert "two: 2 models; the first is taken" in out["warnings"]["sentence"].tolist()
     assert "does not exist" in out["failures"]["reason"][0]
     assert not caplog.records  # a line for each on the terminal would bury the rest
     monkeypatch.setattr("sparsurf.batches.analysis.read_molecule", lambda *_, **__: 1 / 0)
-    reason = analyse_batch([Structure("two", str(two))], config)["failures"]["reason"][0]
+    reason = analyse_batch([Structure("two", str(two))], Settings.of(config), config["seed"])["failures"][
+        "reason"
+    ][0]
     assert reason.startswith("A defect of this program (ZeroDivisionError")
 
 
 def test_fields_are_columns_of_dots_and_residues(tmp_path):
     config = check_config(config_of(tmp_path, fields=["hydropathy"]))
-    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)
+    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], Settings.of(config), config["seed"])
     for name, column in (("dots", "hydropathy"), ("residues", "mean_hydropathy")):
         (tmp_path / name).mkdir()
         tables.write_parquet(tmp_path / name / "0001.parquet", name, out[name], config["fields"])
@@ -349,7 +372,7 @@ def test_fields_are_columns_of_dots_and_residues(tmp_path):
 def test_export_writes_the_fields_of_the_dots(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     config = check_config(config_of(tmp_path, fields=["potential"]))
-    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)
+    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], Settings.of(config), config["seed"])
     for name, rows in out.items():
         (tmp_path / "run" / name).mkdir(parents=True)
         tables.write_parquet(tmp_path / "run" / name / "0001.parquet", name, rows, config["fields"])
@@ -513,7 +536,7 @@ def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):
     config = check_config(config_of(tmp_path))
     batch = [Structure("m", str(tmp_path / "m.pdb"), None, {"plddt": 70.0})]
     batch += [Structure("a", str(tmp_path / "a.pdb"), None, {"plddt": 70.0})]
-    out = analyse_batch(batch, config)
+    out = analyse_batch(batch, Settings.of(config), config["seed"])
     assert out["surfaces"]["masked_residues"].tolist()[0] == 2 and out["surfaces"]["residues"][0] == 4
     assert pd.isna(out["surfaces"]["masked_residues"][1])
     assert out["residues"].query("protein == 'm'")["residue"].astype(int).tolist() == [3, 4, 5, 6]
@@ -524,7 +547,7 @@ def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):
     config = check_config(config_of(tmp_path))
     batch = [Structure("a", str(tmp_path / "a.pdb")), Structure("x", "/nowhere.pdb")]
     batch.append(Structure("b", str(tmp_path / "a.pdb")))
-    out = analyse_batch(batch, config)
+    out = analyse_batch(batch, Settings.of(config), config["seed"])
     assert out["surfaces"]["protein"].tolist() == ["a", "b"] and out["failures"]["protein"].tolist() == ["x"]
     assert np.array_equal(
         *(out["dots"].query("protein == @name").drop(columns="protein").to_numpy() for name in "ab")
@@ -534,7 +557,9 @@ def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):
 def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
     run = tmp_path / "run"
     config = check_config(config_of(tmp_path))
-    surfaces = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)["surfaces"]
+    surfaces = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], Settings.of(config), config["seed"])[
+        "surfaces"
+    ]
     rows = {
         "surfaces": surfaces,
         "warnings": pd.DataFrame({"protein": ["b", "a", "a"], "sentence": ["it lacks atoms"] * 3}),

@@ -26,6 +26,7 @@ from sparsurf.cli import command, surface
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
+from sparsurf.settings import Settings
 from sparsurf.streams import DEFAULT_SEED
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link
@@ -64,12 +65,14 @@ EXAMPLES = sorted(
 
 
 def write_run_in_batches(place):
-    """Write the tables of a study with `batch` of protein.pdb into results/many, if pyarrow is there."""
+    """Write the tables of a study in batches of protein.pdb into results/many, if pyarrow is there."""
     if importlib.util.find_spec("pyarrow") is None:
         return
     entry = {"structure": str(place / "protein.pdb")}
-    config = check_config({"sampling": False, "batch": "auto", "proteins": {"protein": entry}})
-    for name, rows in analyse_batch([Structure("protein", entry["structure"])], config).items():
+    config = check_config({"sampling": False, "pages": [], "proteins": {"protein": entry}})
+    for name, rows in analyse_batch(
+        [Structure("protein", entry["structure"])], Settings.of(config), config["seed"]
+    ).items():
         (place / "results/many" / name).mkdir(parents=True)
         write_parquet(place / "results/many" / name / "0001.parquet", name, rows)
 
@@ -137,7 +140,6 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
     if "-o" in words:
         out = words[words.index("-o") + 1]
         assert all(each.startswith("wrote ") for each in told) and (out == "-") == (told == [])
-        out = out.replace("{frame}", "2")
         assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
 
 
@@ -199,25 +201,6 @@ def test_a_wide_interval_is_reported_what_keeps_a_fixed_number(
     assert f"95 % interval {ends} %)" in told and ("--percent keeps a fixed share" in told) == hint
 
 
-def test_a_table_of_frames_names_them_by_their_numbers_in_the_file(folder, tmp_path):
-    assert ended("surface", folder / "models.pdb", "--frames", "2,1", "-o", tmp_path / "dots.csv") == 0
-    table = pd.read_csv(tmp_path / "dots.csv")
-    assert table["frame"].unique().tolist() == [2, 1]
-    one = sparsurf.surface(folder / "models.pdb", frame=2)
-    assert np.allclose(table.loc[table["frame"] == 2, ["x", "y", "z"]], one.points, atol=6e-5)
-    assert ended("surface", folder / "models.pdb", "--frames", "all", "-o", tmp_path / "dots.csv") == 0
-    n_frames = sparsurf.read_molecule(folder / "models.pdb").n_frames
-    assert pd.read_csv(tmp_path / "dots.csv")["frame"].unique().tolist() == list(range(n_frames))
-
-
-def test_an_output_for_each_frame_does_not_replace_the_file_that_is_read(folder, tmp_path, capsys):
-    shutil.copy(folder / "models.pdb", tmp_path / "dots_12.pdb")
-    for out, code in (("dots_{frame}.pdb", 1), ("other_{frame}.pdb", 0)):
-        assert ended("surface", tmp_path / "dots_12.pdb", "--frames", "0,1", "-o", tmp_path / out) == code
-    assert "dots_{frame}.pdb is a file that is read; name another" in capsys.readouterr().err
-    assert (tmp_path / "dots_12.pdb").read_bytes() == (folder / "models.pdb").read_bytes()
-
-
 def test_formats_hold_the_same_dots(folder, tmp_path):
     files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
     for path in files.values():
@@ -236,7 +219,6 @@ def test_formats_hold_the_same_dots(folder, tmp_path):
 
 
 def test_cavities_are_reported_and_removed(tmp_path, capsys):
-    """All commands that make dots of a structure take --cavities."""
     place = ROOT / "data" / "tdp43" / "topology.pdb"
     for asked, words in (
         ("keep", "2 components, of which 1 cavity with 224 dots"),
@@ -246,8 +228,7 @@ def test_cavities_are_reported_and_removed(tmp_path, capsys):
         assert words in capsys.readouterr().err
         table = pd.read_csv(tmp_path / "d.csv")
         assert len(table) - (table["component"] == 0).sum() == (224 if asked == "keep" else 0)
-    how = "--dots", 50, "--cavities", "remove", "-o", tmp_path / "m.csv"
-    assert ended("minimal", place, *how) == 0
+    assert ended("minimal", tmp_path / "d.csv", "--dots", 50, "-o", tmp_path / "m.csv") == 0
     assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 224
 
 
@@ -287,8 +268,6 @@ def test_options_of_dots_are_refused_for_a_mesh(folder, tmp_path, capsys):
         ["--fields", "hydropathy"],
         ["--table", "x.csv"],
         ["--charges", "pdb2pqr"],
-        ["--d-link", 0.6],
-        ["--no-faces"],
     ):
         assert ended(*call, *option) == 1
         assert f"{option[0]}: it is about dots, and --mesh writes triangles" in capsys.readouterr().err
@@ -318,32 +297,24 @@ def test_small_numbers_of_a_field_are_written(folder, tmp_path):
 
 
 def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
-    """The models are one molecule, moved along x by 0, 1 and 2 Å."""
-    call = ["--frames", "0,2", "--fields", "potential", "-o", tmp_path / "dots.csv"]
-    assert ended("surface", folder / "models.pdb", *call) == 0
-    first, last = (rows for _, rows in pd.read_csv(tmp_path / "dots.csv").groupby("frame"))
-    assert np.allclose(last["x"], first["x"].to_numpy() + 2, atol=2e-4)
+    """The models are one molecule, moved along x by 0, 0.3 and 0.6 Å."""
+    for k in (0, 2):
+        call = ["--frame", k, "--fields", "potential", "-o", tmp_path / f"dots_{k}.csv"]
+        assert ended("surface", folder / "models.pdb", *call) == 0
+    first, last = (pd.read_csv(tmp_path / f"dots_{k}.csv") for k in (0, 2))
+    assert np.allclose(last["x"], first["x"].to_numpy() + 0.6, atol=2e-4)
     assert np.allclose(last["potential"], first["potential"], rtol=2e-3, atol=1e-3)
     assert first["potential"].std() > 1
 
 
-def test_gro_frames_are_no_models(folder, tmp_path, capsys):
+def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
     import mdtraj
 
     mdtraj.load(str(folder / "models.pdb")).save_gro(str(tmp_path / "m.gro"))
-    call = ["surface", tmp_path / "m.gro", "-o", tmp_path / "x.csv"]
-    assert ended(*call, "--model", 2) == 1
-    assert "has frames and no models" in capsys.readouterr().err
-    assert ended(*call) == 0 and "has 3 frames: the first is taken" in capsys.readouterr().err
-
-
-def test_one_of_all_models_may_be_named(folder, tmp_path):
-    assert (
-        ended("surface", folder / "models.pdb", "--model", "all", "--frame", 1, "-o", tmp_path / "all.ply")
-        == 0
-    )
-    assert ended("surface", folder / "models.pdb", "--model", 2, "-o", tmp_path / "own.ply") == 0
-    assert (tmp_path / "all.ply").read_bytes() == (tmp_path / "own.ply").read_bytes()
+    call = ["-o", tmp_path / "x.csv"]
+    for name, what in ((tmp_path / "m.gro", "frames"), (folder / "models.pdb", "models")):
+        assert ended("surface", name, *call) == 0
+        assert f"has 3 {what}: the first is taken. --frame takes another." in capsys.readouterr().err
 
 
 def test_the_kept_dots_stand_for_all(folder, tmp_path):
@@ -369,21 +340,20 @@ def test_the_kept_dots_stand_for_all(folder, tmp_path):
 def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wishes, fields):
     """Whatever the study calls the protein; the seed is the same by default."""
     molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
-    rules = surface_settings(1.4, "auto", "keep")
+    rules = surface_settings(1.4, "auto", "dms", "keep")
     surface = surface_for_d_link(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x")[0]
     write_npz(place["surface"], surface)
     pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
     own = str(folder / "protein.pdb")
     settings = {
         "surface": place["surface"], "roughness": place["roughness"], "floors": place["floors"],
-        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}, "distance_from_moved_centre": True,
-        "chance_in_every_patch": True, "test_dots": 200, "seed": DEFAULT_SEED, "name": "a/f3",
+        "seed": DEFAULT_SEED, "name": "a/f3",
     }  # fmt: skip
     measure_floors.main(
         **settings,
         distances=place["distances"],
         conformation=own,
-        surface_settings=rules | {"radii": "dms"},
+        settings=Settings(),
         molecule_options={},
     )
     names = ("table", "ply", "whole", "recovered", "required_dots", "curves", "fields", "fields_recovered")
@@ -393,8 +363,7 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
         ranges=None,
         structure=own,
         field_table=None,
-        minimal={"sampler": "farthest"} | wishes,
-        field_names=fields,
+        settings=Settings(minimal=wishes, fields=fields),
         whole_curve=False,
     )
     options = {"n_S_percent": "--percent", "sampler": "--sampler"}
@@ -425,8 +394,20 @@ def test_without_a_size_the_surface_comes_back_within_two_hundredths_of_an_angst
 
 
 def test_an_automatic_density_is_no_warning(folder, tmp_path, capfd):
-    assert ended("surface", folder / "protein.pdb", "--d-link", 0.45, "-q", "-o", tmp_path / "all.csv") == 0
+    assert ended("surface", folder / "protein.pdb", "-q", "-o", tmp_path / "all.csv") == 0
     assert capfd.readouterr() == ("", "")
+
+
+def test_the_floor_is_that_of_dots_as_dense_on_as_many_tests_as_in_a_study(folder, tmp_path, monkeypatch):
+    seen = []
+
+    def floors(ready, n_tests, lay, atoms, moved):
+        seen.append((n_tests, len(lay(atoms)), len(ready.points)))
+        raise InputError("enough")
+
+    monkeypatch.setattr("sparsurf.study.minimal_subset.measure_floors", floors)
+    assert ended("minimal", folder / "protein.pdb", "--d-link", 1, "-o", tmp_path / "x.csv") == 1
+    assert seen[0][0] == 200 and seen[0][1] == seen[0][2]
 
 
 def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
@@ -457,7 +438,7 @@ def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
 
 def test_a_mesh_is_made_where_it_is_requested(folder, tmp_path):
     known = sparsurf.mesh(folder / "protein.pdb")
-    for options in ([], ["--mesh"], ["--binary"]):
+    for options in ([], ["--mesh"]):
         assert ended("surface", folder / "protein.pdb", *options, "-o", tmp_path / "x.ply") == 0
         head = (tmp_path / "x.ply").read_bytes()[:600]
         n = (
@@ -544,8 +525,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["surface", "protein.pdb", "-o", "x.doc"], 1, "cannot be written as '.doc'"),
         (["surface", "protein.pdb", "-o", "no/such/x.csv"], 1, "there is no folder"),
         (["surface", "protein.pdb", "--frame", "1", "-o", "x.csv"], 1, "there is no frame 1"),
-        (["surface", "protein.pdb", "--frames", "::0", "-o", "x.csv"], 2, "'::0' must be all"),
-        (["surface", "protein.pdb", "--model", "x", "-o", "x.csv"], 2, "'x' must be the number of a model"),
         (
             ["surface", "protein.pdb", "--table", "t.csv", "-o", "x.csv"],
             1,
@@ -568,16 +547,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         ),
         (["recover", "minimal.csv", "--at", "", "-o", "x.csv"], 1, "a path is empty: name the file"),
         (
-            ["descriptors", "protein.pdb", "--model", "all", "-o", "x.csv"],
-            2,
-            "'all' must be the number of one",
-        ),
-        (
-            ["surface", "models.pdb", "--model", "all", "-o", "x.ply"],
-            1,
-            "several frames need a CSV or {frame}",
-        ),
-        (
             ["recover", "frames.csv", "-o", "x.csv"],
             1,
             "frames.csv holds the dots of 2 frames: give those of one",
@@ -595,42 +564,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             "--fields: .dms has no room for them",
         ),
         (
-            ["surface", "protein.pdb", "--binary", "-o", "x.csv"],
-            1,
-            "--binary is about a PLY, and x.csv is none",
-        ),
-        (
-            ["recover", "minimal.csv", "--mesh", "--no-faces", "-o", "x.ply"],
-            1,
-            "--no-faces is about dots, which --mesh",
-        ),
-        (
-            ["recover", "minimal.csv", "--at", "minimal.csv", "--no-faces", "-o", "x.csv"],
-            1,
-            "--no-faces is about dots, which --at",
-        ),
-        (
-            [
-                "surface",
-                "models.pdb",
-                "--model",
-                "all",
-                "--fields",
-                "potential",
-                "--charges",
-                "a.pqr",
-                "-o",
-                "x.csv",
-            ],
-            1,
-            "--charges: a PQR file holds one frame",
-        ),
-        (
-            ["roughness", "protein.pdb", "--density", "1", "-o", "x.csv"],
-            1,
-            "D_link = 0.5 Å is below 1.3 times",
-        ),
-        (
             ["minimal", "protein.pdb", "--dots", "1000000", "-o", "x.csv"],
             1,
             "n_dots is 1000000, more than the",
@@ -646,12 +579,12 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         ),
         (["surface", "protein.pdb", "--probe", "11", "-o", "x.csv"], 2, "more than 0 and at most 10"),
         (["surface", "protein.pdb", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
-        (["surface", "protein.pdb", "--d-link", "inf", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["roughness", "dots.csv", "--d-link", "inf", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["roughness", "dots.csv", "--d-link", "0.1", "-o", "x.csv"], 1, "D_link = 0.1 Å is below 1.3 times"),
         (["roughness", "dots.csv", "--r-patch", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
         (["descriptors", "dots.csv", "--radius", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
         (["recover", "minimal.csv", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
         (["recover", "minimal.csv", "--reach", "10.1", "-o", "x.csv"], 2, "more than 0 and at most 10"),
-        (["recover", "minimal.csv", "--steps", "1001", "-o", "x.csv"], 2, "more than 0 and at most 1000"),
         (
             ["recover", "minimal.csv", "--at", "minimal.csv", "--density", "2", "-o", "x.csv"],
             1,
@@ -686,7 +619,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (
             ["surface", "protein.pdb", "--mesh", "-o", "-"],
             1,
-            "surface: -: this cannot be written as '.csv'; give --format ply.",
+            "surface: -: this cannot be written as '.csv'; name a file in .ply.",
         ),
         (
             ["minimal", "protein.pdb", "-o", "x"],
@@ -700,16 +633,10 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
                 f"{command}: {option.split()[0]} has no meaning for dots.csv, which holds dots; leave it out.",
             )
             for command, option in (
-                ("minimal", "--probe 2"),
-                ("minimal", "--hydrogens remove"),
                 ("minimal", "--frame 7"),
                 ("roughness", "--chains A"),
-                ("descriptors", "--density 9"),
                 ("roughness", "--trajectory run.pdb"),
-                ("roughness", "--radii bondi"),
-                ("roughness", "--altloc B"),
                 ("roughness", "--ligands ZN"),
-                ("roughness", "--model 1"),
                 ("roughness", "--residues 1-9"),
                 ("roughness", "--selection all"),
             )
@@ -756,7 +683,7 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
     [
         "roughness over.csv -o over.csv",
         "roughness over.csv -o link.csv",
-        "surface a.pdb -o ./a.pdb --format csv",
+        "surface a.pdb -o ./a.pdb",
         "surface a.pdb --trajectory over.csv -o over.csv",
         "recover dots.csv --at over.csv -o over.csv",
         "surface a.pdb --fields v --table over.csv -o over.csv",
@@ -832,7 +759,7 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
     loaded = {line.rpartition("|")[2].strip() for line in told.splitlines()}
     assert "sparsurf.surfaces.molecular_surface" in loaded
     ours = {"sparsurf.study", "sparsurf.sampling", "sparsurf.report", "sparsurf.workflow"}
-    theirs = {"pydantic", "snakemake", "mdtraj", "matplotlib", "scipy.spatial", "scipy.sparse", "tqdm"}
+    theirs = {"snakemake", "mdtraj", "matplotlib", "scipy.spatial", "scipy.sparse", "tqdm"}
     assert not loaded & (ours | theirs)
 
 
@@ -882,8 +809,8 @@ def test_a_mesh_is_recovered_with_the_options(tmp_path, monkeypatch):
     table = pd.DataFrame(np.hstack([5 * unit, unit]), columns=["x", "y", "z", "nx", "ny", "nz"])
     table.to_csv(tmp_path / "few.csv", index=False)
     call = ["recover", str(tmp_path / "few.csv"), "--mesh", "-o", str(tmp_path / "m.ply")]
-    assert command.main([*call, "--density", "7", "--reach", "1.7", "--steps", "3"]) != 0
-    assert called == [(400, 7.0, 1.7, 3)]
+    assert command.main([*call, "--density", "7", "--reach", "1.7"]) != 0
+    assert called == [(400, 7.0, 1.7, 4)]
 
 
 def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
@@ -900,8 +827,8 @@ def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
     )
     sparsurf.write(few[::10], tmp_path / "few.csv")
     call = ["recover", str(tmp_path / "few.csv"), "-o", str(tmp_path / "dots.csv")]
-    assert command.main([*call, "--density", "7", "--reach", "1.7", "--steps", "3"]) != 0
-    assert called == [(len(few[::10]), {"density": 7.0, "reach": 1.7, "steps": 3})]
+    assert command.main([*call, "--density", "7", "--reach", "1.7"]) != 0
+    assert called == [(len(few[::10]), {"density": 7.0, "reach": 1.7})]
 
 
 @pytest.mark.parametrize(
@@ -966,10 +893,10 @@ def test_rules_of_dots_reach_the_function(tmp_path, monkeypatch, given, settings
         called.append(keys)
         raise InputError("that is enough")
 
-    monkeypatch.setattr("sparsurf.cli.options.surface_of", record)
+    monkeypatch.setattr("sparsurf.cli.surface.surface", record)
     path = str(ROOT / "data" / "tdp43" / "topology.pdb")
     assert command.main(["surface", path, "-o", str(tmp_path / "dots.csv"), *given]) != 0
-    assert called == [settings | {"frame": 0, "d_link": 0.5}]
+    assert called == [settings | {"frame": 0}]
 
 
 def test_every_dot_is_described_the_last_one_too(folder, tmp_path):
@@ -977,14 +904,6 @@ def test_every_dot_is_described_the_last_one_too(folder, tmp_path):
     assert ended(*call, "-o", tmp_path / "z.csv") == 0
     n = len(pd.read_csv(folder / "minimal.csv"))
     assert pd.read_csv(tmp_path / "z.csv")["dot"].tolist() == list(range(n))
-
-
-def test_small_fields_of_several_frames_keep_their_digits(folder, tmp_path):
-    (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
-    call = ["surface", folder / "models.pdb", "--frames", "0,1", "--fields", "share"]
-    assert ended(*call, "--table", tmp_path / "small.csv", "-o", tmp_path / "dots.csv") == 0
-    table = pd.read_csv(tmp_path / "dots.csv")
-    assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6) and table["share"].min() > 0
 
 
 @pytest.mark.parametrize(("variable", "streams"), HABITS)

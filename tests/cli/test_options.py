@@ -13,21 +13,23 @@ CALLS = {  # with which options are combined
     "minimal": "two.pdb --percent 10",
     "recover": "few.csv",
 }
-OF_ATOMS = [
-    "--chains A", "--residues 2-4", "--selection backbone", "--altloc B", "--hydrogens remove", "--ligands LIG",
-    "--model 2", "--frame 1", "--probe 1.6", "--density 9", "--radii bondi", "--d-link 0.7",
-]  # fmt: skip
-OF_FRAMES, OF_PLY = ["--frames all"], ["--binary", "--no-faces"]
-OF_FIELDS = [
-    "--fields hydropathy",
-    "--table scores.csv --fields score",
-    "--fields potential --charges two.pqr",
-]
+OF_ATOMS = ["--chains A", "--residues 2-4", "--selection backbone", "--ligands LIG", "--frame 1"]
+OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
 OPTIONS = {
-    "surface": [*OF_ATOMS, *OF_FRAMES, *OF_PLY, *OF_FIELDS, "--mesh"],
-    "roughness": [*OF_ATOMS, *OF_FRAMES, *OF_PLY, "--r-patch 3"],
-    "descriptors": [
+    "surface": [
         *OF_ATOMS,
+        "--altloc B",
+        "--probe 1.6",
+        "--density 9",
+        "--radii bondi",
+        "--fields hydropathy",
+        "--table scores.csv --fields score",
+        "--fields potential --charges two.pqr",
+        "--mesh",
+    ],
+    "roughness": [*OF_DOTS, "--r-patch 3"],
+    "descriptors": [
+        *OF_DOTS,
         "--at 0,5",
         "--every 30",
         "--radius 5",
@@ -35,20 +37,22 @@ OPTIONS = {
         "--descriptor rotation_robust",
     ],
     "minimal": [
-        *OF_ATOMS,
-        *OF_FRAMES,
-        *OF_PLY,
-        *OF_FIELDS,
+        *OF_DOTS,
+        "--fields hydropathy",
         "--percent 12",
         "--dots 50",
-        "--max-error 1.5",
+        "--error 0.1",
+        "--max-z 1.5",
         "--sampler uniform",
         "--seed 2",
     ],
-    "recover": [*OF_PLY, "--density 9", "--reach 1.2", "--steps 1", "--at few.csv", "--mesh"],
+    "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }
-ELSEWHERE = {"--help", "--quiet", "--output", "--format", "--trajectory", "--cavities"}  # test_command.py
-INSTEAD = {"--percent": ("--dots", "--max-error"), "--every": ("--at",)}  # options that exclude one another
+ELSEWHERE = {"--help", "--quiet", "--output", "--trajectory", "--cavities"}  # test_command.py
+INSTEAD = {
+    "--percent": ("--dots", "--error", "--max-z"),
+    "--every": ("--at",),
+}  # options that exclude one another
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +85,7 @@ def result(folder, out, name, call, options=""):
     for option, others in INSTEAD.items():
         if {option, *others} & {*options.split()} and option in words:
             del words[words.index(option) : words.index(option) + 2]
-    suffix = "ply" if {"--mesh", *OF_PLY} & {*options.split()} else "csv"
+    suffix = "ply" if "--mesh" in options else "csv"
     path = out / f"x.{suffix}"
     assert command.main([name, *words, *options.split(), "--quiet", "-o", str(path)]) == 0
     return path.read_bytes()
@@ -104,8 +108,7 @@ def test_every_option_is_in_the_table(name):
 def test_an_option_changes_the_result(folder, tmp_path, monkeypatch, name, options):
     monkeypatch.chdir(folder)
     (tmp_path / "without").mkdir()
-    without = {"--binary": "--no-faces", "--no-faces": "--binary", "--mesh": "--binary"}.get(options, "")
-    without = "--fields potential" if "--charges" in options else without
+    without = "--fields potential" if "--charges" in options else ""
     assert result(folder, tmp_path, name, CALLS[name], options) != result(
         folder, tmp_path / "without", name, CALLS[name], without
     )

@@ -9,6 +9,8 @@ import pytest
 import bench
 import sparsurf
 from sparsurf.sampling import published
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid
 from sparsurf.study.prepared_surface import PreparedSurface
 
@@ -148,7 +150,9 @@ def test_lattice_keeps_the_copies_apart():
 
 
 def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
-    surface = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
+    surface = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), Settings(patches={"D_link": 0.8})
+    )
     combination = (0.7, 0.2, 2.0, 2.0)
     whole = published.sample(surface.cover, combination, np.random.default_rng(5))
     for block in (1, 100, 3333):
@@ -159,7 +163,9 @@ def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
 def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
     # 70 draws are two passes; every distance is that of its own pair
     surface = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=3, name="blob"
+        SimpleNamespace(points=blob[0], normals=blob[1]),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(3, "blob"),
     )
     combinations = np.array([[0.3, 0.0, 2.0, 0.0], [0.9, 0.2, 0.0, 2.0]])
     result = grid.evaluate_grid(surface, combinations, 5, 70)
@@ -174,7 +180,9 @@ def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
 
 
 def test_expected_numbers_do_not_depend_on_company_or_order(blob):
-    surface = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
+    surface = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), Settings(patches={"D_link": 0.8})
+    )
     grid = published.parameter_grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
     together = published.expected_n_s(surface.cover, grid)
     assert np.array_equal(published.expected_n_s(surface.cover, grid[::-1])[::-1], together)

@@ -10,6 +10,8 @@ import pytest
 from measures import fragments
 from measures.paper_figures import ranges_of
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study.grid import evaluate_grid
 from sparsurf.study.prepared_surface import PreparedSurface
 
@@ -17,7 +19,7 @@ from sparsurf.study.prepared_surface import PreparedSurface
 @pytest.fixture(scope="module")
 def prepared(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    return PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    return PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
 
 
 @pytest.fixture(scope="module")

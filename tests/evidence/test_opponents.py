@@ -10,6 +10,7 @@ from measures.recovery import truth
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.mesh import molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -101,7 +102,7 @@ def test_bytes_and_errors():
         2 * mesh["n_S"] - 4
     )  # Euler: two triangles a vertex, but for four
     surface = molecular_surface(ATOMS, RADII)
-    prepared = PreparedSurface(surface, seed=20261120, name="three atoms")
+    prepared = PreparedSurface(surface, streams=Streams(20261120, "three atoms"))
     chosen = SAMPLERS["farthest"](prepared, kept["n_S"], prepared.stream("recovery", "farthest"))
     true, few = truth(ATOMS, RADII), (surface.points[chosen], surface.normals[chosen])
     dense = [each[len(chosen) :] for each in recover(*few, DENSITY_FOR_ERRORS)]  # without the kept dots

@@ -9,11 +9,12 @@ from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.pairs import partner_files
 from sparsurf.pairs.partners import partner_of
+from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.conformations import require_conformation
 
-PATCHES = {"R_patch": 3.0, "R_zernike": 6.0, "D_link": 1.6}
+SETTINGS = Settings(patches={"R_patch": 3.0, "R_zernike": 6.0, "D_link": 1.6})
 
 
 def test_both_partners_come_from_their_own_files(tmp_path):
@@ -34,9 +35,9 @@ def test_centres_follow_the_config():
     partner = partner_of(Surface(*make_blob(900)), name="one", d_link=1.6)
 
     def selected(**centres):
-        return partner_files.select_centres(partner, centres, PATCHES, 5)
+        return partner_files.select_centres(partner, centres, SETTINGS, 5)
 
-    assert partner_files.select_centres(partner, "all", PATCHES, 5).tolist() == list(range(900))
+    assert partner_files.select_centres(partner, "all", SETTINGS, 5).tolist() == list(range(900))
     assert len(selected(n_S_percent=20, sampler="uniform")) == 180
     assert len(selected(n_S=5000, sampler="farthest")) == 900
     assert len(selected(n_S_percent=0.01, sampler="farthest")) == 1

@@ -24,6 +24,8 @@ from sparsurf.report.paper_page import (
 from sparsurf.report.paper_page import rough_and_flat as of_roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid, rough_and_flat, tables
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
@@ -117,10 +119,12 @@ def test_the_number_of_centres_is_a_test_of_its_own():
 
 def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    prepared = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
     found = published_runs.centres_in_random_orders(prepared, 5)
     assert len(set(found)) > 1 and abs(found.mean() - len(prepared.cover.centre)) < 0.15 * found.mean()
-    smaller = PreparedSurface(surface, r_patch=3.0, d_link=0.8, seed=1, name="blob")
+    smaller = PreparedSurface(
+        surface, Settings(patches={"R_patch": 3.0, "D_link": 0.8}), streams=Streams(1, "blob")
+    )
     assert published_runs.centres_in_random_orders(smaller, 2).min() > found.max()
 
 
@@ -132,7 +136,7 @@ def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkey
         lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2],
     )
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    prepared = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
     found = published_runs.runs_as_published(prepared, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
     for args, keys, _ in asked:
         assert (args[2:], keys) == ((15, 1, ("kept",)), {"shared": False})  # 3000 dots / 200
@@ -228,7 +232,9 @@ def test_d_of_a_bin_is_what_its_means_differ_by(kept):
 
 def test_patches_lie_around_kept_dots_or_any(blob):
     prepared = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+        SimpleNamespace(points=blob[0], normals=blob[1]),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(1, "blob"),
     )
     combination = Combination(0.8, 0.0, 4.0, 0.0)
     kept = rough_and_flat.by_roughness(prepared, combination, ["kept"], 100, 2, True)
@@ -246,7 +252,9 @@ def test_patches_lie_around_kept_dots_or_any(blob):
 
 def test_the_family_is_tuned_to_the_requested_number(blob):
     prepared = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+        SimpleNamespace(points=blob[0], normals=blob[1]),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(1, "blob"),
     )
     exponents = [(0, 0, 0), (0, 6, 0), (1, 0, 10), (1, 0, 10)]
     table = replication.tuned_family(prepared, exponents, (20.0, 90.0), 30, 2)
@@ -302,8 +310,7 @@ def test_shattered_patches_by_hand():
 def page(blob):
     """Data of a verdict on a small surface, everything but the published values computed."""
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    own = {"d_link": 0.8, "seed": 1, "name": "blob"}
-    prepared = PreparedSurface(surface, **own)
+    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
     result = grid.evaluate_grid(prepared, PUBLISHED_ROWS, 40, 2)
     table = tables.grid_table(result)
     runs = published_runs.runs_as_published(prepared, PUBLISHED_ROWS, 3)
@@ -536,7 +543,7 @@ def test_one_draw_per_dot_keeps_fewer(page):
 
 def test_each_defect_has_its_own_cover(page, blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    view = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    view = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
     percent = page["defects"].pivot(index="row", columns="sampling", values="n_S_percent")
     for name, moved, every in (
         ("distances from the dot itself", False, True),
@@ -546,7 +553,7 @@ def test_each_defect_has_its_own_cover(page, blob):
         cover = published.build_cover(
             view.index,
             view.roughness,
-            view.r_patch,
+            view.patches.R_patch,
             distance_from_moved_centre=moved,
             chance_in_every_patch=every,
         )

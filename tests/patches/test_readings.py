@@ -7,6 +7,8 @@ import numpy as np
 from sparsurf.patches import readings
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings as all_readings
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 
 
@@ -21,7 +23,9 @@ def test_a_reading_is_one_entry(blob, monkeypatch):
     toy = readings.Reading("toy", build_index=lambda points, normals, *_: build_index(points, normals, 0.8))
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
     prepared = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+        SimpleNamespace(points=blob[0], normals=blob[1]),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(1, "blob"),
     )
     tests = prepared.draw_tests(12)
     z_tot, _ = prepared.describe(tests)

@@ -12,6 +12,7 @@ from sparsurf.recovery.readings import comparable_density, readings_of_columns
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
 from sparsurf.study import grid
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
@@ -21,7 +22,7 @@ from sparsurf.surfaces.spacing import DENSITY
 @pytest.fixture(scope="module")
 def prepared(blob):
     whole = recover(*(x[::6] for x in blob), density=8.0)
-    return PreparedSurface(SimpleNamespace(points=whole[0], normals=whole[1]), seed=1)
+    return PreparedSurface(SimpleNamespace(points=whole[0], normals=whole[1]), streams=Streams(1))
 
 
 def test_it_is_the_description_of_the_recovered_surface(prepared):

@@ -19,6 +19,8 @@ from sparsurf.report.viewer import page as viewer
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.samplers import farthest
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid as grids
 from sparsurf.study import tables
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -38,7 +40,7 @@ def prepared(blob):
     points, normals = blob[0].round(3), blob[1]
     n = len(points)
     surface = Surface(points, normals, kind=np.arange(n) % 3, atom=np.arange(n) % 2)
-    return PreparedSurface(surface, d_link=1.5, name="blob")
+    return PreparedSurface(surface, Settings(patches={"D_link": 1.5}), streams=Streams(0, "blob"))
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,19 @@ from sparsurf.patches.index import build_index
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, PUBLISHED_ROWS, TABLE_1, Choices
 from sparsurf.sampling.samplers import _at_largest_length, paper, paper_corrected, tune_alpha
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 
 
 @pytest.fixture(scope="module")
 def surface(blob):
     points, normals = blob
-    return PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+    return PreparedSurface(
+        SimpleNamespace(points=points, normals=normals),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(3, "blob"),
+    )
 
 
 def test_the_row_of_table_1_is_that_of_the_range_which_holds_n_s():
@@ -92,7 +98,9 @@ def test_distances_are_measured_from_the_starter_or_from_the_moved_centre():
     own = published.build_cover(index, rough, distance_from_moved_centre=False)
     assert own.origin.tolist() == [starter for starter, _, _ in plain]
     assert own.roughness.tolist() == [rough[starter] for starter, _, _ in plain]
-    corrected = PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.75).corrected_cover
+    corrected = PreparedSurface(
+        SimpleNamespace(points=points, normals=normals), Settings(patches={"D_link": 0.75})
+    ).corrected_cover
     assert np.array_equal(corrected.origin, own.origin) and len(set(corrected.dot)) == len(corrected.dot)
 
 

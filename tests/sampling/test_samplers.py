@@ -22,6 +22,8 @@ from sparsurf.sampling.samplers import (
     subset_weights,
     tune_alpha,
 )
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 
 EXACT = [name for name in SAMPLERS if not name.startswith("paper")]
@@ -31,7 +33,11 @@ NESTED = [name for name in SAMPLERS if SAMPLERS[name].nested]
 @pytest.fixture(scope="module")
 def surface(blob):
     points, normals = blob
-    return PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+    return PreparedSurface(
+        SimpleNamespace(points=points, normals=normals),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(3, "blob"),
+    )
 
 
 @settings(max_examples=40, deadline=None)
@@ -175,7 +181,7 @@ def test_weights_count_every_dot_once(surface):
 
 def test_ranking_on_a1(a1):
     # measured with 1000 test dots and three draws, s.e. 0.01; bounds as the reference figures +- 0.03
-    surface = PreparedSurface(a1, seed=1, name="a1")
+    surface = PreparedSurface(a1, streams=Streams(1, "a1"))
     tests = surface.draw_tests(1000)
     z_tot, _ = surface.describe(tests)
     n = len(a1) // 10

@@ -20,9 +20,11 @@ from sparsurf.patches.readings import SCALED_LINK
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
+from sparsurf.settings import Minimal, Settings
+from sparsurf.streams import Streams
 from sparsurf.study import comparison, floors, grid, tables
 from sparsurf.study.comparison import means_by_protein, means_over_proteins
-from sparsurf.study.prepared_surface import PreparedSurface, prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.required_dots import Trials, required_dots_table
 from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces.formats.npz import write_npz
@@ -49,7 +51,7 @@ def surface(blob):
 
 @pytest.fixture(scope="module")
 def prepared(surface):
-    return PreparedSurface(surface, d_link=D_LINK, seed=3, name="blob/c1")
+    return PreparedSurface(surface, Settings(patches={"D_link": D_LINK}), streams=Streams(3, "blob/c1"))
 
 
 @pytest.fixture(scope="module")
@@ -253,7 +255,7 @@ def test_ranking_on_analytic_surfaces(path, request):
     folder = ROOT if path.startswith("data") else request.getfixturevalue("shared") / "data"
     molecule = read_molecule(folder / path)
     surface = molecular_surface(molecule.xyz[0], radii(molecule))
-    prepared = PreparedSurface(surface, seed=1, name=path)
+    prepared = PreparedSurface(surface, streams=Streams(1, path))
     drawers = comparison.select_methods(prepared, ["paper", "uniform", "farthest"])
     table = comparison.compare_samplers(prepared, drawers, (5, 10, 20, 40), 300, 2)
     z = measure_matrix(table, "Z full")
@@ -338,11 +340,10 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
 
 
 def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path, monkeypatch, caplog):
-    names = {"descriptor": "published", "roughness": "published"}
-    sampling = {"distance_from_moved_centre": True, "chance_in_every_patch": True}
-    settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK} | names, "seed": 1} | sampling
-    asked_for = settings | {
-        "evaluation": {"test_dots": 30, "draws": 2},
+    settings = Settings(patches={"D_link": D_LINK}, evaluation={"test_dots": 30, "draws": 2})
+    asked_for = {
+        "settings": settings,
+        "seed": 1,
         "percents": [10, 40],
         "samplers": ["paper", "uniform", "farthest"],
     }
@@ -393,11 +394,11 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         "fields_recovered": tmp_path / "fields.csv",
     }
     files = {key: inputs[key] for key in ("surface", "roughness", "floors", "ranges")} | results
-    files |= {"structure": None, "field_table": None, "field_names": []}
+    files |= {"structure": None, "field_table": None}
     files["floors"] = distances = folders[0] / "floor_distances.npz"
-    rest = files | settings | {"test_dots": 30, "name": "blob/c1", "whole_curve": True}
-    minimal_settings = {"sampler": "paper", "n_S_percent": 10}
-    select_minimal_subset.main(**rest, minimal=minimal_settings)
+    rest = files | {"seed": 1, "name": "blob/c1", "whole_curve": True}
+    minimal = Minimal(sampler="paper", n_S_percent=10)
+    select_minimal_subset.main(**rest, settings=settings.model_copy(update={"minimal": minimal}))
     assert set(pd.read_csv(required_dots)["reading"]) == {"full", "recovered"}
     drawn_curves = pd.read_csv(curves_path).groupby(["sampler", "reading"])["Z"]
     assert [*drawn_curves.groups] == [
@@ -411,15 +412,14 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
     ranges = pd.read_csv(inputs["ranges"])
     ranges[ranges["reading"] == "full"].to_csv(inputs["ranges"], index=False)
-    minimal_settings = {"sampler": "farthest", "floor": "fresh dots"}
-    select_minimal_subset.main(**rest, minimal=minimal_settings)
+    select_minimal_subset.main(**rest, settings=settings)
     told = [each for each in caplog.messages if "takes the paper's parameters" in each]
     assert [each.split(":")[0] for each in told] == ["blob/c1"]
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[dots], atol=1e-4)
     dots_needed = pd.read_csv(required_dots).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
     own = floors.read_distances(distances)
-    one = prepare_surface(surface, settings["patches"], prepared.roughness, 1, "blob/c1").with_shared_streams
+    one = PreparedSurface(surface, settings, prepared.roughness, Streams(1, "blob/c1", shared=True))
     alone = required_dots_table(Trials(one, "farthest", 30), own, ("recovered",))
     assert (
         dots_needed.xs("recovered", level="reading").to_dict()

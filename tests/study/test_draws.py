@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sparsurf.errors import InputError
-from sparsurf.streams import stream
+from sparsurf.settings import Minimal, Settings
+from sparsurf.streams import Streams, stream
 from sparsurf.study import comparison, grid, minimal_subset
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.subset_search import find_subset
@@ -19,7 +20,11 @@ COMBINATION = (0.5, 0.0, 0.0, 0.0)
 @pytest.fixture(scope="module")
 def prepared(blob):
     points, normals = blob
-    return PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+    return PreparedSurface(
+        SimpleNamespace(points=points, normals=normals),
+        Settings(patches={"D_link": 0.8}),
+        streams=Streams(3, "blob"),
+    )
 
 
 def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(prepared):
@@ -38,7 +43,7 @@ def test_sampled_subsets_have_streams_of_their_own_and_uniform_ones_that_of_thei
 
     def noted(*names):
         keys.append(names)
-        return stream(prepared.seed, prepared.name, *names)
+        return stream(3, prepared.name, *names)
 
     watched = prepared.changed(stream=noted)
     for combination in (COMBINATION, (0.5, 0.0, 0.0, 2.0)):
@@ -120,8 +125,8 @@ def test_all_dots_may_be_handed_out_but_not_more(prepared):
 
 
 def test_a_share_of_the_dots_is_one_dot_at_least():
-    assert [minimal_subset._n_s({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
-    assert minimal_subset._n_s({"n_S": 7}, 300) == 7 and minimal_subset._n_s({}, 300) is None
+    assert [minimal_subset._n_s(Minimal(n_S_percent=p), 300) for p in (0.01, 1)] == [1, 3]
+    assert minimal_subset._n_s(Minimal(n_S=7), 300) == 7 and minimal_subset._n_s(Minimal(), 300) is None
 
 
 def test_a_requested_z_is_reported_with_its_interval(prepared, caplog):
@@ -151,10 +156,10 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
     rng = np.random.default_rng(0)
     subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
     tests = prepared.draw_tests(4)
-    z_tot, found = prepared.distances_under(["full", "kept_scaled", "kept"], subsets, tests)
+    readings = ["full", "kept_scaled", "kept"]
+    z_tot, found, _ = prepared.compare(subsets, tests, readings)
     assert np.allclose(z_tot, prepared.describe(tests)[0], atol=1e-12)
-    assert set(found) == {"full", "kept_scaled", "kept"}
-    for reading, z in found.items():
+    for reading, z in zip(readings, found, strict=True):
         for i in (0, 63, 64, 69):  # more than one pass
             alone = prepared.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
             assert np.allclose(z[i], alone, atol=1e-9), (reading, i)

@@ -12,22 +12,16 @@ from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import over_time
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import ensemble
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.residues import residue_table, roughness_over_frames
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 
-SETTINGS = {
-    "surface": {
-        "probe_radius": 1.4, "density": 6.0, "radii": "dms", "reentrant": "exact",
-    },
-    "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.6},
-    "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
-    "evaluation": {"readings": ["kept", "full"]},
-    "ensemble": {"combination": [1.0, 0.0, 6.0, 0.0], "test_dots": 20, "stride": 1},
-    "seed": 3,
-}  # fmt: skip
+SETTINGS = Settings(surface={"density": 6.0}, patches={"D_link": 0.6}, ensemble={"test_dots": 20})
+STREAMS = Streams(3, "p")
 FRAMES = 7
 
 
@@ -42,7 +36,7 @@ def molecule(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def table(molecule):
-    return ensemble.evaluate_frames(molecule, SETTINGS, "p", 1)
+    return ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1)
 
 
 def test_one_row_per_frame_in_order(table):
@@ -68,7 +62,7 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path
         rows = [tmp_path / f"{name}_{k}" for k in range(1, n_parts + 1)]
         for k, path in enumerate(rows, 1):
             note = lambda *done: counted.append(done)  # noqa: E731
-            part = ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, note, (k, n_parts))
+            part = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1, note, (k, n_parts))
             part.to_csv(path, index=False)
         outputs = {key: tmp_path / f"{name}_{key}.csv" for key in ("table", "over_time", "residues")}
         follow_ensemble.main(structure, None, rows, **outputs, molecule_options={})
@@ -80,7 +74,7 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path
 
 def test_a_row_is_what_the_parts_give(molecule, table):
     surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
-    prepared = PreparedSurface(surface, d_link=0.6, seed=3, name="p/f3")
+    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.6}), streams=Streams(3, "p/f3"))
     row = table.iloc[3]
     assert row["N"] == len(surface) and row["area"] == surface.area.sum()
     assert row["mean_roughness"] == prepared.roughness.mean()
@@ -88,32 +82,34 @@ def test_a_row_is_what_the_parts_give(molecule, table):
     assert row["n_S"] == n_kept
     assert row["n_S_percent"] == pytest.approx(100 * n_kept / len(surface))
     timed = replace(molecule, time_ps=10.0 * np.arange(FRAMES))
-    assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, "p")["time_ps"] == 30
+    assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, STREAMS)["time_ps"] == 30
 
 
 def test_threads_change_no_bit(molecule, table):
-    two = ensemble.evaluate_frames(molecule, SETTINGS, "p", 2)
+    two = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 2)
     assert two.to_csv() == table.to_csv()
 
 
 def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
-    auto = SETTINGS | {"surface": SETTINGS["surface"] | {"density": "auto"}}
-    table = ensemble.evaluate_frames(molecule, auto, "p", 1)
+    auto = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": "auto"})})
+    table = ensemble.evaluate_frames(molecule, auto, STREAMS, 1)
     own = radii(molecule)
-    density = density_for_d_link(molecule, 0, own, auto["surface"], 0.6, "p")
+    density = density_for_d_link(molecule, 0, own, auto.surface, 0.6, "p")
     assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
 
 
 def test_a_surface_that_is_too_sparse_is_refused(molecule):
-    sparse = SETTINGS | {"surface": SETTINGS["surface"] | {"density": 2.0}}
+    sparse = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": 2.0})})
     with pytest.raises(InputError, match="p, frame 0: D_link"):
-        ensemble.evaluate_frames(molecule, sparse, "p", 1)
+        ensemble.evaluate_frames(molecule, sparse, STREAMS, 1)
 
 
 def test_the_frame_of_an_error_is_named(molecule):
-    without = SETTINGS | {"surface": SETTINGS["surface"] | {"reentrant": "none"}}
+    without = SETTINGS.model_copy(
+        update={"surface": SETTINGS.surface.model_copy(update={"reentrant": "none"})}
+    )
     with pytest.raises(InputError, match=r"p, frame 0: surface.reentrant"):
-        ensemble.evaluate_frames(molecule, without, "p", 1)
+        ensemble.evaluate_frames(molecule, without, STREAMS, 1)
 
 
 def invented(n, time=True, readings=("kept", "full")):
@@ -156,7 +152,7 @@ def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
     assert not [name for name in by_frame if name.startswith("residue")]
     assert over_time.columns.tolist() == ["frame", "time_ps", *(f"A:ALA{k}" for k in range(1, 5)), "B:ALA9"]
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
-    rough = PreparedSurface(surface, d_link=0.6).roughness
+    rough = PreparedSurface(surface, Settings(patches={"D_link": 0.6})).roughness
     expected = residue_table(surface, rough, molecule)["mean_roughness"]
     assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
 
@@ -169,9 +165,12 @@ def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, 
         return below[0]
 
     monkeypatch.setattr(ensemble, "on_cavities", on_cavities)
-    row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, "p")
+    row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, STREAMS)
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
-    rough, residue = PreparedSurface(surface, d_link=0.6).roughness, molecule.residue_index[surface.atom]
+    rough, residue = (
+        PreparedSurface(surface, Settings(patches={"D_link": 0.6})).roughness,
+        molecule.residue_index[surface.atom],
+    )
     for k in range(molecule.n_residues):
         inside = (residue == k) & ~below[0]
         assert row[f"residue_{k}"] == pytest.approx(rough[inside].mean(), abs=1e-12, nan_ok=True)

@@ -10,6 +10,8 @@ import evaluate_grid
 import naive
 from sparsurf.errors import InputError
 from sparsurf.sampling import combination, published
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid as grids
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import mean_and_error, reference_values
@@ -21,7 +23,9 @@ GRID = published.parameter_grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 
 def prepared(blob, threads=1, name="blob", seed=42):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    return PreparedSurface(surface, d_link=0.8, seed=seed, name=name, threads=threads)
+    return PreparedSurface(
+        surface, Settings(patches={"D_link": 0.8}), streams=Streams(seed, name), threads=threads
+    )
 
 
 @pytest.fixture(scope="module")
@@ -147,13 +151,15 @@ def test_combinations_share_the_test_dots_of_the_config(blob, tmp_path):
     outputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     write_npz(inputs["surface"], Surface(*blob))
     pd.DataFrame({"roughness": np.full(3000, 0.5)}).to_csv(inputs["roughness"], index=False)
-    sampling = {"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]}
+    settings = Settings(
+        patches={"D_link": 0.8},
+        sampling={"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
+        evaluation={"test_dots": 5, "draws": 1, "readings": ["kept"]},
+    )
     evaluate_grid.main(
         **inputs,
         **outputs,
-        patches={"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
-        sampling=sampling | {"distance_from_moved_centre": True, "chance_in_every_patch": True},
-        evaluation={"test_dots": 5, "draws": 1, "readings": ["kept"]},
+        settings=settings,
         seed=1,
         name="p/c1",
     )
@@ -186,7 +192,7 @@ def test_references_of_two_opposite_vectors():
 
 def test_references_of_a1(a1):
     # over 2000 test dots the s.e. of |z_tot| is 0.05 and of the null model 0.02
-    surface = PreparedSurface(a1, seed=5, name="a1", threads=2)
+    surface = PreparedSurface(a1, streams=Streams(5, "a1"), threads=2)
     z_tot, _ = surface.describe(surface.draw_tests(2000))
     sticks = reference_values(z_tot)
     assert sticks["Z_empty"] == pytest.approx(9.61, abs=0.15)
@@ -198,7 +204,7 @@ def test_published_rows_of_a1(a1, shared):
     # reference: 40 replicates of 100 test dots. With 1500 shared test dots and 4 draws our error is about that of
     # the reference's mean; 5 % of the value or 3 joint standard errors
     rows = combination.PUBLISHED_ROWS
-    grid = grids.evaluate_grid(PreparedSurface(a1, seed=1, name="a1", threads=2), rows, 1500, 4)
+    grid = grids.evaluate_grid(PreparedSurface(a1, streams=Streams(1, "a1"), threads=2), rows, 1500, 4)
     n_s = 100 * grid.n_s.mean(axis=1) / 20045
     assert np.allclose(n_s, [12.4, 21.3, 26.0, 37.3, 45.7, 53.4, 61.4, 74.0, 83.4, 97.1], atol=0.6)
     d, error = mean_and_error(grid.z_tr.astype(float) - grid.z_ts)

@@ -19,6 +19,8 @@ from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import floors as study_floors
 from sparsurf.study.floors import (
     floors_table,
@@ -46,7 +48,7 @@ def lay(xyz):
 
 @pytest.fixture(scope="module")
 def prepared():
-    return PreparedSurface(lay(ATOMS), seed=3, name="seven atoms")
+    return PreparedSurface(lay(ATOMS), streams=Streams(3, "seven atoms"))
 
 
 @pytest.fixture(scope="module")
@@ -114,9 +116,7 @@ def floors_of_frame(folder, monkeypatch, trajectory):
     given = []
     monkeypatch.setattr(measure_floors, "read_npz", lambda _: range(100))
     monkeypatch.setattr(measure_floors, "read_roughness", lambda *_: None)
-    monkeypatch.setattr(
-        measure_floors, "prepare_surface", lambda *_: SimpleNamespace(with_shared_streams=None)
-    )
+    monkeypatch.setattr(measure_floors, "PreparedSurface", lambda *_: None)
     monkeypatch.setattr(study_floors, "measure_floors", lambda *values: given.extend(values) or {})
     measure_floors.main(
         surface="",
@@ -124,11 +124,7 @@ def floors_of_frame(folder, monkeypatch, trajectory):
         conformation=str(folder / "own.pdb"),
         floors=str(folder / "floors.csv"),
         distances=str(folder / "floor_distances.npz"),
-        surface_settings={"radii": "dms"},
-        patches={"D_link": 0.5},
-        distance_from_moved_centre=True,
-        chance_in_every_patch=True,
-        test_dots=20,
+        settings=Settings(),
         seed=1,
         molecule_options={"residues": "209-212"},
         name="tdp43/c1",

@@ -13,6 +13,7 @@ import compute_surface
 from peptides import atom_line, peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces import dot_placement, molecular_surface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import (
@@ -32,12 +33,7 @@ from sparsurf.surfaces.spacing import (
     spacing,
 )
 
-SETTINGS = {
-    "probe_radius": 1.4,
-    "density": "auto",
-    "radii": "dms",
-    "reentrant": "exact",
-}
+SETTINGS = SurfaceSettings()
 
 
 def without_hydrogens(folder, n_residues):
@@ -62,9 +58,11 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
 def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
     assert surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 1.0, "a")[1] == DENSITY
-    thin, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS | {"density": 0.1}, 0.5, "a")
+    thin, density = surface_for_d_link(
+        molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": 0.1}), 0.5, "a"
+    )
     assert density == 0.1 and len(thin) == len(
-        surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": 0.1})
+        surface_of_frame(molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": 0.1}))
     )
     assert not caplog.text
 
@@ -76,7 +74,7 @@ def test_a_density_that_is_sought_rolls_the_probe_once(tmp_path, monkeypatch):
     monkeypatch.setattr(dot_placement, "roll", lambda *args: rolls.append(1) or roll(*args))
     sought, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
     assert density > DENSITY and len(rolls) == 1
-    given = surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": density})
+    given = surface_of_frame(molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": density}))
     for name in ("points", "normals", "area", "kind", "atom"):
         assert np.array_equal(getattr(sought, name), getattr(given, name))
 
@@ -92,7 +90,7 @@ def test_a_linking_distance_that_no_density_suits_is_reported(tmp_path):
 def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_path, monkeypatch):
     molecule, atom_radii = without_hydrogens(tmp_path, 10)
     least = MIN_D_LINK_PER_SPACING * spacing(
-        surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": DENSITY}).points
+        surface_of_frame(molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": DENSITY})).points
     )
     density = DENSITY * (1.02 * least / 0.5) ** 2
     asked = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
@@ -106,11 +104,13 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     (tmp_path / "structures").mkdir()
     zinc = atom_line("ZN", " ZN", "A", "9", (9, 9, 9), record="HETATM", element="ZN")
     path = write(tmp_path / "structures" / "c2.pdb", peptide() + zinc + "END\n")
-    rules = SETTINGS | {"radii": "bondi", "probe_radius": 1.2}
+    rules = SETTINGS.model_copy(update={"radii": "bondi", "probe_radius": 1.2})
     outputs = {name: tmp_path / f"surface.{name}" for name in ("surface", "dms", "structure", "components")}
     compute_surface.main(str(tmp_path / "structures"), **outputs, settings=rules, d_link=1.0, name="p/c2")
     molecule = read_molecule(path, selection="all")
-    wanted = surface_of_frame(molecule, 0, radii(molecule, "bondi"), rules | {"density": DENSITY})
+    wanted = surface_of_frame(
+        molecule, 0, radii(molecule, "bondi"), rules.model_copy(update={"density": DENSITY})
+    )
     assert np.array_equal(read_npz(outputs["surface"]).points, wanted.points)
     alone = wanted.points[wanted.atom == 20] - 9
     assert np.linalg.norm(alone, axis=1) == pytest.approx(np.full(len(alone), 1.39), abs=1e-6)
@@ -127,7 +127,7 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
 def test_dots_are_placed_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_path, caplog):
     molecule, sizes = without_hydrogens(tmp_path, 3)
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
-    for settings in (SETTINGS, SETTINGS | {"density": 2.0}):
+    for settings in (SETTINGS, SETTINGS.model_copy(update={"density": 2.0})):
         generate, atoms = surface_generator(molecule, 1, sizes, settings, 0.5, "a")
         assert np.array_equal(atoms, molecule.xyz[1].round(3))
         assert all(record.levelno < logging.WARNING for record in caplog.records)
@@ -136,7 +136,7 @@ def test_dots_are_placed_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_p
 
 
 def test_atoms_stand_where_a_pdb_file_has_them():
-    xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS | {"density": DENSITY}
+    xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS.model_copy(update={"density": DENSITY})
     file, frame = (
         surface_of_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), settings)
         for each in (xyz, xyz + 0.0004)

@@ -13,6 +13,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.mesh import _assign_sides, _height, recovered_mesh
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces import mesh as meshes
 from sparsurf.surfaces.mesh import grid_step_for_density, marching_tetrahedra, molecular_mesh
@@ -159,7 +160,7 @@ def test_a_grid_that_is_too_fine_is_refused(monkeypatch):
 
 def test_the_recovered_surface_as_a_mesh():
     dots = molecular_surface(ATOMS, RADII)
-    prepared = PreparedSurface(dots, seed=1)
+    prepared = PreparedSurface(dots, streams=Streams(1))
     kept = SAMPLERS["farthest"](prepared, len(dots) // 8, np.random.default_rng(0))
     mesh, true = recovered_mesh(dots.points[kept], dots.normals[kept]), molecular_mesh(ATOMS, RADII)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
@@ -241,9 +242,7 @@ def test_proteins_close(shared, name):
     true, dots = molecular_mesh(xyz, sizes), molecular_surface(xyz, sizes)
     closed(true.triangles, len(true.vertices))
     assert true.vertices.area.sum() == pytest.approx(dots.area.sum(), rel=0.005)
-    kept = SAMPLERS["farthest"](
-        PreparedSurface(dots, roughness_values=np.zeros(len(dots))), len(dots) // 10, np.random.default_rng(0)
-    )
+    kept = SAMPLERS["farthest"](PreparedSurface(dots), len(dots) // 10, np.random.default_rng(0))
     back = recovered_mesh(dots.points[kept], dots.normals[kept])
     closed(back.triangles, len(back.vertices))
     assert back.volume == pytest.approx(true.volume, rel=0.015)

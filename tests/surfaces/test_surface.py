@@ -621,7 +621,7 @@ def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, nam
     write_npz(tmp_path / "a.npz", small)
     write_dms(tmp_path / "a.dms", small, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], np.zeros((3, 3)))
     written(tmp_path, as_csv, "a.csv")
-    write_ply(tmp_path / "a.ply", small, mesh=False)
+    write_ply(tmp_path / "a.ply", small, faces=np.empty((0, 3), int))
     content = (tmp_path / name).read_bytes()
     assert [each.suffixes[0] for each in FORMATS if each.sniff(content[:1000])] == [name[1:]]
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
@@ -682,7 +682,8 @@ def test_a_table_of_dots_says_of_their_atoms_and_of_their_components_where_all_a
     table = dots.to_frame(molecule, more=[4, 5, 6])
     assert list(table) == [*plain, "more", "number", "b"]
     assert table.iloc[1].tolist() == [0, 4, 0, 0, 1, 0, 2, 1, 5, 6, 8]
-    placed = replace(dots, origin=Origin(molecule, 0, {}, lambda these: np.arange(len(these)), dots.points))
+    origin = Origin(molecule, 0, None, 0.5, np.ones(8), lambda these: np.arange(len(these)), dots.points)
+    placed = replace(dots, origin=origin)
     assert list(placed.to_frame()) == [*plain, "component", "number", "b", "more"]
     assert list(dots.to_frame()) == [*plain, "b", "more"]
     assert placed.placed is placed.origin and dots.placed is None

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from conftest import ROOT
+from sparsurf import settings
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.errors import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
@@ -290,7 +291,7 @@ def of_a(**keys):
         (OWN | {"sampling": False, "compare": True}, "sampling", "`compare` needs its grid"),
         (OWN | {"sampling": False, "paper": "tdp43"}, "sampling", "`paper` needs the grid of tdp43"),
         (of_a(sampling=False) | {"compare": True}, "sampling", "`compare` needs its grid"),
-        (of_a(sampling=True) | {"batch": 5, "sampling": False}, "batch", "`sampling: false`"),
+        (of_a(sampling=True) | {"pages": [], "sampling": False}, "pages", "`sampling: false`"),
         (PAIRS | {"compare": True}, "compare.run", "no surfaces to sample"),
         (OWN | COMPARE, "compare.samplers", "farthest alone"),
         (
@@ -308,7 +309,7 @@ def of_a(**keys):
         (READY | {"ensemble": {"run": True}}, "ensemble.run", "ready surface"),
         (READY | {"fields": ["hydropathy"]}, "fields", "needs atoms"),
         (READY | MOVED_ATOMS, "proteins.a", "ready surface"),
-        (OWN | {"pages": ["tdp43"]}, "pages", "`batch`"),
+        (OWN | {"pages": ["tdp43"]}, "pages", "`sampling: false`"),
         (MIXED | {"changes": {"s": ["tdp43", "a"]}}, "changes.s", "'a' is a ready surface"),
         (OWN | {"changes": {"s": ["tdp43/c1", "tdp43/c1"]}}, "changes.s", "on both sides"),
         (OWN | {"patches": {"D_link": 4.0}}, "patches.D_link", "smaller than R_patch"),
@@ -417,13 +418,13 @@ def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein(study):
 
 
 def test_names_are_those_of_the_library():
-    assert (*SAMPLERS,) == names.SAMPLERS
-    assert tuple(name for name in SAMPLERS if SAMPLERS[name].choosing) == names.SAMPLERS_OF_COMBINATIONS
-    assert (*ROUGHNESS,) == names.ROUGHNESSES and (*DESCRIPTORS,) == names.DESCRIPTORS
+    assert (*SAMPLERS,) == settings.SAMPLERS
+    assert tuple(name for name in SAMPLERS if SAMPLERS[name].choosing) == settings.SAMPLERS_OF_COMBINATIONS
+    assert (*ROUGHNESS,) == settings.ROUGHNESSES and (*DESCRIPTORS,) == settings.DESCRIPTORS
     assert (*FIELDS,) == names.FIELDS
     readable = [suffix for file_format in FORMATS for suffix in file_format.suffixes]
     assert sorted(names.SURFACE_SUFFIXES) == sorted(readable)
-    assert {"fresh dots", "turned"} < {*names.FLOORS}
+    assert {"fresh dots", "turned"} < {*settings.FLOORS}
 
 
 def test_a_protein_says_where_it_is_from_how_it_is_read():

@@ -188,7 +188,7 @@ def batch():
         "still": {"structure": "still.pdb", "table": "scores.csv"},
         "both": {"structure": "complex.pdb"},
     }
-    config = {"run": "small", "sampling": {"run": False}, "batch": 2, "proteins": proteins}
+    config = {"run": "small", "sampling": {"run": False}, "pages": [], "proteins": proteins}
     return config | {
         "minimal": {"n_S": 60},
         "evaluation": {"test_dots": 20},

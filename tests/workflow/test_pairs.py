@@ -11,6 +11,7 @@ from conftest import ROOT
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
@@ -20,7 +21,7 @@ from sparsurf.workflow.config import check_config
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
 SMALL_FILES = [str(ROOT / "tests" / name) for name in ("peptides.py", "conftest.py")]  # any files
 PAIRS = {"run": "x", "pairs": {"p": {"files": SMALL_FILES}}}
-SURFACE = check_config(PAIRS)["surface"]
+SURFACE = Settings.of(check_config(PAIRS)).surface
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +115,7 @@ def compute_partners(folder, files, chains=None, settings=SURFACE):
 
 
 def test_partners_are_computed_by_the_rules_of_the_config(folder, tmp_path):
-    settings = SURFACE | {"radii": "bondi", "probe_radius": 1.2}
+    settings = SURFACE.model_copy(update={"radii": "bondi", "probe_radius": 1.2})
     surfaces, _ = compute_partners(tmp_path, [folder / "both.pdb"], [["B"], ["A"]], settings)
     for path, chain in zip(surfaces, "BA", strict=True):
         molecule = read_molecule(folder / "both.pdb", chains=[chain])

@@ -134,14 +134,14 @@ def test_batches_on_slurm_give_the_bytes_of_a_local_run(node, start, tmp_path):
     for k in range(4):
         write(structures / f"p{k}.pdb", peptide(SEQUENCE[: 3 + k % 2], origin=(k, 0, 0)) + "END\n")
     write(structures / "empty.pdb", "END\n")
-    config = {"run": "many", "sampling": False, "batch": 2, "proteins": {"folder": str(structures)}}
+    config = {"run": "many", "sampling": False, "pages": [], "proteins": {"folder": str(structures)}}
     (tmp_path / "many.yaml").write_text(yaml.safe_dump(config))
     local, cluster = (checkout(tmp_path / name) for name in ("local", "cluster"))
     alone = start(local, tmp_path / "many.yaml", "CORES=2")
     shared = start(cluster, tmp_path / "many.yaml", "CLUSTER=slurm", environment=node)
     for process, folder in ((alone, local), (shared, cluster)):
         assert process.wait(MOST_SECONDS) == 0, (folder / "said").read_text()
-    assert len(files(cluster, ".parquet")) == 10  # five tables of two batches
+    assert len(files(cluster, ".parquet")) == 5  # tables of a batch
     for end in (".parquet", ".csv", "index.html"):
         assert files(cluster, end) == files(local, end)
 

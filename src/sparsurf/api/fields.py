@@ -17,12 +17,7 @@ from sparsurf.api.inputs import (
     field_names,
     has_atoms,
     index_array,
-    known_origin,
     number_arrays,
-    refuse_other_atoms,
-    refuse_other_frame,
-    refuse_other_molecule,
-    refuse_other_rules,
     subset_indices,
 )
 from sparsurf.api.patches import roughness
@@ -89,15 +84,15 @@ def fields(
         if has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
-        origin = known_origin(molecule, "fields")
-        refuse_other_rules(origin, "fields", frame=frame)
+        origin = molecule.known_origin("fields")
+        origin.refuse_rules("fields", frame=frame)
         dots, atoms, frame = molecule, origin.molecule, origin.frame
     else:
         atoms = as_molecule(molecule)
     surface = as_dots(dots)
     check_frame(atoms, frame, "the molecule")
-    refuse_other_frame(dots, atoms, frame, "fields")
-    refuse_other_molecule(dots, atoms, frame, "fields")
+    if surface.origin:
+        surface.origin.refuse_molecule("fields", atoms, frame, whole=False)
     names = field_names(names, "names")
     if not names:
         raise InputError("names: there are no fields; give at least one, such as 'potential'.")
@@ -141,8 +136,9 @@ def residues(
     (61, ['chain', 'residue', 'residue_name', 'area'])
     """
     surface = as_surface(dots)
-    atoms = known_origin(surface, "residues").molecule if molecule is None else as_molecule(molecule)
-    refuse_other_atoms(surface, atoms, None, "residues")
+    atoms = surface.known_origin("residues").molecule if molecule is None else as_molecule(molecule)
+    if surface.origin:
+        surface.origin.refuse_molecule("residues", atoms, None)
     if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
     known = None if roughness_values is None else number_arrays([roughness_values], "roughness_values")[0]

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeGuard, cast
 
 import numpy as np
+from pydantic import TypeAdapter
 
+from sparsurf import settings
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
 from sparsurf.molecules.libraries import (
@@ -22,10 +24,8 @@ from sparsurf.molecules.libraries import (
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces.molecular_surface import MAX_DENSITY
-from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Origin, Surface, check_plausibility, dot_label
+from sparsurf.surfaces.surface import Surface, check_plausibility, dot_label
 
 if TYPE_CHECKING:
     import gemmi
@@ -48,19 +48,7 @@ SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 log = logging.getLogger("sparsurf")
 
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
-LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
-MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
-MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
-MAX_DISTANCE_FROM_ATOMS = 8.0  # Å; dots lie within the radii of an atom and the probe
-MIN_DOTS_TO_COMPARE, MAX_DOTS_TO_COMPARE = 10, 200
-# Settings that place dots, with their defaults
-PLACEMENT_DEFAULTS = {
-    "frame": 0,
-    "probe_radius": PROBE_RADIUS,
-    "density": "auto",
-    "radii": "dms",
-    "cavities": "keep",
-}
+PLACEMENT_DEFAULTS = {"frame": 0} | settings.Surface().model_dump()
 
 
 class Limits(NamedTuple):
@@ -70,6 +58,17 @@ class Limits(NamedTuple):
     high: float = math.inf
     whole: bool = False
     open_low: bool = True
+
+    @classmethod
+    def of(cls, kind: Any) -> Limits:
+        """Return the limits of the numbers of a type in `settings`; of a word or a number, those of the number."""
+        rule = TypeAdapter(kind).json_schema()
+        rule = next(
+            each for each in (rule, *rule.get("anyOf", ())) if each.get("type") in ("number", "integer")
+        )
+        is_open = "exclusiveMinimum" in rule
+        low = rule["exclusiveMinimum" if is_open else "minimum"]
+        return cls(low, rule["maximum"], rule["type"] == "integer", is_open)
 
     def allow(self, value: float) -> bool:
         """Return whether a real number lies within the limits; NaN and infinity never do."""
@@ -86,20 +85,7 @@ class Limits(NamedTuple):
         return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
 
     def check(self, value: Any, name: str, word: str | None = None) -> Any:
-        """Return the number that the user gave as `name`, a float or, of whole numbers, an int.
-
-        Parameters
-        ----------
-        value : anything
-        name : str
-        word : str, optional
-            Allowed as well, and returned as it is.
-
-        Raises
-        ------
-        InputError
-            Not a number, or a number outside the limits.
-        """
+        """Return the number that the user gave as `name`, a float or an int, or an allowed word; raise InputError for others."""
         if word is not None and isinstance(value, str) and value == word:
             return value
         is_number = isinstance(value, Real) and not isinstance(value, bool)
@@ -109,26 +95,17 @@ class Limits(NamedTuple):
         return int(value) if self.whole else float(value)
 
 
-LENGTH = Limits(0, 100)  # Å: R_patch, R_zernike, D_link
-PROBE = Limits(0, 10)  # Å
-DENSITY = Limits(0, MAX_DENSITY)  # dots per Å^2
-PERCENT = Limits(0, 100)
-ALPHA = Limits(0, 1)
-EXPONENT = Limits(0, 1000, open_low=False)  # beta, gamma, delta
-SEED = Limits(0, 2**64 - 1, whole=True, open_low=False)
-TEST_DOTS = Limits(2, 1_000_000, whole=True, open_low=False)
+LENGTH, PROBE = Limits.of(settings.Length), Limits.of(settings.Probe)  # Å
+DENSITY = Limits.of(settings.Density)  # dots per Å^2
+PERCENT, ALPHA, EXPONENT = map(Limits.of, (settings.Percent, settings.Alpha, settings.Exponent))
+SEED, TEST_DOTS = Limits.of(settings.Seed), Limits.of(settings.TestDots)
 NUMBER_OF_DOTS = Limits(0, whole=True)
 ERROR = Limits(0, open_low=False)  # Z
+FRAME = Limits(0, whole=True, open_low=False)
 
 
 def as_molecule(source: MoleculeLike) -> Molecule:
-    """Return a Molecule from itself, a path, or the atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython.
-
-    Raises
-    ------
-    InputError
-        None of these.
-    """
+    """Return a Molecule from itself, a path, or atoms of another library; raise InputError for anything else."""
     if isinstance(source, Molecule):
         return source
     if isinstance(source, str | Path):
@@ -160,12 +137,7 @@ def _converter(source: Any) -> Any:
 def as_dots(source: DotsLike) -> Surface:
     """Return a Surface from itself, a Subset, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
 
-    Normals of a file are normalised; those of arrays must be unit vectors.
-
-    Raises
-    ------
-    InputError
-        None of these.
+    Normals of a file are normalised; those of arrays must be unit vectors. Raise InputError for anything else.
     """
     if isinstance(source, Surface):
         return source
@@ -190,23 +162,6 @@ def as_dots(source: DotsLike) -> Surface:
     )
 
 
-def known_origin(dots: Surface, name: str) -> Origin:
-    """Return the origin of dots; raise InputError, in the name of a function, if they know no molecule."""
-    if dots.origin is None:
-        raise InputError(f"{name}: these dots know no molecule; give it, too.")
-    return dots.origin
-
-
-def refuse_other_rules(origin: Origin, name: str, **requested: Any) -> None:
-    """Raise InputError if dots were placed by other rules than requested; a default requests nothing."""
-    rules = origin.rules | {"frame": origin.frame}
-    for key, value in requested.items():
-        if value not in (PLACEMENT_DEFAULTS[key], rules[key]):
-            raise InputError(
-                f"{name}: the dots were placed with {key}={rules[key]!r}; give their molecule for {value!r}."
-            )
-
-
 def refuse_placement(name: str, **requested: Any) -> None:
     """Raise InputError if dots that know no molecule are to be placed by a rule."""
     for key, value in requested.items():
@@ -216,71 +171,6 @@ def refuse_placement(name: str, **requested: Any) -> None:
             )
 
 
-def refuse_other_frame(dots: Any, molecule: Molecule, frame: int, name: str) -> None:
-    """Raise InputError if dots know that they belong to another frame of a molecule with several."""
-    origin = getattr(dots, "origin", None)
-    if origin is not None and origin.frame != frame and origin.frame < molecule.n_frames:
-        raise InputError(f"{name}: the dots are those of frame {origin.frame}; give frame={origin.frame}.")
-
-
-def refuse_other_atoms(dots: Any, molecule: Molecule, frame: int | None, name: str) -> None:
-    """Raise InputError if dots know that they were placed on other atoms than those of a frame (None: of any frame)."""
-    origin = getattr(dots, "origin", None)
-    if origin is None:
-        distance = _distance_from_atoms(dots, molecule, frame)
-        if distance > MAX_DISTANCE_FROM_ATOMS:
-            raise InputError(
-                f"{name}: half of the dots lie {distance:.0f} Å or more from the atoms; give the molecule of these dots."
-            )
-    if origin is None or (origin.molecule is molecule and frame in (origin.frame, None)):
-        return
-    same = origin.molecule.n_atoms == molecule.n_atoms and all(
-        np.array_equal(getattr(origin.molecule, key), getattr(molecule, key)) for key in LABELS
-    )
-    if same and frame is not None:
-        refuse_other_frame(dots, molecule, frame, name)
-        same = np.abs(origin.molecule.xyz[origin.frame] - molecule.xyz[frame]).max() < MAX_SHIFT
-    if not same:
-        raise InputError(f"{name}: the dots were placed on other atoms; give their molecule, or none.")
-
-
-def refuse_other_molecule(dots: Any, molecule: Molecule, frame: int, name: str) -> None:
-    """Raise InputError if a frame of a molecule lacks half of the atoms that dots know they were placed on.
-
-    It may have more atoms, or lack hydrogens and ligands.
-    """
-    origin = getattr(dots, "origin", None)
-    if (
-        origin is None
-        and (distance := _distance_from_atoms(as_dots(dots), molecule, frame)) > MAX_DISTANCE_FROM_ATOMS
-    ):
-        message = "%s: half of the dots lie %.0f Å or more from the atoms; is it the molecule of these dots?"
-        log.warning(message, name, distance)
-    if origin is None or (origin.molecule is molecule and frame == origin.frame):
-        return
-    from scipy.spatial import cKDTree
-
-    heavy = origin.molecule.heavy
-    positions = origin.molecule.xyz[origin.frame][heavy if heavy.any() else slice(None)]
-    distances = np.asarray(cKDTree(molecule.xyz[frame]).query(positions)[0])
-    if np.mean(distances < MAX_SHIFT) < MIN_SHARE_OF_ATOMS:
-        raise InputError(
-            f"{name}: the dots were placed on other atoms; give their molecule and frame, or the pair (points, normals)."
-        )
-
-
-def _distance_from_atoms(dots: Any, molecule: Molecule, frame: int | None) -> float:
-    """Return the median distance, Å, of some of many dots from the nearest atom of a frame (None: of the nearest frame)."""
-    from scipy.spatial import cKDTree
-
-    points = getattr(dots, "points", np.empty((0, 3)))
-    if len(points) < MIN_DOTS_TO_COMPARE:
-        return 0.0
-    sample = points[:: -(-len(points) // MAX_DOTS_TO_COMPARE)]
-    frames = range(molecule.n_frames) if frame is None else [frame]
-    return min(float(np.median(cKDTree(molecule.xyz[k]).query(sample)[0])) for k in frames)
-
-
 def _with_article(value: Any) -> str:
     """Return the name of a type with its article."""
     name = type(value).__name__
@@ -288,13 +178,7 @@ def _with_article(value: Any) -> str:
 
 
 def number_arrays(values: Iterable[Any], name: str) -> list[np.ndarray]:
-    """Return float arrays of the user's values, called `name`.
-
-    Raises
-    ------
-    InputError
-        Something else than numbers, rows of unequal length, or masked values.
-    """
+    """Return float arrays of the user's values; raise InputError for others, unequal rows or masked values."""
     parts: list[Any] = []
     arrays: list[np.ndarray] | None = None
     try:
@@ -316,10 +200,7 @@ def number_arrays(values: Iterable[Any], name: str) -> list[np.ndarray]:
 def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
     """Return the user's values as one array: of whole numbers if empty, of dots if they are a mask of all `n_dots`.
 
-    Raises
-    ------
-    InputError
-        Rows, called `name`, of unequal lengths, or masked values.
+    Raise InputError for rows of unequal lengths, or masked values.
     """
     if np.ma.is_masked(values):
         raise InputError(f"{name}: the array has masked values; leave these dots out.")
@@ -350,13 +231,7 @@ def field_names(names: Any, key: str) -> tuple[str, ...]:
 
 
 def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
-    """Return a value of the user that is one of the choices.
-
-    Raises
-    ------
-    InputError
-        Another value.
-    """
+    """Return a value of the user that is one of the choices; raise InputError for another."""
     if value not in list(choices):  # a list: the value may have no hash
         words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
         raise InputError(f"{name} is {value!r}; it must be {words}.")

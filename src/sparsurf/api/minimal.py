@@ -2,55 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf.api.inputs import DENSITY as DENSITIES
 from sparsurf.api.inputs import (
     ERROR,
+    LENGTH,
     NUMBER_OF_DOTS,
     PERCENT,
+    SEED,
     DotsLike,
     Limits,
     SurfaceLike,
     as_dots,
-    as_molecule,
     has_atoms,
-    refuse_other_rules,
     refuse_placement,
 )
 from sparsurf.api.subsets import prepare
-from sparsurf.api.surfaces import surface, surface_settings
+from sparsurf.api.surfaces import surface
 from sparsurf.errors import InputError
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
-from sparsurf.streams import DEFAULT_SEED
+from sparsurf.sampling.samplers import get_samplers
+from sparsurf.settings import Distance, Minimal, Patches, Settings
+from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.study.floors import floors_table, measure_floors
-from sparsurf.study.minimal_subset import Subset, select_minimal_subset
+from sparsurf.study.minimal_subset import Subset, represent
 from sparsurf.study.prepared_surface import number_of_tests
-from sparsurf.study.required_dots import Trials
 from sparsurf.surfaces.components import fields_without_component
-from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.radii import radii as atomic_radii
-from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    # what places other dots on atoms, and their positions
-    Generator: TypeAlias = tuple[Callable[[np.ndarray], Surface] | None, np.ndarray | None]
-
 TEST_DOTS = 200  # as in a study
-DEFAULT_ERROR = 0.02  # Å, as in a study
-DISTANCE = Limits(0, 10)  # Å
+DISTANCE = Limits.of(Distance)  # Å
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
 STEPS = Limits(0, 1000, whole=True)
 
@@ -114,15 +107,23 @@ def minimal(
     request = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
         raise InputError("minimal: give only one of percent, n_dots, error and max_z.")
-    rules = {
-        "probe_radius": probe_radius, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities,
-    }  # fmt: skip
-    dots, _, molecule = _dots_and_generator(surface, frame, rules)
+    dots = _dots(
+        surface,
+        frame=frame,
+        probe_radius=probe_radius,
+        density=density,
+        radii=radii,
+        d_link=d_link,
+        cavities=cavities,
+    )
     if n_dots is not None and n_dots > len(dots):
         raise InputError(f"minimal: n_dots is {n_dots}, more than the {len(dots)} dots of the surface.")
-    prepared, n_tests = prepare(dots, d_link=d_link, seed=seed), number_of_tests(TEST_DOTS, len(dots))
-    trials = Trials(prepared, sampler, n_tests)
-    return select_minimal_subset(trials, request or {"error": DEFAULT_ERROR}, molecule=molecule)
+    get_samplers([sampler], "minimal.sampler")  # names an unknown one
+    seed = SEED.check(seed, "seed")
+    wanted = Minimal(**request).model_copy(update={"sampler": sampler})
+    settings = Settings(patches=Patches(D_link=d_link)).model_copy(update={"minimal": wanted})
+    molecule = dots.placed.molecule if dots.placed else None
+    return represent(dots, settings, Streams(seed), molecule, threads=available_cores()).subset
 
 
 def floors(
@@ -153,12 +154,17 @@ def floors(
     >>> import sparsurf
     >>> table = sparsurf.floors("protein.pdb")  # doctest: +SKIP
     """
-    rules = {
-        "probe_radius": probe_radius, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities,
-    }  # fmt: skip
-    dots, generator, _ = _dots_and_generator(surface, frame, rules)
+    dots = _dots(
+        surface,
+        frame=frame,
+        probe_radius=probe_radius,
+        density=density,
+        radii=radii,
+        d_link=d_link,
+        cavities=cavities,
+    )
     prepared = prepare(dots, d_link=d_link, seed=seed)
-    return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *generator))
+    return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *dots.generator))
 
 
 def recover(
@@ -206,33 +212,19 @@ def recover(
     return Surface(points, normals, fields=fields)
 
 
-def _dots_and_generator(
-    source: SurfaceLike, frame: int, rules: dict[str, Any]
-) -> tuple[Surface, Generator, Molecule | None]:
-    """Return dots, what places other dots on the atoms, and the molecule; the last two are None for dots alone."""
+def _dots(source: SurfaceLike, **rules: Any) -> Surface:
+    """Return dots that suit D_link; those of a molecule know it."""
+    d_link = LENGTH.check(rules["d_link"], "d_link")
     placement = {key: value for key, value in rules.items() if key != "d_link"}  # which serves all dots
     if isinstance(source, Surface) and source.placed:
-        origin = source.placed
-        refuse_other_rules(origin, "minimal", frame=frame, **placement)
-        return source, _generator(origin.molecule, origin.frame, **origin.rules), origin.molecule
-    if not has_atoms(source):
-        dots: Any = source
-        refuse_placement("minimal", frame=frame, **placement)
-        return as_dots(dots), (None, None), None
-    atoms: Any = source
-    molecule = as_molecule(atoms)
-    return surface(molecule, frame=frame, **rules), _generator(molecule, frame, **rules), molecule
-
-
-def _generator(
-    molecule: Molecule,
-    frame: int,
-    probe_radius: float,
-    density: float | str,
-    radii: str,
-    d_link: float,
-    cavities: str,
-) -> Generator:
-    """Return what places other dots on the atoms of one frame."""
-    settings = surface_settings(probe_radius, density, cavities)
-    return surface_generator(molecule, frame, atomic_radii(molecule, radii), settings, d_link, "surface")
+        source.placed.refuse_rules("minimal", **placement)
+        dots = source
+    elif has_atoms(source):
+        atoms: Any = source
+        dots = surface(atoms, **rules)
+    else:
+        refuse_placement("minimal", **placement)
+        few: Any = source
+        dots = as_dots(few)
+    refuse_sparse(dots.points, d_link, "surface")
+    return dots

@@ -52,20 +52,11 @@ def write_scene(
     one_colour: bool = False,
     triangles: np.ndarray | None = None,
 ) -> None:
-    """Write dots, or triangles between them, with the molecule as a cartoon where it is known.
+    """Write dots, or triangles (F, 3) between them in one colour, with the molecule as a cartoon where it is known.
 
-    Parameters
-    ----------
-    path : .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), .pml (a script for PyMOL that holds
-        everything), or .cxc (a script for ChimeraX, with NAME.bild and NAME.pdb next to it)
-    surface : Surface
-    molecule, frame : Molecule, int
-    numbers : (N,) float, optional
-        B factors of a PDB, and colours; without them, the colours show the kinds of the dots.
-    one_colour : bool
-        Draw all dots in one colour.
-    triangles : (F, 3) int, optional
-        Corners; drawn in one colour instead of spheres.
+    The suffix is .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), .pml (a script for PyMOL that
+    holds everything), or .cxc (a script for ChimeraX, with NAME.bild and NAME.pdb next to it). `numbers` (N,) are B factors
+    and colours; without them, the colours show the kinds of the dots.
     """
     path = Path(path)
     if one_colour:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -27,7 +28,8 @@ from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import get_samplers
-from sparsurf.streams import DEFAULT_SEED
+from sparsurf.settings import SAMPLERS_OF_COMBINATIONS, Patches, Settings
+from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.study.minimal_subset import Subset
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.statistics import mean_and_error, reference_values
@@ -39,7 +41,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 PreparedLike: TypeAlias = "SurfaceLike | PreparedSurface"
-SAMPLERS_BY_COMBINATION = ("paper", "paper_corrected")  # which draw by alpha, beta, gamma and delta
 
 
 def prepare(
@@ -83,7 +84,8 @@ def prepare(
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     dots = as_surface(surface, d_link)
     refuse_sparse(dots.points, d_link, "surface")
-    return PreparedSurface(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
+    patches = Patches(R_patch=r_patch, R_zernike=r_zernike, D_link=d_link)
+    return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 
 def sample(
@@ -127,7 +129,7 @@ def sample(
     """
     prepared = prepare(surface)
     if seed is not None:
-        prepared = prepared.changed(seed=SEED.check(seed, "seed"))
+        prepared = prepared.changed(stream=replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
     if combination is not None:
         return _draw_combination(prepared, combination, sampler, sizes)
@@ -149,10 +151,10 @@ def _draw_combination(
         raise InputError(
             f"sample: a combination leaves the number of dots to chance; leave out {sizes[0]} or the combination."
         )
-    if sampler not in (None, *SAMPLERS_BY_COMBINATION):
-        names = " and ".join(SAMPLERS_BY_COMBINATION)
+    if sampler not in (None, *SAMPLERS_OF_COMBINATIONS):
+        names = " and ".join(SAMPLERS_OF_COMBINATIONS)
         raise InputError(f"sample: {names} draw by a combination, not {sampler!r}; leave out one of the two.")
-    sampler = sampler or SAMPLERS_BY_COMBINATION[0]
+    sampler = sampler or SAMPLERS_OF_COMBINATIONS[0]
     return find_subset(prepared, sampler, combination=_combination(combination))[0]
 
 

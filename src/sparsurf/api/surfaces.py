@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -24,22 +22,20 @@ from sparsurf.api.inputs import (
     has_atoms,
     is_file_of_dots,
     is_subset,
-    known_origin,
     number_arrays,
-    refuse_other_atoms,
-    refuse_other_rules,
     refuse_placement,
 )
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces.components import table_of_components
-from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
-from sparsurf.surfaces.radii import PROBE_RADIUS
+from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link, surface_of_molecule
+from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.surface import Origin, Surface
+from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -112,18 +108,13 @@ def surface(
     """
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY.check(density, "density", "auto")
+    settings = surface_settings(probe_radius, density, radii, cavities)
+    if not isinstance(molecule, tuple):
+        atoms = as_molecule(molecule)
+        check_frame(atoms, frame, "the molecule")
+        return surface_of_molecule(atoms, settings, d_link, "surface", frame)
     atoms, frame, atom_radii = _spheres(molecule, frame, radii)
-    settings = surface_settings(probe_radius, density, cavities)
-    dots = surface_for_d_link(atoms, frame, atom_radii, settings, d_link, "surface")[0]
-    if not isinstance(atoms, Molecule):
-        return dots
-    rules = {
-        "probe_radius": probe_radius, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities,
-    }  # fmt: skip
-    search = partial(
-        components_of_frame, molecule=atoms, position=frame, atom_radii=atom_radii, probe=probe_radius
-    )
-    return replace(dots, origin=Origin(atoms, frame, rules, search, dots.points))
+    return surface_for_d_link(atoms, frame, atom_radii, settings, d_link, "surface")[0]
 
 
 def components(
@@ -164,20 +155,20 @@ def components(
     """
     source: Any = dots
     if isinstance(molecule, Surface) and dots is None:
-        source, origin = molecule, known_origin(molecule, "components")
-        refuse_other_rules(origin, "components", frame=frame, probe_radius=probe_radius, radii=radii)
+        source, origin = molecule, molecule.known_origin("components")
+        origin.refuse_rules("components", frame=frame, probe_radius=probe_radius, radii=radii)
         molecule, frame = origin.molecule, origin.frame
     elif isinstance(molecule, Surface):
         raise InputError("components: give the molecule first, then its dots.")
     elif dots is None:
         source = surface(molecule, frame=frame, probe_radius=probe_radius, radii=radii)
     if getattr(source, "origin", None) is not None:
-        refuse_other_rules(source.origin, "components", probe_radius=probe_radius, radii=radii)
-        probe_radius, radii = source.origin.rules["probe_radius"], source.origin.rules["radii"]
+        source.origin.refuse_rules("components", probe_radius=probe_radius, radii=radii)
+        probe_radius, radii = source.origin.rules.probe_radius, source.origin.rules.radii
     probe_radius, surface_dots = PROBE.check(probe_radius, "probe_radius"), as_dots(source)
     atoms, frame, atom_radii = _spheres(molecule, frame, radii)
-    if isinstance(atoms, Molecule):
-        refuse_other_atoms(surface_dots, atoms, frame, "components")
+    if isinstance(atoms, Molecule) and surface_dots.origin:
+        surface_dots.origin.refuse_molecule("components", atoms, frame)
     if surface_dots.origin and not surface_dots.placed:
         raise InputError("components: these are not all dots of their surface; give all dots from surface().")
     if not 0 <= surface_dots.atom.min() <= surface_dots.atom.max() < len(atom_radii):
@@ -245,11 +236,9 @@ def mesh(
     source: Any = molecule
     if isinstance(source, Surface) and source.placed:
         origin = source.placed
-        refuse_other_rules(
-            origin, "mesh", frame=frame, probe_radius=probe_radius, radii=radii, cavities=cavities
-        )
+        origin.refuse_rules("mesh", frame=frame, probe_radius=probe_radius, radii=radii, cavities=cavities)
         source, frame, rules = origin.molecule, origin.frame, origin.rules
-        probe_radius, radii, cavities = rules["probe_radius"], rules["radii"], rules["cavities"]
+        probe_radius, radii, cavities = rules.probe_radius, rules.radii, rules.cavities
     wanted = step = grid_step_for_density(density)
     if isinstance(source, Surface) or is_subset(source) or is_file_of_dots(source):
         from sparsurf.recovery.mesh import recovered_mesh
@@ -275,13 +264,7 @@ def mesh(
 
 
 def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
-    """Return dots from all that `as_dots` takes, and those of a molecule with default settings for `d_link`.
-
-    Raises
-    ------
-    InputError
-        None of these.
-    """
+    """Return dots from all that `as_dots` takes, and those of a molecule with default settings for `d_link`, Å."""
     source_: Any = source
     return surface(source_, d_link=d_link) if has_atoms(source_) else as_dots(source_)
 
@@ -294,11 +277,13 @@ def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:
     return build_index(dots.points, dots.normals, d_link)
 
 
-def surface_settings(probe_radius: float, density: float | str, cavities: str) -> dict[str, Any]:
+def surface_settings(probe_radius: float, density: float | str, radii: str, cavities: str) -> SurfaceSettings:
     """Return the section `surface` of a config for what the functions and commands place; a density or 'auto'."""
     check_choice(cavities, CAVITIES, "cavities")
-    settings: dict[str, Any] = {"probe_radius": probe_radius, "density": density}
-    return settings | {"reentrant": "exact", "cavities": cavities}
+    check_choice(radii, [*RADII], "radii")
+    return SurfaceSettings.model_validate(
+        {"probe_radius": probe_radius, "density": density, "radii": radii, "cavities": cavities}
+    )
 
 
 def _spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:

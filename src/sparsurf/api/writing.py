@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_other_atoms
+from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
@@ -89,12 +89,10 @@ class Dots:
         return pd.concat([rest[dot], positions, rest.drop(columns=dot)], axis=1)
 
 
-def parse_output(
-    output: str | Path, format_given: str | None, formats: Sequence[str]
-) -> tuple[str, bool, Path | None]:
-    """Return the suffix that decides, whether the file is packed (named .gz), and its folder, None for a stream.
+def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool, Path | None]:
+    """Return the suffix that decides (csv for '-'), whether the file is packed (.gz), and its folder, None for a stream.
 
-    Parameters and errors are those of `write_file`.
+    Raise InputError if the suffix is unknown, the folder does not exist, or a folder has this name.
     """
     name = str(output)
     if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > MAX_NAME_LENGTH:
@@ -104,11 +102,9 @@ def parse_output(
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")
     bare = name[:-3] if name.lower().endswith(".gz") else name
-    suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
+    suffix = ".csv" if name == "-" else Path(bare).suffix.lower()
     if suffix not in formats:
         why = f"this cannot be written as {suffix!r}" if suffix else "the name has no suffix"
-        if format_given or name == "-":
-            raise InputError(f"{name}: {why}; give --format {', '.join(form[1:] for form in formats)}.")
         raise InputError(f"{name}: {why}; name a file in {', '.join(formats)}.")
     stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
     folder = None if stream else Path(os.path.realpath(name)).parent
@@ -120,25 +116,13 @@ def parse_output(
 
 
 def write_file(
-    output: str | Path,
-    format_given: str | None,
-    formats: Sequence[str],
-    writers: Mapping[str, Callable[[Path], Any]],
+    output: str | Path, formats: Sequence[str], writers: Mapping[str, Callable[[Path], Any]]
 ) -> None:
     """Write a result under its final name once it is whole; what is a link, a pipe or a device stays one.
 
-    Parameters
-    ----------
-    output : path, packed if its name ends in .gz, or '-'
-    format_given : str or None, without the dot; else the suffix of `output` decides, csv for '-'
-    formats : tuple of suffixes
-    writers : dict, suffix -> function of a path
-
-    Raises
-    ------
-    InputError : the suffix is unknown, the folder does not exist, or a folder has this name
+    `writers` are functions of a path by suffix; output and formats are those of `parse_output`.
     """
-    suffix, packed, folder = parse_output(output, format_given, formats)
+    suffix, packed, folder = parse_output(output, formats)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as temporary:
         path = Path(temporary, f"part{suffix}")
         writers[suffix](path)
@@ -154,30 +138,14 @@ def write_file(
             sys.stdout.buffer.flush()
 
 
-def write_dots(
-    output: str | Path,
-    format_given: str | None,
-    dots: Dots,
-    with_faces: bool = True,
-    binary: bool = False,
-) -> None:
-    """Write Dots.
-
-    Parameters
-    ----------
-    output, format_given : see `write_file`
-    dots : Dots
-    with_faces : bool
-        Whether triangles between the dots are written.
-    binary : bool
-        Whether a PLY is binary.
-    """
+def write_dots(output: str | Path, dots: Dots) -> None:
+    """Write Dots in the format of the suffix."""
     surface = dots.surface
 
     def ply(path: Path) -> None:
         values = dots.numbers
         colours = values.pop(dots.shown).astype(float) if dots.shown else None
-        write_ply(path, surface, colours, dots.shown or "", values, with_faces, dots.faces, binary)
+        write_ply(path, surface, colours, dots.shown or "", values, faces=dots.faces)
 
     def dms(path: Path) -> None:
         molecule = dots.molecule
@@ -198,7 +166,7 @@ def write_dots(
         ".dms": dms,
     }
     writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
-    write_file(output, format_given, dots.formats, writers)
+    write_file(output, dots.formats, writers)
 
 
 def mesh_dots(mesh: Mesh) -> Dots:
@@ -207,23 +175,15 @@ def mesh_dots(mesh: Mesh) -> Dots:
     return Dots(mesh.vertices, pd.DataFrame({"area": mesh.vertices.area}), faces=mesh.triangles, words=words)
 
 
-def write_table(
-    output: str | Path,
-    format_given: str | None,
-    table: pd.DataFrame,
-    arrays: Mapping[str, Any] | None = None,
-) -> None:
-    """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
-
-    Output and format are those of `write_file`.
-    """
+def write_table(output: str | Path, table: pd.DataFrame, arrays: Mapping[str, Any] | None = None) -> None:
+    """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column."""
     table = table.reset_index() if table.index.name else table
     columns = {str(name): column for name, column in table.items()} if arrays is None else arrays
     writers = {
         ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
         ".npz": lambda path: _npz(path, columns),
     }
-    write_file(output, format_given, TABLES, writers)
+    write_file(output, TABLES, writers)
 
 
 def write(
@@ -257,7 +217,7 @@ def write(
     >>> sparsurf.write(sparsurf.surface("data/tdp43/topology.pdb"), "/tmp/dots.ply")
     """
     if isinstance(result, pd.DataFrame):
-        write_table(path, None, result)
+        write_table(path, result)
         return
     if isinstance(result, Molecule):
         if Path(path).suffix.lower() != ".pdb":
@@ -268,7 +228,7 @@ def write(
     if isinstance(result, Surface) and result.origin:
         if atoms is None:
             atoms, frame = result.origin.molecule, result.origin.frame
-        refuse_other_atoms(result, atoms, frame, "write")
+        result.origin.refuse_molecule("write", atoms, frame)
     source: Any = result
     if is_subset(source):
         dots = Dots(source.surface, source.table, "weight", atoms, frame)
@@ -281,9 +241,9 @@ def write(
             f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
         )
     if Path(path).suffix.lower() != ".cxc":
-        write_dots(path, None, dots)
+        write_dots(path, dots)
         return
-    parse_output(path, None, (".cxc",))  # it writes files next to it
+    parse_output(path, (".cxc",))  # it writes files next to it
     _write_scene(Path(path), dots)
 
 

@@ -7,23 +7,20 @@ import logging
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import pandas as pd
 
 from sparsurf.batches.assignment import TABLES
 from sparsurf.batches.tables import pack_dots
-from sparsurf.dot_fields.registry import FIELDS, compute_fields
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.minimal_subset import select_minimal_subset
-from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
-from sparsurf.study.required_dots import Trials
-from sparsurf.study.residues import residue_table
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.study.minimal_subset import represent
 from sparsurf.surfaces.components import summarize_components, table_of_components
-from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
-from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
 
 log = logging.getLogger("sparsurf")
@@ -47,36 +44,19 @@ class Structure:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[str, pd.DataFrame]:
+def analyse_structure(structure: Structure, settings: Settings, seed: int) -> dict[str, pd.DataFrame]:
     """Place dots on a structure, select its minimal subset and tabulate its residues: the tables of a batch, by name."""
-    name, patches, d_link = structure.name, config["patches"], config["patches"]["D_link"]
-    settings = config["surface"]
+    name, d_link = structure.name, settings.patches.D_link
     molecule = read_molecule(structure.path, **structure.options)
     if molecule.n_frames > 1:
         log.warning("%s: %d models; the first is taken", name, molecule.n_frames)
         molecule = molecule.frame(0)
-    atom_radii = radii(molecule, settings["radii"])
-    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name)
-    if settings["density"] != "auto":
+    dots = surface_of_molecule(molecule, settings.surface, d_link, name)
+    if settings.surface.density != "auto":
         refuse_sparse(dots.points, d_link, name)
-    component = components_of_frame(dots, molecule, 0, atom_radii, settings["probe_radius"])
-    names = [field for field in config["fields"] if structure.table or field in FIELDS]
-    values = compute_fields(names, molecule, dots.points, table=structure.table)
-    dots = replace(dots, fields={str(key): values[key].to_numpy() for key in values})
-    prepared = prepare_surface(
-        dots,
-        patches,
-        None,
-        config["seed"],
-        name,
-        1,
-        config["sampling"]["distance_from_moved_centre"],
-        config["sampling"]["chance_in_every_patch"],
-    ).with_shared_streams
-    n_tests = number_of_tests(config["evaluation"]["test_dots"], len(dots))
-    trials = Trials(prepared, config["minimal"]["sampler"], n_tests)
-    subset = select_minimal_subset(trials, config["minimal"])
-    residues = residue_table(dots, prepared.roughness, molecule, subset.dots, subset.weight, component)
+    component = dots.known_origin(name).components(dots)
+    found = represent(dots, settings, Streams(seed, name), molecule, table=structure.table)
+    few = found.subset
     row = {
         "structure": structure.path,
         "options": json.dumps(dict(structure.options), sort_keys=True),
@@ -87,22 +67,21 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
         "area": float(dots.area.sum()),
         **summarize_components(table_of_components(dots, component)),
         "spacing": spacing(dots.points),
-        "mean_roughness": float(prepared.roughness.mean()),
-        "minimal_n_S": len(subset),
-        "minimal_n_S_percent": 100 * len(subset) / len(dots),
+        "mean_roughness": float(found.roughness.mean()),
+        "minimal_n_S": len(few),
+        "minimal_n_S_percent": 100 * len(few) / len(dots),
     }
-    packed = pack_dots(subset.surface.points, subset.surface.normals)
-    kept = (
-        subset.table[["dot", "weight"]].join(packed).assign(atom=subset.surface.atom, **subset.surface.fields)
-    )
+    packed = pack_dots(few.points, few.normals)
+    kept = few.table[["dot", "weight"]].join(packed).assign(atom=few.surface.atom, **few.surface.fields)
     kept = kept.sort_values("dot", ignore_index=True)  # neighbours in space follow one another: smaller files
-    tables = {"surfaces": pd.DataFrame([row]), "residues": residues, "dots": kept}
+    tables = {"surfaces": pd.DataFrame([row]), "residues": found.residues(component), "dots": kept}
     return {key: table.assign(protein=name) for key, table in tables.items()}
 
 
 def analyse_batch(
     structures: list[Structure],
-    config: Mapping[str, Any],
+    settings: Settings,
+    seed: int,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> dict[str, pd.DataFrame]:
     """Analyse the structures of a batch; one that fails becomes a row of 'failures' and stops no other.
@@ -114,7 +93,7 @@ def analyse_batch(
     for done, structure in enumerate(structures, 1):
         with _collected_warnings() as sentences:
             try:
-                for name, table in analyse_structure(structure, config).items():
+                for name, table in analyse_structure(structure, settings, seed).items():
                     tables[name].append(table)
             except Exception as error:
                 row = {"protein": structure.name, "reason": _reason(error, structure)}

@@ -6,18 +6,40 @@ from collections.abc import Mapping
 from typing import Any
 
 TABLES = ("surfaces", "residues", "dots", "failures", "warnings")  # folders of a run, a file for each batch
+MAX_STUDIED = 10  # structures without a grid; a study of more is analysed in batches
+BATCH_PERCENT = (
+    10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
+)
+OTHER_SOURCES = {"surface", "trajectory", "simulate", "url", "pdb"}  # of a protein that is no structure alone
 BATCH_BYTES = 8_000_000  # of uncompressed PDB files, a minute or two of CPU time
 GZIP_FACTOR = 4  # a PDB file is about this much larger than its .gz
 CIF_FACTOR = 0.7  # a PDB file is about this much of an mmCIF file with the same atoms
 
 
+def batched_structures(config: Mapping[str, Any]) -> list[str]:
+    """Return the structures of a checked config that are analysed in batches: all, where `pages` leaves any out; else none.
+
+    Without `pages`, each of at most `MAX_STUDIED` structures gets the files and pages of a study, and none of more.
+    """
+    names = [name for name in config["proteins"] if name not in config["exclude"]]
+    if config["sampling"]["run"] or not takes_batches(config):
+        return []
+    pages = config.get("pages", names if len(names) <= MAX_STUDIED else [])
+    return names if {*names} - {*pages} else []
+
+
+def takes_batches(config: Mapping[str, Any]) -> bool:
+    """Return whether each protein of a checked config is a structure that is analysed alone."""
+    together = config["pairs"] or config["changes"] or config["ensemble"]["run"] or config["compare"]["run"]
+    alone = all(OTHER_SOURCES.isdisjoint(entry) for entry in config["proteins"].values())
+    sampled = any(entry.get("sampling") for entry in config["proteins"].values())
+    return alone and not (together or sampled or "paper" in config)
+
+
 def batches_of(config: Mapping[str, Any]) -> dict[str, list[str]]:
     """Return the batches of a checked config, see `assign_batches`; none where it does not ask for any."""
-    if "batch" not in config:
-        return {}
-    structures = {name: entry["structure"] for name, entry in config["proteins"].items()}
-    sizes = {name: size_as_pdb(path) for name, path in structures.items() if name not in config["exclude"]}
-    return assign_batches(sizes, config["batch"])
+    structures = {name: config["proteins"][name]["structure"] for name in batched_structures(config)}
+    return assign_batches({name: size_as_pdb(path) for name, path in structures.items()})
 
 
 def size_as_pdb(path: str | os.PathLike[str]) -> float:
@@ -32,21 +54,15 @@ def size_as_pdb(path: str | os.PathLike[str]) -> float:
     return size * CIF_FACTOR if name.endswith("cif") else size
 
 
-def assign_batches(sizes: Mapping[str, float], batch: str | int = "auto") -> dict[str, list[str]]:
+def assign_batches(sizes: Mapping[str, float]) -> dict[str, list[str]]:
     """Assign structures to batches by a hash of their names: sorted names by the name of the batch, '0001', ...
 
-    A structure that is added, removed or replaced changes its own batch only, unless the number of batches changes. For `auto`
-    that is a power of two, so it rarely does.
-
-    `sizes` are in bytes; `batch` is the mean number of structures in a batch, or 'auto' for about `BATCH_BYTES` of structures.
+    The number of batches is a power of two, by the `sizes` in bytes. A structure that is added, removed or replaced changes its
+    own batch only, unless that number changes.
     """
-    if batch == "auto":
-        needed = sum(sizes.values()) / BATCH_BYTES
-        n_batches = 1
-        while n_batches < needed:
-            n_batches *= 2
-    else:
-        n_batches = -(-len(sizes) // int(batch))
+    needed, n_batches = sum(sizes.values()) / BATCH_BYTES, 1
+    while n_batches < needed:
+        n_batches *= 2
     batches: dict[str, list[str]] = {}
     for name in sorted(sizes):
         number = zlib.crc32(name.encode()) % n_batches + 1

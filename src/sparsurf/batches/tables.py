@@ -148,7 +148,7 @@ def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.
     import_pyarrow()
     folder = Path(run, table)
     if not any(folder.glob("*.parquet")):
-        raise InputError(f"{run} holds no {table}/*.parquet: name the results of a study with `batch`.")
+        raise InputError(f"{run} holds no {table}/*.parquet: name the results of a study in batches.")
     filters = None if protein is None else [("protein", "==", protein)]
     try:
         return pd.read_parquet(folder, filters=filters)

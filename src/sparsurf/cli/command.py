@@ -74,13 +74,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        By default those of the process.
-    """
+    """Run one command, by default that of the process, and return its exit code."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     open_closed_streams()
     ignore_numba_threads()
@@ -92,12 +86,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
     parser, options = build_parser(next((word for word in arguments if not word.startswith("-")), None))
     args, others = parser.parse_known_args(arguments)
-    if others and not (hasattr(args, "targets") and all(word[:1] != "-" for word in others)):
+    if others:
         several = not any(word.startswith("-") for word in others)
         hint = " (one file at a time; a study takes a folder of them)" if several else ""
         (options or parser).error(f"unrecognized arguments: {' '.join(others)}{hint}")
-    if others:  # files after an option, which argparse has given to no list that may be empty
-        args.targets += others
     progress.enabled = not args.quiet
     try:
         with _warnings_to_stderr(), _compiling(args.quiet):

@@ -45,7 +45,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=PUBLISHED,
         help="rotation_robust: hardly changes when the molecule is turned (default published)",
     )
-    options.add_molecule(parser, several=False)
+    options.add_d_link(parser)
+    options.add_molecule(parser)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -59,7 +60,7 @@ def run(args: argparse.Namespace) -> None:
     points = surface.points[dots]
     table = pd.DataFrame({"dot": dots}).join(pd.DataFrame(points, columns=["x", "y", "z"]))
     arrays = {"dot": dots, "points": points, "z": z}
-    writing.write_table(args.output, args.format, table.join(descriptor_table(z)), arrays)
+    writing.write_table(args.output, table.join(descriptor_table(z)), arrays)
     outputs.report(args, args.output, f"{len(dots):,} patches")
 
 

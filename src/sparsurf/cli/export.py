@@ -20,7 +20,7 @@ from sparsurf.surfaces.surface import Surface
 
 BURIED = -1.0  # B factor of residues without dots
 EXAMPLES = """\
-RUN is the folder of the results of a study with `batch`, and NAME one of its structures. The folder gets minimal.csv and
+RUN is the folder of the results of a study in batches, and NAME one of its structures. The folder gets minimal.csv and
 minimal.ply (the minimal subset), residues.csv, structure_roughness.pdb (mean roughness of the residues as B factors) and
 open.pml, which opens all of this in PyMOL. The structure is read again, so its file must still be there.
 

@@ -1,7 +1,6 @@
 """`sparsurf minimal`: the few dots that represent a surface."""
 
 import argparse
-from collections.abc import Iterator
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import ERROR, NUMBER_OF_DOTS, PERCENT, SEED
@@ -36,7 +35,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
     options.add_output(parser, writing.DOTS_ALONE)
-    options.add_mesh(parser)
     size = parser.add_mutually_exclusive_group()
     size.add_argument(
         "--percent",
@@ -71,34 +69,30 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=DEFAULT_SEED,
         help=f"seed of the random numbers (default {DEFAULT_SEED}, as in a study)",
     )
-    options.add_fields(parser)
+    options.add_fields(parser, "values at the dots: hydropathy, potential, bfactor")
+    options.add_d_link(parser)
     options.add_molecule(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Write the chosen dots."""
     outputs.check(args, writing.DOTS_ALONE)
-    outputs.write_frames(args, _dots(args))
-
-
-def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
-    """Yield the chosen dots of each frame."""
-    for frame, surface, molecule in options.surfaces(args):
-        options.say(f"choosing among {len(surface):,} dots")
-        few = minimal(
-            options.with_fields(args, surface, molecule, frame),
-            percent=args.percent,
-            n_dots=args.dots,
-            error=args.error,
-            max_z=args.max_z,
-            sampler=args.sampler,
-            seed=args.seed,
-            d_link=args.d_link,
-        )
-        words = f"{len(few):,} of {len(surface):,} dots"
-        if few.interval:
-            ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
-            words += f" ({share(100 * len(few) / len(surface))} %; 95 % interval {ends} %)"
-            if few.interval[1] > WIDE * few.interval[0]:
-                words += ". The interval is wide: --percent keeps a fixed share"
-        yield frame, writing.Dots(few.surface, few.table, "weight", words=words)
+    surface, molecule = options.read_dots(args)
+    options.say(f"choosing among {len(surface):,} dots")
+    few = minimal(
+        options.with_fields(args, surface, molecule),
+        percent=args.percent,
+        n_dots=args.dots,
+        error=args.error,
+        max_z=args.max_z,
+        sampler=args.sampler,
+        seed=args.seed,
+        d_link=args.d_link,
+    )
+    words = f"{len(few):,} of {len(surface):,} dots"
+    if few.interval:
+        ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
+        words += f" ({share(100 * len(few) / len(surface))} %; 95 % interval {ends} %)"
+        if few.interval[1] > WIDE * few.interval[0]:
+            words += ". The interval is wide: --percent keeps a fixed share"
+    outputs.write(args, writing.Dots(few.surface, few.table, "weight", words=words))

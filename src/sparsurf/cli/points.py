@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> None:
         ".npz": lambda path: _write_one(path, named, written, _npz),
         ".ply": lambda path: _write_one(path, named, written, _ply),
     }
-    write_file(args.output, args.format, formats, writers)
+    write_file(args.output, formats, writers)
     structures = f"{len(written):,} structures" if is_folder else "the surface"
     outputs.report(args, args.output, f"{sum(written):,} points on {structures}")
 
@@ -143,4 +143,4 @@ def _ply(path: Path, xyz: np.ndarray, normals: np.ndarray) -> None:
     """Write vertices with normals."""
     from sparsurf.surfaces.formats.ply import write_ply
 
-    write_ply(path, Surface(xyz, normals), mesh=False)
+    write_ply(path, Surface(xyz, normals), faces=np.empty((0, 3), int))

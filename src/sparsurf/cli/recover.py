@@ -8,7 +8,7 @@ import pandas as pd
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import DENSITY as DENSITIES
-from sparsurf.api.minimal import REACHES, STEPS, recover
+from sparsurf.api.minimal import REACHES, recover
 from sparsurf.api.patches import describe_points
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="dots with normals")
     options.add_output(parser, writing.DOTS)
-    options.add_mesh(parser, mesh=True)
+    parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     parser.add_argument(
         "--density",
         type=options.number(DENSITIES),
@@ -58,12 +58,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "closes holes between uneven dots, more makes dots where no surface is)",
     )
     parser.add_argument(
-        "--steps",
-        type=options.number(STEPS),
-        default=NEWTON_STEPS,
-        help=f"of Newton at most (default {NEWTON_STEPS})",
-    )
-    parser.add_argument(
         "--at",
         metavar="POINTS",
         help="CSV with x,y,z in Å, or a file of dots; zeros, and a warning, where no surface is",
@@ -74,24 +68,21 @@ def run(args: argparse.Namespace) -> None:
     """Write the dense dots, their triangles, or descriptors of their patches."""
     if args.mesh and args.at is not None:
         raise InputError("--at writes descriptors, --mesh triangles; leave out one of the two.")
-    if args.no_faces and (args.mesh or args.at is not None):
-        other = "--mesh" if args.mesh else "--at"
-        raise InputError(f"--no-faces is about dots, which {other} does not write; leave out one of the two.")
     formats = writing.TABLES if args.at is not None else writing.MESHES if args.mesh else writing.DOTS
     outputs.check(args, formats)
     few = read_surface(args.file)
     points_at = None if args.at is None else read_points(args.at)
     if args.mesh:
         triangles = _mesh(args, few)
-        writing.write_dots(args.output, args.format, triangles, binary=args.binary)
+        writing.write_dots(args.output, triangles)
         outputs.report(args, args.output, f"{triangles.words} from {len(few):,} dots")
         return
-    dense = recover(few, density=args.density, reach=args.reach, steps=args.steps)
+    dense = recover(few, density=args.density, reach=args.reach)
     if points_at is not None:
         _describe(args, dense, points_at)
         return
     dots = _dense_dots(dense, len(few), _is_dms(args))
-    writing.write_dots(args.output, args.format, dots, not args.no_faces, args.binary)
+    writing.write_dots(args.output, dots)
     outputs.report(args, args.output, f"{len(dense):,} dots from {len(few):,}")
 
 
@@ -101,13 +92,13 @@ def _mesh(args: argparse.Namespace, few: Surface) -> writing.Dots:
     from sparsurf.surfaces.mesh import grid_step_for_density
 
     step = grid_step_for_density(args.density)
-    settings = args.density, args.reach, args.steps, available_cores()
+    settings = args.density, args.reach, NEWTON_STEPS, available_cores()
     return writing.mesh_dots(recovered_mesh(few.points, few.normals, step, *settings))
 
 
 def _is_dms(args: argparse.Namespace) -> bool:
     """Return whether the output is a DMS file."""
-    return (args.format or args.output.lower().removesuffix(".gz").rpartition(".")[2]).lower() == "dms"
+    return args.output.lower().removesuffix(".gz").endswith(".dms")
 
 
 def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.Dots:
@@ -127,5 +118,5 @@ def _describe(args: argparse.Namespace, dense: Surface, points_at: np.ndarray) -
     index = build_index(dense.points, dense.normals, D_LINK)
     z = describe_points(index, points_at, R_ZERNIKE, True, "--at")
     table = pd.DataFrame(points_at, columns=["x", "y", "z"]).join(descriptor_table(z))
-    writing.write_table(args.output, args.format, table, {"points": points_at, "z": z})
+    writing.write_table(args.output, table, {"points": points_at, "z": z})
     outputs.report(args, args.output, f"{len(z):,} patches")

@@ -1,7 +1,6 @@
 """`sparsurf roughness`: R_i of every dot."""
 
 import argparse
-from collections.abc import Iterator
 
 import pandas as pd
 
@@ -26,27 +25,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
     options.add_output(parser, FORMATS)
-    options.add_mesh(parser)
-    parser.add_argument(
-        "--r-patch",
-        type=options.number(LENGTH),
-        default=R_PATCH,
-        help=f"radius of a patch in Å (default {R_PATCH:g})",
-    )
+    words = f"radius of a patch in Å (default {R_PATCH:g})"
+    parser.add_argument("--r-patch", type=options.number(LENGTH), default=R_PATCH, help=words)
+    options.add_d_link(parser)
     options.add_molecule(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Write the dots with their roughness."""
     outputs.check(args, FORMATS)
-    outputs.write_frames(args, _dots(args))
-
-
-def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
-    """Yield the dots of each frame with their roughness."""
-    for frame, surface, molecule in options.surfaces(args):
-        values = roughness(surface, radius=args.r_patch, d_link=args.d_link)
-        table = pd.DataFrame({"roughness": values})
-        table = table if molecule is None else table.join(molecule.labels(surface.atom))
-        words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
-        yield frame, writing.Dots(surface, table, "roughness", words=words)
+    surface, molecule = options.read_dots(args)
+    values = roughness(surface, radius=args.r_patch, d_link=args.d_link)
+    table = pd.DataFrame({"roughness": values})
+    table = table if molecule is None else table.join(molecule.labels(surface.atom))
+    words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
+    outputs.write(args, writing.Dots(surface, table, "roughness", words=words))

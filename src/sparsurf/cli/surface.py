@@ -1,29 +1,23 @@
 """`sparsurf surface`: the dots of a molecule."""
 
 import argparse
-from collections.abc import Iterator
+from typing import Any
 
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import is_structure
-from sparsurf.api.surfaces import components, mesh
+from sparsurf.api.inputs import DENSITY, PROBE, is_structure
+from sparsurf.api.surfaces import CAVITIES, components, mesh, surface
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
-from sparsurf.patches.index import D_LINK
-from sparsurf.surfaces.components import summarize_components
-from sparsurf.surfaces.dot_table import COMPONENT_FIELD
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
+from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
-DOT_OPTIONS = {  # that do not apply to a mesh
-    "fields": None,
-    "table": None,
-    "charges": "table",
-    "d_link": D_LINK,
-    "no_faces": False,
-}
+DOT_OPTIONS = {"fields": None, "table": None, "charges": "table"}  # that do not apply to a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY has triangles between the dots.
@@ -37,8 +31,7 @@ examples:
   sparsurf surface protein.pdb --fields hydropathy,potential -o dots.csv
   sparsurf surface protein.pdb --residues 209-214 --density 10 -o dense.csv
   sparsurf surface protein.pdb --trajectory run.xtc --frame 20 -o dots.dms
-  sparsurf surface models.pdb --model all -o dots_{frame}.ply
-  sparsurf surface protein.pdb -o - --format npz > dots.npz
+  sparsurf surface models.pdb --frame 2 -o dots.ply
 """
 
 
@@ -46,9 +39,24 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure")
     options.add_output(parser, writing.DOTS)
-    options.add_mesh(parser, mesh=True)
-    options.add_fields(parser)
+    parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     options.add_molecule(parser)
+    parser.add_argument(
+        "--altloc", default="first", help="first, highest (occupancy) or a letter (default first)"
+    )
+    dots = parser.add_argument_group("surface")
+    words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
+    dots.add_argument("--probe", type=options.number(PROBE), default=PROBE_RADIUS, help=words)
+    words = "dots per Å^2 (default: 5.35, or more where patches need it)"
+    dots.add_argument("--density", type=options.number(DENSITY), help=words)
+    dots.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
+    words = "dots of closed cavities inside the molecule (default keep)"
+    dots.add_argument("--cavities", choices=CAVITIES, default="keep", help=words)
+    options.add_fields(dots, "hydropathy, potential, bfactor, or columns of --table")
+    words = "CSV with a value for each residue, or atom, in columns residue, chain, atom, NAME"
+    dots.add_argument("--table", help=words)
+    words = "charges of the potential: table (default), pdb2pqr, or a PQR file"
+    dots.add_argument("--charges", default="table", help=words)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -59,24 +67,35 @@ def run(args: argparse.Namespace) -> None:
         )
     for name, default in DOT_OPTIONS.items() if args.mesh else ():
         if getattr(args, name) != default:
-            option = name.replace("_", "-")
             raise InputError(
-                f"--{option}: it is about dots, and --mesh writes triangles; leave out one of the two."
+                f"--{name}: it is about dots, and --mesh writes triangles; leave out one of the two."
             )
     outputs.check(args, writing.MESHES if args.mesh else writing.DOTS)
-    outputs.write_frames(args, _meshes(args) if args.mesh else _dots(args))
+    molecule = options.read_atoms(args)
+    options.say(f"surface of {molecule.n_atoms:,} atoms")
+    outputs.write(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))
 
 
-def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
-    """Yield the dots of each frame."""
-    for frame, bare, molecule in options.surfaces(args):
-        assert molecule is not None  # FILE is a structure
-        dots = options.with_fields(args, bare, molecule, frame)
-        component, parts = components(molecule, dots, frame=frame, probe_radius=args.probe, radii=args.radii)
-        table = pd.DataFrame({"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component})
-        table = table.join(molecule.labels(dots.atom))
-        words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
-        yield frame, writing.Dots(dots, table, None, molecule, frame, words=words)
+def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
+    """Return the dots with their component and their fields."""
+    bare = surface(molecule, density=args.density or "auto", **_rules(args))
+    dots = options.with_fields(args, bare, molecule)
+    component, parts = components(bare)
+    table = pd.DataFrame({"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component})
+    table = table.join(molecule.labels(dots.atom))
+    words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    return writing.Dots(dots, table, None, molecule, args.frame or 0, words=words)
+
+
+def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
+    """Return the vertices of the closed triangles."""
+    return writing.mesh_dots(mesh(molecule, density=args.density or PUBLISHED_DENSITY, **_rules(args)))
+
+
+def _rules(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the frame, and how dots are placed on it."""
+    rules = {"probe_radius": args.probe, "radii": args.radii, "cavities": args.cavities}
+    return {"frame": args.frame or 0} | rules
 
 
 def _words(parts: pd.DataFrame) -> str:
@@ -87,18 +106,3 @@ def _words(parts: pd.DataFrame) -> str:
         return words
     noun = "cavity" if summary["cavities"] == 1 else "cavities"
     return f"{words}, of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"
-
-
-def _meshes(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
-    """Yield the triangles of each frame."""
-    molecule = options.read_atoms(args)
-    for frame in options.frames_of(args, molecule):
-        triangles = mesh(
-            molecule,
-            frame=frame,
-            probe_radius=args.probe,
-            density=args.density or PUBLISHED_DENSITY,
-            radii=args.radii,
-            cavities=args.cavities,
-        )
-        yield frame, writing.mesh_dots(triangles)

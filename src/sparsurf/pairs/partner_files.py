@@ -9,7 +9,9 @@ import numpy as np
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.pairs.partners import Partner, partner_of
 from sparsurf.sampling.samplers import get_samplers
-from sparsurf.study.prepared_surface import prepare_surface
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import refuse_sparse
 
@@ -33,14 +35,14 @@ def read_partners(
 
 
 def select_centres(
-    partner: Partner, centres: str | dict, patches: dict, seed: int, threads: int = 1
+    partner: Partner, centres: str | dict, settings: Settings, seed: int, threads: int = 1
 ) -> np.ndarray:
-    """Select the dots whose patches are compared, ascending; `centres` and `patches` are sections of the config."""
+    """Select the dots whose patches are compared, ascending; `centres` is a section of the config."""
     n_dots = len(partner.surface)
     if isinstance(centres, str):  # all
         return np.arange(n_dots)
     n_centres = min(centres.get("n_S") or max(1, round(centres["n_S_percent"] / 100 * n_dots)), n_dots)
     name = centres["sampler"]
     sampler = get_samplers([name], "complementarity.centres.sampler")[name]
-    prepared = prepare_surface(partner.surface, patches, None, seed, partner.name, threads)
+    prepared = PreparedSurface(partner.surface, settings, None, Streams(seed, partner.name), threads)
     return np.sort(sampler(prepared, n_centres, prepared.stream("centres", name)))

@@ -1,6 +1,7 @@
 """Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `kept`."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -37,7 +38,7 @@ def runs_as_published(
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
-        renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
+        renamed = prepared.changed(stream=replace(prepared.stream, name=f"{prepared.name} selection {run}"))
         result = grid.evaluate_grid(renamed, combinations, tests, 1, (KEPT_READING,), shared=False)
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
@@ -55,8 +56,10 @@ def centres_in_random_orders(prepared: PreparedSurface, runs: int = RUNS) -> np.
     points, normals, counts = prepared.points, prepared.normals, []
     for run in range(runs):
         order = prepared.stream("order of the dots", run).permutation(len(points))
-        index = build_index(points[order], normals[order], prepared.d_link)
-        counts.append(len(published.build_cover(index, np.zeros(len(order)), prepared.r_patch).centre))
+        index = build_index(points[order], normals[order], prepared.patches.D_link)
+        counts.append(
+            len(published.build_cover(index, np.zeros(len(order)), prepared.patches.R_patch).centre)
+        )
     return np.array(counts)
 
 

@@ -101,7 +101,7 @@ def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.D
         cover = published.build_cover(
             prepared.index,
             prepared.roughness,
-            prepared.r_patch,
+            prepared.patches.R_patch,
             distance_from_moved_centre,
             chance_in_every_patch,
         )

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-R_PATCH = 4.0  # Å, roughness and sampling (authors' scripts)
-R_ZERNIKE = 6.0  # Å, descriptors (paper, Materials and Methods)
-D_LINK = 0.5  # Å, dots closer than this are linked (authors' scripts)
+from sparsurf.settings import Patches
+
+R_PATCH, R_ZERNIKE, D_LINK = Patches().R_patch, Patches().R_zernike, Patches().D_link  # Å
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
 MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
 GROUP_SIZE = 64  # dots of a group, one for each bit of a word

@@ -22,7 +22,8 @@ from sparsurf.sampling.combination import (
 from sparsurf.study.rough_and_flat import MIN_TEST_DOTS
 
 if TYPE_CHECKING:
-    from sparsurf.study.prepared_surface import PreparedSurface
+    from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.study.prepared_surface import PreparedSurface
 
 TEMPLATE = "paper.html.j2"
 YES, NO, UNKNOWN = "yes", "no", "not measured"
@@ -87,10 +88,10 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def surface_of(
-    prepared: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
+    prepared: PreparedSurface, rules: SurfaceSettings, path_to_surface: str | None = None
 ) -> dict[str, Any]:
     """Describe the dots: how they were generated, and their numbers."""
-    source = "file" if path_to_surface else rules["reentrant"]
+    source = "file" if path_to_surface else rules.reentrant
     return {
         "source": source,
         "n_dots": len(prepared.points),

@@ -1,6 +1,7 @@
 """n_S and d of one combination over all frames of a trajectory."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,14 @@ import pandas as pd
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study import grid
-from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.residues import mean_roughness_by_residue
 from sparsurf.study.tables import grid_table
 from sparsurf.surfaces.components import on_cavities
-from sparsurf.surfaces.molecular_surface import components_of_frame, density_for_d_link, surface_of_frame
+from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
@@ -26,30 +29,28 @@ FRAMES_PER_REPORT = 20
 
 def evaluate_frames(
     molecule: Molecule,
-    settings: Mapping[str, Any],
-    name: str,
+    settings: Settings,
+    streams: Streams,
     threads: int,
     progress: Callable[[int, int], None] = lambda done, of: None,
     part: tuple[int, int] = (1, 1),
 ) -> pd.DataFrame:
     """Evaluate one combination on every frame of a trajectory, or on the k-th, from 1, of n equal parts of the frames.
 
-    `settings` are sections of the config, and `name`, of the protein, names the random streams. `threads` frames are evaluated
-    in parallel, which does not change the table: the columns of ensemble.csv, then the mean R_i of each residue (see
-    `split_residue_columns`).
+    `streams` have the name of the protein. `threads` frames are evaluated in parallel, which does not change the table: the
+    columns of ensemble.csv, then the mean R_i of each residue (see `split_residue_columns`).
     """
-    atom_radii = radii(molecule, settings["surface"]["radii"])
-    density = density_for_d_link(
-        molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
-    )
+    surface, d_link = settings.surface, settings.patches.D_link
+    atom_radii = radii(molecule, surface.radii)
+    density = density_for_d_link(molecule, 0, atom_radii, surface, d_link, streams.name)
     # one density for all frames
-    settings = {**settings, "surface": settings["surface"] | {"density": density}}
+    settings = settings.model_copy(update={"surface": surface.model_copy(update={"density": density})})
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     rows: list[dict[str, Any]] = []
     while first + len(rows) < last:
 
         def row_of(i: int, _: int, begin: int = first + len(rows)) -> dict[str, Any]:
-            return frame_row(molecule, begin + i, atom_radii, settings, name)
+            return frame_row(molecule, begin + i, atom_radii, settings, streams)
 
         n_frames = min(FRAMES_PER_REPORT, last - first - len(rows))
         rows += parallel_map(row_of, n_frames, threads, 1)
@@ -58,30 +59,31 @@ def evaluate_frames(
 
 
 def frame_row(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: Mapping[str, Any], name: str
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: Settings, streams: Streams
 ) -> dict[str, Any]:
     """Evaluate one frame and return its row; an error names the frame."""
-    number, ensemble = int(molecule.frame_number[position]), settings["ensemble"]
-    where = f"{name}, frame {number}"
+    number, ensemble = int(molecule.frame_number[position]), settings.ensemble
+    where = f"{streams.name}, frame {number}"
+    density = settings.surface.density
+    assert density != "auto"  # it is one for all frames
     try:
-        surface = surface_of_frame(molecule, position, atom_radii, settings["surface"])
+        rolled = roll_frame(molecule, position, atom_radii, settings.surface)
+        surface = rolled.surface(density)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    prepared = prepare_surface(
-        surface, settings["patches"], None, settings["seed"], f"{name}/f{number}", **settings["sampling"]
-    )
+    of_frame = replace(streams, name=f"{streams.name}/f{number}")
+    prepared = PreparedSurface(surface, settings, None, of_frame)
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
-        refuse_sparse(prepared.points, prepared.d_link, where)
+        refuse_sparse(prepared.points, settings.patches.D_link, where)
     result = grid.evaluate_grid(
         prepared,
-        [ensemble["combination"]],
-        number_of_tests(ensemble["test_dots"], len(surface)),
+        [ensemble.combination],
+        number_of_tests(ensemble.test_dots, len(surface)),
         DRAWS,
-        tuple(settings["evaluation"]["readings"]),
+        tuple(settings.evaluation.readings),
     )
     row = grid_table(result).drop(columns=PARAMETERS)
-    probe = settings["surface"]["probe_radius"]
-    cavity = on_cavities(surface, components_of_frame(surface, molecule, position, atom_radii, probe))
+    cavity = on_cavities(surface, rolled.components(surface))
     by_residue = mean_roughness_by_residue(
         np.where(cavity, np.nan, prepared.roughness),
         molecule.residue_index[surface.atom],

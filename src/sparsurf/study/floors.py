@@ -53,13 +53,13 @@ def measure_floors(
     """
     tests = prepared.draw_tests(n_tests)
     test_points, centre = prepared.points[tests], prepared.points.mean(axis=0)
-    rng = prepared.stream("floors")
+    rng, patches = prepared.stream("floors"), prepared.patches
     z_tot, _ = prepared.describe(tests)
 
     def distances(points: np.ndarray, normals: np.ndarray, centres: np.ndarray) -> np.ndarray:
-        index = build_index(points, normals, prepared.d_link)
+        index = build_index(points, normals, patches.D_link)
         z, _ = descriptors.describe(
-            index, centres, prepared.r_zernike, True, prepared.threads, prepared.descriptor
+            index, centres, patches.R_zernike, True, prepared.threads, patches.descriptor
         )
         return np.linalg.norm(z - z_tot, axis=1)
 

@@ -102,7 +102,7 @@ def _empty_grid(
         n_s=np.empty((k, draws), np.int64),
         n_s_expected=published.expected_n_s(prepared.cover, combinations),
         tests=tests,
-        z_tot=np.empty((n_tests, descriptors.DESCRIPTORS[prepared.descriptor].width)),
+        z_tot=np.empty((n_tests, descriptors.DESCRIPTORS[prepared.patches.descriptor].width)),
         z_ts=np.empty(shape, np.float32),
         z_tr=np.empty(shape, np.float32),
         median_patch_size=np.empty((len(readings), 2, k)),
@@ -159,26 +159,16 @@ def _fill(
     draws, halves = out.n_s.shape[1], 1 + with_uniform
     jobs = np.array([(k, draw) for k in which for draw in range(draws)])
     sizes = np.zeros((len(out.readings), halves, len(jobs), len(tests)), np.int32)
-    together = _readings_of_one_pass(out)
     for a in range(0, len(jobs), descriptors.MAX_SUBSETS // halves):
         part = slice(a, a + descriptors.MAX_SUBSETS // halves)
         k, draw = jobs[part].T
         words, subsets = _draw_subsets(prepared, out, jobs[part], halves)
-        shape = (halves, len(k), len(tests))
-        z: dict[str, np.ndarray] = {}
-        size: dict[str, np.ndarray] = {}
-        if together:
-            z_tot, distances, counts = prepared.compare(words, halves * len(k), tests, together, z_tot)
-            z = dict(zip(together, distances.reshape(-1, *shape), strict=True))
-            size = dict(zip(together, counts.reshape(-1, *shape), strict=True))
-        elif z_tot is None:
-            z_tot = prepared.describe(tests)[0]
-        for r, reading in enumerate(out.readings):
-            if reading not in z:
-                distances, counts = prepared.distances(subsets, tests, z_tot, reading, many=True)
-                z[reading], size[reading] = distances.reshape(shape), counts.reshape(shape)
+        packed, shape = (words, halves * len(k)), (len(out.readings), halves, len(k), len(tests))
+        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, many=True, packed=packed)
+        z, size = (values.reshape(shape) for values in measured)
+        for r in range(len(out.readings)):
             for half, values in enumerate((out.z_ts, out.z_tr)[:halves]):
-                values[r, k, draw], sizes[r, half, part] = z[reading][half], size[reading][half]
+                values[r, k, draw], sizes[r, half, part] = z[r, half], size[r, half]
     by_combination = sizes.reshape(*sizes.shape[:2], len(which), -1)
     out.median_patch_size[:, :halves, which] = np.median(by_combination, axis=3)
     assert z_tot is not None  # there is a combination at least

@@ -1,20 +1,29 @@
-"""Select the minimal subset that a config, a command or a call requests."""
+"""One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import DTypeLike
 
+from sparsurf.dot_fields.registry import FIELDS, compute_fields
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import DESCRIPTORS
+from sparsurf.patches.readings import FULL_READING
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
+from sparsurf.recovery.fields import recovery_table
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.recovery.recovering import REACH, dot_spacing
-from sparsurf.sampling.samplers import subset_weights
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.required_dots import Trials
+from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
+from sparsurf.sampling.samplers import farthest, subset_weights
+from sparsurf.settings import Minimal, Settings
+from sparsurf.streams import Streams
+from sparsurf.study.floors import ATOM_DISPLACEMENTS, FRESH, TURNED, measure_floors
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots_table
+from sparsurf.study.residues import residue_table
 from sparsurf.study.subset_search import find_subset, smallest_recovered_subset, smallest_subset_of_error
 from sparsurf.surfaces.surface import Surface
 
@@ -63,56 +72,156 @@ class Subset:
         return self.table
 
 
-def select_minimal_subset(
-    trials: Trials,
-    request: Mapping[str, Any],
-    floors: Mapping[str, np.ndarray] | None = None,
-    molecule: Molecule | None = None,
-) -> Subset:
-    """Select the subset that `request`, the config's `minimal`, asks for: by error, floor, n_S, n_S_percent, Z or combination.
+@dataclass(frozen=True, eq=False)
+class Representation:
+    """A surface, the roughness of its dots, and the few of them that stand for it; tables follow from these.
 
-    `trials` are those of a `with_shared_streams` PreparedSurface, so that the subset does not depend on the name of the
-    surface; the sampler is theirs. `floors` are from `floors.measure_floors`, if a floor is requested. The dots
-    belong to the atoms of `molecule`.
+    Attributes
+    ----------
+    trials : Trials, with the prepared surface, its fields included, and the test dots
+    subset : Subset
+    molecule : Molecule that the dots lie on, or None
     """
-    prepared, interval = trials.prepared, None
-    if "error" in request:
-        dots, interval = smallest_subset_of_error(trials, request["error"])
+
+    trials: Trials
+    subset: Subset
+    molecule: Molecule | None = None
+
+    @property
+    def surface(self) -> Surface:
+        """All dots, with their fields."""
+        return self.trials.prepared.surface
+
+    @property
+    def roughness(self) -> np.ndarray:
+        """R_i of all dots, (N,) float64."""
+        return self.trials.prepared.roughness
+
+    def residues(self, component: np.ndarray | None = None) -> pd.DataFrame:
+        """Return `residue_table`; `component` (N,) of each dot."""
+        if self.molecule is None:
+            raise ValueError("dots without a molecule have no residues")
+        weight = self.subset.weight
+        return residue_table(self.surface, self.roughness, self.molecule, self.subset.dots, weight, component)
+
+    def errors(self, threads: int = 1) -> pd.DataFrame:
+        """Return the distances of all dots from the surface recovered from the subset: the rows of recovered.csv."""
+        few, prepared = self.subset, self.trials.prepared
+        distances = distance_to_recovered(
+            prepared.points, few.points, few.normals, threads, DENSITY_FOR_ERRORS
+        )
+        errors = error_table(distances, curvature(prepared.index, threads=threads), few.dots)
+        low, high = few.interval or (np.nan, np.nan)
+        of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
+        of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
+        of_subset |= {"density": len(few) / prepared.area} | recovered_z(
+            prepared, few.dots, self.trials.tests
+        )
+        errors.loc[0, list(of_subset)] = list(of_subset.values())
+        return errors
+
+    def errors_of_fields(self) -> pd.DataFrame:
+        """Return how well the subset, and others, predict the fields at all other dots: the rows of fields.csv."""
+        prepared = self.trials.prepared
+        order = farthest(prepared, len(prepared) // 5, prepared.stream("minimal", "farthest"))
+        return recovery_table(self.surface, order, self.subset.dots, self.subset.points)
+
+    def required_dots(
+        self, floors: Mapping[str, np.ndarray], whole_curve: bool
+    ) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Return the rows of required_dots.csv, and of curves.csv with Z over n_S, also of uniform subsets.
+
+        Without `whole_curve`, Z of recovered surfaces is measured down to the lowest floor only.
+        """
+        trials, lowest = self.trials, min(distances.mean() for distances in floors.values())
+        trials.down_to = -1 if whole_curve else FLOOR_FACTOR * lowest
+        required, curves = required_dots_table(trials, floors), [curves_table(trials)]
+        if trials.sampler != UNIFORM:
+            uniform = Trials(trials.prepared, UNIFORM, len(trials.tests))
+            curves.append(curves_table(uniform, (FULL_READING,)))
+        return required, pd.concat(curves)
+
+
+def represent(
+    surface: Surface,
+    settings: Settings,
+    streams: Streams,
+    molecule: Molecule | None = None,
+    *,
+    table: str | Path | None = None,
+    roughness: np.ndarray | None = None,
+    floors: Mapping[str, np.ndarray] | None = None,
+    choices: Choices = PUBLISHED_CHOICES,
+    threads: int = 1,
+) -> Representation:
+    """Analyse one surface: the fields and roughness of its dots, and the minimal subset that the settings request.
+
+    The study, a batch, the functions and the commands all call this. The subset does not depend on the name in `streams`.
+
+    Parameters
+    ----------
+    surface : Surface
+    settings : Settings
+        Their sections `patches`, `sampling`, `evaluation`, `minimal` and `fields`.
+    streams : Streams
+    molecule : Molecule, optional
+        The dots belong to its atoms; `fields` are computed from it.
+    table : path, optional
+        CSV with fields of the molecule's own.
+    roughness : (N,) float64, optional
+        R_i, if already known.
+    floors : dict of (D, T) float64, optional
+        Distances of the noise floors, see `measure_floors`. If the settings request a floor, it is measured without them.
+    choices : Choices, of the paper's sampler
+    threads : int
+    """
+    if molecule is not None and (names := [name for name in settings.fields if table or name in FIELDS]):
+        computed = compute_fields(names, molecule, surface.points, table=table)
+        fields = {str(name): computed[name].to_numpy() for name in computed}
+        surface = replace(surface, fields=surface.fields | fields)
+    prepared = PreparedSurface(surface, settings, roughness, replace(streams, shared=True), threads)
+    n_tests, request = number_of_tests(settings.evaluation.test_dots, len(surface)), settings.minimal
+    trials, interval = Trials(prepared, request.sampler, n_tests, choices), None
+    if request.error is not None:
+        dots, interval = smallest_subset_of_error(trials, request.error)
         weight = subset_weights(prepared.points, dots)
-    elif "floor" in request:
+    elif request.floor is not None:
         if floors is None:
-            raise ValueError("a floor is requested: give its distances")
-        dots, interval = smallest_recovered_subset(trials, floors, request["floor"])
+            generate, atoms = surface.generator
+            moved = () if request.floor in (FRESH, TURNED) else ATOM_DISPLACEMENTS
+            floors = measure_floors(prepared, len(trials.tests), generate, atoms, moved=moved)
+        dots, interval = smallest_recovered_subset(trials, floors, request.floor)
         weight = subset_weights(prepared.points, dots)
     else:
         dots, weight = find_subset(
             prepared,
             trials.sampler,
             n_s=_n_s(request, len(prepared.points)),
-            z=request.get("Z"),
-            combination=request.get("combination"),
+            z=request.Z,
+            combination=request.combination,
             n_tests=len(trials.tests),
-            choices=trials.choices,
+            choices=choices,
         )
-    kept = prepared.surface.take(dots)
-    return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule), interval)
+    kept = surface.take(dots)
+    subset = Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule), interval)
+    return Representation(trials, subset, molecule)
 
 
 def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:
     """Compute Z of the surface recovered from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
     out = {}
     for name in DESCRIPTORS:
-        view = prepared.changed(descriptor=name)
+        view = prepared.changed(patches=prepared.patches.model_copy(update={"descriptor": name}))
         z = view.distances([dots], tests, view.describe(tests)[0], RECOVERED)[0]
         out[f"Z_{name}"] = float(z.mean())
     return out
 
 
-def _n_s(request: Mapping[str, Any], n_dots: int) -> int | None:
+def _n_s(request: Minimal, n_dots: int) -> int | None:
     """Return n_S from the config's n_S or n_S_percent; None if neither is given."""
-    if "n_S_percent" in request:
-        return max(1, round(request["n_S_percent"] / 100 * n_dots))
-    return request.get("n_S")
+    if request.n_S_percent is not None:
+        return max(1, round(request.n_S_percent / 100 * n_dots))
+    return request.n_S
 
 
 def subset_table(

@@ -4,23 +4,25 @@ Source: paper, 'Optimization of the sampling parameters'.
 """
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 
 from sparsurf.patches import descriptors
-from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex, build_index
-from sparsurf.patches.readings import GRID_READINGS
-from sparsurf.patches.roughness import PUBLISHED, roughness
+from sparsurf.patches.index import PatchIndex, build_index
+from sparsurf.patches.readings import Reading
+from sparsurf.patches.roughness import roughness as local_roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.streams import stream
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.threads import parallel_map
 
+DEFAULTS = Settings()
 DOTS_PER_PUBLISHED_TEST = 200  # the authors test N / 200 dots
 
 
@@ -30,51 +32,40 @@ class PreparedSurface:
     Parameters
     ----------
     surface : object with `points` and `normals`, (N, 3) float64
-    r_patch, r_zernike, d_link : float
-        Å.
-    roughness_values : (N,) float64, optional
+    settings : Settings
+        Its `patches`, and the two rules of its `sampling`, see `published.build_cover`.
+    roughness : (N,) float64, optional
         R_i, if already known.
-    seed : int
-    name : str
-        Conformation; names the random streams.
+    streams : Streams
+        Of the conformation.
     threads : int
-    distance_from_moved_centre, chance_in_every_patch : bool
-        The two defects of the published sampling, see `published.build_cover`.
-    descriptor : str
-        Name in `descriptors.DESCRIPTORS`.
-    roughness_kind : str
-        Kind of roughness if its values are not given, see `roughness.ROUGHNESS`.
     """
 
     def __init__(
         self,
         surface: Any,
-        r_patch: float = R_PATCH,
-        r_zernike: float = R_ZERNIKE,
-        d_link: float = D_LINK,
-        roughness_values: np.ndarray | None = None,
-        seed: int = 0,
-        name: str = "",
+        settings: Settings = DEFAULTS,
+        roughness: np.ndarray | None = None,
+        streams: Streams = Streams(),  # noqa: B008, frozen
         threads: int = 1,
-        distance_from_moved_centre: bool = True,
-        chance_in_every_patch: bool = True,
-        descriptor: str = descriptors.PUBLISHED,
-        roughness_kind: str = PUBLISHED,
     ) -> None:
         self.points: np.ndarray = surface.points
         self.normals: np.ndarray = surface.normals
-        self.surface = surface
-        self.r_patch, self.r_zernike, self.d_link, self.threads = r_patch, r_zernike, d_link, threads
-        self.seed, self.name, self.descriptor = seed, name, descriptor
-        self.stream_name = name
-        self.index: PatchIndex = build_index(surface.points, surface.normals, d_link)
+        self.surface, self.patches = surface, settings.patches
+        self.stream, self.threads = streams, threads
+        radius, rules = self.patches.R_patch, settings.sampling
+        self.index: PatchIndex = build_index(surface.points, surface.normals, self.patches.D_link)
         self.roughness: np.ndarray = (
-            roughness(self.index, r_patch, threads, roughness_kind)
-            if roughness_values is None
-            else roughness_values
+            local_roughness(self.index, radius, threads, self.patches.roughness)
+            if roughness is None
+            else roughness
         )
         self.cover = published.build_cover(
-            self.index, self.roughness, r_patch, distance_from_moved_centre, chance_in_every_patch
+            self.index,
+            self.roughness,
+            radius,
+            rules.distance_from_moved_centre,
+            rules.chance_in_every_patch,
         )
 
     def __repr__(self) -> str:
@@ -86,7 +77,7 @@ class PreparedSurface:
     @cached_property
     def corrected_cover(self) -> published.Cover:
         """The cover without the two defects of the published sampling."""
-        return published.build_cover(self.index, self.roughness, self.r_patch, False, False)
+        return published.build_cover(self.index, self.roughness, self.patches.R_patch, False, False)
 
     @cached_property
     def area(self) -> float:
@@ -98,14 +89,10 @@ class PreparedSurface:
         """Dots per Å^2."""
         return len(self.points) / self.area
 
-    def stream(self, *keys: Any) -> np.random.Generator:
-        """Return the random stream of this conformation for one purpose."""
-        return stream(self.seed, self.stream_name, *keys)
-
     @property
-    def with_shared_streams(self) -> Self:
-        """The same surface with random streams that do not depend on its name, for the minimal subset."""
-        return self.changed(stream_name="")
+    def name(self) -> str:
+        """Name of the conformation, for messages."""
+        return self.stream.name
 
     def draw_tests(self, n_tests: int, *keys: Any) -> np.ndarray:
         """Draw `n_tests` test dots (all dots if there are fewer), ascending."""
@@ -133,7 +120,7 @@ class PreparedSurface:
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Compute descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
         return descriptors.describe(
-            self.index, self.points[tests], self.r_zernike, up, self.threads, self.descriptor
+            self.index, self.points[tests], self.patches.R_zernike, up, self.threads, self.patches.descriptor
         )
 
     def distances(
@@ -145,81 +132,92 @@ class PreparedSurface:
         weights: np.ndarray | None = None,
         many: bool = False,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute |z_tot - z| of B subsets at T test dots under one reading, (B, T), and the dots in their patches, (B, T).
-
-        `z_tot` (T, 121) are descriptors of the full surface at the test dots; `weights` (B, N), by position, are for readings
-        of the full surface only. `many` takes the faster variant of a reading, see `build_index_fast` of `readings.Reading`.
-        """
-        alone = (many and READINGS[reading].build_index_fast) or READINGS[reading].build_index
-        if alone:
-            single = self.changed(threads=1)
-            results = parallel_map(
-                lambda k, _: single.distances_alone(subsets[k], tests, z_tot, alone),
-                len(subsets),
-                self.threads,
-                1,
-            )
-            z, sizes = (np.array(values) for values in zip(*results, strict=True))
-            return z, sizes
-        _, z, sizes = self._compare_in_passes(subsets, tests, (reading,), z_tot, weights)
+        """Return distances and patch sizes of `compare` under one reading, (B, T) each."""
+        _, z, sizes = self.compare(subsets, tests, (reading,), z_tot, weights, many)
         return z[0], sizes[0]
 
-    def distances_under(
-        self, readings: Sequence[str], subsets: Sequence[np.ndarray], tests: np.ndarray
-    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Compute z_tot at the test dots, (T, 121), and |z_tot - z| of subsets: a dict of reading -> (B, T) float64."""
-        together = tuple(reading for reading in readings if reading in GRID_READINGS)
-        z_tot, z, _ = self._compare_in_passes(subsets, tests, together)
-        by_reading = dict(zip(together, z, strict=True))
-        for reading in readings:
-            if reading not in by_reading:
-                by_reading[reading] = self.distances(subsets, tests, z_tot, reading)[0]
-        return z_tot, by_reading
-
-    def _compare_in_passes(
+    def compare(
         self,
         subsets: Sequence[np.ndarray],
         tests: np.ndarray,
         readings: Sequence[str],
         z_tot: np.ndarray | None = None,
         weights: np.ndarray | None = None,
+        many: bool = False,
+        packed: tuple[np.ndarray, int] | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Run `compare` on any number of subsets: z_tot, distances and patch sizes, (R, B, T)."""
-        distances, sizes = [], []
-        for a in range(0, len(subsets), descriptors.MAX_SUBSETS):
-            part = subsets[a : a + descriptors.MAX_SUBSETS]
-            words = descriptors.pack_subsets(self.index, part)
-            weight = None if weights is None else weights[a : a + descriptors.MAX_SUBSETS]
-            z_tot, z, size = self.compare(words, len(part), tests, readings, z_tot, weight)
-            shape = (len(readings), len(part), len(tests))
-            distances.append(z.reshape(shape))
-            sizes.append(size.reshape(shape))
-        assert z_tot is not None  # there is a subset at least
-        return z_tot, np.concatenate(distances, axis=1), np.concatenate(sizes, axis=1)
+        """Compute |z_tot - z| of B subsets at T test dots, (R, B, T), and the dots in their patches, (R, B, T); after z_tot.
 
-    def compare(
+        `z_tot` (T, 121) are descriptors of the full surface at the test dots; unless given, they are computed in the same
+        pass. `weights` (B, N), by position, are for readings of the full surface only. `many` takes the faster variant of a
+        reading, see `build_index_fast` of `readings.Reading`. Subsets that are `packed` into words, and their number, are
+        needed again only by readings in which each forms a surface of its own.
+        """
+        together = tuple(reading for reading in readings if READINGS[reading].build_index is None)
+        found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        if together:
+            z_tot, z, sizes = self._compare_together(subsets, tests, together, z_tot, weights, packed)
+            found = dict(zip(together, zip(z, sizes, strict=True), strict=True))
+        elif z_tot is None:
+            z_tot = self.describe(tests)[0]
+        for reading in readings:
+            if reading not in found:
+                found[reading] = self._compare_alone(subsets, tests, z_tot, READINGS[reading], many)
+        z, sizes = (np.stack([found[reading][k] for reading in readings]) for k in (0, 1))
+        return z_tot, z, sizes
+
+    def _compare_together(
         self,
-        words: np.ndarray,
-        n_subsets: int,
+        subsets: Sequence[np.ndarray],
         tests: np.ndarray,
         readings: Sequence[str],
         z_tot: np.ndarray | None,
-        weights: np.ndarray | None = None,
+        weights: np.ndarray | None,
+        packed: tuple[np.ndarray, int] | None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Compute z_tot, and distances and patch sizes, (R B, T), of packed subsets under some readings in one pass."""
-        z_tot, z, sizes = descriptors.compare(
-            self.index,
-            self.points[tests],
-            words,
-            n_subsets,
-            readings,
-            z_tot,
-            weights,
-            self.r_zernike,
-            threads=self.threads,
-            descriptor=self.descriptor,
-        )
-        return z_tot, z.T, sizes.T
+        """Compare any number of subsets in passes of `MAX_SUBSETS`, under readings of the one surface."""
+        distances, sizes, step = [], [], descriptors.MAX_SUBSETS
+        for a in range(0, len(subsets), step) if packed is None else (0,):
+            part = subsets[a : a + step]
+            words, n = packed or (descriptors.pack_subsets(self.index, part), len(part))
+            z_tot, z, size = descriptors.compare(
+                self.index,
+                self.points[tests],
+                words,
+                n,
+                readings,
+                z_tot,
+                None if weights is None else weights[a : a + step],
+                self.patches.R_zernike,
+                threads=self.threads,
+                descriptor=self.patches.descriptor,
+            )
+            distances.append(z.T.reshape(len(readings), n, len(tests)))
+            sizes.append(size.T.reshape(len(readings), n, len(tests)))
+        assert z_tot is not None  # there is a subset at least
+        return z_tot, np.concatenate(distances, axis=1), np.concatenate(sizes, axis=1)
+
+    def _compare_alone(
+        self,
+        subsets: Sequence[np.ndarray],
+        tests: np.ndarray,
+        z_tot: np.ndarray,
+        reading: Reading,
+        many: bool,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Compare subsets that each form a surface of their own."""
+        single = self.changed(threads=1)
+        build = (many and reading.build_index_fast) or reading.build_index
+        assert build is not None
+
+        def compare_one(k: int, _: int) -> tuple[np.ndarray, np.ndarray]:
+            dots = subsets[k]
+            area, d_link = self.area, self.patches.D_link
+            index = build(self.points[dots], self.normals[dots], d_link, area, self.density)
+            return single.distances_to_index(index, tests, z_tot)
+
+        z, sizes = zip(*parallel_map(compare_one, len(subsets), self.threads, 1), strict=True)
+        return np.array(z), np.array(sizes)
 
     def compare_uniform(
         self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
@@ -232,20 +230,10 @@ class PreparedSurface:
             sizes,
             readings,
             z_tot,
-            self.r_zernike,
+            self.patches.R_zernike,
             threads=self.threads,
-            descriptor=self.descriptor,
+            descriptor=self.patches.descriptor,
         )
-
-    def distances_alone(
-        self, subset: np.ndarray, tests: np.ndarray, z_tot: np.ndarray, alone: Callable[..., PatchIndex]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute |z_tot - z| of one subset that forms its own surface, (T,), and patch sizes, (T,).
-
-        `alone` is `build_index` of a `readings.Reading`.
-        """
-        index = alone(self.points[subset], self.normals[subset], self.d_link, self.area, self.density)
-        return self.distances_to_index(index, tests, z_tot)
 
     def distances_to_index(
         self, index: PatchIndex, tests: np.ndarray, z_tot: np.ndarray
@@ -259,9 +247,9 @@ class PreparedSurface:
             1,
             "kept",
             z_tot,
-            radius=self.r_zernike,
+            radius=self.patches.R_zernike,
             threads=self.threads,
-            descriptor=self.descriptor,
+            descriptor=self.patches.descriptor,
         )
         return z[:, 0], sizes[:, 0]
 
@@ -276,33 +264,3 @@ def number_of_tests(requested: int | str, n_dots: int) -> int:
     """Return the number of test dots: the request, or N / 200 for 'published'; at least 2 and at most N."""
     n_tests = n_dots // DOTS_PER_PUBLISHED_TEST if isinstance(requested, str) else requested
     return max(2, min(n_tests, n_dots))
-
-
-def prepare_surface(
-    surface: Any,
-    patches: dict,
-    roughness_values: np.ndarray | None,
-    seed: int,
-    name: str,
-    threads: int = 1,
-    distance_from_moved_centre: bool = True,
-    chance_in_every_patch: bool = True,
-) -> PreparedSurface:
-    """Prepare a surface with the section `patches` of a config; without `roughness_values`, R_i is computed.
-
-    `name`, of the conformation, names the random streams; for the last two arguments see `build_cover`.
-    """
-    return PreparedSurface(
-        surface,
-        r_patch=patches["R_patch"],
-        r_zernike=patches["R_zernike"],
-        d_link=patches["D_link"],
-        roughness_values=roughness_values,
-        seed=seed,
-        name=name,
-        threads=threads,
-        distance_from_moved_centre=distance_from_moved_centre,
-        chance_in_every_patch=chance_in_every_patch,
-        descriptor=patches.get("descriptor", descriptors.PUBLISHED),
-        roughness_kind=patches.get("roughness", PUBLISHED),
-    )

@@ -22,25 +22,14 @@ def residue_table(
 ) -> pd.DataFrame:
     """Tabulate the surface by residue, in the order of the structure.
 
-    Parameters
-    ----------
-    surface : Surface
-        Its `atom` refers to the atoms of the molecule; its fields are averaged.
-    roughness : (N,) float64, R_i
-    molecule : Molecule
-    kept : (n,) int
-        Dots of a subset.
-    weight : (n,) int
-        Number of dots that each kept dot represents.
-    component : (N,) int, optional
-        Component of each dot, where it is known. A closed cavity has a low R_i since its wall turns around the probe, not
-        because it is rough: dots on walls of cavities are then left out of the roughness.
+    The columns are chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
+    most_rough, mean and lowest R_i, (N,), of its dots outside of cavities; mean_<field>; dots, cavity_dots and kept, their
+    numbers; weight, the number of dots that its kept dots represent. A residue without dots outside of cavities is buried:
+    its R_i is NaN.
 
-    Returns
-    -------
-    DataFrame: chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
-    most_rough, mean and lowest R_i of its dots outside of cavities; mean_<field>; dots, cavity_dots and kept, their numbers;
-    weight, the number of dots that its kept dots represent. A residue without dots outside of cavities is buried: its R_i is NaN.
+    `kept` (n,) are the dots of a subset and `weight` (n,) the number that each represents. A closed cavity has a low R_i since
+    its wall turns around the probe, not because it is rough: where the `component` (N,) of each dot is known, dots on walls
+    of cavities are left out of the roughness.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]

@@ -48,17 +48,15 @@ def by_roughness(
     if kept:
         n = min([n_tests, *(len(sampled) for sampled, _ in pairs)])
         tests = [sampled[_draw(prepared, len(sampled), n, k)] for k, (sampled, _) in enumerate(pairs)]
-        by_draw = [
-            prepared.distances_under(readings, pair, dots)[1] for pair, dots in zip(pairs, tests, strict=True)
-        ]
+        by_draw = [prepared.compare(pair, dots, readings)[1] for pair, dots in zip(pairs, tests, strict=True)]
     else:
         shared = _draw(prepared, len(prepared.points), min(n_tests, len(prepared.points)))
         tests = [shared] * draws
         subsets = [subset for pair in pairs for subset in pair]
-        together = prepared.distances_under(readings, subsets, shared)[1]
-        by_draw = [{r: z[2 * k : 2 * k + 2] for r, z in together.items()} for k in range(draws)]
+        together = prepared.compare(subsets, shared, readings)[1]
+        by_draw = [together[:, 2 * k : 2 * k + 2] for k in range(draws)]
     dots = np.array(tests)
-    z = {reading: np.stack([of_draw[reading] for of_draw in by_draw], axis=1) for reading in readings}
+    z = {reading: np.stack([z[r] for z in by_draw], axis=1) for r, reading in enumerate(readings)}
     return ByRoughness(dots, prepared.roughness[dots], z)
 
 

@@ -43,19 +43,9 @@ def stored_components(surface: Surface) -> np.ndarray | None:
 def components_of(
     surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
 ) -> np.ndarray:
-    """Find the connected component of every dot.
+    """Find the connected component of every dot of a surface that `molecular_surface` made of spheres: (N,) int64.
 
-    Parameters
-    ----------
-    surface : Surface that `molecular_surface` made of the following
-    xyz : (A, 3), centres of the atoms, Å
-    radii : (A,), Å
-    probe : Å
-
-    Returns
-    -------
-    (N,) int64
-        0 for the component with most dots, then 1, 2, ...
+    The component with most dots is 0, then come 1, 2, ...; centres `xyz` (A, 3), `radii` (A,) and `probe` are in Å.
     """
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     return components_of_rolled(surface, roll_probe(xyz, radii, float(probe), True), kept)
@@ -104,18 +94,9 @@ def _in_order_of_atoms(rolled: RolledProbe) -> Rolling:
 
 
 def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame:
-    """Describe the components of a surface.
+    """Tabulate the components of a surface, (N,) int: component, dots, area (Å^2), volume enclosed (Å^3) and cavity (bool).
 
-    Parameters
-    ----------
-    surface : Surface
-    component : (N,) int, see `components_of`
-
-    Returns
-    -------
-    DataFrame
-        component, dots, area (Å^2), volume (Å^3, of the space that the surface encloses), cavity (bool: its normals point
-        inwards).
+    The normals of a cavity point inwards.
     """
     import pandas as pd  # here: placing dots needs no table
 

@@ -104,19 +104,10 @@ class Placed(NamedTuple):
 
 
 def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) -> RolledProbe:
-    """Roll the probe over atoms.
+    """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), in Å.
 
-    Parameters
-    ----------
-    xyz : (A, 3) float64, distinct positions, Å
-    radii : (A,) float64, Å
-    probe : radius of the probe, Å
-    exact : whether to drop the concave dots that lie inside another probe, and to represent the area of strips that are
-        too narrow for a dot by dots of their own. DMS does neither.
-
-    Returns
-    -------
-    RolledProbe
+    If `exact`, concave dots inside another probe are dropped, and strips too narrow for a dot get dots of their own. DMS does
+    neither.
     """
     relative, shift = relative_positions(xyz)
     by_position = np.lexsort(relative.T[::-1])
@@ -144,15 +135,9 @@ def place_dots(rolled: RolledProbe, density: float) -> Placed:
 def finish_dots(
     rolled: RolledProbe, placed: Placed
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Give placed dots their areas, and sort them by atom.
+    """Give placed dots their areas and sort them by atom: points (N, 3) Å, normals (N, 3), area (N,) Å^2, kind and atom (N,).
 
-    Returns
-    -------
-    points : (N, 3) float64, Å, grouped by atom; of each atom concave, saddle, then contact dots
-    normals : (N, 3) float64
-    area : (N,) float64, Å^2
-    kind : (N,) int8
-    atom : (N,) int32
+    The dots of each atom are concave, saddle, then contact dots.
     """
     dots, by_position = placed.dots, rolled.by_position
     if rolled.exact:
@@ -176,23 +161,9 @@ def finish_dots(
 def checked_spheres(
     xyz: ArrayLike, radii: ArrayLike, probe: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Check atoms and remove those at the position of another.
+    """Check atoms, (A, 3) and (A,) Å, and remove those at the position of another: positions, radii and indices of K atoms.
 
-    Parameters
-    ----------
-    xyz : (A, 3), centres, Å
-    radii : (A,), Å
-    probe : radius of the probe, Å
-
-    Returns
-    -------
-    xyz, radii : (K, 3) and (K,) float64, of the atoms that are kept
-    kept : (K,) int, their indices
-
-    Raises
-    ------
-    InputError
-        Shapes disagree, or a coordinate, a radius or the probe is out of range.
+    Raise InputError if shapes disagree, or a coordinate, a radius or the probe is out of range.
     """
     xyz, radii = np.asarray(xyz, dtype=float), np.asarray(radii, dtype=float)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or len(xyz) == 0 or radii.shape != (len(xyz),):
@@ -225,16 +196,9 @@ def _distinct(xyz: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
 
 def relative_positions(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions relative to the first one, and a small random shift of each.
+    """Return positions (A, 3) relative to the first one, and a random shift of each of at most `MAX_SHIFT`, in Å.
 
-    Parameters
-    ----------
-    xyz : (A, 3) float64, Å
-
-    Returns
-    -------
-    relative : (A, 3) float64, Å, rounded to 1e-9 Å, so that a translated input gives the same numbers
-    shift : (A, 3) float64, Å, at most `MAX_SHIFT`
+    They are rounded to 1e-9 Å, so that a translated input gives the same numbers.
     """
     relative = np.round(xyz - xyz[0], 9)
     return relative, np.random.default_rng(SHIFT_SEED).uniform(-MAX_SHIFT, MAX_SHIFT, relative.shape)
@@ -247,14 +211,6 @@ def _set_exact_areas(
 
     The contact patches of an atom share their area among their dots. The concave triangles, of which only the part `share`
     (P,) is left, do so all together, since many hold no dot.
-
-    Parameters
-    ----------
-    contact, concave : Dots, placed
-    share : (P,) float64, part of the dots of each triangle that is left
-    rolling : Rolling
-    radii : (A,) float64, Å
-    probe : Å
     """
     centre, n = rolling.atoms.centre, len(radii)
     # Angles of the spherical triangles: between the planes through the probe and two of its atoms
@@ -281,16 +237,9 @@ def _set_exact_areas(
 
 
 def sphere_template(radius: float, spacing: float) -> np.ndarray:
-    """Return the unit vectors of the dots of a whole sphere, in rings from the north pole.
+    """Return the unit vectors (n, 3) of the dots of a whole sphere, in rings from the north pole; radius and spacing are in Å.
 
-    Parameters
-    ----------
-    radius : float, Å
-    spacing : float, Å, distance of neighbouring dots
-
-    Returns
-    -------
-    (n, 3) float64; there is no dot at the south pole
+    There is no dot at the south pole.
     """
     n_rings = max(1, int(math.pi * radius / (RING_SPACING * spacing) + 0.5))
     rings = [np.array([[0.0, 0.0, 1.0]])]

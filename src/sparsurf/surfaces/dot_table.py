@@ -20,26 +20,10 @@ MAX_DISTANCE_OF_ATOM = 6.0
 
 
 def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
-    """Return a table with x, y, z (Å), nx, ny, nz, area (Å^2), kind and fields of every dot.
+    """Return a table with x, y, z (Å), nx, ny, nz, area (Å^2), kind and fields of every dot, and `columns`, (N,) each.
 
-    For a surface that `sparsurf.surface` generated from a molecule, the columns are those of the command's CSV.
-
-    Parameters
-    ----------
-    surface : Surface
-    molecule : Molecule, optional
-        The molecule of the dots. It adds chain, residue, residue_name, atom_name and atom. Without it, the molecule that
-        the surface was generated from is used, if there is one.
-    columns : further columns, (N,) each
-
-    Returns
-    -------
-    DataFrame, a row per dot
-
-    Raises
-    ------
-    InputError
-        The dots lie on other atoms than those of the molecule, or their atoms are unknown.
+    The molecule adds chain, residue, residue_name, atom_name and atom; by default it is the one that the dots know. Raise
+    InputError if the dots lie on other atoms, or their atoms are unknown.
     """
     import pandas as pd
 

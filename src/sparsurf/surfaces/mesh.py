@@ -70,16 +70,7 @@ class Mesh:
 
 
 def outer_mesh(mesh: Mesh) -> Mesh:
-    """Remove the parts of a mesh that face inwards, which are its cavities.
-
-    Parameters
-    ----------
-    mesh : Mesh
-
-    Returns
-    -------
-    Mesh
-    """
+    """Remove the parts of a mesh that face inwards, which are its cavities."""
     from scipy.sparse import coo_array  # imported here, since few callers need it
     from scipy.sparse.csgraph import connected_components
 
@@ -108,18 +99,7 @@ def widest_step(probe: float) -> float:
 def build_mesh(
     points: np.ndarray, normals: np.ndarray, triangles: np.ndarray, kind: np.ndarray | None = None
 ) -> Mesh:
-    """Make a mesh of points, normals and triangles.
-
-    Parameters
-    ----------
-    points, normals : (V, 3) float64, Å and unit vectors
-    triangles : (F, 3) int
-    kind : (V,) int8, kinds of the points as in `Surface`, where known
-
-    Returns
-    -------
-    Mesh
-    """
+    """Make a Mesh of points (V, 3), Å, normals (V, 3), triangles (F, 3) and, where known, kinds of the points (V,)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
     area = np.bincount(triangles.ravel(), np.repeat(third, 3), len(points))
@@ -127,23 +107,9 @@ def build_mesh(
 
 
 def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Place a grid that extends beyond all points.
+    """Place a grid that extends by `reach` beyond all points, in Å: its lowest corner (3,) and numbers of grid points (3,).
 
-    Parameters
-    ----------
-    points : (N, 3) float64, Å
-    reach : float, Å, by which the grid extends beyond the points
-    step : float, Å
-
-    Returns
-    -------
-    low : (3,) float64, lowest corner, Å
-    shape : (3,) int64, numbers of grid points
-
-    Raises
-    ------
-    InputError
-        The grid has more than `MAX_GRID_POINTS` points.
+    Raise InputError if there are more than `MAX_GRID_POINTS`.
     """
     low = points.min(axis=0) - reach - MARGIN_STEPS * step
     shape = np.ceil((points.max(axis=0) + reach - low) / step).astype(np.int64) + MARGIN_STEPS + 1
@@ -158,26 +124,11 @@ def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarr
 def molecular_mesh(
     xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS, step: float = GRID_STEP, threads: int = 1
 ) -> Mesh:
-    """Generate the solvent-excluded surface of spheres as triangles whose corners lie on the surface.
+    """Generate the solvent-excluded surface of spheres, (A, 3) and (A,) Å, as a Mesh whose corners lie on the surface.
 
     The surface lies at the probe's radius from all positions that the probe's centre can take. So the distance to the
-    nearest of these positions determines on which side a point is, and which point of the surface is nearest to it.
-
-    Parameters
-    ----------
-    xyz, radii : (A, 3) and (A,), Å
-    probe : Å
-    step : Å, of the grid, at most half the probe's radius
-    threads : int
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    InputError
-        The grid has too many points, or `molecular_surface.molecular_surface` refuses the spheres.
+    nearest of these positions determines on which side a point is, and which point of the surface is nearest to it. The
+    `step` of the grid is at most half the probe's radius, Å.
     """
     xyz, radii, _ = checked_spheres(xyz, radii, probe)
     step = min(step, widest_step(probe))
@@ -344,16 +295,9 @@ N_BITS = np.array([bin(k).count("1") for k in range(256)], np.int64)
 
 
 def marching_tetrahedra(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangulate the surface between grid points inside, with values above 0, and the others.
+    """Triangulate the surface between grid points with values above 0, of (X, Y, Z), and the others; at most 0 on all six sides.
 
-    Parameters
-    ----------
-    values : (X, Y, Z) float, at most 0 on all six sides
-
-    Returns
-    -------
-    vertices : (V, 3) float64, in steps of the grid
-    triangles : (F, 3) int64, counterclockwise seen from outside
+    Returns vertices (V, 3) in steps of the grid, and triangles (F, 3), counterclockwise seen from outside.
     """
     cut = _cut_edges(values)
     first = np.zeros(values.size + 1, np.int64)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sparsurf.errors import InputError
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces.components import components_of, components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
@@ -21,8 +22,9 @@ from sparsurf.surfaces.dot_placement import (
     roll_probe,
 )
 from sparsurf.surfaces.radii import PROBE_RADIUS
+from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.spacing import DENSITY, MIN_D_LINK_PER_SPACING, spacing
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Origin, Surface
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -37,40 +39,34 @@ MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
 # Names and D_link of the warnings about the density: each is given once for all calls
 
 
+def surface_of_molecule(
+    molecule: Molecule, settings: SurfaceSettings, d_link: float, name: str, frame: int = 0
+) -> Surface:
+    """Place dots on one frame of a molecule with a density that suits D_link (Å); they know the molecule."""
+    atom_radii = radii_of(molecule, settings.radii)
+    rolled = roll_frame(molecule, frame, atom_radii, settings)
+    dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
+    origin = Origin(molecule, frame, settings, d_link, atom_radii, rolled.components, dots.points)
+    return replace(dots, origin=origin)
+
+
 def surface_for_d_link(
     molecule: Molecule,
     position: int,
     atom_radii: np.ndarray,
-    settings: dict[str, Any],
+    settings: SurfaceSettings,
     d_link: float,
     name: str,
 ) -> tuple[Surface, float]:
-    """Generate the surface of one frame with a density that suits D_link.
+    """Generate the surface of one frame with a density that suits D_link (Å), and return it and the density, dots per Å^2.
 
     The density is that of the config's `surface`. `auto` means the smallest density from `DENSITY` on that suits D_link:
     atoms without hydrogens have larger spheres, on which the same density places dots farther apart. How much closer
-    more dots lie depends on the molecule, so the density grows until they lie close enough.
-
-    Parameters
-    ----------
-    molecule, position, atom_radii, settings : as for `surface_of_frame`
-    d_link : float
-        Å; must be at least `spacing.MIN_D_LINK_PER_SPACING` times the median spacing of the dots.
-    name : str
-        Conformation, for the log.
-
-    Returns
-    -------
-    surface : Surface
-    density : float, dots per Å^2
-
-    Raises
-    ------
-    InputError
-        D_link needs more than `MAX_DENSITY`.
+    more dots lie depends on the molecule, so the density grows until they lie close enough. `name` is for the log. Raise
+    InputError if D_link needs more than `MAX_DENSITY`.
     """
     rolled = roll_frame(molecule, position, atom_radii, settings)
-    return rolled.surface_for_d_link(settings["density"], d_link, name)
+    return rolled.surface_for_d_link(settings.density, d_link, name)
 
 
 @dataclass(frozen=True)
@@ -135,11 +131,11 @@ class RolledFrame:
 
 
 def roll_frame(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
 ) -> RolledFrame:
     """Roll the probe over one frame of a molecule; arguments are those of `surface_of_frame`."""
-    xyz, cavities = _rounded_positions(molecule, position), settings.get("cavities", "keep")
-    return roll_spheres(xyz, atom_radii, settings["probe_radius"], settings["reentrant"], cavities)
+    xyz = _rounded_positions(molecule, position)
+    return roll_spheres(xyz, atom_radii, settings.probe_radius, settings.reentrant, settings.cavities)
 
 
 def roll_spheres(
@@ -153,13 +149,13 @@ def density_for_d_link(
     molecule: Molecule,
     position: int,
     atom_radii: np.ndarray,
-    settings: dict[str, Any],
+    settings: SurfaceSettings,
     d_link: float,
     name: str,
 ) -> float:
     """Return only the density of `surface_for_d_link`; where the config sets it, no surface is generated."""
-    if settings["density"] != "auto":
-        return settings["density"]
+    if settings.density != "auto":
+        return settings.density
     return surface_for_d_link(molecule, position, atom_radii, settings, d_link, name)[1]
 
 
@@ -167,23 +163,13 @@ def surface_generator(
     molecule: Molecule,
     position: int,
     atom_radii: np.ndarray,
-    settings: dict[str, Any],
+    settings: SurfaceSettings,
     d_link: float,
     name: str,
 ) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:
-    """Return how dots are placed on moved atoms of one frame, for noise floors.
-
-    Parameters
-    ----------
-    molecule, position, atom_radii, settings, d_link, name : as for `surface_for_d_link`
-
-    Returns
-    -------
-    function from positions of the atoms (A, 3), Å, to their Surface at the density of this frame
-    (A, 3) float64, the positions in this frame, Å
-    """
+    """Return how dots are placed on moved atoms (A, 3), Å, at the density of one frame, and the positions in that frame."""
     density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name)
-    fixed_density = settings | {"density": density}
+    fixed_density = settings.model_copy(update={"density": density})
 
     def generate(xyz: np.ndarray) -> Surface:
         return surface_of_frame(replace(molecule, xyz=xyz[None]), 0, atom_radii, fixed_density)
@@ -192,26 +178,14 @@ def surface_generator(
 
 
 def surface_of_frame(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
 ) -> Surface:
-    """Generate the surface of one frame of a molecule with the settings of the config's `surface`.
+    """Generate the surface of one frame of a molecule, with radii (A,) in Å and settings whose density is a number.
 
     Positions of atoms are rounded as in a PDB file, so that a frame and a PDB file of it have the same surface.
-
-    Parameters
-    ----------
-    molecule : Molecule
-    position : int
-        Of the frame.
-    atom_radii : (A,), Å
-    settings : dict
-        `surface` of the config; the density is a number.
-
-    Returns
-    -------
-    Surface
     """
-    return roll_frame(molecule, position, atom_radii, settings).surface(settings["density"])
+    assert settings.density != "auto"
+    return roll_frame(molecule, position, atom_radii, settings).surface(settings.density)
 
 
 def components_of_frame(
@@ -233,29 +207,11 @@ def molecular_surface(
     density: float = DENSITY,
     reentrant: str = "exact",
 ) -> Surface:
-    """Generate the solvent-excluded surface of spheres [1]_.
+    """Generate the solvent-excluded surface of spheres `xyz` (A, 3) and `radii` (A,), Å; dots are grouped by atom, in order.
 
-    Parameters
-    ----------
-    xyz : (A, 3), centres of the atoms, Å
-    radii : (A,), Å
-    probe : radius of the probe, Å
-    density : dots per Å^2; `DENSITY` gives the dots of DMS at `-d 1.0`
-    reentrant : 'exact' for the surface itself; 'dms' for the dots of DMS, with its concave dots inside other probes, its
-        uncovered narrow saddles and, on a few buried atoms, dots that no probe can touch
-
-    Returns
-    -------
-    Surface, dots grouped by atom in the order of `xyz`
-
-    Raises
-    ------
-    InputError
-        A parameter is out of range.
-
-    References
-    ----------
-    .. [1] Connolly, J. Appl. Cryst. 16:548 (1983).
+    `DENSITY`, in dots per Å^2, gives the dots of DMS at `-d 1.0`. With `reentrant` 'exact' it is the surface itself. With 'dms'
+    it is the dots of DMS: with its concave dots inside other probes, its uncovered narrow saddles and, on a few buried atoms,
+    dots that no probe can touch. Source: Connolly, J. Appl. Cryst. 16:548 (1983).
     """
     lattice = _lattice(density)
     rolled, kept = _rolled(xyz, radii, probe, reentrant)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.errors import InputError
+from sparsurf.settings import Surface
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -28,28 +29,13 @@ RADII = {
         "IN": 1.93, "SN": 2.17, "PT": 1.75, "AU": 1.66, "HG": 1.55, "TL": 1.96, "PB": 2.02, "GA": 1.87,
     },
 }  # fmt: skip
-PROBE_RADIUS = 1.4  # Å, of a water molecule, as in the paper
+PROBE_RADIUS = Surface().probe_radius  # Å
 # Radius of every other element, Å: the value of DMS, and the usual choice where Bondi gives none.
 RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 
 
 def radii(molecule: Molecule, table: str = "dms") -> np.ndarray:
-    """Look up atomic radii by element; explicit hydrogens do not change those of other atoms.
-
-    Parameters
-    ----------
-    molecule : Molecule, or any object with `element`, (A,) str
-    table : 'dms' or 'bondi'
-
-    Returns
-    -------
-    (A,) float64, Å
-
-    Raises
-    ------
-    InputError
-        The table is unknown.
-    """
+    """Look up atomic radii by element, (A,) Å, in the table 'dms' or 'bondi'; hydrogens do not change those of other atoms."""
     if table not in list(RADII):  # a list, since the value of a user may not be hashable
         raise InputError(f"radii is {table!r}; it must be one of {', '.join(RADII)}.")
     by_element, default = RADII[table], RADIUS_OF_OTHER_ELEMENTS[table]

@@ -47,20 +47,9 @@ def read_surface(path: Path | str) -> Surface:
 
 
 def read_points(path: Path | str) -> np.ndarray:
-    """Read points from a CSV with x, y, z or from a file of dots.
+    """Read points (T, 3), Å, from a CSV with x, y, z or from a file of dots, whose content determines the format.
 
-    Parameters
-    ----------
-    path : path of the file; its content, not its name, determines the format
-
-    Returns
-    -------
-    (T, 3) float64, Å, in the order of the file
-
-    Raises
-    ------
-    InputError
-        The file has another format, NaN or infinite numbers, or no points.
+    Raise InputError if the file has another format, NaN or infinite numbers, or no points.
     """
     content, surface_format = _recognised(path)
     if surface_format is csv.FORMAT:

@@ -60,17 +60,9 @@ class Rolling(NamedTuple):
 
 
 def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
-    """Find the arcs and the fixed probes.
+    """Find the arcs and the fixed probes of distinct atoms in general position, `centre` (A, 3), Å.
 
-    Parameters
-    ----------
-    centre : (A, 3) float64, centres of distinct atoms in general position, Å
-    reach : (A,) float64, radius of atom plus probe, Å
-
-    Returns
-    -------
-    Rolling
-        Fixed probes are ordered by i, then by the distances i-j and i-k, then by side.
+    `reach` (A,) is the radius of atom plus probe, Å. Fixed probes are ordered by i, by the distances i-j and i-k, then by side.
     """
     cells = sort_into_cells(centre, 2 * reach.max())
     atoms = Atoms(centre, reach, *_overlaps(centre, reach, cells))

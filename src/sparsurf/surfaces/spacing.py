@@ -28,17 +28,7 @@ DENSER_SURFACE_REMEDY = (
 
 
 def area_of(surface: Surface) -> tuple[float, bool]:
-    """Return the area of a surface, or an estimate from the spacing of its dots.
-
-    Parameters
-    ----------
-    surface : Surface, or any object with `points` and, where known, `area`
-
-    Returns
-    -------
-    area : float, Å^2; NaN for a single dot of unknown area
-    estimated : bool, whether the area is an estimate
-    """
+    """Return the area of a surface, Å^2, and whether it is an estimate from the spacing of its dots; NaN for a single dot."""
     area = getattr(surface, "area", np.nan)
     if np.isfinite(area).all() and np.sum(area) > 0:
         return float(np.sum(area)), False
@@ -54,11 +44,7 @@ def area_of(surface: Surface) -> tuple[float, bool]:
 def spacing(points: np.ndarray, cube: float | None = None, near: float = 0.0) -> float:
     """Return the median distance from a dot to its nearest other dot, Å; NaN for a single dot.
 
-    Parameters
-    ----------
-    points, cube : as for `nearest_distances`
-    near : float, Å
-        A median of at most this need not be exact: the result then lies between the median and `near`. That is faster.
+    A median of at most `near` need not be exact: the result then lies between the median and `near`. That is faster.
     """
     if len(points) < 2:
         return float("nan")
@@ -73,22 +59,11 @@ def spacing(points: np.ndarray, cube: float | None = None, near: float = 0.0) ->
 def nearest_distances(
     points: np.ndarray, cube: float | None = None, n_shortest: int | None = None, near: float = 0.0
 ) -> np.ndarray:
-    """Measure the distance from every dot to its nearest other dot.
+    """Measure the distance from every dot (N, 3) to its nearest other dot, (N,) Å.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, Å, at least two
-    cube : float, optional
-        Å, edge of the cubes in which neighbours are searched first; it changes the time, not the distances. By default it
-        follows from the distances of a few dots.
-    n_shortest : int, optional
-        Number of distances that are needed, by default all. Longer ones may be infinite.
-    near : float, Å
-        The search for the nearest dot ends at a dot that is at most so far away.
-
-    Returns
-    -------
-    (N,) float64, Å
+    The edge `cube` of the cubes in which neighbours are searched first changes the time only; by default it follows from the
+    distances of a few dots. Only the `n_shortest` distances are needed, others may be infinite. The search for the nearest
+    dot ends at a dot that is at most `near` away.
     """
     points = np.ascontiguousarray(points, dtype=float)
     if cube is None:
@@ -167,20 +142,7 @@ def refuse_sparse(
     name: str,
     remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger D_link",
 ) -> None:
-    """Raise an error if D_link is too short for the dots.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, Å
-    d_link : float, Å
-    name : str, name of the surface in the message
-    remedy : str, end of the message
-
-    Raises
-    ------
-    InputError
-        D_link is below `MIN_D_LINK_PER_SPACING` median spacings, or there is only one dot.
-    """
+    """Raise InputError if D_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
     if len(points) == 1:
         raise InputError(f"{name}: one dot alone makes no patch; give the dots of a surface.")
     gap = spacing(points)

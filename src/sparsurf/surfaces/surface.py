@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike
 
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.settings import Surface as SurfaceSettings
 
 log = logging.getLogger("sparsurf")
 
@@ -86,23 +87,83 @@ MAX_OUTSIDE_OF_PART = (
 # their number, those of half a surface to .07 or more.
 MAX_SPACING_OF_CLOSED, MIN_DOTS_OF_CLOSED = 0.8, 1000
 MAX_MEAN_NORMAL = 0.03
+LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
+MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
+MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
 
 
-class Origin(NamedTuple):
-    """The molecule that dots were placed on.
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """The molecule that dots were placed on, and what follows from it.
 
     molecule : Molecule
     frame : int, position of the frame
-    rules : dict, probe, density, radii, d_link and cavities of the call
-    components : function from the Surface of all dots to the component of each dot, (N,)
+    rules : settings.Surface, by which the dots were placed
+    d_link : float, Å, that the density suits
+    radii : (A,), of the atoms, Å
+    components : function from the Surface of all dots to the component of each dot, (N,) int
     points : (N, 3), where the dots were placed, Å
     """
 
     molecule: Molecule
     frame: int
-    rules: dict[str, Any]
+    rules: SurfaceSettings
+    d_link: float
+    radii: np.ndarray
     components: Callable[[Surface], np.ndarray]
     points: np.ndarray
+
+    def generator(self) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:
+        """Return what places other dots on moved atoms, and where the atoms are, (A, 3) Å; see `surface_generator`."""
+        from sparsurf.surfaces.molecular_surface import surface_generator
+
+        return surface_generator(self.molecule, self.frame, self.radii, self.rules, self.d_link, "surface")
+
+    def refuse_rules(self, function: str, **requested: Any) -> None:
+        """Raise InputError, in the name of a function, if the dots were placed by other rules; a default requests nothing."""
+        rules = self.rules.model_dump() | {"frame": self.frame}
+        defaults = type(self.rules)().model_dump() | {"frame": 0}
+        for key, value in requested.items():
+            if value not in (defaults[key], rules[key]):
+                raise InputError(
+                    f"{function}: the dots were placed with {key}={rules[key]!r}; give their molecule for {value!r}."
+                )
+
+    def refuse_molecule(
+        self, function: str, molecule: Molecule, frame: int | None, whole: bool = True
+    ) -> None:
+        """Raise InputError, in the name of a function, if the dots were placed on other atoms than a frame of a molecule has.
+
+        `frame` None stands for any. Unless `whole`, half of the atoms are enough: it may lack hydrogens and ligands.
+        """
+        if self.molecule is molecule and frame in (self.frame, None):
+            return
+        same = self._has_labels_of(molecule) if whole else True
+        if same and frame is not None:
+            if self.frame != frame and self.frame < molecule.n_frames:
+                raise InputError(
+                    f"{function}: the dots are those of frame {self.frame}; give frame={self.frame}."
+                )
+            same = self._has_positions_of(molecule.xyz[frame], whole)
+        if not same:
+            remedy = "give their molecule, or none" if whole else ""
+            remedy = remedy or "give their molecule and frame, or the pair (points, normals)"
+            raise InputError(f"{function}: the dots were placed on other atoms; {remedy}.")
+
+    def _has_labels_of(self, molecule: Molecule) -> bool:
+        return self.molecule.n_atoms == molecule.n_atoms and all(
+            np.array_equal(getattr(self.molecule, key), getattr(molecule, key)) for key in LABELS
+        )
+
+    def _has_positions_of(self, xyz: np.ndarray, whole: bool) -> bool:
+        """Return whether all atoms, or half of the heavy ones in any order, are at positions (A, 3), Å."""
+        if whole:
+            return bool(np.abs(self.molecule.xyz[self.frame] - xyz).max() < MAX_SHIFT)
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+        heavy = self.molecule.heavy
+        positions = self.molecule.xyz[self.frame][heavy if heavy.any() else slice(None)]
+        return bool(np.mean(np.asarray(cKDTree(xyz).query(positions)[0]) < MAX_SHIFT) >= MIN_SHARE_OF_ATOMS)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -193,6 +254,17 @@ class Surface:
         points, normals, area, kind, atom = (getattr(self, name)[dots] for name in ARRAY_NAMES)
         return Surface(points, normals, area, kind, atom, fields, self.origin)
 
+    def known_origin(self, function: str) -> Origin:
+        """Return the origin; raise InputError, in the name of a function, if the dots know no molecule."""
+        if self.origin is None:
+            raise InputError(f"{function}: these dots know no molecule; give it, too.")
+        return self.origin
+
+    @property
+    def generator(self) -> tuple[Callable[[np.ndarray], Surface], np.ndarray] | tuple[None, None]:
+        """What places other dots on moved atoms, and the atoms' positions; (None, None) unless `placed`."""
+        return self.placed.generator() if self.placed else (None, None)
+
     @property
     def placed(self) -> Origin | None:
         """The origin, if the surface still has all dots where they were placed; else None."""
@@ -278,28 +350,15 @@ def surface_of_columns(
     lines: list[int] | np.ndarray | None = None,
     weighted: bool = False,
 ) -> Surface:
-    """Make a surface from the columns of a file.
+    """Make a surface from the columns of a file: points, normals, other attributes of `Surface`, and fields, by name.
 
     Normals that deviate from unit length only by rounding stay as they are: the authors' descriptors follow from the
     rounded normals, and one dot in 40 changes its pixel otherwise. Other normals are scaled to unit length. Of dots that
-    occur twice, the first is kept.
+    occur twice, the first is kept. Messages name `path` and the `lines` (N,) of the dots. If `weighted`, each dot stands for
+    several, so that the areas do not cover the surface.
 
-    Parameters
-    ----------
-    columns : dict of arrays: points and normals, other attributes of `Surface`, and fields by their names
-    path : named in messages
-    lines : (N,) int, line of each dot in the file, for messages
-    weighted : whether each dot stands for several, so that the areas do not cover the surface
-
-    Returns
-    -------
-    Surface, in the order of the file
-
-    Raises
-    ------
-    InputError
-        Numbers are NaN or infinite, normals have length 0, areas are far too large, there are no dots, or no surface in Å
-        has such values.
+    Raise InputError if numbers are NaN or infinite, normals have length 0, areas are far too large, there are no dots, or no
+    surface in Å has such values.
     """
     arrays = {name: np.asarray(value) for name, value in columns.items()}
     points, normals = (arrays[name].reshape(-1, 3) for name in ("points", "normals"))
@@ -403,18 +462,9 @@ def _checked_lengths(
 def check_plausibility(
     points: np.ndarray, normals: np.ndarray, path: Path | str, where: Callable[[int], str]
 ) -> None:
-    """Raise an error, or warn, if the dots cannot be those of a molecular surface in Å.
+    """Raise InputError, or warn, if dots (N, 3) cannot be those of a molecular surface in Å.
 
-    Parameters
-    ----------
-    points, normals : (N, 3) float, finite
-    path : named in messages
-    where : function from the index of a dot to its name in messages
-
-    Raises
-    ------
-    InputError
-        A dot is far from all others, neighbouring normals oppose each other, or lengths are in nm.
+    Errors are a dot far from all others, neighbouring normals that oppose each other, and lengths in nm. `where` names a dot.
     """
     if len(points) > 1 and not np.ptp(points, axis=0).any():
         raise InputError(f"{path}: all its dots lie in one place; give the dots of a surface.")
@@ -491,18 +541,9 @@ def check_plausibility(
 
 
 def _best_shift(normals: np.ndarray, sample: np.ndarray, directions: np.ndarray) -> tuple[int, float]:
-    """Find how many rows further the normals stand most upright on the dots of a sample.
+    """Find how many rows further the normals stand most upright on the dots of a sample, and their mean |cosine| to neighbours.
 
-    Parameters
-    ----------
-    normals : (N, 3) float
-    sample : (n,) int
-    directions : (n, k, 3) float, unit vectors to neighbours
-
-    Returns
-    -------
-    shift : int, not 0
-    cosine : float, mean absolute cosine between the directions and the normals that many rows further
+    `directions` (n, k, 3) are unit vectors from the sample (n,) to neighbours; the shift is not 0.
     """
     cosines = {}
     for shift in SHIFTS:
@@ -515,14 +556,7 @@ def _best_shift(normals: np.ndarray, sample: np.ndarray, directions: np.ndarray)
 def _stretch(steps: np.ndarray, turns: np.ndarray) -> float:
     """Estimate how many times wider dots stand in one direction than in another, compared with the turns of their normals.
 
-    Parameters
-    ----------
-    steps : (n, 3) float, Å, from dots to their neighbours
-    turns : (n, 3) float, differences of their normals
-
-    Returns
-    -------
-    float, at least 1; 1 if the turns do not span three directions
+    `steps` (n, 3), Å, lead to neighbours, and `turns` (n, 3) are differences of normals; 1 if they do not span three directions.
     """
     smooth = np.linalg.norm(turns, axis=1) < MAX_TURN
     of_steps, of_turns = steps[smooth].T @ steps[smooth], turns[smooth].T @ turns[smooth]
@@ -551,20 +585,10 @@ def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np
 def _windings(
     points: np.ndarray, normals: np.ndarray, sample: np.ndarray, distances: np.ndarray, around: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the winding number of the surface behind and before a few dots: about 1 inside and 0 outside.
+    """Compute the winding number of the surface behind and before a few dots, (n,) each: about 1 inside and 0 outside.
 
-    The dots around each dot count one by one; of the others, N_FAR stand for all (Barill et al., ACM Trans. Graph.
-    37:43, 2018).
-
-    Parameters
-    ----------
-    points, normals : (N, 3) float
-    sample : (n,) int, the few dots
-    distances, around : (n, k), see `_surrounding`
-
-    Returns
-    -------
-    behind, before : (n,) float
+    The dots around each dot, see `_surrounding`, count one by one; of the others, N_FAR stand for all (Barill et al., ACM
+    Trans. Graph. 37:43, 2018).
     """
     reach = distances[:, min(N_BESIDE, distances.shape[1]) - 1]
     area = float(np.median(np.pi * reach**2 / N_BESIDE))
@@ -596,18 +620,7 @@ def _warn_if_open(normals: np.ndarray, path: Path | str) -> bool:
 
 
 def nearest_neighbours(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nearest other dot of a few dots, without a compiled kernel.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, Å
-    sample : (n,) int, indices of the few dots
-
-    Returns
-    -------
-    distances : (n,) float64, Å
-    neighbours : (n,) int, indices of the nearest other dots
-    """
+    """Find the nearest other dot of a few dots, without a compiled kernel: distances (n,), Å, and indices (n,)."""
     distances, neighbours = np.empty(len(sample)), np.empty(len(sample), int)
     for n, i in enumerate(sample):
         squared = ((points - points[i]) ** 2).sum(axis=1)
@@ -630,19 +643,9 @@ def check_values(
     path: Path | str,
     where: Callable[[int], str],
 ) -> None:
-    """Raise an error if a dot has an impossible value.
+    """Raise InputError if a coordinate or an area is too large, or an area, a kind or an atom is not possible.
 
-    Parameters
-    ----------
-    points : (N, 3) float, Å
-    area, kind, atom : (N,) or None, as in `Surface`
-    path : named in the message
-    where : function from the index of a dot to its name in the message
-
-    Raises
-    ------
-    InputError
-        A coordinate or an area is too large, or an area, a kind or an atom is not possible.
+    Each is (N,) or None, as in `Surface`; `where` names a dot.
     """
     areas, kinds, atoms = (
         np.asarray(np.full(len(points), default) if value is None else value, float)

@@ -24,19 +24,11 @@ MAX_UNITS_PER_AREA, MAX_UNITS = 1e5, 1e9
 
 
 def triangulate(surface: Surface) -> np.ndarray:
-    """Triangulate the dots of a surface.
+    """Triangulate the dots of a surface: (M, 3) indices, counterclockwise seen from outside.
 
     The Delaunay tetrahedra of the dots lie inside or outside the molecule, which the normals show. The triangles are
     the boundary between the two, which is always closed. Crowded dots may be in no triangle, such as those that DMS
-    places inside other probes.
-
-    Parameters
-    ----------
-    surface : Surface
-
-    Returns
-    -------
-    (M, 3) int, indices of dots, counterclockwise seen from outside; none for fewer than five dots or dots in one plane
+    places inside other probes. There are none for fewer than five dots or dots in one plane.
     """
     from scipy.spatial import Delaunay, QhullError
 
@@ -87,18 +79,10 @@ def _inside(surface: Surface, tetrahedra: Delaunay) -> np.ndarray:
 def _smallest_boundary(
     opposite: np.ndarray, area: np.ndarray, votes: np.ndarray, doubtful: np.ndarray, inside: np.ndarray
 ) -> np.ndarray:
-    """Choose the doubtful tetrahedra inside so that the boundary is smallest, by a minimum cut.
+    """Choose which of D doubtful tetrahedra lie inside, (D,) bool, so that the boundary is smallest, by a minimum cut.
 
-    Parameters
-    ----------
-    opposite, area : (D, 4), the tetrahedron behind each side, and the area of the side in Å^2
-    votes : (D,), Å^2 by which the boundary may grow if the tetrahedron is inside (negative) or outside (positive)
-    doubtful : (D,), numbers of the doubtful tetrahedra
-    inside : (T + 1,) bool, of the others
-
-    Returns
-    -------
-    (D,) bool
+    `opposite` and `area` (D, 4) are the tetrahedron behind each side and the side's area, Å^2. By `votes` (D,), Å^2, the
+    boundary may grow if the tetrahedron is inside (negative) or outside (positive). `inside` (T + 1,) is of the others.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow

@@ -74,18 +74,7 @@ class Cells(NamedTuple):
 
 
 def sort_into_cells(points: np.ndarray, size: float) -> Cells:
-    """Sort points into cubes.
-
-    Parameters
-    ----------
-    points : (N, 3) float64
-    size : float
-        Edge of a cube. All points within `size` of a position lie in the 3 x 3 x 3 cubes around it.
-
-    Returns
-    -------
-    Cells
-    """
+    """Sort points (N, 3) into cubes; all within `size` of a position lie in the 3 x 3 x 3 cubes around it."""
     low = points.min(axis=0)
     cube = ((points - low) / size).astype(np.int64) + 1
     shape = cube[:, 1:].max(axis=0) + 2

@@ -7,17 +7,18 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from sparsurf.batches.assignment import TABLES
+from sparsurf.batches.assignment import BATCH_PERCENT, TABLES, batched_structures, takes_batches
 from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.settings import REQUEST_KEYS, SAMPLERS_OF_COMBINATIONS
 from sparsurf.suggestions import did_you_mean
 from sparsurf.workflow.conformations import has_one_model, without_zeros
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.memory import too_large
 from sparsurf.workflow.mistakes import one_of, sentences
 from sparsurf.workflow.models import Config, Protein
-from sparsurf.workflow.names import FIELDS, FILE_KEYS, SAMPLERS_OF_COMBINATIONS, SURFACE_SUFFIXES
+from sparsurf.workflow.names import FIELDS, FILE_KEYS, SURFACE_SUFFIXES
 from sparsurf.workflow.yaml_file import read_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
@@ -56,6 +57,9 @@ def check_config(
             name: _with_plddt(_with_file_at_home(_with_local_copy(name, protein), Path(home)), checked)
             for name, protein in checked["proteins"].items()
         }
+        if batched_structures(checked) and not {*REQUEST_KEYS} & {*config.get("minimal", {})}:
+            sampler = checked["minimal"]["sampler"]
+            checked["minimal"] = {"sampler": sampler, "n_S_percent": BATCH_PERCENT}
         errors = [*_check_keys_together(checked)]
         if here:
             errors += [*too_large(checked)] if sampled_proteins(checked) else []
@@ -250,43 +254,19 @@ def _check_sections(config: dict) -> Iterator[str]:
 
 
 def _check_batch(config: dict) -> Iterator[str]:
-    """Yield a sentence for each key that does not go with `batch`."""
-    if "batch" not in config:
-        if "pages" in config:
-            yield "pages is for a study with `batch`, and this one gives every protein its pages; remove it."
+    """Yield a sentence for each page of a study in batches that there cannot be."""
+    if "pages" in config and (config["sampling"]["run"] or not takes_batches(config)):
+        yield "pages is for a study of structures alone with `sampling: false`: remove it, as every protein here has pages."
         return
+    batched = batched_structures(config)
     for name in config.get("pages", []):
         if name not in config["proteins"]:
             yield f"pages: {shorten(repr(name))} is none of the proteins{did_you_mean(name, config['proteins'])}."
-        elif name.lower() in TABLES:
+        elif batched and name.lower() in TABLES:
             yield f"pages: {name!r} is a folder of the study itself; rename the structure, or give it no page."
-    if config["sampling"]["run"] or sampled_proteins(config):
-        yield "batch needs `sampling: false`: a grid over thousands of structures takes too long."
-    for key, given in {
-        "pairs": config["pairs"],
-        "changes": config["changes"],
-        "compare": config["compare"]["run"],
-        "ensemble": config["ensemble"]["run"],
-        "paper": config.get("paper"),
-    }.items():
-        if given:
-            yield f"batch analyses each structure alone; remove `{key}`, or `batch`."
-    if search := [key for key in ("error", "floor") if key in config["minimal"]]:
-        yield f"minimal.{search[0]} needs a search on every structure; with `batch`, give n_S_percent or n_S instead."
     files: dict[tuple[str, str], str] = {}
-    for name, protein in config["proteins"].items():
-        other = [
-            key for key in ("surface", "trajectory", "simulate", "url", "pdb") if protein.get(key) is not None
-        ]
-        if other:
-            given = protein[other[0]]
-            told = f" {given}" if isinstance(given, str) else ""
-            yield (
-                f"proteins.{name} has `{other[0]}`{told}, but `batch` takes structures alone; leave it out, "
-                "or move the file out of the folder."
-            )
-            continue
-        path = Path(protein["structure"])
+    for name in batched:
+        path = Path(config["proteins"][name]["structure"])
         stem = path.name.lower().removesuffix(".gz").removesuffix(suffix(path))
         twin = files.setdefault((str(path.parent), stem), str(path))
         if twin != str(path):

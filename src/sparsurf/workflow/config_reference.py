@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from sparsurf.settings import SAMPLERS
 from sparsurf.workflow.models import Config
-from sparsurf.workflow.names import SAMPLERS
 
 HOME = Path(__file__).resolve().parents[3]
 SCHEMA_FILE, PAGE = HOME / "config" / "schema.json", HOME / "docs" / "config.md"

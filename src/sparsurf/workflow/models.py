@@ -1,49 +1,41 @@
 """The config of a study as pydantic models: every key with its type, limits, default and meaning."""
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    WrapValidator,
-    model_validator,
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+
+from sparsurf.settings import (
+    DEFAULT_SEED,
+    Ensemble,
+    Evaluation,
+    FrameNumber,
+    Integer,
+    Length,
+    Minimal,
+    Number,
+    Patches,
+    Percent,
+    PercentBelow100,
+    Plddt,
+    Positive,
+    Sampler,
+    Sampling,
+    Section,
+    Seed,
+    Surface,
+    Thousand,
+    Two,
+    UniqueList,
+    key,
+    optional,
+    without_repeats,
 )
-
 from sparsurf.simulation.protocol import KEYS_OF_SIMULATION
-from sparsurf.workflow import listing, names
+from sparsurf.workflow import listing
 from sparsurf.workflow.download import PDB_URL, file_name
-from sparsurf.workflow.names import FIELDS, FILE_KEYS, MOLECULE_KEYS, REQUEST_KEYS, SOURCE_KEYS
+from sparsurf.workflow.names import FIELDS, FILE_KEYS, MOLECULE_KEYS, SOURCE_KEYS
 
-T = TypeVar("T")
-DEFAULT_ERROR = 0.02  # Å
 RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
-
-
-def _as_integer(value: Any) -> Any:
-    """Convert 3.0 to 3."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-def _as_written(value: Any, validate: Any) -> Any:
-    """Check a number and keep it as it is: 2 stays an integer, 2.0 a float."""
-    validate(value)
-    return value
-
-
-def _without_repeats(values: list) -> list:
-    if any(value in values[:k] for k, value in enumerate(values)):
-        raise ValueError(f"holds a value twice: {values}.")
-    return values
-
-
-def _alpha_first(combination: list) -> list:
-    if not 0 < combination[0] <= 1:
-        raise ValueError(f"is {combination}, but its first number, alpha, must be more than 0 and 1 or less.")
-    return combination
 
 
 def _as_section(value: Any) -> Any:
@@ -63,20 +55,6 @@ def _as_id(value: Any) -> Any:
     return str(value) if type(value) is int else value
 
 
-INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
-Integer = Annotated[int, INTEGER]
-Thousand = Annotated[int, Field(ge=1, le=1000), INTEGER]
-Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
-FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
-Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
-TestDots = Literal["published"] | Annotated[int, Field(ge=2, le=10**6), INTEGER]
-Number = Annotated[float, NUMBER]
-Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
-Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
-Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
-Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
-Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
-PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
 Text = Annotated[str, Field(min_length=1)]
 WORD = "^[A-Za-z0-9_-]+$"
 URL = "^https?://"
@@ -99,40 +77,6 @@ Sha256 = Annotated[str, Field(pattern=SHA256)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
 Conformation = Annotated[str, Field(pattern=CONFORMATION)]
 Residues = Annotated[str, Field(pattern=RESIDUES)]
-UniqueList = Annotated[
-    list[T],
-    Field(min_length=1),
-    AfterValidator(_without_repeats),
-    Field(json_schema_extra={"uniqueItems": True}),
-]
-Two = Annotated[list[T], Field(min_length=2, max_length=2)]
-Values = Annotated[UniqueList[T], Field(max_length=100)]
-Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)]
-
-
-def key(default: Any, description: str, **limits: Any) -> Any:
-    """Return a key with its default and meaning."""
-    return Field(default, description=description, **limits)
-
-
-def optional(description: str, **limits: Any) -> Any:
-    """Return a key without a default: its attribute is None, and `model_dump` leaves it out."""
-    return Field(None, description=description, **limits)
-
-
-class Section(BaseModel):
-    """A mapping of the config: unknown keys and values of other types are refused."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-
-    @model_validator(mode="after")
-    def _defaults_as_written(self) -> "Section":
-        """Replace 4 by the default 4.0: a default that is written out changes nothing."""
-        for key in self.model_fields_set:
-            default = type(self).model_fields[key].default
-            if type(default) is float and getattr(self, key) == default:
-                setattr(self, key, default)
-        return self
 
 
 def _switch(section: type[Section]) -> BeforeValidator:
@@ -249,7 +193,7 @@ class Pair(Section):
 class Centres(Section):
     """Dots whose patches are compared, chosen by a sampler."""
 
-    sampler: names.Sampler = Field(description="Sampler that chooses the centres.")
+    sampler: Sampler = Field(description="Sampler that chooses the centres.")
     n_S_percent: Percent = optional("Number of centres, % of the dots.")
     n_S: Integer = optional("Number of centres.", ge=1)
 
@@ -288,102 +232,10 @@ class Frames(Section):
     stride: Positive = key(1, "Read every n-th frame: a long trajectory in less memory.")
 
 
-class Surface(Section):
-    """How the molecular surface is computed."""
-
-    probe_radius: Number = key(1.4, "Radius of the solvent probe, Å.", gt=0, le=10)
-    density: Literal["auto"] | Length = key(
-        "auto", "Dots per Å^2; auto: 5.35, or more where D_link needs it."
-    )
-    radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii; bondi for programs that use these.")
-    cavities: Literal["keep", "remove"] = key(
-        "keep", "Dots of closed cavities inside the molecule; DMS and the paper keep them."
-    )
-    reentrant: Literal["exact", "dms"] = key(
-        "exact", "Self-intersecting concave dots: removed (exact) or kept as in DMS."
-    )
-
-
-class Patches(Section):
-    """Radii of the patches and the linking distance of islands."""
-
-    R_patch: Length = key(4.0, "Patch radius of roughness and sampling, Å.")
-    R_zernike: Length = key(6.0, "Patch radius of the descriptors, Å.")
-    D_link: Length = key(0.5, "Dots closer than this are linked, Å.")
-    roughness: names.Roughness = key("published", "Definition of the roughness of a patch.")
-    descriptor: names.Descriptor = key("published", "Descriptor of a patch.")
-
-
-class Sampling(Section):
-    """The grid of combinations, and two rules of the published sampling."""
-
-    run: bool = key(True, "Evaluate the paper's sampling over the grid; `sampling: false` leaves it out.")
-    alpha: Values[Alpha] = key([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha.")
-    beta: Values[Exponent] = key([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of beta.")
-    gamma: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of gamma.")
-    delta: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of delta.")
-    distance_from_moved_centre: bool = key(
-        True, "As published: distances start at a centre that may have moved, so p can exceed 1."
-    )
-    chance_in_every_patch: bool = key(True, "As published: a dot has a chance in every patch that holds it.")
-
-
-class Evaluation(Section):
-    """How subsets are compared with the whole surface."""
-
-    test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
-    draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
-    readings: UniqueList[names.Reading] = key(
-        ["kept", "full"],
-        "Readings of the removal of islands; recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
-    )
-
-
 class Tables(Section):
     """The tables of the best combinations."""
 
     ranges: Integer = key(10, "Number of equal ranges of n_S.", ge=1, le=1000)
-
-
-class Minimal(Section):
-    """The minimal subset, by one of error, floor, n_S_percent, n_S, Z and combination."""
-
-    sampler: names.Sampler = key("farthest", "Sampler of the subset.")
-    error: Number = optional(
-        f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default.",
-        gt=0,
-        le=10,
-    )
-    floor: names.Floor = optional("Noise floor that Z of the recovered surface reaches within 20 %.")
-    n_S_percent: Percent = optional("Requested n_S, % of the dots.")
-    n_S: Positive = optional("Requested number of dots.")
-    Z: Number = optional("Requested Z under `full`; the smallest n_S that reaches it is taken.", ge=0)
-    combination: Combination = optional(
-        "alpha, beta, gamma, delta of one draw of the sampler: paper, unless paper_corrected is named."
-    )
-
-    @model_validator(mode="after")
-    def _has_one_request(self) -> "Minimal":
-        requests = [key for key in REQUEST_KEYS if getattr(self, key) is not None]
-        if len(requests) > 1:
-            raise ValueError(
-                f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(requests)}."
-            )
-        if not requests:
-            self.error = DEFAULT_ERROR
-        if self.combination is not None and "sampler" not in self.model_fields_set:
-            self.sampler = "paper"
-        return self
-
-
-class Ensemble(Section):
-    """One combination over all frames of each trajectory."""
-
-    run: bool = key(False, "Write ensemble.csv and its figure.")
-    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
-    test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
-    stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
-    jobs: Count = key(1, "Number of jobs that share the frames: a killed run keeps the finished ones.")
 
 
 class Compare(Section):
@@ -391,7 +243,7 @@ class Compare(Section):
 
     run: bool = key(False, "Compare in every run; `make compare` does it once.")
     percents: UniqueList[PercentBelow100] = key([2.5, 5, 10, 20, 40, 60], "Requested n_S, % of the dots.")
-    samplers: UniqueList[names.Sampler] = optional("Samplers to compare; all of them by default.")
+    samplers: UniqueList[Sampler] = optional("Samplers to compare; all of them by default.")
 
 
 class Folder(Section):
@@ -400,14 +252,11 @@ class Folder(Section):
     folder: Text = Field(description="Folder that holds the files.")
 
 
-BATCH_PERCENT = (
-    10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
-)
 FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
 PLACES = "protein, protein/c2, protein/* (results over all its frames), pairs/name, changes/name"
 Fields = Annotated[
     list[str],
-    AfterValidator(_without_repeats),
+    AfterValidator(without_repeats),
     Field(json_schema_extra={"items": FIELD_ITEMS, "uniqueItems": True}),
 ]
 ListedProteins = Annotated[
@@ -427,18 +276,16 @@ class Config(Section):
     """Config of a study. Lengths are in Å. A key that is left out takes its default."""
 
     run: Name = key("default", "Name of the study; its results go to results/<run>/.")
-    seed: Integer = key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
+    seed: Seed = key(DEFAULT_SEED, "Seed of all random numbers.")
     proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
     pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
     changes: dict[Name, Two[Conformation]] = key(
         {},
         "Forms of a protein to compare residue by residue, such as {opening: [open, tdp43/c2]}.",
     )
-    batch: Literal["auto"] | Positive = optional(
-        "Analyse structures in batches, for thousands of them: auto, or the mean number of structures in a batch."
-    )
-    pages: UniqueList[str] = optional(
-        "With `batch`: structures that also get the files and pages of a study (floors, viewer, pictures), by name."
+    pages: Annotated[list[str], AfterValidator(without_repeats)] = optional(
+        "With `sampling: false`: structures that get the files and pages of a study, by name; by default all of at most 10. "
+        "If it leaves any out, all are analysed in batches."
     )
     plddt: Plddt = optional(
         "Leave out the residues of predicted models (AlphaFold) whose pLDDT is below; other structures stay as they are."
@@ -458,14 +305,3 @@ class Config(Section):
     minimal: Minimal = Minimal()
     ensemble: Annotated[Ensemble, _switch(Ensemble)] = Ensemble()
     compare: Annotated[Compare, _switch(Compare)] = Compare()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _fixed_share_in_batches(cls, config: Any) -> Any:
-        """Let batches keep a fixed share of the dots, unless `minimal` requests something."""
-        if not isinstance(config, dict) or config.get("batch") is None:
-            return config
-        minimal = config.get("minimal", {})
-        if not isinstance(minimal, dict) or {*REQUEST_KEYS} & minimal.keys():
-            return config
-        return config | {"minimal": minimal | {"n_S_percent": BATCH_PERCENT}}

@@ -2,22 +2,8 @@
 
 from typing import Literal, get_args
 
-Sampler = Literal[
-    "paper",
-    "paper_corrected",
-    "uniform",
-    "poisson",
-    "farthest",
-]
-Roughness = Literal["published"]
-Descriptor = Literal["published", "rotation_robust"]
 Field = Literal["hydropathy", "potential", "bfactor"]
-Reading = Literal["kept", "full", "recovered"]
-Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
-
-SAMPLERS, FIELDS, FLOORS = map(get_args, (Sampler, Field, Floor))
-ROUGHNESSES, DESCRIPTORS = map(get_args, (Roughness, Descriptor))
-SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
+FIELDS = get_args(Field)
 SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
 
 MIN_PROTEINS_OF_RELATION = (
@@ -28,14 +14,6 @@ MIN_PROTEINS_OF_RELATION = (
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
 MOLECULE_KEYS = ("selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands", "plddt")
-REQUEST_KEYS = (
-    "error",
-    "floor",
-    "n_S_percent",
-    "n_S",
-    "Z",
-    "combination",
-)  # `minimal` takes exactly one of them
 
 PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
 FIGURES = ("required_dots", *PAPER_FIGURES)  # of a surface, in the order of the first page

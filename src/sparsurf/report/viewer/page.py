@@ -15,7 +15,9 @@ from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import farthest, sampler_label
-from sparsurf.study.prepared_surface import prepare_surface
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
@@ -111,22 +113,21 @@ def page(
 
 def coloured_page(
     title: str,
-    name: str,
     surface: Surface,
-    patches: dict[str, Any],
-    seed: int,
+    settings: Settings,
+    streams: Streams,
     values: Sequence[Values],
     residues: Sequence[str] = (),
     says: str = "",
 ) -> str:
     """Render the page of a surface without a grid, which opens with all dots in the colours of the first values.
 
-    `name` is that of the surface, from which the order of its dots is drawn; the rest is as for `page`.
+    The order of its dots is drawn from `streams`; the rest is as for `page`.
     """
-    prepared = prepare_surface(surface, patches, None, seed, name)
+    prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
-        title, surface, prepared.roughness, prepared.cover, prepared.r_patch, {"farthest": order},
+        title, surface, prepared.roughness, prepared.cover, prepared.patches.R_patch, {"farthest": order},
         residues=residues, values=values, opens=("all", 1), says=says,
     )  # fmt: skip
 

@@ -44,40 +44,16 @@ def _length_of_comments(text: str) -> int:
 def read_csv(content: bytes, path: Path | str) -> Surface:
     """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case.
 
-    Parameters
-    ----------
-    content : bytes of the file, unpacked
-    path : named in messages
-
-    Returns
-    -------
-    Surface
-
-    Raises
-    ------
-    InputError
-        The table is damaged, lacks a column, or holds several frames.
+    Raise InputError, which names `path`, if the table is damaged, lacks a column, or holds several frames.
     """
     values, fields, lines = _columns(content, path, COLUMNS_OF_DOTS)
     return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]} | fields, path, lines)
 
 
 def read_points(content: bytes, path: Path | str) -> np.ndarray:
-    """Read the points of a table with x, y, z in its header, in upper or lower case.
+    """Read the points (T, 3), Å, of a table with x, y, z in its header, in upper or lower case; points that occur twice stay.
 
-    Parameters
-    ----------
-    content : bytes of the file, unpacked
-    path : named in messages
-
-    Returns
-    -------
-    (T, 3) float64, Å, in the order of the table; points that occur twice stay
-
-    Raises
-    ------
-    InputError
-        A coordinate is not a finite number, or there are no points.
+    Raise InputError, which names `path`, if a coordinate is not a finite number, or there are no points.
     """
     points, _, lines = _columns(content, path, ["x", "y", "z"])
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
@@ -89,14 +65,7 @@ def read_points(content: bytes, path: Path | str) -> np.ndarray:
 
 
 def write_csv(path: Path | str, table: pd.DataFrame, fields: Sequence[str] = ()) -> None:
-    """Write a table of dots.
-
-    Parameters
-    ----------
-    path : file to write
-    table : DataFrame, a row per dot
-    fields : columns that are written with six significant digits; other floats get four decimals
-    """
+    """Write a table of dots: `fields` with six significant digits, other floats with four decimals."""
     columns = []
     for position, name in enumerate(table):
         column = table.iloc[:, position]

@@ -24,23 +24,10 @@ def _sniff(head: bytes) -> bool:
 
 
 def read_dms(content: bytes, path: Path | str) -> Surface:
-    """Read a surface from the bytes of a DMS file.
+    """Read a surface from the unpacked bytes of a DMS file; `atom` counts the atoms of the file.
 
-    Each line is read from the type of the dot in both directions, since the columns before it shift.
-
-    Parameters
-    ----------
-    content : bytes of the file, unpacked
-    path : named in messages
-
-    Returns
-    -------
-    Surface; `atom` counts the atoms of the file
-
-    Raises
-    ------
-    InputError
-        A line is damaged, the file is cut short, or it has no normals.
+    Each line is read from the type of the dot in both directions, since the columns before it shift. Raise InputError, which
+    names `path`, if a line is damaged, the file is cut short, or it has no normals.
     """
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
     text = decode_text(content, path)
@@ -96,19 +83,9 @@ def write_dms(
     atom_names: Sequence[str] | np.ndarray,
     xyz: np.ndarray,
 ) -> None:
-    """Write a DMS file with normals, each atom followed by its dots.
+    """Write a DMS file with normals, each atom, of (A,) labels and (A, 3) positions in Å, followed by its dots.
 
-    Parameters
-    ----------
-    path : file to write
-    surface : Surface of known atoms and kinds
-    residue_names, residue_labels, atom_names : (A,) str; a label is a number with or without a chain letter
-    xyz : (A, 3), Å
-
-    Raises
-    ------
-    InputError
-        Dots have no atom or no kind.
+    A residue label is a number with or without a chain letter. Raise InputError if dots have no atom or no kind.
     """
     if surface.atom.min() < 0 or surface.kind.min() < 0 or surface.atom.max() >= len(xyz):
         raise InputError("surface: a DMS file needs the atom and the kind of every dot.")

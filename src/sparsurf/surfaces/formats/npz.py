@@ -27,18 +27,7 @@ def _sniff(head: bytes) -> bool:
 def read_npz(path: Path | str) -> Surface:
     """Read a surface that a study wrote with `write_npz`, without the warnings that its input caused before.
 
-    Parameters
-    ----------
-    path : path of the file
-
-    Returns
-    -------
-    Surface
-
-    Raises
-    ------
-    InputError
-        The file was not written by this program, or is damaged.
+    Raise InputError if the file was not written by this program, or is damaged.
     """
     with no_warnings():
         return _read(read_bytes(path), path)
@@ -63,30 +52,14 @@ def _read(content: bytes, path: Path | str) -> Surface:
 
 
 def write_npz(path: Path | str, surface: Surface) -> None:
-    """Store a surface as numpy arrays; the same surface gives the same bytes.
-
-    Parameters
-    ----------
-    path : file to write
-    surface : Surface
-    """
+    """Store a surface as numpy arrays; the same surface gives the same bytes."""
     arrays = {name: getattr(surface, name) for name in ARRAY_NAMES} | surface.fields
     with open(path, "wb") as stream:
         np.savez(stream, **arrays)
 
 
 def with_fields(surface: Surface, path: Path | str | None) -> Surface:
-    """Add the fields of a file of arrays to a surface.
-
-    Parameters
-    ----------
-    surface : Surface
-    path : npz of arrays (N,) by name; nothing is added without it
-
-    Returns
-    -------
-    Surface
-    """
+    """Add the fields of a file of arrays (N,) by name to a surface; nothing is added without a path."""
     if not path:
         return surface
     with np.load(path, allow_pickle=False) as file:

@@ -32,7 +32,6 @@ BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
 TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
-DTYPES_TO_WRITE = {"uchar": "u1", "int": "<i4", "float": "<f4"}
 Element = tuple[
     str, int, list[tuple[str, ...]]
 ]  # name, number, and the name and type (of a list two) of each property
@@ -45,29 +44,13 @@ def write_ply(
     values: ArrayLike | None = None,
     name: str = "roughness",
     columns: Mapping[str, ArrayLike] | None = None,
-    mesh: bool = True,
     faces: np.ndarray | None = None,
-    binary: bool = False,
 ) -> None:
     """Write a PLY mesh whose vertices are the dots, in their order.
 
-    Parameters
-    ----------
-    path : file to write
-    surface : Surface
-    values : (N,), optional
-        Shown as colours (viridis from the smallest to the largest, grey for NaN) and written as a property. Without
-        them, the colours show contact (blue), saddle (orange) and concave (green) dots.
-    name : name of the property that holds `values`
-    columns : further properties, name -> (N,). Like `values`, integers are written as int and other numbers as float.
-    mesh : whether to write triangles between the dots, which takes seconds for 20 thousand dots
-    faces : (F, 3) triangles between the dots, where they are known
-    binary : whether to write numbers as bytes, which are faster to read and half as long
-
-    Raises
-    ------
-    InputError
-        A property has another length than the surface.
+    `values` (N,), called `name`, are colours (viridis, grey for NaN) and a property; without them, the colours show contact
+    (blue), saddle (orange) and concave (green) dots. `columns` are further properties, (N,) by name; integers stay such.
+    Triangles `faces` (F, 3) that are not known are found, in seconds for 20 thousand dots.
     """
     raw = ({} if values is None else {name: values}) | dict(columns or {})
     integers = [key for key, column in raw.items() if np.asarray(column).dtype.kind in "iu"]
@@ -76,16 +59,12 @@ def write_ply(
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
     if faces is None:
-        faces = _faces_within_limit(surface) if mesh else np.empty((0, 3), int)
+        faces = _faces_within_limit(surface)
     colours = KIND_COLOURS[surface.kind] if values is None else viridis(values)
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
     table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
     types = dict.fromkeys(table, "float") | dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
-    header = _header_lines(types, len(surface), len(faces), binary)
-    if binary:
-        _write_binary(path, header, table, types, faces)
-    else:
-        _write_text(path, header, table, integers, faces)
+    _write_text(path, _header_lines(types, len(surface), len(faces)), table, integers, faces)
 
 
 def _faces_within_limit(surface: Surface) -> np.ndarray:
@@ -96,11 +75,11 @@ def _faces_within_limit(surface: Surface) -> np.ndarray:
     return np.empty((0, 3), int)
 
 
-def _header_lines(types: dict[str, str], n_vertices: int, n_faces: int, binary: bool) -> list[str]:
+def _header_lines(types: dict[str, str], n_vertices: int, n_faces: int) -> list[str]:
     """List the lines of a header for vertices with properties of these types."""
     return [
         "ply",
-        f"format {'binary_little_endian' if binary else 'ascii'} 1.0",
+        "format ascii 1.0",
         f"element vertex {n_vertices}",
         *(f"property {kind} {key}" for key, kind in types.items()),
         f"element face {n_faces}",
@@ -124,34 +103,8 @@ def _write_text(
         stream.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist())
 
 
-def _write_binary(
-    path: Path | str,
-    header: list[str],
-    table: dict[str, np.ndarray],
-    types: dict[str, str],
-    faces: np.ndarray,
-) -> None:
-    """Write header, vertices and triangles as little-endian bytes."""
-    rows = np.empty(len(table["x"]), [(key, DTYPES_TO_WRITE[types[key]]) for key in table])
-    for key, column in table.items():
-        rows[key] = column
-    corners = np.empty(len(faces), [("n", "u1"), ("corners", "<i4", 3)])
-    corners["n"], corners["corners"] = 3, faces
-    with open(path, "wb") as stream:
-        stream.write(("\n".join(header) + "\n").encode() + rows.tobytes() + corners.tobytes())
-
-
 def viridis(values: ArrayLike) -> np.ndarray:
-    """Colour values from the smallest to the largest with viridis, which is safe for the colour-blind.
-
-    Parameters
-    ----------
-    values : (N,) float
-
-    Returns
-    -------
-    (N, 3) uint8; grey where a value is NaN or infinite
-    """
+    """Colour values (N,) from the smallest to the largest with viridis, (N, 3) uint8; NaN and infinity are grey."""
     values = np.asarray(values, dtype=float)
     known = np.isfinite(values)
     low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
@@ -161,24 +114,10 @@ def viridis(values: ArrayLike) -> np.ndarray:
 
 
 def read_ply(content: bytes, path: Path | str) -> Surface:
-    """Read the vertices of a PLY file, text or binary, with their normals; triangles are ignored.
+    """Read the vertices of a PLY file, text or binary, with their normals and fields; triangles are ignored.
 
     Source of the format: G. Turk, The PLY polygon file format (1994). This reader is not `plyfile`, since it accepts a
-    byte-order mark and damaged triangles, and names what is wrong with the vertices.
-
-    Parameters
-    ----------
-    content : bytes of the file, unpacked
-    path : named in messages
-
-    Returns
-    -------
-    Surface, with further numbers of the vertices as fields
-
-    Raises
-    ------
-    InputError
-        The vertices lack a coordinate or a normal, or are damaged.
+    byte-order mark and damaged triangles, and names what is wrong with the vertices, in an InputError.
     """
     header, _, body = content.partition(b"end_header")
     byte_order, elements = _parse_header(header.decode("latin-1"), path)

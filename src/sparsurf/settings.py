@@ -1,0 +1,224 @@
+"""Settings of the library: sections of the config of a study, each key with its type, limits, default and meaning.
+
+They travel as objects from the config to the functions that compute. Names that a key may hold stand here, so that planning a
+study imports no numpy; a test compares them with the library.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WrapValidator,
+    model_validator,
+)
+
+Sampler = Literal["paper", "paper_corrected", "uniform", "poisson", "farthest"]
+Roughness = Literal["published"]
+Descriptor = Literal["published", "rotation_robust"]
+Reading = Literal["kept", "full", "recovered"]
+Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
+SAMPLERS, ROUGHNESSES, DESCRIPTORS, FLOORS = map(get_args, (Sampler, Roughness, Descriptor, Floor))
+SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
+REQUEST_KEYS = (
+    "error",
+    "floor",
+    "n_S_percent",
+    "n_S",
+    "Z",
+    "combination",
+)  # `minimal` takes exactly one of them
+
+DEFAULT_ERROR = 0.02  # Å
+DEFAULT_SEED = 20261120  # of studies, functions and commands alike
+T = TypeVar("T")
+
+
+def _as_integer(value: Any) -> Any:
+    """Convert 3.0 to 3."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _as_written(value: Any, validate: Any) -> Any:
+    """Check a number and keep it as it is: 2 stays an integer, 2.0 a float."""
+    validate(value)
+    return value
+
+
+def without_repeats(values: list) -> list:
+    """Refuse a list that holds a value twice."""
+    if any(value in values[:k] for k, value in enumerate(values)):
+        raise ValueError(f"holds a value twice: {values}.")
+    return values
+
+
+def _alpha_first(combination: list) -> list:
+    if not 0 < combination[0] <= 1:
+        raise ValueError(f"is {combination}, but its first number, alpha, must be more than 0 and 1 or less.")
+    return combination
+
+
+INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
+Integer = Annotated[int, INTEGER]
+Thousand = Annotated[int, Field(ge=1, le=1000), INTEGER]
+Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
+FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
+Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
+TestDots = Literal["published"] | Annotated[int, Field(ge=2, le=10**6), INTEGER]
+Number = Annotated[float, NUMBER]
+Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
+Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
+Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
+Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
+Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
+Distance = Annotated[float, Field(gt=0, le=10), NUMBER]  # Å
+Probe = Annotated[float, Field(gt=0, le=10), NUMBER]  # Å
+Density = Annotated[float, Field(gt=0, le=100), NUMBER]  # dots per Å^2
+Seed = Annotated[int, Field(ge=0, le=2**64 - 1), INTEGER]
+PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
+UniqueList = Annotated[
+    list[T],
+    Field(min_length=1),
+    AfterValidator(without_repeats),
+    Field(json_schema_extra={"uniqueItems": True}),
+]
+Two = Annotated[list[T], Field(min_length=2, max_length=2)]
+Values = Annotated[UniqueList[T], Field(max_length=100)]
+Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)]
+
+
+def key(default: Any, description: str, **limits: Any) -> Any:
+    """Return a key with its default and meaning."""
+    return Field(default, description=description, **limits)
+
+
+def optional(description: str, **limits: Any) -> Any:
+    """Return a key without a default: its attribute is None, and `model_dump` leaves it out."""
+    return Field(None, description=description, **limits)
+
+
+class Section(BaseModel):
+    """A mapping of the config: unknown keys and values of other types are refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+    @model_validator(mode="after")
+    def _defaults_as_written(self) -> "Section":
+        """Replace 4 by the default 4.0: a default that is written out changes nothing."""
+        for key in self.model_fields_set:
+            default = type(self).model_fields[key].default
+            if type(default) is float and getattr(self, key) == default:
+                vars(self)[key] = default
+        return self
+
+
+class Surface(Section):
+    """How the molecular surface is computed."""
+
+    probe_radius: Probe = key(1.4, "Radius of the solvent probe, Å.")
+    density: Literal["auto"] | Density = key(
+        "auto", "Dots per Å^2; auto: 5.35, or more where D_link needs it."
+    )
+    radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii; bondi for programs that use these.")
+    cavities: Literal["keep", "remove"] = key(
+        "keep", "Dots of closed cavities inside the molecule; DMS and the paper keep them."
+    )
+    reentrant: Literal["exact", "dms"] = key(
+        "exact", "Self-intersecting concave dots: removed (exact) or kept as in DMS."
+    )
+
+
+class Patches(Section):
+    """Radii of the patches and the linking distance of islands."""
+
+    R_patch: Length = key(4.0, "Patch radius of roughness and sampling, Å.")  # authors' scripts
+    R_zernike: Length = key(6.0, "Patch radius of the descriptors, Å.")  # paper, Materials and Methods
+    D_link: Length = key(0.5, "Dots closer than this are linked, Å.")  # authors' scripts
+    roughness: Roughness = key("published", "Definition of the roughness of a patch.")
+    descriptor: Descriptor = key("published", "Descriptor of a patch.")
+
+
+class Sampling(Section):
+    """The grid of combinations, and two rules of the published sampling."""
+
+    run: bool = key(True, "Evaluate the paper's sampling over the grid; `sampling: false` leaves it out.")
+    alpha: Values[Alpha] = key([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha.")
+    beta: Values[Exponent] = key([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of beta.")
+    gamma: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of gamma.")
+    delta: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of delta.")
+    distance_from_moved_centre: bool = key(
+        True, "As published: distances start at a centre that may have moved, so p can exceed 1."
+    )
+    chance_in_every_patch: bool = key(True, "As published: a dot has a chance in every patch that holds it.")
+
+
+class Evaluation(Section):
+    """How subsets are compared with the whole surface."""
+
+    test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
+    draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
+    readings: UniqueList[Reading] = key(
+        ["kept", "full"],
+        "Readings of the removal of islands; recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
+    )
+
+
+class Minimal(Section):
+    """The minimal subset, by one of error, floor, n_S_percent, n_S, Z and combination."""
+
+    sampler: Sampler = key("farthest", "Sampler of the subset.")
+    error: Distance = optional(
+        f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default."
+    )
+    floor: Floor = optional("Noise floor that Z of the recovered surface reaches within 20 %.")
+    n_S_percent: Percent = optional("Requested n_S, % of the dots.")
+    n_S: Positive = optional("Requested number of dots.")
+    Z: Number = optional("Requested Z under `full`; the smallest n_S that reaches it is taken.", ge=0)
+    combination: Combination = optional(
+        "alpha, beta, gamma, delta of one draw of the sampler: paper, unless paper_corrected is named."
+    )
+
+    @model_validator(mode="after")
+    def _has_one_request(self) -> "Minimal":
+        requests = [key for key in REQUEST_KEYS if getattr(self, key) is not None]
+        if len(requests) > 1:
+            raise ValueError(
+                f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(requests)}."
+            )
+        if not requests:
+            vars(self)["error"] = DEFAULT_ERROR
+        if self.combination is not None and "sampler" not in self.model_fields_set:
+            vars(self)["sampler"] = "paper"
+        return self
+
+
+class Ensemble(Section):
+    """One combination over all frames of each trajectory."""
+
+    run: bool = key(False, "Write ensemble.csv and its figure.")
+    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
+    test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
+    stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
+    jobs: Count = key(1, "Number of jobs that share the frames: a killed run keeps the finished ones.")
+
+
+class Settings(Section):
+    """The sections that the analysis of one surface follows."""
+
+    surface: Surface = Surface()
+    patches: Patches = Patches()
+    sampling: Sampling = Sampling()
+    evaluation: Evaluation = Evaluation()
+    minimal: Minimal = Minimal()
+    ensemble: Ensemble = Ensemble()
+    fields: list[str] = []
+
+    @classmethod
+    def of(cls, params: Mapping[str, Any]) -> Self:
+        """Return the sections among the params of a rule; the others are None, so that no default stands in for them."""
+        given = {key: value for key, value in params.items() if key in cls.model_fields}
+        return cls(**given).model_copy(update=dict.fromkeys(cls.model_fields.keys() - given.keys()))
