@@ -471,3 +471,227 @@ def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
     choose(browser, sampler="paper")
     assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
     assert browser.complaints() == []
+<<<<<<< HEAD
+=======
+
+
+def test_a_surface_without_structure_and_grid_values(prepared, grid):
+    bare = Surface(prepared.points, prepared.normals)
+    order = {"farthest": np.arange(len(bare))}
+    table = grid[0].assign(d_kept=np.nan)
+    text = viewer.page(
+        "bare",
+        bare,
+        prepared.roughness,
+        prepared.cover,
+        4.0,
+        order,
+        table,
+        tables.best_combinations(*grid, 50),
+    )
+    header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
+    assert "kind" not in columns and "residue" not in columns
+    assert header["grid"][0][7] is None
+    assert pd.isna(table["d_kept"]).all()
+
+
+def test_the_page_holds_the_numbers_of_the_tables(prepared, grid):
+    height = viewer.Values("height", "z", " Å", prepared.points[:, 2], "low down", "high up")
+    text, order = write(prepared, grid, [height])
+    header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
+    table, points, cover = grid[0], prepared.points, prepared.cover
+    assert (header["total"], header["stored"], header["radius"]) == (3000, 3000, prepared.r_patch)
+    places = np.column_stack([columns[axis] for axis in "xyz"]) * header["step"]
+    assert np.allclose(places, points, atol=1e-9)
+    wanted = [f"{name}_{reading}" for reading in ("kept", "full") for name in ("Z_tS", "Z_tR", "d")]
+    assert np.allclose(header["grid"], table[[*PARAMETERS, "n_S_percent", *wanted]], rtol=1e-4, atol=1e-12)
+    assert len(header["readings"]) == 2 and header["readings"][0] != header["readings"][1]
+    assert list(header["samplers"])[:2] == ["minimal", "farthest"] and list(header["samplers"])[-2:] == [
+        "paper",
+        "all",
+    ]
+    assert header["samplers"]["paper"] == "paper's sampling"
+    best = tables.best_combinations(*grid, 50)
+    presets = dict(map(tuple, ((name, tuple(values)) for name, values in header["presets"])))
+    assert presets.pop("the paper's best") == (1, 0, 6, 0)
+    for reading in ("kept", "full"):
+        row = best[reading]["unrestricted"]
+        (name,) = [
+            each for each in presets if each.startswith("best, ") and each.endswith(reading_words(reading))
+        ]
+        assert presets[name] == tuple(row[p] for p in PARAMETERS)
+    assert f"3,000 dots, mean roughness {prepared.roughness.mean():.2f}." in text
+    rough, z = header["values"]
+    assert (rough["symbol"], rough["low is"], rough["high is"]) == ("R_i", "rough", "flat")
+    assert (z["low"], z["high"], z["low is"], z["high is"]) == (
+        points[:, 2].min(),
+        points[:, 2].max(),
+        "low down",
+        "high up",
+    )
+    steps = z["low"] + np.array(columns["value 1"]) / 254 * (z["high"] - z["low"])
+    assert np.abs(steps - points[:, 2]).max() <= (z["high"] - z["low"]) / 254 / 2 + 1e-9
+    assert header["stops"][0] == [68, 1, 84] and header["stops"][-1] == [253, 231, 36]  # viridis
+    assert [name for name, _ in header["kinds"]] == ["contact", "saddle", "concave", "unknown kind"]
+    assert header["kinds"][3][1] == ply.GREY.tolist()
+    assert [rgb for _, rgb in header["kinds"][:3]] == ply.KIND_COLOURS[:3].tolist()
+    assert columns["kind"] == (np.arange(3000) % 3).tolist()
+    assert min(columns["residue"]) == 0  # every atom is known
+    assert [header["residues"][k] for k in columns["residue"][:2]] == RESIDUES
+    assert [order[rank] for rank in range(5)] == [columns["rank farthest"].index(rank) for rank in range(5)]
+    assert np.flatnonzero(columns["minimal"]).tolist() == MINIMAL
+    assert columns["centre"] == cover.centre.tolist() and columns["size"] == np.diff(cover.start).tolist()
+    assert np.allclose(np.array(columns["centreR"]) / viewer.CENTRE_STEPS, cover.roughness, atol=1e-7)
+    origin = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * header["step"]
+    assert np.allclose(origin, points[cover.origin], atol=1e-9)
+    ends = np.cumsum(columns["size"])
+    for k in range(len(cover.centre)):
+        own = columns["pair"][ends[k] - columns["size"][k] : ends[k]]
+        assert own == sorted(cover.dot[cover.start[k] : cover.start[k + 1]].tolist())
+
+
+SETTINGS = {
+    "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.5},
+    "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
+    "seed": 1,
+}
+
+
+def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared, tmp_path, monkeypatch):
+    inputs = {
+        name: str(tmp_path / name) for name in ("surface", "roughness", "minimal", "grid", "best", "fields")
+    }
+    points, normals = prepared.points[MINIMAL], prepared.normals[MINIMAL]
+    minimal = pd.DataFrame(np.hstack([points, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
+    for name, table in {
+        "roughness": pd.DataFrame({"roughness": prepared.roughness}),
+        "minimal": minimal.assign(dot=MINIMAL, weight=len(prepared.points) / len(MINIMAL)),
+        "grid": minimal,
+    }.items():
+        table.to_csv(inputs[name], index=False)
+    potential = np.linspace(-1, 1, len(prepared.points))
+    write_npz(inputs["surface"], replace(prepared.surface, fields={"component": potential * 0}))
+    with open(inputs["fields"], "wb") as stream:
+        np.savez(stream, potential=potential)
+    Path(inputs["best"]).write_text('{"combinations": 3}')
+    required_dots = [
+        ("turned", "recovered", 2),
+        ("fresh dots", "full", 50),
+        ("fresh dots", "recovered", 8.2),
+    ]
+    inputs["required_dots"] = str(tmp_path / "required_dots")
+    pd.DataFrame(required_dots, columns=["floor", "reading", "n_S_percent"]).assign(
+        n_S_percent_low=7.5, n_S_percent_high=9.3, bound=""
+    ).to_csv(inputs["required_dots"], index=False)
+    shown = []
+    monkeypatch.setattr(draw_view, "residue_labels", lambda _: RESIDUES)
+    monkeypatch.setattr(draw_view, "distance_to_recovered", lambda dots, kept, *_: len(dots) / len(kept))
+    words = []
+    monkeypatch.setattr(
+        draw_view,
+        "viewer_page",
+        lambda *given, says, turn: shown.append(given) or words.extend([says, turn]) or "the page",
+    )
+    draw, drawn = draw_view.render.draw_surface, []
+    monkeypatch.setattr(
+        draw_view.render, "draw_surface", lambda *given: drawn.append(given[2]) or draw(*given)
+    )
+    outputs = {"page": tmp_path / "view.html", "picture": tmp_path / "view.png"}
+    rules = {"distance_from_moved_centre": True, "chance_in_every_patch": True, "seed": SETTINGS["seed"]}
+    draw_view.main(
+        **inputs,
+        structure=None,
+        **outputs,
+        patches=SETTINGS["patches"],
+        minimal_settings={"floor": "fresh dots"},
+        **rules,
+        name="p/c1",
+        title="p",
+        threads=1,
+    )
+    assert words[0] == "Z near the floor: 8.2 % of the dots (7.5 to 9.3 %)"
+    np.testing.assert_array_equal(words[1], render.along_smallest_axis(prepared.points))
+    image = np.asarray(Image.open(tmp_path / "view.png"))
+    black = np.argwhere((image == 0).all(axis=2))
+    camera = render.aim(
+        prepared.points, render.along_smallest_axis(prepared.points), draw_view.PICTURE_PIXELS
+    )
+    assert np.ptp(black[:, 1]) + 1 == round(10 * camera.scale) and np.ptp(black[:, 0]) == 1  # 10 Å
+    assert (tmp_path / "view.html").read_text() == "the page"
+    assert shown[0][0] == "p"
+    (values, field), dots = shown[0][-2:]
+    assert (field.name, field.symbol, field.unit) == ("electrostatic potential", "potential", " kT/e")
+    np.testing.assert_array_equal(field.values, potential)
+    assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
+    assert list(dots) == MINIMAL
+    (orders,) = [given for given in shown[0] if isinstance(given, dict) and "farthest" in given]
+    few = sparsurf.minimal(prepared.surface, n_dots=20, d_link=1.5, seed=SETTINGS["seed"])
+    assert sorted(orders["farthest"][:20]) == sorted(few.dots)  # those of minimal.csv
+    low, high = draw_view.render.ROUGHNESS_LIMITS
+    wanted = matplotlib.colormaps["viridis"](((prepared.roughness - low) / (high - low)).clip(0, 1))[:, :3]
+    np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
+
+
+def test_partners_lie_side_by_side_coloured_by_propensity_and_gap(prepared, tmp_path, monkeypatch):
+    inputs = {name: str(tmp_path / name) for name in ("surface_1", "surface_2", "dots", "agreement")}
+    for side in (1, 2):
+        write_npz(inputs[f"surface_{side}"], prepared.surface)
+    dots = pd.DataFrame({"partner": np.repeat([1, 2], 3000)})
+    up, down = prepared.points[:, 2] > 5, prepared.points[:, 2] < -5
+    dots["interface"] = np.concatenate([up, down]).astype(int)
+    dots["propensity_smoothed"] = np.tile(np.linspace(9, 6, 3000), 2) * dots["partner"]
+    dots.assign(gap=10 * dots["partner"]).to_csv(inputs["dots"])
+    pd.DataFrame(columns=["partner", "score"]).to_csv(inputs["agreement"], index=False)
+    shown = []
+    monkeypatch.setattr(draw_pair, "coloured_page", lambda *given: shown.append(given) or "page")
+    monkeypatch.setattr(draw_pair, "book_figure", lambda *_: layout.sheet(9, 9))  # see test_drawn_surfaces.py
+    monkeypatch.setattr(draw_pair, "residue_labels", lambda structure: ["VAL 1 A", structure])
+    rest = {"structure_1": "a", "structure_2": "b", "png": str(tmp_path / "book.png"), "seed": 1, "name": "x"}
+    draw_pair.main(**inputs, **rest, view=str(tmp_path / "view.html"), patches=SETTINGS["patches"])
+    [(_, _, both, _, _, values, labels)] = shown
+    for side, touching in enumerate((up, down)):
+        front = both.normals[side * 3000 :][:3000][touching].mean(axis=0)
+        assert front[2] > 0.95 * np.linalg.norm(front)  # the interface faces the viewer
+    assert both.points[3000:, 0].min() - both.points[:3000, 0].max() == pytest.approx(draw_pair.GAP)
+    assert labels == ["VAL 1 A, partner 1", "a, partner 1", "VAL 1 A, partner 2", "b, partner 2"]
+    atoms = Surface(prepared.points, prepared.normals, atom=np.zeros(3000, int))
+    for n_atoms, expected in (([2, 1], [0, 2]), ([0, 1], [-1, 0]), ([2, 0], [0, -1])):  # 0: a ready surface
+        joined = draw_pair.side_by_side([atoms, atoms], [np.eye(3)] * 2, n_atoms)
+        assert joined.atom[[0, 3000]].tolist() == expected
+    found = [(one.values[[0, 3000]].tolist(), one.low_is, one.high_is) for one in values]
+    assert found == [([100, 100], "good match", "poor match"), ([10, 20], "touching", "far")]
+
+
+def test_distances_count_from_the_origin_of_a_patch(prepared):
+    n = len(prepared.points)
+    cover = prepared.cover._replace(origin=(prepared.cover.centre + 1) % n)
+    columns = viewer.cover_columns(prepared.surface, np.arange(n), cover)
+    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.COORDINATE_STEP
+    assert np.allclose(found, prepared.points[cover.origin], atol=1e-9)
+
+
+def reading_words(reading):
+    return READINGS[reading].words
+
+
+def test_the_share_of_a_subset_is_that_of_the_whole_surface(browser, tmp_path, prepared, monkeypatch):
+    """On a page that holds some of the dots only, the subset is still the part of the surface that the tables tell."""
+    monkeypatch.setattr(viewer, "MAX_DOTS", 400)
+    order = farthest(prepared, len(prepared.points), prepared.stream("view"))
+    values = [viewer.Values("height", "z", " Å", np.full(len(order), np.nan), "low", "high")]
+    text = viewer.page(
+        "few", prepared.surface, prepared.roughness, prepared.cover, 4.0, {"farthest": order[:400]},
+        values=values, minimal=order[:90],
+    )  # fmt: skip
+    (tmp_path / "few.html").write_text(text)
+    browser.open((tmp_path / "few.html").as_uri())
+    browser.wait_for("document.getElementById('shown').textContent.includes('dots (')")
+    set_control(browser, "sampler", "minimal")
+    n = len(order)
+    assert f"90 of {n:,} dots ({9000 / n:.1f} %)." in text_of(browser, "shown")
+    set_control(browser, "sampler", "all")
+    assert "400 of 400 dots (100.0 %)." in text_of(browser, "shown")
+    set_control(browser, "colour", "1")
+    assert text_of(browser, "legend") == "heightunknown"
+    assert browser.run("return caption()").endswith("colour: height, grey unknown")
+>>>>>>> abba8c6 (Say near the floor where Z is, not enough)

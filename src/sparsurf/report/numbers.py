@@ -41,11 +41,11 @@ def share(percent: float) -> str:
 
 
 def enough_dots(percent: float, low: float, high: float, bound: str = "") -> str:
-    """Say how many dots are enough, with the 95 % interval if it is known; `bound` as in required_dots.csv."""
+    """Say from how many dots on Z is near a floor, with the 95 % interval if it is known; `bound` as in required_dots.csv."""
     if bound == "more":
-        return "all dots are needed"
+        return "Z near the floor: all dots"
     limits = f" ({share(low)} to {share(high)} %)" if math.isfinite(low) else ""
-    return f"{'≤ ' if bound == 'at most' else ''}{share(percent)} % of the dots are enough{limits}"
+    return f"Z near the floor: {'≤ ' if bound == 'at most' else ''}{share(percent)} % of the dots{limits}"
 
 
 def span(values: Iterable[float], form: Callable[[float], str] = number) -> str:

@@ -273,7 +273,7 @@ def _legend_handles(
             Line2D([], [], color=colour, linewidth=1.5, marker=marker, markersize=2.5, label=words)
         )
     bar = any(np.isfinite(panel.interval[0]) for panel in panels.values())
-    words = "enough, bar: 95 % interval" if bar else "enough"
+    words = "near the floor, bar: 95 % interval" if bar else "near the floor"
     handles.append(
         Line2D([], [], color=BACK, marker="o", mfc="white", markersize=5, linestyle="", label=words)
     )
