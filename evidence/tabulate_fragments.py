@@ -5,6 +5,8 @@ import pandas as pd
 from measures import fragments
 from measures.tables import read_tables, write_tables
 from sparsurf.paper.published_runs import place_published_values, tests_of_table_1
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.workflow.jobs import job
 
 with job(snakemake):
@@ -13,6 +15,8 @@ with job(snakemake):
     again = pd.read_csv(snakemake.input.repeated)  # winners of runs as published on the dots of DMS
     places = place_published_values(again)
     of_study = fragments.rows_of_study(pd.read_csv(snakemake.input.paper_rows))  # of `make paper`
+    drawn = table1_figure(places, fragments.rows_to_draw(rows, snakemake.params.repeated))
+    layout.save(drawn, output.figure)
     write_tables(
         {
             output.rows: rows,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.patches.readings import GRID_READINGS, KEPT_READING
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.settings import Settings
@@ -174,6 +174,14 @@ def rows_of_study(paper_rows: pd.DataFrame) -> pd.DataFrame:
             table[f"{name}_inside"] = paper_rows[f"{key}_published"].between(low, high).astype(int)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
+
+
+def rows_to_draw(rows: pd.DataFrame, surface: str) -> pd.DataFrame:
+    """Return the rows of Table I on one surface for its figure: ranges, combinations, and d and Z_tS under `full`."""
+    table = pd.DataFrame(TABLE_1)
+    own = rows[(rows["surface"] == surface) & (rows["reading"] == FULL_READING)].sort_values("row")
+    measured = {f"d_{FULL_READING}": own["d"].to_numpy(), f"Z_tS_{FULL_READING}": own["Z"].to_numpy()}
+    return table.assign(**measured)
 
 
 def verdict_of(places: pd.DataFrame) -> pd.DataFrame:

@@ -12,17 +12,15 @@ def fragment(wildcards):
 rule store_figures:
     input:
         required=f"{RESULTS}_default/{config['example']}/figures/required_dots.png",
-        table1=f"{RESULTS}_paper/table1.png",
     output:
         required=f"{FIGURES}/required_dots.png",
-        table1=f"{FIGURES}/table1.png",
     log:
         f"{RESULTS}/logs/store_figures.log",
     localrule: True
     message:
-        "Figures of the default study and of the paper's"
+        "Figure of the default study"
     shell:
-        "cp {input.required} {output.required}; cp {input.table1} {output.table1}"
+        "cp {input.required} {output.required}"
 
 
 rule measure_fragment:
@@ -149,9 +147,12 @@ rule tabulate_fragments:
         verdict=f"{TABLES}/fragments_verdict.csv",
         tests=f"{TABLES}/fragments_tests.csv",
         gathering=f"{TABLES}/paper_gathering.csv",
+        figure=f"{FIGURES}/table1.png",
     log:
         f"{RESULTS}/logs/tabulate_fragments.log",
     localrule: True
+    params:
+        repeated=config["fragments"]["repeated"],
     message:
         "Table I on all surfaces of the paper"
     script:

@@ -45,7 +45,7 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
         sorted(floors) == [0.5, 0.9] and max(floors, key=floors.get) == 0.5
     )  # the molecule rotated is not shown
     assert words_of(figure)[0] == "p/c1"
-    assert ax.get_title() == "Z near the floor: 8 % of the dots"
+    assert ax.get_title() == "Z near the floor: 8 %"
     ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
     assert ring.get_xydata().tolist() == [[8.0, 0.5]]
     assert names_in(figure) == [
@@ -112,7 +112,7 @@ def test_the_answer_is_that_of_the_floor_that_is_requested():
     tables = tables._replace(required_dots=pd.concat([wrong, other]))
     for floor, words in (("turned", "3 %"), ("atoms moved 0.1 Å", "1.4 %")):
         ax = required_dots.figure([tables], floor).axes[0]
-        assert f"Z near the floor: {words} of the dots" == ax.get_title()
+        assert f"Z near the floor: {words}" == ax.get_title()
     shown = tables.grid.assign(Z_tS_kept=7.0)
     ax = required_dots.figure([tables._replace(grid=shown)], reading="kept").axes[0]
     assert (ax.collections[0].get_offsets()[:, 1] == 7).all()
@@ -123,7 +123,7 @@ def test_a_few_surfaces_have_a_panel_each_on_one_scale():
     axes = required_dots.figure(few).axes
     assert len(axes) == 5 and len({ax.get_ylim() for ax in axes}) == 1
     for ax, tables in zip(axes, few, strict=True):
-        assert ax.get_title() == f"{tables.name}\nZ near the floor: 8 % of the dots"
+        assert ax.get_title() == f"{tables.name}\nZ near the floor: 8 %"
         own = tables.curves[(tables.curves["sampler"] == "uniform")]
         np.testing.assert_array_equal(curves_in(ax)["#000000"], own[["n_S_percent", "Z"]])
         ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
@@ -214,7 +214,7 @@ def test_the_answer_shows_its_interval():
     ends = {"n_S_percent_low": 6.04, "n_S_percent_high": 11.6}
     figure = required_dots.figure([tables._replace(required_dots=tables.required_dots.assign(**ends))])
     (ax,) = figure.axes
-    assert ax.get_title() == "Z near the floor: 8 % of the dots (6 to 12 %)"
+    assert ax.get_title() == "Z near the floor: 8 % (6 to 12 %)"
     assert ax.collections[-1].get_segments()[0].tolist() == [[6.04, 0.5], [11.6, 0.5]]
     assert "near the floor, bar: 95 % interval" in names_in(figure)
 
@@ -224,7 +224,7 @@ def test_without_a_grid_there_is_no_cloud():
     ax = figure.axes[0]
     assert not any(len(each.get_offsets()) for each in ax.collections) and len(curves_in(ax)) == 3
     assert not [words for words in names_in(figure) if "sampling" in words]
-    assert ax.get_xlim()[0] == 0.9 and ax.get_title() == "Z near the floor: 8 % of the dots"
+    assert ax.get_xlim()[0] == 0.9 and ax.get_title() == "Z near the floor: 8 %"
     both = required_dots.figure([surface_tables("p/c1", rows=0), surface_tables("p/c2", rows=0)])
     assert not [words for words in names_in(both) if "sampling" in words]
 

@@ -609,7 +609,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared
         title="p",
         threads=1,
     )
-    assert words[0] == "Z near the floor: 8.2 % of the dots (7.5 to 9.3 %)"
+    assert words[0] == "Z near the floor: 8.2 % (7.5 to 9.3 %)"
     np.testing.assert_array_equal(words[1], render.along_smallest_axis(prepared.points))
     image = np.asarray(Image.open(tmp_path / "view.png"))
     black = np.argwhere((image == 0).all(axis=2))

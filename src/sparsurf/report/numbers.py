@@ -45,7 +45,7 @@ def enough_dots(percent: float, low: float, high: float, bound: str = "") -> str
     if bound == "more":
         return "Z near the floor: all dots"
     limits = f" ({share(low)} to {share(high)} %)" if math.isfinite(low) else ""
-    return f"Z near the floor: {'≤ ' if bound == 'at most' else ''}{share(percent)} % of the dots{limits}"
+    return f"Z near the floor: {'≤ ' if bound == 'at most' else ''}{share(percent)} %{limits}"
 
 
 def span(values: Iterable[float], form: Callable[[float], str] = number) -> str:
