@@ -58,7 +58,7 @@ def test_the_drawn_curve_is_that_of_the_table():
         assert np.array_equal(drawn[wanted.get(key, "#000000")], rows[["n_S_percent", "Z"]])
     assert np.array_equal(ax.collections[0].get_offsets(), tables.grid[["n_S_percent", "Z_tS_full"]])
     ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
-    assert ring.get_xydata().tolist() == [[6.0, 0.5]] and ax.get_title() == "6 % of the dots are enough"
+    assert ring.get_xydata().tolist() == [[6.0, 0.5]] and ax.get_title() == "Z near the floor: 6 %"
     assert sorted(line.get_ydata()[0] for line in ax.lines if line.is_dashed()) == [0.9]
 
 

@@ -72,7 +72,7 @@ def test_a_single_surface_has_its_answers_with_their_intervals(tmp_path):
     page = first(tmp_path, write_run(tmp_path))
     assert (
         "How few dots describe the surface of p?" in page.blocks
-        and "6.4 % of the dots are enough:" in page.text
+        and "6.4 % of the dots bring Z near its floor:" in page.text
     )
     assert (
         "d = 2.51 for the paper's sampling among the kept dots, at its best with 55 % of the dots: it beats a uniform"
@@ -89,9 +89,9 @@ def test_a_single_surface_has_its_answers_with_their_intervals(tmp_path):
 @pytest.mark.parametrize(
     ("bounds", "percents", "words"),
     [
-        (["at most", "at most"], [4.0, 5.0], "≤ 4.5 % of the dots are enough (median; surfaces from 4 to 5 %)"),
+        (["at most", "at most"], [4.0, 5.0], "≤ 4.5 % of the dots bring Z near its floor (median; surfaces from 4 to 5 %)"),
         (["more", "more"], [100.0, 100.0], "All dots are needed"),
-        (["at most", "more"], [4.0, 100.0], "52 % of the dots are enough (median; surfaces from 4 to 100 %)"),
+        (["at most", "more"], [4.0, 100.0], "52 % of the dots bring Z near its floor (median; surfaces from 4 to 100 %)"),
     ],
 )  # fmt: skip
 def test_bounds_on_the_dots_that_are_enough(tmp_path, bounds, percents, words):
@@ -115,7 +115,7 @@ def test_without_a_grid_each_surface_has_a_row_a_picture_and_its_share(tmp_path)
     asked = first(tmp_path, files, floor=None).text
     assert (
         "4.5 % of the dots are in the minimal subset" in asked
-        and "6.9 % of the dots would be enough" in asked
+        and "6.9 % of the dots bring Z near its floor" in asked
     )
 
 
@@ -126,7 +126,7 @@ def test_without_a_grid_the_first_page_begins_with_what_changes(tmp_path):
     sampled, alone = first(tmp_path, files).text, first(tmp_path, without_grid(files)).text
     assert sampled.index("d = 2.51") < sampled.index("2 of 3 residues of opening")
     assert alone.startswith("What changes in opening?")
-    assert alone.index("2 of 3 residues of opening") < alone.index("of the dots are enough")
+    assert alone.index("2 of 3 residues of opening") < alone.index("of the dots bring Z near its floor")
 
 
 def test_names_that_look_like_numbers_or_gaps_stay_names(tmp_path):

@@ -136,7 +136,7 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
         assert columns["kind"].tolist() == surface.kind.tolist()
     fresh = required[(required["floor"] == "fresh dots") & (required["reading"] == "recovered")].iloc[0]
     assert f"{len(surface):,} dots, mean roughness {roughness['roughness'].mean():.2f}." in text
-    assert f"{share(fresh['n_S_percent'])} % of the dots are enough" in text
+    assert f"Z near the floor: {share(fresh['n_S_percent'])} %" in text
     assert (run / place / "view.png").is_file()
 
 
