@@ -398,7 +398,6 @@ else:
             "envs/study.yaml"
         params:
             exclude=config["exclude"],
-            floor=config["minimal"].get("floor"),
             logs="results/{run}/logs",
             jobs=log_names(workflow.rules),
             code=REPORT,

@@ -8,7 +8,6 @@ rule compare_forms:
         changes="results/{run}/changes/{comparison}/changes.csv",
         pdb_1="results/{run}/changes/{comparison}/changed_1.pdb",
         pdb_2="results/{run}/changes/{comparison}/changed_2.pdb",
-        page="results/{run}/changes/{comparison}/changes.html",
     log:
         "results/{run}/logs/changes/{comparison}/compare_forms.log",
     conda:
@@ -19,7 +18,7 @@ rule compare_forms:
         surface=config["surface"],
         d_link=config["patches"]["D_link"],
         seed=config["seed"],
-        code=[METHOD, REPORT],
+        code=METHOD,
     message:
         "Comparing the forms of {wildcards.comparison}"
     script:

@@ -8,7 +8,7 @@ from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
-from sparsurf.workflow.names import FIGURES, MIN_PROTEINS_OF_RELATION, PAPER_FIGURES
+from sparsurf.workflow.names import FIGURES, PAPER_FIGURES
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
 
 let_jobs_import_library()
@@ -48,7 +48,6 @@ SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
 CHANGES_FILES = (
     "changes.csv",
-    "changes.html",
     "changes.png",
     "changed_1.pdb",
     "changed_2.pdb",
@@ -242,7 +241,7 @@ def protein_outputs(protein):
     if has_several_frames(protein):
         files += ["figures/frames.png"]
         if config["ensemble"]["run"]:
-            files += ["ensemble.html", "figures/ensemble.png"]
+            files += ["figures/ensemble.png"]
             files += ["figures/residues.png"]
     for conformation in conformations(protein):
         files += [f"{conformation}/{file}" for file in conformation_files(protein)]
@@ -258,7 +257,7 @@ def conformation_files(protein):
         files += ["structure.pdb", "surface.dms", "components.csv", "residues.csv", "minimal.bild"]
         files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
     if protein in SAMPLED:
-        files += ["grid.csv", "distances.npz", "best.json", "ranges.csv", "ranges.html"]
+        files += ["grid.csv", "distances.npz", "best.json", "ranges.csv"]
         files += ["rough_and_flat.csv", *(f"figures/{figure}.png" for figure in FIGURES)]
         files += [f"figures/{figure}.svg" for figure in PAPER_FIGURES]
     if config["compare"]["run"] and protein in SAMPLED:
@@ -321,8 +320,6 @@ def results_before_pages(wildcards):
         files += ["surfaces.csv", "required_dots.png"]
     if SAMPLED:
         files += ["summary.csv", "relation.csv"]
-    if len(SAMPLED) >= MIN_PROTEINS_OF_RELATION:
-        files += ["summary.html", "summary.png"]
     if config["compare"]["run"] and SAMPLED:
         files += ["compare.csv", "compare.png"]
     if PAIRS:

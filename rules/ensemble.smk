@@ -71,7 +71,6 @@ rule draw_ensemble:
             "Residues over time",
             caption="residues_over_time",
         ),
-        page="results/{run}/{protein}/ensemble.html",
     log:
         "results/{run}/logs/{protein}/draw_ensemble.log",
     localrule: True

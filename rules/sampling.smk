@@ -42,7 +42,6 @@ rule tabulate_best:
             "results/{run}/{protein}/{conformation}/ranges.csv", "Best combination per range of n_S"
         ),
         best="results/{run}/{protein}/{conformation}/best.json",
-        page="results/{run}/{protein}/{conformation}/ranges.html",
     log:
         "results/{run}/logs/{protein}/{conformation}/tabulate_best.log",
     conda:
@@ -55,8 +54,7 @@ rule tabulate_best:
         evaluation=config["evaluation"],
         seed=config["seed"],
         ranges=config["tables"]["ranges"],
-        title=title_of_page,
-        code=[METHOD, REPORT],
+        code=METHOD,
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -141,26 +139,3 @@ rule summarise_best:
         "Best parameters of all surfaces"
     script:
         "../scripts/summarise_best.py"
-
-
-rule draw_summary:
-    input:
-        surfaces="results/{run}/surfaces.csv",
-        summary="results/{run}/summary.csv",
-        relation="results/{run}/relation.csv",
-    output:
-        page="results/{run}/summary.html",
-        png=in_report("results/{run}/summary.png", "Best parameters against mean roughness", "All surfaces"),
-    log:
-        "results/{run}/logs/draw_summary.log",
-    conda:
-        "../envs/study.yaml"
-    resources:
-        mem_mb=lambda wildcards, attempt: attempt * 1500,
-    params:
-        draws=config["evaluation"]["draws"],
-        code=REPORT,
-    message:
-        "Best parameters against mean roughness"
-    script:
-        "../scripts/draw_summary.py"

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import close_run
-import draw_summary
 import summarise_batches
 import summarise_best
 import summarise_comparison
@@ -15,7 +14,7 @@ from sparsurf.batches.assignment import TABLES, batched_structures, batches_of
 from sparsurf.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
 from sparsurf.workflow.conformations import first_column, without_zeros
 from sparsurf.workflow.job_logs import failure, place_of_log
-from sparsurf.workflow.names import FIGURES, MIN_PROTEINS_OF_RELATION
+from sparsurf.workflow.names import FIGURES
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = (
@@ -52,7 +51,7 @@ def main(config: dict, run: Path, failures: dict[str, str]) -> bool:
     results = [str(path) for result in finished for path in in_order_of_page(result)]
     names = {"page": "index.html", "failures": "failures.csv", "warnings": "warnings.csv"}
     pages = {key: str(run / name) for key, name in (names | {"crate": close_run.CRATE}).items()}
-    common = {"exclude": failures, "floor": config["minimal"].get("floor"), "logs": str(run / "logs")}
+    common = {"exclude": failures, "logs": str(run / "logs")}
     if tables:
         png = f"{run}/distributions.png"
         summarise_batches.main(tables, results, **pages, png=png, **common, jobs=ALL_RULES)
@@ -81,9 +80,6 @@ def write_summaries(config: dict, run: Path, folders: list[Path], pairs: list[Pa
     if of_grid:
         best = paths("summary.csv", "relation.csv")
         summarise_best.main([f"{folder}/surface.npz" for folder in of_grid], *best, config["seed"])
-        if len({folder.parent.name for folder in of_grid}) >= MIN_PROTEINS_OF_RELATION:
-            outputs, draws = paths("summary.html", "summary.png"), config["evaluation"]["draws"]
-            draw_summary.main(f"{run}/surfaces.csv", *best, *outputs, draws, run.name)
     if of_grid and config["compare"]["run"]:
         outputs = paths("compare.csv", "compare.png")
         summarise_comparison.main([f"{folder}/compare.csv" for folder in of_grid], *outputs)

@@ -14,8 +14,7 @@ import pandas as pd
 
 from sparsurf import __version__
 from sparsurf.files import checksum
-from sparsurf.report.first_page import DOWNLOADS, TEMPLATE, first_page
-from sparsurf.report.page import write
+from sparsurf.report.front import DOWNLOADS, write_front
 from sparsurf.rounding import write_table
 from sparsurf.workflow.job_logs import collected_warnings
 from sparsurf.workflow.jobs import job
@@ -32,7 +31,6 @@ def main(
     warnings: str,
     crate: str,
     exclude: dict[str, str],
-    floor: str | None,
     logs: str,
     jobs: list[str],
 ) -> None:
@@ -42,16 +40,15 @@ def main(
     ----------
     results : files and folders of the run, which the page leads to
     exclude : reason for each excluded part of the study
-    floor : the noise floor that the minimal subset goes by; None where the config asks for something else
     logs : folder of the logs
     jobs : names of the rules of the study
     """
     folder = Path(page).parent
     write_warnings(results, warnings, logs, jobs)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
-    write(page, TEMPLATE, **first_page(folder, files, list(exclude.items()), floor))
+    answers = write_front(page, files, exclude)
     write_table(failures, pd.DataFrame(exclude.items(), columns=["place", "reason"]))
-    write_crate([*results, page, failures, warnings], crate)
+    write_crate([*results, page, failures, warnings], crate, answers)
 
 
 def write_warnings(results: list[str], table: str, logs: str, jobs: list[str]) -> None:
@@ -60,18 +57,18 @@ def write_warnings(results: list[str], table: str, logs: str, jobs: list[str]) -
         csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *collected_warnings(results, logs, jobs)])
 
 
-def write_crate(results: list[str], crate: str) -> None:
+def write_crate(results: list[str], crate: str, answers: list[str]) -> None:
     """Write the crate of the files and folders of a run."""
     folder = Path(crate).parent
     paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
     files = [
         path for path in paths if path.is_file() and not path.name.startswith(".")
     ]  # none of Snakemake's
-    text = json.dumps(describe_files(folder, files), indent=1)
+    text = json.dumps(describe_files(folder, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")
 
 
-def describe_files(folder: Path, paths: list[Path]) -> dict:
+def describe_files(folder: Path, paths: list[Path], answers: list[str]) -> dict:
     """Return the files of a run as RO-Crate 1.1; licence and authors are for whoever publishes it."""
     files = [path.relative_to(folder).as_posix() for path in paths]
     metadata = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
@@ -87,6 +84,7 @@ def describe_files(folder: Path, paths: list[Path]) -> dict:
         "@type": "Dataset",
         "name": f"Minimal molecular surfaces: {folder.name}",
         "description": "Results of a sparsurf study; index.html shows them.",
+        "abstract": answers,
         "datePublished": date.today().isoformat(),
         "hasPart": [{"@id": quote(file)} for file in files],
         "mentions": {"@id": "#run"},
@@ -113,7 +111,6 @@ if __name__ == "__main__":
             warnings=snakemake.output.warnings,
             crate=snakemake.output.crate,
             exclude=snakemake.params.exclude,
-            floor=snakemake.params.floor,
             logs=snakemake.params.logs,
             jobs=snakemake.params.jobs,
         )

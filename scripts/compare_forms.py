@@ -7,16 +7,14 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.pairs.changes import (
-    SHARE_ABOVE_FLOOR,
     Form,
     numbered_alike,
+    over_floor,
     superpose_forms,
     unmatched_residues,
 )
 from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
-from sparsurf.report.changes_page import TEMPLATE, changes_page, over_floor
-from sparsurf.report.page import write
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
@@ -38,7 +36,6 @@ def main(
     changes: str,
     pdb_1: str,
     pdb_2: str,
-    page: str,
     forms: list[str],
     settings: SurfaceSettings,
     d_link: float,
@@ -46,7 +43,7 @@ def main(
     name: str,
     threads: int = 1,
 ) -> None:
-    """Write changes.csv, a page, and both structures, the second superposed onto the first.
+    """Write changes.csv and both structures, the second superposed onto the first.
 
     The B factor is the change over its larger floor.
 
@@ -83,7 +80,6 @@ def main(
     for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):
         change = on_atoms(molecule, relative, "over_floor", B_FACTOR_OF_BURIED)
         molecule.write_pdb(pdb, b_factor=np.nan_to_num(change, nan=B_FACTOR_OF_BURIED))
-    write(page, TEMPLATE, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR, unmatched))
 
 
 if __name__ == "__main__":
@@ -96,7 +92,6 @@ if __name__ == "__main__":
             changes=snakemake.output.changes,
             pdb_1=snakemake.output.pdb_1,
             pdb_2=snakemake.output.pdb_2,
-            page=snakemake.output.page,
             forms=snakemake.params.forms,
             settings=SurfaceSettings(**snakemake.params.surface),
             d_link=snakemake.params.d_link,

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
-from sparsurf.pairs.changes import numbered_alike
+from sparsurf.pairs.changes import numbered_alike, over_floor
 from sparsurf.pairs.matching import on_atoms
-from sparsurf.report.changes_page import over_floor
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.changes import changes_figure, highest_shown, seen_alike
 from sparsurf.report.viewer.page import Values, coloured_page

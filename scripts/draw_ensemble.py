@@ -2,10 +2,8 @@
 
 import pandas as pd
 
-from sparsurf.report.ensemble_page import TEMPLATE, ensemble_page
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.over_time import ensemble_figure, residues_figure
-from sparsurf.report.page import write
 from sparsurf.study.tables import read_residues
 from sparsurf.workflow.jobs import job
 
@@ -16,11 +14,10 @@ def main(
     residues: str,
     png: str,
     residues_png: str,
-    page: str,
     combination: list[float],
     name: str,
 ) -> None:
-    """Write the two figures and their page.
+    """Write the two figures.
 
     Parameters
     ----------
@@ -32,7 +29,6 @@ def main(
     layout.save(ensemble_figure(frames, combination, name), png)
     figure = residues_figure(read_residues(over_time), read_residues(residues), name)
     layout.save(figure, residues_png)
-    write(page, TEMPLATE, **ensemble_page(name, frames, combination))
 
 
 if __name__ == "__main__":
@@ -43,7 +39,6 @@ if __name__ == "__main__":
             residues=snakemake.input.residues,
             png=snakemake.output.png,
             residues_png=snakemake.output.residues_png,
-            page=snakemake.output.page,
             combination=snakemake.params.combination,
             name=snakemake.wildcards.protein,
         )

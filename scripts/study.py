@@ -4,14 +4,13 @@ Without a config, that is the default study, config.yaml, on all cores. A run th
 """
 
 import csv
-import math
+import json
 import os
 import signal
-import statistics
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -155,10 +154,7 @@ def closed(config: dict, run: Path, failures: dict[str, str]) -> bool:
 
 
 def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -> None:
-    """Print the time, answer, number of warnings and first page of a run.
-
-    A comparison that the config excludes has no answer: its files, if there are any, are of an earlier run.
-    """
+    """Print the time, answers, number of warnings and first page of a run."""
     if not finished:
         print(f"\nThe results so far are in {run}/.")
         return
@@ -167,62 +163,20 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
     if in_batches:
         failed = len(rows_of(run / "failures.csv"))
         print(f"Failed    {failed} of {len(config['proteins'])} structures, see {run / 'failures.csv'}")
-    surfaces = rows_of(run / "surfaces.csv") if config["proteins"] and not in_batches else []
-    percents = [float(row["minimal_n_S_percent"]) for row in surfaces]
-    if percents:
-        verb = "are in minimal.csv, as the config asks"
-        if known_errors := known([float(row.get("recovered_mean") or "nan") for row in surfaces]):
-            tails, largest, densities = (
-                known([float(row[key]) for row in surfaces])
-                for key in ("recovered_high_99", "recovered_largest", "minimal_density")
-            )
-            mean, tail, density = map(statistics.median, (known_errors, tails, densities))
-            verb = (
-                f"({density:.2f} per Å^2) give the surface back {mean:.3f} Å off on average, 99 % of it within {tail:.2f} Å,"
-                f" all within {max(largest):.2f} Å"
-            )
-        remarks = [f"median of {len(percents)} surfaces"] if len(percents) > 1 else []
-        column = "minimal_n_S_percent"
-        ends = [[float(row.get(f"{column}_{end}") or "nan") for row in surfaces] for end in ("low", "high")]
-        if not all(map(math.isnan, ends[0])):
-            low, high = min(known(ends[0])), max(known(ends[1]))
-            words = "95 % intervals within" if len(percents) > 1 else "95 % interval"
-            remarks.append(f"{words} {low:.1f} to {high:.1f} %")
-        remark = f" ({'; '.join(remarks)})" if remarks else ""
-        print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{remark}.")
-    places = rows_of(run / "paper_places.csv") if config.get("paper", "") not in config["exclude"] else []
-    has_paper = "paper" in config and bool(places)
-    if has_paper:
-        d, z = (sum(int(row[f"{name}_inside"]) for row in places) for name in ("d", "Z_tS"))
-        runs = f"95 % of {places[0]['n_runs']} runs made as published"
-        print(f"Answer    {d} of {len(places)} d and {z} of {len(places)} Z of Table I lie within {runs}.")
-    if names := [name for name in config["changes"] if f"changes/{name}" not in config["exclude"]]:
-        for answer in answers_of_changes(run, names):
-            print(f"Answer    {answer}")
+    for answer in answers_of(run):
+        print(f"Answer    {answer}")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
-    print(f"Look at   {run / ('verdict.html' if has_paper else 'index.html')}")
+    first = (
+        run / "verdict.html" if "paper" in config and (run / "verdict.html").is_file() else run / "index.html"
+    )
+    print(f"Look at   {first}")
     print(f"All       {run}/")
 
 
-def answers_of_changes(run: Path, names: Iterable[str]) -> Iterator[str]:
-    """Yield a sentence for each pair of forms that was compared."""
-    from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR  # here, as these import pandas
-    from sparsurf.report.numbers import most_of
-
-    for name in names:
-        if changes := rows_of(run / "changes" / name / "changes.csv"):
-            n_known, n_moved = (
-                sum(row[key] not in ("", "0") for row in changes) for key in ("total", "above_moved")
-            )
-            all_over, chance = most_of(n_moved, n_known), SHARE_ABOVE_FLOOR * n_known
-            advice = " They differ all over: go by the order of the residues." if all_over else ""
-            more = f"{n_moved} of {n_known} residues change more than if all atoms moved by 0.3 Å"
-            yield f"{name}: {more}; about {chance:.0f} would by chance.{advice}"
-
-
-def known(values: list[float]) -> list[float]:
-    """Return the values that are not NaN."""
-    return [value for value in values if not math.isnan(value)]
+def answers_of(run: Path) -> list[str]:
+    """Return what a run found, as its first page says it, from the description of its files."""
+    crate = json.loads((run / "ro-crate-metadata.json").read_text(encoding="utf-8"))
+    return next(entry["abstract"] for entry in crate["@graph"] if "abstract" in entry)
 
 
 def rows_of(path: Path) -> list[dict]:

@@ -8,10 +8,8 @@ from close_run import write_crate
 from sparsurf.batches.assignment import TABLES
 from sparsurf.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf.batches.tables import read_parquet
-from sparsurf.report.batches_page import MAX_ROWS, TEMPLATE, batches_page
 from sparsurf.report.figures import distributions, layout
-from sparsurf.report.first_page import rows_of_surfaces, warned
-from sparsurf.report.page import embedded_figures, write
+from sparsurf.report.front import MAX_ROWS, write_front
 from sparsurf.rounding import write_table
 from sparsurf.workflow.job_logs import collected_warnings
 from sparsurf.workflow.jobs import job
@@ -53,20 +51,15 @@ def main(
     listed = pd.concat([listed, pd.DataFrame(rows, columns=list(listed))])
     write_table(warnings, listed.drop_duplicates(["protein", "sentence"]))
     layout.save(distributions.figure(measures(surfaces)), png)
-    rows_of_studied = rows_of_surfaces(run, [Path(path).relative_to(run).as_posix() for path in studied])
-    figures = [Path(png).name, *(picture for _, _, picture, _, _ in rows_of_studied if picture)]
-    images = embedded_figures(run, figures)
-    values = batches_page(
-        run=run.name,
-        surfaces=surfaces,
-        unusual=most_unusual(surfaces, MAX_ROWS),
-        failures=grouped_reasons(failed),
-        warnings=warned(Path(warnings)),
-        n_batches=len({Path(path).name for path in tables}),
-        studied=rows_of_studied,
-    )
-    write(page, TEMPLATE, **values, images=images, n_outside=len(set(figures) - set(images)))
-    write_crate([*tables, png, *studied, page, failures, warnings], crate)
+    batches = {
+        "surfaces": surfaces,
+        "unusual": most_unusual(surfaces, MAX_ROWS),
+        "failures": grouped_reasons(failed),
+        "n_batches": len({Path(path).name for path in tables}),
+    }
+    files = [Path(path).relative_to(run).as_posix() for path in (png, *studied)]
+    answers = write_front(page, files, exclude, batches)
+    write_crate([*tables, png, *studied, page, failures, warnings], crate, answers)
 
 
 def remove_others(run: Path, tables: list[str]) -> None:

@@ -3,8 +3,6 @@
 import json
 from pathlib import Path
 
-from sparsurf.report.page import write
-from sparsurf.report.ranges_page import TEMPLATE, ranges_page
 from sparsurf.rounding import write_table
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -23,21 +21,18 @@ def main(
     floors: str,
     ranges: str,
     best: str,
-    page: str,
     settings: Settings,
     seed: int,
     name: str,
     n_ranges: int,
-    title: str,
     threads: int = 1,
 ) -> None:
-    """Write ranges.csv and best.json, and their page.
+    """Write ranges.csv and best.json.
 
     Parameters
     ----------
     name : protein/conformation
     n_ranges : number of equal ranges of n_S
-    title : name of the conformation on its page
     """
     result = read_grid(distances)
     table = tables.read_table(grid, len(result.combinations), "combinations")
@@ -54,8 +49,6 @@ def main(
     best_of_all = tables.best_combinations(table, result, tables.MAX_N_S_PERCENT, noise_floors)
     write_table(ranges, best_in_ranges)
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
-    values = ranges_page(title, tables.read_table(ranges), best_of_all, best_of_all["references"])
-    write(page, TEMPLATE, **values)
 
 
 if __name__ == "__main__":
@@ -68,11 +61,9 @@ if __name__ == "__main__":
             floors=snakemake.input.floors,
             ranges=snakemake.output.ranges,
             best=snakemake.output.best,
-            page=snakemake.output.page,
             settings=Settings.of(snakemake.params),
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             n_ranges=snakemake.params.ranges,
-            title=snakemake.params.title,
             threads=snakemake.threads,
         )

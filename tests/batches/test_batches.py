@@ -18,8 +18,7 @@ from sparsurf.batches import assignment, summary, tables
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
 from sparsurf.errors import InputError
-from sparsurf.report import batches_page
-from sparsurf.report.page import render
+from sparsurf.report.front import write_front
 from sparsurf.settings import Settings
 from sparsurf.workflow.config import check_config
 
@@ -194,8 +193,8 @@ def test_normals_along_the_axes_come_back():
 
 def test_the_page_counts_and_groups(many):
     page = (many / "results/many/index.html").read_text(encoding="utf-8")
-    assert "10 surfaces of 12 structures, in 3 batches" in page and "2 structures failed." in page
-    assert page.count("<td data-key=") == 8 * len(GOOD)
+    assert "10 surfaces of 12 structures, in 3 batches" in page and "2 structures failed" in page
+    assert page.count("<td data-key=") == 7 * len(GOOD)
     assert "defect" not in page and page.count('src="data:image/webp;base64,') == 1
 
 
@@ -438,53 +437,52 @@ def test_numbers_of_atoms_are_compared_by_their_ratios():
     np.testing.assert_allclose(found["deviation"], np.array([2, 1]) / (1.4826 * 0.5), rtol=1e-12)
 
 
-def test_a_row_of_the_page_sorts_by_the_numbers_that_it_shows():
-    row = {"protein": "s1", "deviation": 3.25, "unusual": "atoms", "atoms": 1200, "area": 6543.2}
-    row |= {"volume": 15432.1, "mean_roughness": 0.625, "components": 3, "cavities": 2}
-    name, cells = batches_page._row(row)
-    assert name == "s1" and cells == [
-        ("3.25", "3.2"),
-        ("atoms", "atoms"),
-        ("1200", "1,200"),
-        ("6543.2", "6543"),
-        ("15432.1", "15432"),
-        ("0.625", "0.62"),
-        ("3", "3"),
-        ("2", "2"),
-    ]
+def page_of(tmp_path, surfaces, failures=()):
+    """The page of a run in batches, without a figure, and its answers."""
+    batches = {"surfaces": surfaces, "unusual": surfaces, "failures": list(failures), "n_batches": 2}
+    answers = write_front(tmp_path / "index.html", [], {}, batches)
+    return (tmp_path / "index.html").read_text(), answers
 
 
-def test_the_page_has_the_spans_of_its_table():
-    columns = {"atoms": [100, 1200, 2500], "residues": [10, 150, 310], "mean_roughness": [0.5, 0.62, 0.7]}
-    surfaces = made_up(3).assign(minimal_n_S=[400, 4800, 10000], masked_residues=None, **columns)
+COLUMNS = {
+    "deviation": [0.5, 10.0, 9.0],
+    "unusual": ["atoms", "", "atoms"],
+    "components": 1,
+    "cavities": [2, 10, 1],
+}
+
+
+def test_the_page_says_the_share_of_all_dots_and_the_residues_left_out(tmp_path):
+    columns = COLUMNS | {
+        "atoms": [100, 1200, 2500],
+        "residues": [10, 150, 310],
+        "mean_roughness": [0.5, 0.62, 0.7],
+    }
+    surfaces = made_up(3).assign(minimal_n_S=[400, 480, 1000], masked_residues=[None, 0, 12], **columns)
     surfaces["N"] = 40 * surfaces["atoms"]
-    page = batches_page.batches_page("run", surfaces, surfaces.head(0), [], [], 1, [])
-    assert page["atoms_span"] == "100 to 2,500" and page["dots"] == "152,000" and page["kept"] == "10"
-    assert page["roughness"] == "0.62" and page["roughness_span"] == "0.50 to 0.70"
+    page, answers = page_of(tmp_path, surfaces, [("holds no atoms.", ["x", "y"])])
+    assert answers == [
+        "3 surfaces of molecules of 100 to 2,500 atoms: 1.2 % of 152,000 dots are kept; the median of the mean roughness is"
+        " 0.62 (0.50 to 0.70)."  # 1.9 % is the mean of the shares
+    ]
+    assert "12 of 472 residues of 2 predicted models are left out" in page
+    assert "2: holds no atoms. (x, y)" in page and "3 surfaces of 5 structures" in page
 
 
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
 def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
-    columns = {
-        "deviation": [0.5, 10.0, 9.0],
-        "unusual": ["atoms", "", "atoms"],
-        "components": 1,
-        "cavities": [2, 10, 1],
-    }
-    surfaces = made_up(3).assign(
-        atoms=[999, 12000, 1500], minimal_n_S=5, masked_residues=None, residues=9, **columns
-    )
-    values = batches_page.batches_page("run", surfaces, surfaces, [], [], 1, [])
-    page, browser = tmp_path / "page.html", Browser(tmp_path)
-    page.write_text(render(batches_page.TEMPLATE, **values, images={}, n_outside=0))
+    known = {"atoms": [999, 12000, 1500], "minimal_n_S": 5, "masked_residues": None, "residues": 9}
+    page_of(tmp_path, made_up(3).assign(**known, **COLUMNS))
+    page, browser = tmp_path / "index.html", Browser(tmp_path)
 
     def shown():
         return browser.run(
-            "return [...document.querySelectorAll('#surfaces tbody tr')].filter(r => !r.hidden).map(r => r.cells[0].textContent)"
+            "const rows = [...document.querySelectorAll('table.sortable tbody tr')];"
+            "return rows.filter(r => !r.hidden).map(r => r.cells[0].textContent)"
         )
 
     def click(column):
-        browser.run("document.querySelectorAll('#surfaces th')[arguments[0]].click()", column)
+        browser.run("document.querySelectorAll('table.sortable th')[arguments[0]].click()", column)
         return shown()
 
     try:
@@ -496,7 +494,7 @@ def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
         assert click(0) == ["s000", "s001", "s002"]
         assert click(8) == ["s001", "s000", "s002"]
         browser.run(
-            "const s = document.getElementById('search'); s.value = 'ATOMS'; s.dispatchEvent(new Event('input'))"
+            "const s = document.querySelector('input[type=search]'); s.value = 'ATOMS'; s.dispatchEvent(new Event('input'))"
         )
         assert shown() == ["s000", "s002"]
     finally:
@@ -518,12 +516,6 @@ def test_reasons_that_differ_in_names_and_numbers_are_one():
     )
     groups = summary.grouped_reasons(failures)
     assert [names for _, names in groups] == [["c", "d", "e"], ["a", "b"]]
-
-
-def test_the_page_counts_residues_of_low_plddt():
-    surfaces = made_up(5).assign(masked_residues=[None, 0, 12, None, 30], residues=100)
-    assert batches_page._masked(surfaces) == {"models": "3", "masked": "42", "residues": "342"}
-    assert batches_page._masked(surfaces.head(1)) is None
 
 
 def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 import sparsurf
 from conftest import ROOT
 from measures import protein_figures
-from sparsurf.paper.published_runs import BINNINGS
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import (
     d_over_grid,
@@ -24,7 +23,6 @@ from sparsurf.report.figures import (
     rough_and_flat,
     roughness,
     subsets,
-    summary_figures,
 )
 from sparsurf.report.figures.changes import changes_figure
 from sparsurf.report.figures.comparison_figure import comparison_figure
@@ -152,28 +150,6 @@ def enough(n=1, floor="fresh dots", **kind):
     return required_dots.figure([surface_tables(f"p/c{k}", 1 + k / 10, **kind) for k in range(n)], floor)
 
 
-def summary(gain_low=0.05):
-    """Draw the best combinations of four surfaces against their roughness."""
-    limits, roughness = [0.0, 20.0, 60.0, 100.0], {"a": 0.5, "b": 0.62, "c": 0.7, "d": 0.55}
-    winners = [
-        {"protein": name, "conformation": "c1", "mean_roughness": rough, "reading": reading, "range": k + 1}
-        | {"alpha": 0.2 * (1 + s), "beta": 0.4 * k, "gamma": 2.0 * (s + k + j), "delta": 10 - s, "d": 9.0}
-        | {"n_S_percent": limits[k] + 5 + s, "d_cv": (d := 2 - j + 0.1 * s + 0.3 * k)}
-        | {"d_cv_low": d - 0.2, "d_cv_high": d + 0.3}
-        for j, reading in enumerate(BOTH)
-        for s, (name, rough) in enumerate(roughness.items())
-        for k in range(3)
-    ]
-    relations = [
-        {"reading": reading, "range": k + 1, "n_S_low_percent": limits[k], "n_S_high_percent": limits[k + 1]}
-        | {"gain": (1 + j) * gain, "gain_low": (1 + j) * gain - 0.15 + gain_low}
-        | {"gain_high": (1 + j) * gain + 0.05, "p": p}
-        for j, reading in enumerate(BOTH)
-        for k, (gain, p) in enumerate(((0.1, 0.01), (-0.2, 0.2), (0.3, 0.04)))
-    ]
-    return summary_figures.summary_figure(pd.DataFrame(winners), pd.DataFrame(relations))
-
-
 def trajectory(n=100):
     """Return ensemble.csv of n frames."""
     k = np.arange(n)
@@ -286,8 +262,7 @@ def table1():
     for name, row, shift in (("d", 0, 0.5), ("Z_tS", 1, -0.9)):
         places[f"{name}_lowest"] = rows[name] - 0.2 + shift * (places.index == row)
         places[f"{name}_highest"] = rows[name] + 0.6 + shift * (places.index == row)
-    places = pd.concat([places.assign(binning=binning, n_runs=40) for binning in BINNINGS])
-    return table1_figure(places, rows.assign(d_full=-0.1, Z_tS_full=0.9 + 0.1 * rows.index))
+    return table1_figure(places.assign(n_runs=40), rows.assign(d_full=-0.1, Z_tS_full=0.9 + 0.1 * rows.index))
 
 
 def of_proteins(name):
@@ -323,7 +298,6 @@ PICTURES = {  # with a picture in baseline/
     "required_dots": lambda: enough(coded=True),
     "required_dots_of_two": lambda: enough(2, "atoms moved 0.1 Å", floors=FLOORS),
     "required_dots_of_many": lambda: enough(7),
-    "summary": summary,
     "ensemble": lambda: over_time.ensemble_figure(trajectory(), (1, 0, 6, 4), "p"),
     "residues_over_time": residues_over_time,
     "simulation": simulation,

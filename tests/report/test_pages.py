@@ -24,7 +24,7 @@ from sparsurf.report.numbers import (
     signed,
     span,
 )
-from sparsurf.report.page import TEMPLATES, code, embedded_figures, render
+from sparsurf.report.page import TEMPLATES, code, embedded_figures
 
 
 @pytest.fixture(scope="module")
@@ -156,13 +156,6 @@ def test_texts_of_numbers():
     places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
     assert [*short_names(places).values()] == ["p", "q/c1", "q/c2", "r/f0000"]
     assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"
-
-
-@pytest.mark.parametrize(
-    ("draws", "words"), [(1, "a single draw"), (2, "half of the draws"), (3, "two thirds of")]
-)
-def test_how_winners_were_chosen_follows_the_number_of_draws(draws, words):
-    assert words in render("cross_validated.j2", draws=draws)
 
 
 def test_no_sentence_of_a_template_is_long():

@@ -9,14 +9,10 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
-import draw_summary
 import summarise_best
 import summarise_surfaces
-from drawn import drawn_texts
 from sparsurf.errors import InputError
-from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import layout, summary_figures
-from sparsurf.report.summary_page import by_chance, summary_page
+from sparsurf.report.figures import layout
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study import summary, tables
@@ -270,11 +266,8 @@ def sum_up(folder, **patches):
         summarise_surfaces.main(
             surfaces, table, str(folder / "required_dots.png"), PATCHES | patches, {}, proteins
         )
-    best, relation, page, png = (
-        str(folder / name) for name in ("summary.csv", "relation.csv", "summary.html", "summary.png")
-    )
+    best, relation = str(folder / "summary.csv"), str(folder / "relation.csv")
     summarise_best.main(surfaces, best, relation, 0)
-    draw_summary.main(table, best, relation, page, png, 2, folder.name)
 
 
 @pytest.fixture(scope="module")
@@ -286,19 +279,8 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_a_protein_may_be_called_na(tmp_path):
-    results = [
-        replace(one, protein=name)
-        for one, name in zip(study(lambda r, s: 0, ROUGHS), ("NA", "nan", "p"), strict=False)
-    ]
-    write_run(tmp_path / "run", results)
-    sum_up(tmp_path / "run")
-    page = (tmp_path / "run" / "summary.html").read_text()
-    assert all(f"<td>{name}</td>" in page for name in ("NA", "nan", "p"))
-
-
 def test_a_run_is_summed_up_and_repeats(folder, related):
-    names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.html", "summary.png"]
+    names = ["summary.csv", "surfaces.csv", "relation.csv"]
     before = [(folder / name).read_bytes() for name in names]
     sum_up(folder, R_patch=5.5, D_link=0.9)
     surfaces = pd.read_csv(folder / "surfaces.csv")
@@ -310,53 +292,6 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
     pd.testing.assert_frame_equal(
         summary_back, related["summary"], check_dtype=False, rtol=1e-3, atol=0.006
     )  # d is written to two digits of its error, of .03 and more here
-    assert "<td>p12</td><td>1,000</td><td>0.650</td><td>(1, 0, 5, 0)</td>" in before[3].decode()
-
-
-def test_how_many_dots_are_enough_for_each_floor(tmp_path):
-    found = study(lambda r, s: 2, [0.5, 0.6, 0.7])
-    write_run(tmp_path, found)
-    for one, percent in zip(found[:2], (4.0, 10.0), strict=True):
-        rows = [("turned", "full", 0.998), ("turned", "recovered", percent)]
-        table = pd.DataFrame(rows, columns=["floor", "reading", "n_S_percent"])
-        table = table.assign(sampler="farthest", Z_floor=0.5, n_S=9, Z=0.5, bound="")
-        table.to_csv(tmp_path / one.protein / one.conformation / "required_dots.csv", index=False)
-    back = [summary.read_result(tmp_path / one.protein / one.conformation) for one in found]
-    surfaces = summary.surfaces_table(back, PATCHES)
-    assert surfaces["required_percent_turned_recovered"].tolist()[:2] == [4, 10]
-    assert surfaces.filter(like="required_percent").iloc[2].isna().all()
-    relation = summary.relation_table(back, summary.summary_table(back), np.random.default_rng(0))
-    page = summary_page("mine", surfaces, relation)
-    assert page["floors"] == [["turned", "≤ 1", "7 (4 to 10)"]]
-    names = {
-        "required_percent_turned_full": [100.0, 1.0, 100.0],
-        "required_percent_turned_recovered": [1.2, 0.99, np.nan],
-    }
-    page = summary_page(
-        "mine", surfaces.assign(N=[1000, 1000, 50], **names), relation
-    )  # 12 of 1000, and 10 dots, are tried
-    assert page["floors"] == [["turned", "all (1 to all)", "≤ 1.1 (1 to 1.2)"]]
-
-
-def test_the_page_counts_what_the_relation_says(related):
-    relation = related["relation"]
-    page = summary_page("mine", related["surfaces"], relation)
-    assert page["floors"] == [] and page["by_chance"] == by_chance(page["rows_tested"])
-    assert page["rows_tested"] == relation["p"].notna().sum()
-    assert page["related"] == (relation["p"] < 0.05).sum()
-    for reading, rows in page["relations"].items():
-        own = relation[relation["reading"] == reading]
-        assert [row[3] for row in rows] == [
-            f"{a} of {b}" for a, b in own[["n_winners", "n_surfaces"]].to_numpy()
-        ]
-
-
-@pytest.mark.parametrize("n", [0, 1, 2, 20, 60])
-def test_chance_gives_so_many_tests_below_the_limit_at_most(n):
-    from scipy.stats import binom
-
-    k = by_chance(n)
-    assert binom.cdf(k, n, 0.05) >= 0.95 and (k == 0 or binom.cdf(k - 1, n, 0.05) < 0.95)
 
 
 def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
@@ -401,36 +336,6 @@ def test_damaged_results_are_named(tmp_path):
     (tmp_path / "p01" / "c1" / "best.json").write_text("{")
     with pytest.raises(InputError, match="c1 lacks results"):
         summary.read_result(tmp_path / "p01" / "c1")
-
-
-CASES = ["related", "unrelated", "one reading", "three readings", "many"]
-
-
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.filterwarnings("error")
-def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monkeypatch):
-    known = {"related": related, "unrelated": unrelated, "one reading": related, "three readings": related}
-    run = known.get(case) or run_of(study(lambda r, s: s % 5, np.linspace(0.5, 0.6, 30)))
-    table, relations = run["summary"], run["relation"]
-    if case == "three readings":
-        table, relations = (
-            pd.concat([t, t[t["reading"] == "full"].assign(reading="recovered")], ignore_index=True)
-            for t in (table, relations)
-        )
-    if case == "one reading":
-        table, relations = (t[t["reading"] == "full"].reset_index(drop=True) for t in (table, relations))
-    figure = summary_figures.summary_figure(table, relations)
-    for ax in figure.axes:
-        assert ax.has_data(), "an empty panel"
-    texts = drawn_texts(figure, monkeypatch)
-    said = [words.replace("\n", " ") for words, _ in texts]
-    assert [name for name, each in READINGS.items() if each.words in said] == list(table["reading"].unique())
-    width, height = figure.canvas.get_width_height()
-    for k, (words, box) in enumerate(texts):
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
-        for other, b in texts[:k]:
-            over = min(box.x1, b.x1) - max(box.x0, b.x0), min(box.y1, b.y1) - max(box.y0, b.y0)
-            assert min(over) <= 0.5, f"{words!r} and {other!r} overlap"
 
 
 def test_the_scatter_over_surfaces_is_that_of_a_sample():

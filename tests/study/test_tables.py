@@ -1,7 +1,6 @@
 """Tables from made-up distances whose answers are known."""
 
 import json
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +8,6 @@ import pandas as pd
 import pytest
 
 import tabulate_best
-from parsed_pages import Page
-from sparsurf.report.page import render
-from sparsurf.report.ranges_page import ranges_page
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
 from sparsurf.study.grid import Grid, write_grid
@@ -107,50 +103,6 @@ def test_an_answer_is_given_when_nothing_is_that_small():
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
 
 
-def with_link(ranges):
-    """Ranges with d under a scaled link, as the study has them."""
-    return ranges.assign(d_kept_scaled=-0.5, d_low_kept_scaled=-0.75, d_high_kept_scaled=-0.25)
-
-
-def test_the_page_holds_every_range():
-    grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100])
-    table = tables.grid_table(grid)
-    ranges, best = with_link(tables.ranges_table(table, grid, 10)), tables.best_combinations(table, grid, 20)
-    page = ranges_page("p/c1", ranges, best, best["references"])
-    (rows,) = page["tables"].values()
-    assert [row[0] for row in rows] == [
-        f"{low:.1f} – {high:.1f}" for low, high in ranges[["n_S_low_percent", "n_S_high_percent"]].to_numpy()
-    ]
-    assert [row[1] == "" for row in rows] == (ranges["n_combinations"] == 0).tolist()
-
-
-def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
-    grid = made_up([-1.0, 0.0, 2.0, 9.0], [10.0, 50.0, 80.0, 90.0], tests=100, noise=0.5)
-    table = tables.grid_table(grid)
-    best = tables.best_combinations(table, grid, 20)
-    ranges = with_link(tables.ranges_table(table, grid, 3)).assign(Z_tS=[3.0, 2.0, 1.0])
-    page = ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 2.0})
-    assert page["counts"]["kept"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
-    text = render("ranges.html.j2", **page)
-    own = page["best"]["kept"]
-    assert f"{own['combination']} keeps {own['n_S']} %<br>d = {own['d']}</td>" in text
-    assert own["d"].startswith("8.98") and own["n_S"] == "90"  # of all, also beyond the last range
-    (row,) = [
-        cells
-        for cells in Page(text).rows
-        if cells[0] == "among the kept dots" and "keeps 90 %" in " ".join(cells)
-    ]
-    assert [re.search(r"keeps (\d+) %", cell)[1] for cell in row[1:]] == [
-        "90",
-        "10",
-    ]  # any n_S, and 20 % at most
-    assert "In 1 its Z exceeds" in text and "exceeds" not in render(
-        "ranges.html.j2",
-        **ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 99.0}),
-    )
-    assert page["best"]["kept"]["place"] == "above"
-
-
 def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path, blob):
     own = made_up([2.0, 3, 1], [5, 30, 90], draws=1, noise=0.1)
     surface = Surface(*blob)
@@ -162,7 +114,7 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     floors[["se", "low", "high", "draws", "test_dots"]] = [0.1, 0.4, 0.9, 1, 20]
     floors.to_csv(tmp_path / "floors.csv", index=False)
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
-    outputs = {name: tmp_path / name for name in ("ranges", "best", "page")}
+    outputs = {name: tmp_path / name for name in ("ranges", "best")}
     inputs["floors"] = tmp_path / "floors.csv"
     tabulate_best.main(
         **inputs,
@@ -175,7 +127,6 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
         seed=1,
         name="p/c1",
         n_ranges=4,
-        title="p",
     )
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
     assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
@@ -184,7 +135,6 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
     assert best["kept"]["unrestricted"]["n_S_percent"] == 30
     assert best["draws"] == 1
-    assert "With a single draw" in outputs["page"].read_text() and "0.50" in outputs["page"].read_text()
 
 
 def test_tables_are_the_same_after_the_disk(tmp_path):

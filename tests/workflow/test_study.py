@@ -21,6 +21,7 @@ from conftest import ROOT
 from sparsurf.errors import InputError
 from sparsurf.workflow import job_logs, memory, running, slurm
 
+CRATE = '{"@graph": [{"@id": "ro-crate-metadata.json"}, {"@id": "./", "abstract": ["first", "second"]}]}'
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
 
 
@@ -41,7 +42,7 @@ def checkout(tmp_path, monkeypatch):
             for file in files:
                 path = played_checkout.root / "results" / "mine" / file
                 path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text("minimal_n_S_percent\n4.5\n" if file == "surfaces.csv" else "a\n1\n")
+                path.write_text(CRATE if "crate" in file else "a\n1\n")
 
         def close_with(self, *files):
             """Let the closing of a run write these files, and note what failed in `failures`."""
@@ -86,73 +87,19 @@ def checkout(tmp_path, monkeypatch):
     return played_checkout
 
 
-def test_a_study_ends_with_its_answer_and_where_to_look(checkout, capsys):
-    checkout.work = [lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")]
+def test_a_study_ends_with_its_answers_and_where_to_look(checkout, capsys):
+    checkout.work = [lambda: checkout.make("warnings.csv", "index.html", "ro-crate-metadata.json")]
     assert study.main(checkout.config(), "--cores", "2") == 0
     assert checkout.calls == [["--logger", "sparsurf", "--resources=mem_mb=4100", "--cores", "2"]]
     lines = capsys.readouterr().out.strip().splitlines()
-    assert [line.split()[0] for line in lines] == ["Time", "Answer", "Warnings", "Look", "All"]
-    assert (
-        lines[1].endswith(" 4.5 % of the dots are in minimal.csv, as the config asks.")
-        and lines[2].split()[1] == "1"
-    )
-    (checkout.root / "results/mine/surfaces.csv").write_text("minimal_n_S_percent\n4\n7\n5\n")
-    assert study.main(checkout.config(minimal={"n_S_percent": 5})) == 0
-    assert "5.0 % of the dots are in minimal.csv, as the config asks (median of 3 surfaces)." in (
-        capsys.readouterr().out
-    )
-    columns = "minimal_n_S_percent,minimal_n_S_percent_low,minimal_n_S_percent_high,minimal_density,"
-    columns += "recovered_mean,recovered_high_99,recovered_largest\n"
-    (checkout.root / "results/mine/surfaces.csv").write_text(columns + "9.5,9,10,0.5,0.02,0.11,0.7\n")
-    assert study.main(checkout.config()) == 0
-    told = "9.5 % of the dots (0.50 per Å^2) give the surface back 0.020 Å off on average, 99 % of it within 0.11 Å, all within"
-    assert f"{told} 0.70 Å (95 % interval 9.0 to 10.0 %)." in capsys.readouterr().out
-    places = "n_runs,d_inside,Z_tS_inside\n40,1,1\n40,0,1\n"
-    (checkout.root / "results/mine/paper_places.csv").write_text(places)
-    pair = {
-        "complex": STRUCTURE["structure"],
-        "chains": [["A"], ["B"]],
-    }  # surfaces.csv is of an earlier study
-    assert study.main(checkout.config(proteins={}, pairs={"two": pair})) == 0
-    assert "Answer" not in capsys.readouterr().out
-
-
-def test_a_study_of_forms_says_what_changes(checkout, capsys):
-    """A residue without a change does not count."""
-    table = checkout.root / "results/mine/changes/bend/changes.csv"
-    table.parent.mkdir(parents=True)
-    table.write_text("total,above_moved\n" + 15 * "1,1\n" + 7 * "2,0\n" + "3,1\n,0\n")
-    checkout.work = [lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")]
-    proteins = {"p": STRUCTURE, "q": STRUCTURE}
-    assert study.main(checkout.config(proteins=proteins, changes={"bend": ["p", "q"]})) == 0
-    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
-    assert lines[1:] == [
-        "Answer    bend: 16 of 23 residues change more than if all atoms moved by 0.3 Å; about 1 would by chance. "
-        "They differ all over: go by the order of the residues."
-    ]
-
-
-def test_a_comparison_that_failed_has_no_answer_of_an_earlier_run(checkout, capsys):
-    """Nor has one that the config excludes. A minority of changes is no reason to go by the order."""
-    for name in ("bend", "fold", "turn"):
-        table = checkout.root / f"results/mine/changes/{name}/changes.csv"
-        table.parent.mkdir(parents=True)
-        table.write_text("total,above_moved\n1,1\n2,0\n3,0\n")
-    checkout.make("p/frames.csv", "q/frames.csv")
-    checkout.work, checkout.codes = [checkout.fail("changes/bend/compare_forms")], [1]
-    checkout.close_with("surfaces.csv", "warnings.csv", "index.html")
-    changes = {name: ["p", "q"] for name in ("bend", "fold", "turn")}
-    proteins = {"p": STRUCTURE, "q": STRUCTURE}
-    assert study.main(checkout.config(proteins=proteins, changes=changes, exclude=["changes/turn"])) == 1
-    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
-    told = "1 of 3 residues change more than if all atoms moved by 0.3 Å; about 0 would by chance."
-    assert lines[1:] == [f"Answer    fold: {told}"]
+    assert [line.split()[0] for line in lines] == ["Time", "Answer", "Answer", "Warnings", "Look", "All"]
+    assert lines[1:3] == ["Answer    first", "Answer    second"] and lines[3].split()[1] == "1"
 
 
 def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, capsys):
     checkout.make("q/frames.csv")
     checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
-    checkout.close_with("index.html")
+    checkout.close_with("index.html", "ro-crate-metadata.json")
     assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE})) == 1
     assert len(checkout.calls) == 1 and checkout.files == ["mine.yaml"]
     assert checkout.failures == {"p": "choose_frames: p/choose_frames is bad."}
@@ -161,7 +108,7 @@ def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, caps
 
 
 def test_where_nothing_is_left_there_is_no_answer(checkout, capsys):
-    checkout.make("surfaces.csv", "index.html")  # of an earlier run
+    checkout.make("ro-crate-metadata.json", "index.html")  # of an earlier run
     checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
     assert study.main(checkout.config()) == 1 and len(checkout.calls) == 1
     printed = capsys.readouterr()

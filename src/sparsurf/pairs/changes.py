@@ -200,3 +200,8 @@ def _common_atoms(
     common = [key for key in atoms[0] if key in atoms[1]]
     moving, fixed = (np.array([atom_of[key] for key in common], int) for atom_of in atoms)
     return moving, fixed
+
+
+def over_floor(table: pd.DataFrame) -> pd.Series:
+    """Divide the change of each residue of changes.csv by the larger of its two floors; NaN if it is buried."""
+    return table["total"] / table[["total_floor", "total_moved"]].max(axis=1)

@@ -15,6 +15,8 @@ N_DRAWS = 500  # of the bootstrap
 # Of scores, which are of order 1: between two equal partners, all distances are 0 except for rounding errors
 DECIMALS = 9
 
+MAIN_SCORE, BASELINE = "propensity_smoothed", "protrusion"  # what a study reports
+
 
 def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = None) -> Any:
     """Compute the area under the ROC curve: the probability that a dot of the interface scores higher than another dot.

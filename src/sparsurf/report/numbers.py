@@ -67,6 +67,11 @@ def interval_of(row: Row, name: str, reading: str = "", digits: int = 2) -> str:
     return interval(value, low, high, digits)
 
 
+def auc_of(table: pd.DataFrame, key: Any, column: str) -> str:
+    """Format an AUC of one row with its 95 % interval; empty if there is no such row."""
+    return interval(*table.loc[key, [column, "low", "high"]]) if key in table.index else ""
+
+
 def combination(row: Row) -> str:
     """Format α, β, γ, δ of a row; empty if it has none."""
     return "" if math.isnan(row["alpha"]) else str(Combination.from_row(row))

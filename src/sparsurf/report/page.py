@@ -84,14 +84,50 @@ def _templates() -> jinja2.Environment:
         undefined=jinja2.StrictUndefined,
         lstrip_blocks=True,
     )
-    environment.filters |= {"code": code, "symbols": symbols} | {
+    environment.filters |= {"code": code, "symbols": symbols, "words": _explained} | {
         name: getattr(numbers, name) for name in FORMATS
     }
     return environment
 
 
+class Glossary:
+    """Words of a page that are explained: each links, where it first stands, to the list at the page's end."""
+
+    def __init__(self) -> None:
+        self.meanings: dict[str, str] = _templates().get_template("words.html.j2").module.meanings  # type: ignore[attr-defined]
+        self.used: set[str] = set()
+        words = "|".join(map(re.escape, sorted(self.meanings, key=len, reverse=True)))
+        self.pattern = re.compile(rf"(?<![\w/.])({words})(?=(?:s|es)?\b)(?![\w]*[/.]\w)")
+
+    def mark(self, sentence: str) -> Markup:
+        """Escape a sentence; link the words that no sentence before it has."""
+        parts = []
+        for k, part in enumerate(self.pattern.split(sentence)):
+            if k % 2 == 0 or part in self.used:
+                parts.append(symbols(part))
+                continue
+            self.used.add(part)
+            meaning = escape(self.meanings[part])
+            parts.append(
+                Markup('<a class="word" href="#words" title="{}">{}</a>').format(meaning, symbols(part))
+            )
+        return Markup("").join(parts)
+
+    def explained(self) -> list[tuple[str, str]]:
+        """Return the words that were linked, with their meanings."""
+        return [(word, meaning) for word, meaning in self.meanings.items() if word in self.used]
+
+
+@jinja2.pass_context
+def _explained(context: jinja2.runtime.Context, sentence: str) -> Markup:
+    """Mark the words of a sentence in the glossary of the page."""
+    return context["glossary"].mark(sentence)
+
+
 def render(template: str, **known: Any) -> str:
     """Render a template with the values that it uses."""
+    glossary = Glossary()
+    known |= {"glossary": glossary, "explained_words": glossary.explained}
     page = _templates().get_template(template).render(known)
     return re.sub(r"\n\s*\n+", "\n", page).lstrip() if ".html" in template else page
 

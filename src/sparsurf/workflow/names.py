@@ -6,10 +6,6 @@ Field = Literal["hydropathy", "potential", "bfactor"]
 FIELDS = get_args(Field)
 SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
 
-MIN_PROTEINS_OF_RELATION = (
-    10  # of best parameters with roughness; with 5 a real one is found in 1 to 3 % of runs
-)
-
 # Keys of a protein by their purpose.
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them

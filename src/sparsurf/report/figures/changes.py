@@ -66,7 +66,7 @@ def changes_figure(
     """Draw two forms in the colours of their change, and the change along the residues.
 
     Forms are (title, Surface, Molecule, change over its floor by dot, NaN if unknown); that of the table is from
-    `changes_page.over_floor`.
+    `pairs.changes.over_floor`.
     """
     known = table["over_floor"].dropna()
     n_above = (known > 1).sum()

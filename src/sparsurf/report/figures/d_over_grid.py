@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
-from sparsurf.report.numbers import interval, share
+from sparsurf.report.numbers import share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +31,6 @@ BEST: dict[str, Any] = {
     "color": "black",
 }
 BEST_OF_ALL: dict[str, Any] = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
-SELECTED = ", before cross-validation"  # chosen and measured on the same test dots
 N_FINE = 101  # values along each side of an interpolated map
 SIDE = 40.0  # mm, of a map
 
@@ -53,9 +52,9 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     gap = layout.label_width(np.unique(grid.delta))
     side = min(SIDE, (PAGE - 27) / grid.beta.nunique() - gap)
     pitch = side + 20
-    title = 145 + 37 * bool(largest) + 17 * (RECOVERED in readings)  # mm, of the longest, and of the bar
-    used = min(PAGE, max(32 + (side + gap) * grid.beta.nunique(), title))
-    figure = layout.sheet(used, 5 + pitch * len(readings), layout.headed(name, message))
+    head = layout.headed(name, message)
+    used = min(PAGE, max(32 + (side + gap) * grid.beta.nunique(), layout.BOLD_LETTER_WIDTH * len(head)))
+    figure = layout.sheet(used, 5 + pitch * len(readings), head)
     for row, reading in enumerate(readings):
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])
@@ -63,7 +62,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
         words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}"
         layout.text(figure, 6, y + 0.3, words)
     _bar(figure, scale, limits, levels, used - 17, 10, pitch * (len(readings) - 1) + side)
-    marks = {"highest $d$ at this β": BEST, f"highest $d$ of all{SELECTED}": BEST_OF_ALL}
+    marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
     handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
     layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
     return figure
@@ -94,7 +93,7 @@ def _maps(
     side: float,
     gap: float,
 ) -> str:
-    """Draw one row of maps from a corner in mm on; return a text of its highest d."""
+    """Draw one row of maps from a corner in mm on; return where d is highest."""
     betas, gammas, deltas = (np.unique(grid[name]) for name in ("beta", "gamma", "delta"))
     best = grid.iloc[int(np.nanargmax(grid[column]))] if grid[column].notna().any() else None
     tables = [
@@ -126,11 +125,8 @@ def _maps(
     tiles.ticks(deltas, gammas)
     if best is None:
         return "no value"
-    low, high = (best.get(column.replace("d_", f"d_{end}_"), np.nan) for end in ("low", "high"))
-    value = interval(best[column], low, high)
-    kept = f": {share(best.n_S_percent)} % of the dots" if "n_S_percent" in best else ""
-    place = f"β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
-    return f"highest $d$ = {value} at {place}{kept}"
+    kept = f", {share(best.n_S_percent)} % of the dots" if "n_S_percent" in best else ""
+    return f"highest at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}{kept}"
 
 
 def _map(

@@ -37,6 +37,7 @@ COLUMN, COLUMN_AND_A_HALF, PAGE = (
 )  # mm, of a journal; texts of the second are read at half a page
 MM = 1 / 25.4  # inch
 LETTER_WIDTH = 1.36  # mm, mean width of a letter
+BOLD_LETTER_WIDTH = 1.72  # mm, of a letter of the head
 DPI = 200  # of a png, and of the pictures inside an svg
 PACKED: dict[str, Any] = {
     "compress_level": 4,

@@ -16,8 +16,6 @@ from matplotlib.ticker import MaxNLocator
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
-from sparsurf.report.figures.summary_figures import GREEK
-from sparsurf.sampling.combination import PARAMETERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,8 +46,7 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     for ax in rows[:-1, 0]:
         ax.tick_params(labelbottom=False)
     rows[-1, 0].set_xlabel(unit)
-    values = zip(PARAMETERS, combination, strict=True)
-    title = ", ".join(f"{GREEK[parameter]} = {value:g}" for parameter, value in values)
+    title = ", ".join(f"{greek} = {value:g}" for greek, value in zip("αβγδ", combination, strict=True))
     handles = _ensemble_handles(window)
     figure.legend(handles=handles, loc="outside lower left", ncols=3, title=title, alignment="left")
     return layout.fix_layout(figure)

@@ -11,11 +11,10 @@ from matplotlib import colors
 from matplotlib.lines import Line2D
 
 from sparsurf.orientation import principal_axes
-from sparsurf.pairs.ranking import means_over_pairs
+from sparsurf.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
-from sparsurf.report.numbers import against_zero
-from sparsurf.report.pairs_section import BASELINE, MAIN_SCORE, SCORES, auc_of
+from sparsurf.report.numbers import against_zero, auc_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,6 +22,15 @@ if TYPE_CHECKING:
     from sparsurf.report.figures.render import Camera
     from sparsurf.surfaces.surface import Surface
 
+SCORES = {
+    "propensity": "complementarity, nearest patch",
+    "propensity_smoothed": "complementarity, smoothed",
+    "propensity_k": "complementarity, mean of the nearest",
+    "propensity_k_smoothed": "complementarity, mean smoothed",
+    "similarity": "similarity, nearest patch",
+    "similarity_smoothed": "similarity, smoothed",
+    "protrusion": "protrusion: few heavy atoms within 10 Å",
+}
 INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
 PAGE_WIDTH, PAGE_HEIGHT = 78, 62  # mm, of a partner
 

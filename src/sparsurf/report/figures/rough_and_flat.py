@@ -52,7 +52,7 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
         if min(differences) > 0:
             better.append(words)
         elif max(differences) > 0:
-            readings = [title.rpartition(", ")[2] for title, *_ in panels]
+            readings = [title.partition(", ")[2] for title, *_ in panels]
             first, second = (" and ".join(np.array(readings)[np.array(signs) == sign]) for sign in (1, -1))
             if first and second:
                 return f"less error than a uniform subset {first}, more {second}"
@@ -92,8 +92,9 @@ def figure(
         edges, chosen = _binned(np.asarray(roughness), bins)
         layout.letter(figure, 1 + x, y, ascii_uppercase[len(patches) + k])
         n = span([len(dots) for dots in chosen.values()], "{:,}".format)
+        title = title.replace(", ", "\n", 1)  # the patches, and below them the reading
         layout.text(figure, 5 + x, y + 0.3, f"{title}\n{n} patches a bin")
-        ax = layout.axes(figure, 11 + x, y + 8, PITCH - 15, 40)
+        ax = layout.axes(figure, 11 + x, y + 11, PITCH - 15, 37)
         _boxes(ax, edges, chosen, np.asarray(z_ts), np.asarray(z_tr))
         known = [handle.get_label() for handle in handles]
         handles += [line for line in _lines(ax, references or {}) if line.get_label() not in known]

@@ -1,20 +1,21 @@
-const table = document.getElementById("surfaces"), body = table.tBodies[0];
-const value = (row, column) => row.cells[column].dataset.key ?? row.cells[column].textContent;
-let sorted = -1, sign = 1;
-[...table.tHead.rows[0].cells].forEach((heading, column) => {
-  heading.style.cursor = "pointer";
-  heading.addEventListener("click", () => {
-    sign = sorted === column ? -sign : 1;
-    sorted = column;
-    const rows = [...body.rows], numeric = rows.every(row => Number.isFinite(+value(row, column)));
-    rows.sort((a, b) => {
-      const [first, second] = [value(a, column), value(b, column)];
-      return sign * (numeric ? second - first : first.localeCompare(second));
+for (const table of document.querySelectorAll("table.sortable")) {
+  const body = table.tBodies[0], value = (row, column) => row.cells[column].dataset.key ?? row.cells[column].textContent;
+  let sorted = -1, sign = 1;
+  [...table.tHead.rows[0].cells].forEach((heading, column) => {
+    heading.style.cursor = "pointer";
+    heading.addEventListener("click", () => {
+      sign = sorted === column ? -sign : 1;
+      sorted = column;
+      const rows = [...body.rows], numeric = rows.every(row => Number.isFinite(+value(row, column)));
+      rows.sort((a, b) => {
+        const [first, second] = [value(a, column), value(b, column)];
+        return sign * (numeric ? second - first : first.localeCompare(second));
+      });
+      body.append(...rows);
     });
-    body.append(...rows);
   });
-});
-document.getElementById("search").addEventListener("input", event => {
-  const words = event.target.value.toLowerCase();
-  for (const row of body.rows) row.hidden = !row.textContent.toLowerCase().includes(words);
-});
+  table.parentElement.previousElementSibling.querySelector("input").addEventListener("input", event => {
+    const words = event.target.value.toLowerCase();
+    for (const row of body.rows) row.hidden = !row.textContent.toLowerCase().includes(words);
+  });
+}
