@@ -9,6 +9,7 @@ from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.study import prepared_surface
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +99,16 @@ def test_the_command_writes_the_points_of_one_structure(folder, suffix, tmp_path
     dots = np.load(output)["points"] if suffix == "npz" else sparsurf.read_surface(output).points
     assert np.allclose(dots, sparsurf.points(folder / "a.pdb", 60)[0], atol=1e-4)
     assert command.main(["points", str(folder), "-o", str(output)]) == 1
+
+
+def test_farthest_dots_need_no_roughness(folder, monkeypatch):
+    dots, ready = sparsurf.surface(folder / "a.pdb"), sparsurf.prepare(folder / "a.pdb")
+    expected = ready.roughness
+    asked = []
+    monkeypatch.setattr(prepared_surface, "local_roughness", lambda *_: asked.append(1) or expected)
+    ready = sparsurf.prepare(dots)
+    sparsurf.sample(ready, n_dots=20)
+    assert not asked
+    for seed in (1, 2):
+        sparsurf.sample(ready, n_dots=20, sampler="paper", seed=seed)
+    assert asked == [1]

@@ -5,7 +5,7 @@ Source: paper, 'Optimization of the sampling parameters'.
 
 import copy
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -27,7 +27,7 @@ DOTS_PER_PUBLISHED_TEST = 200  # the authors test N / 200 dots
 
 
 class PreparedSurface:
-    """A surface prepared for many evaluations: index, roughness and cover are computed once.
+    """A surface prepared for many evaluations: its index is built, and roughness and cover are computed at most once.
 
     Parameters
     ----------
@@ -55,24 +55,34 @@ class PreparedSurface:
         self.stream, self.threads = streams, threads
         radius, rules = self.patches.R_patch, settings.sampling
         self.index: PatchIndex = build_index(surface.points, surface.normals, self.patches.D_link)
-        self.roughness: np.ndarray = (
-            local_roughness(self.index, radius, threads, self.patches.roughness)
-            if roughness is None
-            else roughness
-        )
-        self.cover = published.build_cover(
-            self.index,
-            self.roughness,
-            radius,
-            rules.distance_from_moved_centre,
-            rules.chance_in_every_patch,
-        )
+        index, kind = self.index, self.patches.roughness
+
+        @cache  # also of copies that are made before it is asked for
+        def roughness_of_dots() -> np.ndarray:
+            return local_roughness(index, radius, threads, kind) if roughness is None else roughness
+
+        @cache
+        def published_cover() -> published.Cover:
+            moved, in_every_patch = rules.distance_from_moved_centre, rules.chance_in_every_patch
+            return published.build_cover(index, roughness_of_dots(), radius, moved, in_every_patch)
+
+        self._roughness, self._cover = roughness_of_dots, published_cover
 
     def __repr__(self) -> str:
         return f"PreparedSurface of {len(self):,} dots"
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @cached_property
+    def roughness(self) -> np.ndarray:
+        """R_i of all dots, (N,) float64, computed when it is first asked for."""
+        return self._roughness()
+
+    @cached_property
+    def cover(self) -> published.Cover:
+        """The cover of the published sampling."""
+        return self._cover()
 
     @cached_property
     def corrected_cover(self) -> published.Cover:
