@@ -68,10 +68,10 @@ def test_the_best_combination_is_the_first_answer_and_has_one_value_everywhere(t
     files = write_run(tmp_path)
     answers = write_front(tmp_path / "index.html", files, {})
     assert answers == [
-        "Best (1, 0, 4, 6): keeps 43 % of the dots, d 2.42 (2.17 to 2.72) among the kept dots; on the full surface none beats"
-        " uniform dots.",
-        "8 % of the dots (0.20 per Å²; 95 % interval 7 to 9 %) give the surface back, 0.020 Å off on average (99 % within 0.10 Å,"
-        " all within 0.20 Å).",
+        "Best (1, 0, 4, 6): keeps 43 % of the dots, d 2.42 (2.17 to 2.72) among the kept dots; on the full surface it beats"
+        " uniform dots in none of 4 ranges.",
+        "8 % of the dots (0.20 per Å²; 95 % interval 7.0 to 9.0 %) give the surface back, 0.020 Å off on average"
+        " (99 % within 0.10 Å, all within 0.20 Å).",
     ]
     page = Page((tmp_path / "index.html").read_text())
     assert all(answer in text_of(tmp_path) for answer in answers) and "9.99" not in text_of(tmp_path)
@@ -100,7 +100,7 @@ def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     assert (
         "0.040 Å off on average (99 % within 0.20 Å, all within 0.90 Å), median of 4 surfaces" in answers[2]
     )
-    assert "95 % intervals within 1.8 to 9 %" in answers[2]
+    assert "95 % intervals within 1.8 to 9.0 %" in answers[2]
     page = Page((tmp_path / "index.html").read_text())
     (row,) = [row for row in page.rows if row[0].startswith("25.0") and "to 5.42" in row[2]]
     assert row[2] == "3.92 (2.42 to 5.42)"

@@ -275,8 +275,9 @@ def sentence_of_grid(run: Run, place: str) -> str:
     parts = [f"Best {combination(winner)}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"]
     for reading in others:
         above, total = beaten(rows, reading)
-        words = f"it beats uniform dots in {above} of {total} ranges" if above else "none beats uniform dots"
-        parts.append(f"{READINGS[reading].words} {words}")
+        parts.append(
+            f"{READINGS[reading].words} it beats uniform dots in {above or 'none'} of {total} ranges"
+        )
     name = f"{run.shown[place]}: " if len(run.places) > 1 else ""
     return f"{name}{'; '.join(parts)}."
 
@@ -416,7 +417,7 @@ def sentence_of_dots(run: Run) -> str:
     words = f"{share(of['minimal_n_S_percent'])} % of the dots ({number(of['minimal_density'])} per Å²"
     if table["minimal_n_S_percent_low"].notna().any():
         low, high = table["minimal_n_S_percent_low"].min(), table["minimal_n_S_percent_high"].max()
-        words += f"; 95 % interval{'s within' if n > 1 else ''} {share(low)} to {share(high)} %"
+        words += f"; 95 % interval{'s within' if n > 1 else ''} {number(low, 1)} to {number(high, 1)} %"
     off = f"99 % within {number(of['recovered_high_99'])} Å, all within {number(table['recovered_largest'].max())} Å"
     several = f", median of {n} surfaces" if n > 1 else ""
     return f"{words}) give the surface back, {number(of['recovered_mean'], 3)} Å off on average ({off}){several}."
