@@ -765,6 +765,8 @@ GEOMETRY = {
     "z 0.85 times as long": (scale(1, 1, 0.85), "~ times as long as usual along one direction"),
     "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
     "ten residues mirrored": (residues(10, scale(1, 1, -1)), "~ mirror image"),
+    "five residues mirrored from frame 2 on": (
+        lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(5)(m)), "~ mirror image, of D-amino acids, in frame 2"),
     "nine residues mirrored": (residues(9, scale(1, 1, -1)), ""),
     "8 of 13 residues mirrored": (mirrored_up_to(217), "~ mirror image"),
     "4 of 13 residues mirrored": (mirrored_up_to(212), ""),
@@ -1429,6 +1431,12 @@ def test_files_of_dots(tmp_path, caplog, name):
         return [len(surface)]
 
     judge(expected, measure, caplog, name)
+
+
+def test_each_line_of_the_page_on_odd_files_is_a_row():
+    rows = re.findall(r"\| `(.+)` \|$", (ROOT / "docs" / "odd_files.md").read_text(), re.M)
+    assert len(rows) > 40
+    assert {*rows} <= {*STRUCTURES, *GEOMETRY, *TRAJECTORIES, *DOTS, *ARRAYS, *SURFACES, *globals()}
 
 
 # ---- paths and keys
