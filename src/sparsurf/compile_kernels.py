@@ -1,6 +1,6 @@
 """Compile the numba kernels into their cache, in two parts that take equally long: `python -m sparsurf.compile_kernels patches`.
 
-Each part calls every kernel on a tiny surface. The kernels of pairs are compiled when they are first called.
+Each part calls every kernel on a tiny surface. The kernels of pairs and of meshes are compiled when they are first called.
 numba compiles a kernel again if its file was edited, not if a function or constant of another file was: `remove` removes
 the compiled kernels, for `make setup` after an edit.
 """
@@ -17,15 +17,23 @@ BALL_DOTS = 300
 
 def compile_surfaces() -> None:
     """Compile the kernels that place dots, draw surfaces and recover them."""
+    from sparsurf.patches.index import build_index
+    from sparsurf.recovery.errors import curvature
     from sparsurf.recovery.recovering import recover
     from sparsurf.report.figures import render
+    from sparsurf.surfaces.components import components_of
     from sparsurf.surfaces.molecular_surface import molecular_surface
+    from sparsurf.surfaces.spacing import spacing
 
-    dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
+    xyz, radii = np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7)
+    dots = molecular_surface(xyz, radii)
+    components_of(dots, xyz, radii)
+    spacing(dots.points)
     camera = render.aim(dots.points, np.eye(3), (20, 20))
     render.picture(render.draw_surface(dots.points, dots.normals, (0.5, 0.5, 0.5), camera))
     points, normals = ball()
     recover(points, normals)
+    curvature(build_index(points, normals))
 
 
 def compile_patches() -> None:
