@@ -354,7 +354,8 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         folder.mkdir(parents=True)
         write_npz(folder / "surface.npz", surface)
         pd.DataFrame({"roughness": prepared.roughness}).to_csv(folder / "roughness.csv", index=False)
-        study[1].to_csv(folder / "ranges.csv", index=False)
+        scaled = {f"{key}_kept_scaled": 0.0 for key in ("d", "d_low", "d_high")}
+        study[1].assign(**scaled).to_csv(folder / "ranges.csv", index=False)
         inputs = {"surface": folder / "surface.npz"}
         inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "ranges", "floors")}
         measured = floors.measure_floors(prepared, 30)
