@@ -3,6 +3,8 @@
 import html
 import json
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -169,3 +171,10 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
     assert words[touching] in answer
     if touching == 2:
         assert re.search(r"protrusion alone has 0\.75 \(", answer)
+
+
+def test_the_first_page_loads_no_kernel():
+    """numba and scipy take longer to load than the page takes to write."""
+    code = "import sys, sparsurf.report.front; print(*{'numba', 'scipy'} & {*sys.modules})"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "\n"

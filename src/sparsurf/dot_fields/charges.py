@@ -19,13 +19,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
 from sparsurf.molecules.residues import VARIANTS, standard_name
 
 if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
     from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
@@ -126,6 +127,8 @@ def _disulphide_residues(molecule: Molecule) -> set[int]:
     sulphur = np.flatnonzero(molecule.name == "SG")
     if len(sulphur) < 2:
         return set()
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
     pairs = cKDTree(molecule.xyz[0, sulphur]).query_pairs(MAX_DISULPHIDE_BOND)
     return {int(molecule.residue_index[sulphur[k]]) for pair in pairs for k in pair}
 
@@ -145,6 +148,8 @@ def _polar_hydrogens(
     xyz: np.ndarray, heavy: np.ndarray, atoms: np.ndarray, n_hydrogens: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (H, 3) of the polar hydrogens of heavy atoms, and the atom of each; from the file, else built."""
+    from scipy.spatial import cKDTree
+
     hydrogens, neighbours = xyz[~heavy], cKDTree(xyz[heavy])
     bonded: Sequence[list[int]] = [[]] * len(atoms)
     if len(hydrogens):
@@ -224,6 +229,8 @@ def pqr_charges(
 def _check_positions(positions: np.ndarray, molecule: Molecule, path: str | os.PathLike[str]) -> None:
     """Raise InputError if the charges lie far from the heavy atoms of the molecule; warn if they are moved a little."""
     heavy = molecule.xyz[0, molecule.heavy]
+    from scipy.spatial import cKDTree
+
     shift = np.median(cKDTree(positions).query(heavy)[0]) if len(heavy) else 0
     if shift > SHIFT_TO_REFUSE:
         raise InputError(

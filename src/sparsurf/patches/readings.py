@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.patches.index import PatchIndex, build_index
+if TYPE_CHECKING:
+    from sparsurf.patches.index import PatchIndex
 
 SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spacings of the kept dots
 
@@ -51,6 +53,10 @@ def linked_by_spacing(
 
     `area` is that of the full surface, Å^2.
     """
+    from sparsurf.patches.index import (
+        build_index,  # here: pages need the names of the readings, but no kernel
+    )
+
     return build_index(points, normals, max(d_link, SCALED_LINK * np.sqrt(area / len(points))))
 
 

@@ -1,15 +1,22 @@
 """All readings: those of `patches.readings`, and `recovered`, which recovers a dense surface from the kept dots."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Container
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sparsurf.patches import readings
-from sparsurf.patches.index import D_LINK, PatchIndex, build_index
-from sparsurf.recovery.recovering import recover
-from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.settings import Patches
+from sparsurf.surfaces.surface import DENSITY
+
+if TYPE_CHECKING:
+    from sparsurf.patches.index import PatchIndex
+
+D_LINK = Patches().D_link
 
 RECOVERED = "recovered"
 DENSITY_TOLERANCE = 1.05  # a surface generated at DENSITY has up to 2 % more dots, which does not matter
@@ -29,6 +36,11 @@ def recovered_index(
 
     `close` is that of `recover`, in spacings of the full surface.
     """
+    from sparsurf.patches.index import (
+        build_index,  # here: pages need the names of the readings, but no kernel
+    )
+    from sparsurf.recovery.recovering import recover
+
     density = comparable_density(density, d_link)
     return build_index(*recover(points, normals, density, close=close / math.sqrt(density)), d_link)
 

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR, over_floor
 from sparsurf.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf.patches.readings import KEPT_READING, SCALED_READING
 from sparsurf.recovery.readings import READINGS, readings_of_columns
@@ -444,6 +443,10 @@ def of_dots(run: Run) -> Iterator[Section]:
 
 def sentence_of_changes(table: pd.DataFrame) -> str:
     """Say how many residues change from one form to the other."""
+    from sparsurf.pairs.changes import (
+        SHARE_ABOVE_FLOOR,  # here: few runs compare forms, and it loads every kernel
+    )
+
     known, moved = int(table["total"].count()), int(table["above_moved"].sum())
     more = " They differ all over: go by the order of the residues." if most_of(moved, known) else ""
     chance = round(SHARE_ABOVE_FLOOR * known)
@@ -468,6 +471,8 @@ def above_floor(row: Mapping[Any, Any]) -> str:
 
 def of_changes(run: Run) -> Iterator[Section]:
     """Yield a section for each two forms that are compared."""
+    from sparsurf.pairs.changes import over_floor  # as above
+
     columns = ["residue", "change", "floor: other dots", "floor: moved atoms", "most in"]
     columns += ["potential / kT/e", "hydropathy"]
     for folder in run.ending("changes.csv")[:MAX_SHOWN]:
