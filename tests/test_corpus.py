@@ -346,6 +346,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(HEAVY, atoms("SOD", "300", {"SOD": (0, 0, 50)}, element="")), {"ligands": ["SOD"]}, "1 120 15 ~ radius for NA"),
     "ion POT of element P.pdb": (
         end(HEAVY, atoms("POT", "300", {"POT": (0, 0, 50)}, element="P")), {"ligands": ["POT"]}, "1 120 15 ~ radius for K"),
+    "two ions of one label.pdb": (
+        end(HEAVY, atoms("SOD", "300", {"SOD": (0, 0, 50)}, element=""), atoms("SOD", "300", {"SOD": (0, 9, 50)}, element="")),
+        {"ligands": ["SOD"]}, "1 121 16 ~ radius for NA"),
     "a ligand.pdb": (end(HEAVY, ligand()), {"ligands": True}, "1 121 15"),
     "a ligand that is not there.pdb": (end(HEAVY, ligand()), {"ligands": ["XXX"]}, "! XXX"),
     "components of five letters.cif": (

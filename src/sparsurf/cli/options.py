@@ -104,6 +104,7 @@ def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule |
 def read_atoms(args: argparse.Namespace) -> Molecule:
     """Return the molecule of FILE, with all its frames."""
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS} | {"altloc": getattr(args, "altloc", "first")}
+    keys["assembly"] = getattr(args, "assembly", False)
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     molecule = read_molecule(args.file, args.trajectory, **keys)
     name = args.trajectory or args.file

@@ -44,6 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--altloc", default="first", help="first, highest (occupancy) or a letter (default first)"
     )
+    parser.add_argument("--assembly", action="store_true", help="take all models as one molecule")
     dots = parser.add_argument_group("surface")
     words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
     dots.add_argument("--probe", type=options.number(PROBE), default=PROBE_RADIUS, help=words)

@@ -119,8 +119,7 @@ def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
     Lines of one label are one residue wherever they stand if no atom repeats, and else where they are bonded to each
     other: hydrogens behind the chain, atoms in the order of their elements, or alternate locations.
     """
-    index = number_residues(atoms)
-    start = np.flatnonzero(np.append(True, (np.diff(index) != 0) | _differs(atoms.model)))
+    start = _starts(atoms)
     run = np.repeat(np.arange(len(start)), np.diff([*start, len(atoms)]))
     key = atoms.iloc[start].groupby(["model", "chain", "segid", "residue"], sort=False).ngroup().to_numpy()
     owner = np.arange(len(start))
@@ -142,6 +141,16 @@ def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
     number = np.cumsum(first) - 1
     model = np.append(True, _differs(gathered.model))
     return gathered.assign(residue_index=number - number[model][np.cumsum(model) - 1])
+
+
+def _starts(atoms: pd.DataFrame) -> np.ndarray:
+    """Return the rows where runs of lines of one residue begin; a first atom that recurs beyond MAX_BOND begins another."""
+    begins = np.append(True, (np.diff(number_residues(atoms)) != 0) | _differs(atoms.model))
+    first = np.flatnonzero(begins)[np.cumsum(begins) - 1]
+    name, xyz = (atoms.name + "\0" + atoms.altloc).to_numpy(), atoms[["x", "y", "z"]].to_numpy(float)
+    again = np.flatnonzero((name == name[first]) & ~begins)
+    begins[again] = np.linalg.norm(xyz[again] - xyz[first[again]], axis=1) > MAX_BOND
+    return np.flatnonzero(begins)
 
 
 class _Lines(NamedTuple):

@@ -27,6 +27,7 @@ SELECTION_KEYS = (
     "chains",
     "residues",
     "model",
+    "assembly",
     "altloc",
 )  # keys of a protein that select its atoms
 KEYS_OF_SIMULATION = ("simulate", *SELECTION_KEYS)  # keys of a protein that only its simulation uses

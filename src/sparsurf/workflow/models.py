@@ -115,6 +115,7 @@ class Protein(Section):
     chains: list[str] = optional("Chain identifiers.", min_length=1)
     residues: Residues = optional("Residue ranges, like A:10-52A,-5-3.")
     model: Integer = optional("Number of one model; without it, models are frames.", ge=1)
+    assembly: bool = optional("true: all models are parts of one molecule, as in files of assemblies.")
     altloc: Text = optional("Alternate location: first (the default), highest (occupancy) or a letter.")
     hydrogens: Literal["keep", "remove"] = optional("Hydrogens of the file; kept by default.")
     simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = optional(

@@ -9,7 +9,17 @@ SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a read
 # Keys of a protein by their purpose.
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
-MOLECULE_KEYS = ("selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands", "plddt")
+MOLECULE_KEYS = (
+    "selection",
+    "chains",
+    "residues",
+    "model",
+    "assembly",
+    "altloc",
+    "hydrogens",
+    "ligands",
+    "plddt",
+)
 
 PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
 FIGURES = ("required_dots", *PAPER_FIGURES)  # of a surface, in the order of the first page
