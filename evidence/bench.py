@@ -23,10 +23,13 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import yaml
 from threadpoolctl import threadpool_limits
 
 from measures.timing import Table, machine, peak_memory, timed
+from sparsurf.api.points import points
+from sparsurf.api.surfaces import mesh
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.nearest import nearest
@@ -47,7 +50,7 @@ from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import DENSITY, Surface
 from sparsurf.threads import available_cores
 from sparsurf.workflow.config import check_config
 
@@ -57,6 +60,8 @@ A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
 RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
 EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
+RELEASED = ROOT / "evidence" / "tables" / "bench.csv"
+HIGH_DENSITY, N_POINTS = 25, 1024
 MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
 KEPT_FRACTION = 0.05  # of the dots, by farthest point
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
@@ -225,20 +230,71 @@ def measure_frames(table: Table, quick: bool) -> None:
     table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
 
 
+def measure_points(table: Table, repeats: int, residues: str | None = None) -> None:
+    """Measure points of the embedded structure as multiples of reading it and placing its dots once, and their peers.
+
+    The roughness of its dots at a high density, a coarse mesh and a start of the command follow.
+    """
+
+    def place() -> Surface:
+        return molecular_surface(*embedded(residues))
+
+    molecule = read_molecule(EMBEDDED, residues=residues)
+    dense = molecular_surface(molecule.xyz[0], radii(molecule), density=HIGH_DENSITY)
+    placing = table.time("reading a structure and placing its dots", len(place()), place, repeats)
+
+    def choose() -> None:
+        points(read_molecule(EMBEDDED, residues=residues), N_POINTS)
+
+    ratio = table.time(f"{N_POINTS} points of a structure", None, choose, repeats) / placing
+    table.add("ratio, points to reading and placing", None, ratio, "times", most=None if residues else 1.5)
+    index, n = build_index(dense.points, dense.normals), len(dense)
+    what = f"roughness per dot, {HIGH_DENSITY} dots per Å^2"
+    table.time(what, n, partial(roughness, index), repeats, "µs", 1e6 / n)
+    table.time(f"a mesh of {N_POINTS} vertices", None, partial(mesh, molecule, N_POINTS), repeats)
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = ["surface", EMBEDDED, "-q", "-o", Path(folder, "dots.npz")]
+        cpu, wall = cpu_of_process([sys.executable, "-m", "sparsurf", *map(str, arguments)], repeats)
+        table.add("sparsurf surface, a process", None, cpu, "s", wall)
+
+
+def cpu_of_process(command: Sequence[str | Path], repeats: int = 1, **keys: Any) -> tuple[float, float]:
+    """Return median CPU and wall seconds of a process over `repeats` runs."""
+    rows = []
+    for _ in range(repeats):
+        wall, before = time.perf_counter(), os.times()
+        subprocess.run(command, check=True, capture_output=True, **keys)
+        after = os.times()
+        cpu = after.children_user + after.children_system - before.children_user - before.children_system
+        rows.append((cpu, time.perf_counter() - wall))
+    return tuple(np.median(rows, axis=0).tolist())
+
+
 def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
-    """Measure other programs on the same work, if they are installed, and ours."""
+    """Measure other programs on the same work, if they are installed, and ours; a ratio follows each, theirs to ours."""
     n, keep = len(surface), round(KEPT_FRACTION * len(surface))
-    if shutil.which("EDTSurf"):
-        with tempfile.TemporaryDirectory() as folder:
-            command = ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")]
-            _, wall = timed(partial(subprocess.run, command, check=True, capture_output=True), repeats)
-            table.add("peer: surface of the embedded structure by EDTSurf, a process", None, None, "s", wall)
-        table.time("the same surface here", None, partial(molecular_surface, *embedded()), repeats)
+    with tempfile.TemporaryDirectory() as folder:
+        spheres = Path(folder, "spheres.xyzr")
+        np.savetxt(spheres, np.column_stack(embedded()), "%.3f")
+        commands = {
+            "EDTSurf": ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")],
+            "MSMS": ["msms", "-if", spheres, "-of", Path(folder, "out"), "-density", f"{DENSITY}"],
+        }
+        for name, command in commands.items():
+            if shutil.which(command[0]):
+                theirs, wall = cpu_of_process(command, repeats)
+                table.add(
+                    f"peer: surface of the embedded structure by {name}, a process", None, theirs, "s", wall
+                )
+                run = partial(molecular_surface, *embedded())
+                ours = table.time("the same surface here", None, run, repeats)
+                table.add(f"ratio, {name} to this", None, theirs / ours, "times")
     if fpsample := installed("fpsample"):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
-        table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
+        theirs = table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
         prepared, rng = PreparedSurface(surface, streams=Streams(name="bench")), np.random.default_rng(0)
-        table.time("the same here", n, partial(SAMPLERS["farthest"], prepared, keep, rng), repeats)
+        ours = table.time("the same here", n, partial(SAMPLERS["farthest"], prepared, keep, rng), repeats)
+        table.add("ratio, fpsample to this", n, theirs / ours, "times")
     if mahotas := installed("mahotas.features"):
         image = np.random.default_rng(0).random((PIXELS, PIXELS))
         moments = partial(mahotas.zernike_moments, image, DISC, N_MAX)
@@ -348,12 +404,9 @@ def measure_start(table: Table, quick: bool) -> None:
     with tempfile.TemporaryDirectory() as cache:
         for what in ("warm",) if quick else ("cold", "warm"):
             place = {} if quick else {"NUMBA_CACHE_DIR": cache}
-            wall, before = time.perf_counter(), os.times()
             command = [sys.executable, "-c", "import bench; bench.warm_up()"]
-            subprocess.run(command, cwd=ROOT / "evidence", check=True, env=os.environ | place)
-            after = os.times()
-            cpu = after.children_user + after.children_system - before.children_user - before.children_system
-            table.add(f"{what} start: imports and kernels", None, cpu, "s", time.perf_counter() - wall)
+            cpu, wall = cpu_of_process(command, cwd=ROOT / "evidence", env=os.environ | place)
+            table.add(f"{what} start: imports and kernels", None, cpu, "s", wall)
 
 
 def measure_study(table: Table) -> None:
@@ -420,6 +473,7 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
         measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)
         measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
         measure_frames(table, quick)
+        measure_points(table, repeats, QUICK_RESIDUES if quick else None)
         measure_peers(table, surface, repeats)
         if reference:
             measure_reference(table, surface, reference)
@@ -433,12 +487,28 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
         measure_ribosome(table)
     if not quick:
         measure_study(table)
+    ratios = {} if quick else ratios_to_release(table.rows)
+    print("\nTimes of the last release (evidence/tables/bench.csv, maybe of another machine)")
+    print("\n".join(f"{ratio:6.2f}  {what}" for what, ratio in ratios.items()))
     print("\nAbove what is promised: " + ("; ".join(table.missed()) or "nothing"))
     path = Path(path_to_output)
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = {"machine": machine(), "quick": quick, "figures": table.rows}
+    content = {"machine": machine(), "quick": quick, "figures": table.rows, "ratios": ratios}
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     path.with_suffix(".md").write_text(table.markdown(), encoding="utf-8")
+
+
+def ratios_to_release(rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Divide figures by those of the last release with the same name and number of dots; wall time where no CPU is known."""
+    released = pd.read_csv(RELEASED).drop_duplicates(["what", "dots"]).set_index(["what", "dots"])
+    ratios = {}
+    for row in rows:
+        key = row["what"], np.nan if row["dots"] is None else row["dots"]
+        for kind in ("value", "wall"):
+            if key in released.index and row[kind] and not np.isnan(released.at[key, kind]):
+                dots = "" if row["dots"] is None else f", {row['dots']} dots"
+                ratios.setdefault(row["what"] + dots, float(row[kind] / released.at[key, kind]))
+    return ratios
 
 
 def command(arguments: Sequence[str] | None = None) -> None:

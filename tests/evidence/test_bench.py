@@ -85,6 +85,14 @@ def test_another_program_is_timed_patch_by_patch(tmp_path, monkeypatch):
     }
 
 
+def test_figures_are_divided_by_those_of_the_last_release(tmp_path, monkeypatch):
+    (tmp_path / "bench.csv").write_text("what,dots,value,wall\nindex,10,2,4\nstudy,,,8\nother,,1,1\n")
+    monkeypatch.setattr(bench, "RELEASED", tmp_path / "bench.csv")
+    names, cells = ("what", "dots", "value", "wall"), [("index", 10, 3.0, 4.0), ("index", 20, 3.0, 4.0)]
+    rows = [dict(zip(names, row, strict=True)) for row in [*cells, ("study", None, None, 4.0)]]
+    assert bench.ratios_to_release(rows) == {"index, 10 dots": 1.5, "study": 0.5}
+
+
 def test_memory_of_a_ribosome_is_that_of_its_dots(monkeypatch):
     found = {"atoms": 10, "dots": 200, "bytes": 5000, "seconds": {"index": (1.0, 2.0)}}
     monkeypatch.setattr(bench, "in_child", lambda call: found)
