@@ -68,7 +68,7 @@ def test_every_structure_is_a_surface_or_a_failure_with_its_reason(many):
     assert sorted(surfaces["protein"]) == GOOD and sorted(failures["protein"]) == ["empty", "text"]
     assert failures["reason"].str.contains("structures/").all()
     assert not failures["reason"].str.contains("defect").any()
-    assert len(list((many / "results/many/surfaces").glob("*.parquet"))) == 3
+    assert len(list((many / "results/many/surfaces").glob("*.parquet"))) == 4
     listed = pd.read_csv(many / "results/many/failures.csv")
     assert listed["place"].tolist() == ["empty", "text"] and list(listed) == ["place", "reason"]
 
@@ -193,7 +193,7 @@ def test_normals_along_the_axes_come_back():
 
 def test_the_page_counts_and_groups(many):
     page = (many / "results/many/index.html").read_text(encoding="utf-8")
-    assert "10 surfaces of 12 structures, in 3 batches" in page and "2 structures failed" in page
+    assert "10 surfaces of 12 structures, in 4 batches" in page and "2 structures failed" in page
     assert page.count("<td data-key=") == 7 * len(GOOD)
     assert "defect" not in page and page.count('src="data:image/webp;base64,') == 1
 
