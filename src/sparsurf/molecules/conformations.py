@@ -63,24 +63,9 @@ def superpose(
     *,
     any_rotation: bool = False,
 ) -> np.ndarray:
-    """Rotate and translate frames onto a reference by least squares on `atoms` (Kabsch 1976).
+    """Rotate and translate frames (F, A, 3), Å, onto a reference (n, 3), or the first, by least squares on `atoms` (Kabsch 1976).
 
-    Parameters
-    ----------
-    xyz : (F, A, 3) float, Å
-    atoms : (n,) indices or mask of the atoms to fit, at least 3
-    reference : (n, 3) float, Å, the positions to fit them to; default those of the first frame
-    any_rotation : bool
-        Take any of several rotations that fit equally well. The deviation of `atoms` is then right, but not the position of
-        other atoms.
-
-    Returns
-    -------
-    (F, A, 3) float64, Å
-
-    Raises
-    ------
-    InputError : several rotations fit equally well, since the atoms lie on a line
+    Atoms on a line are refused, but with `any_rotation`: then their deviation is right, but not the position of other atoms.
     """
     centre, rotations, target, distance = _superposition(xyz[:, atoms], reference)
     undetermined = distance < MIN_DISTANCE_FROM_LINE
@@ -115,18 +100,9 @@ def positions_of(xyz: np.ndarray, atoms: np.ndarray | slice) -> np.ndarray:
 
 
 def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the principal components of Cartesian coordinates.
+    """Return the projection (F, k) of superposed frames (F, n, 3), Å, on their components, and each share of the variance (k,).
 
-    Parameters
-    ----------
-    xyz : (F, n, 3) float, Å, superposed
-
-    Returns
-    -------
-    projection : (F, k) float, Å, on unit vectors; k = min(F, 3n). The largest loading of each vector is
-        positive, so that signs are reproducible. Components of equal variance are chosen so that the first frames
-        lie on the first of them, see `canonical_axes`.
-    explained : (k,) float, share of the variance, descending; 0 where the frames do not differ
+    The largest loading of each component is positive. Among components of equal variance, see `canonical_axes`.
     """
     deviation = (xyz - xyz.mean(axis=0)).reshape(len(xyz), -1)
     u, s, vt = np.linalg.svd(deviation, full_matrices=False)

@@ -121,13 +121,8 @@ def refuse_impossible(
 ) -> None:
     """Raise InputError, with frame and atoms, if coordinates cannot belong to the molecule; warn of what is doubtful.
 
-    Parameters
-    ----------
-    molecule : Molecule, all frames
-    path : file of the coordinates, named in messages
-    topology : file of the names, if it is another one
-    whole : bool, whether no molecule is cut by the periodic box
-    unit : str, of the lengths in the file; by default the one of its format
+    `topology` is the file of the names, if it is another one than `path`; `whole` says that no molecule is cut by the
+    box; `unit` is that of the lengths in the file, by default the one of its format.
     """
     unit = unit or ("nm" if suffix(path) in IN_NM else "Å")
     _refuse_crowded(molecule.xyz[0], path, unit)
@@ -471,14 +466,7 @@ def _refuse_crowded(xyz: np.ndarray, path: str | os.PathLike[str], unit: str) ->
 
 
 def widest_gap(xyz: np.ndarray) -> tuple[float, int]:
-    """Find the widest slab across x, y or z that contains none of the points (N, 3).
-
-    Returns
-    -------
-    width : float
-    point : int
-        Index of the point next to the slab on the side with fewer points.
-    """
+    """Return the width of the widest slab across x, y or z without points (N, 3), and the point beside it on the emptier side."""
     if len(xyz) < 2:
         return 0.0, 0
     order = np.argsort(xyz, axis=0)
@@ -598,17 +586,9 @@ def _stretch(bonds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _pairs_in_cubes(
     xyz: np.ndarray, index: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Find most of the pairs of atoms of two residues that share a cube of CUBE, in one of two shifted grids.
+    """Find most pairs of atoms of two residues in frames (F, A, 3) that share a cube of CUBE: frame, both atoms, distance, Å.
 
-    Parameters
-    ----------
-    xyz : (F, A, 3) float, Å
-    index : (A,) int, residue of each atom
-
-    Returns
-    -------
-    frame, a, b : (P,) int
-    distance : (P,) float, Å
+    The cubes are those of two shifted grids.
     """
     pairs = []
     for shift in (0.0, CUBE / 2):

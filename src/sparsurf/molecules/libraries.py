@@ -28,22 +28,7 @@ if TYPE_CHECKING:
 
 
 def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) -> Molecule:
-    """Convert a trajectory of mdtraj; its nanometres become Å.
-
-    Parameters
-    ----------
-    trajectory : mdtraj.Trajectory
-    keys : selection, chains, residues, hydrogens and ligands, as in `read_molecule`
-
-    Returns
-    -------
-    Molecule
-
-    Raises
-    ------
-    InputError
-        Nothing selected, or coordinates that are not numbers.
-    """
+    """Convert a trajectory of mdtraj; its nanometres become Å. Selection keys as in `read_molecule`."""
     xyz = _positions(trajectory.xyz, "the trajectory") * ANGSTROM_PER_NM
     box = trajectory.unitcell_vectors
     box = None if box is None else np.asarray(box, dtype=float) * ANGSTROM_PER_NM
@@ -53,14 +38,7 @@ def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) ->
 
 
 def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys]) -> Molecule:
-    """Convert atoms of biotite; the models of a stack become frames.
-
-    Parameters
-    ----------
-    atoms : biotite.structure.AtomArray or AtomArrayStack, Å
-        With alternate locations if it was read with altloc="all".
-    keys, returns, errors : as for `from_mdtraj`
-    """
+    """Convert an AtomArray or AtomArrayStack of biotite, whose models become frames; altlocs if it was read with altloc="all"."""
     xyz = _positions(atoms.coord, "the AtomArray")
     known = set(atoms.get_annotation_categories())
 
@@ -86,13 +64,7 @@ def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys
 
 
 def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) -> Molecule:
-    """Convert atoms of MDAnalysis at the current frame of their trajectory; the molecule has one frame.
-
-    Parameters
-    ----------
-    atoms : MDAnalysis.AtomGroup, or a Universe for all its atoms
-    keys, returns, errors : as for `from_mdtraj`
-    """
+    """Convert an AtomGroup, or all atoms of a Universe, of MDAnalysis at the current frame of their trajectory."""
     group = atoms.atoms
 
     def attribute(name: str, missing: Any = "") -> Any:
@@ -121,13 +93,7 @@ def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) 
 
 
 def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[SelectionKeys]) -> Molecule:
-    """Convert a structure or model of gemmi, Å; the models of a structure become frames.
-
-    Parameters
-    ----------
-    structure : gemmi.Structure or gemmi.Model
-    keys, returns, errors : as for `from_mdtraj`
-    """
+    """Convert a Structure of gemmi, whose models become frames, or a Model."""
     models: Any = structure if hasattr(structure, "spacegroup_hm") else [structure]
     rows = [
         (
@@ -143,13 +109,7 @@ def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[Selectio
 
 
 def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
-    """Convert a structure, model or chain of Biopython, Å; the models of a structure become frames.
-
-    Parameters
-    ----------
-    entity : Bio.PDB.Structure.Structure, Model or Chain
-    keys, returns, errors : as for `from_mdtraj`
-    """
+    """Convert a Structure of Biopython, whose models become frames, or a Model or Chain."""
     models: Any = entity if entity.level == "S" else [entity]
     rows = []
     for number, model in enumerate(models, 1):

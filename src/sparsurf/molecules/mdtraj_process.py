@@ -64,27 +64,10 @@ def iterate_frames(
     first: bool = False,
     only: np.ndarray | Sequence[int] = (),
 ) -> Iterator[Part]:
-    """Load frames of a trajectory in parts, in mdtraj's units.
+    """Load frames of a trajectory in parts: xyz (F, A, 3) float32, nm; time (F,), ps; box (F, 3, 3), nm, (0, 3, 3) without one.
 
-    Parameters
-    ----------
-    path : file
-    n_atoms : int, atoms of the topology
-    atoms : (A,) int, the atoms to return, ascending; default all
-    stride : int
-    first : bool, load the first frame only
-    only : (F,) int, positions in the file of the frames to load, ascending; default every `stride`-th
-
-    Yields
-    ------
-    xyz : (F, A, 3) float32, nm, where A may differ from `n_atoms` if `first`
-    time : (F,) float, ps
-    box : (F, 3, 3) float32, nm; (0, 3, 3) without a box
-
-    Raises
-    ------
-    InputError
-        The file cannot be read.
+    `atoms`, ascending, are those to return; `only` are positions of frames, by default every `stride`-th. With `first`,
+    the first frame alone is loaded, whose number of atoms may differ from `n_atoms`.
     """
     atoms = np.arange(n_atoms) if atoms is None else np.asarray(atoms)
     for answer in _run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int)):

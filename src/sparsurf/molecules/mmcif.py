@@ -57,13 +57,7 @@ NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
 
 def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
-    """Read the atoms of an mmCIF file.
-
-    Raises
-    ------
-    InputError
-        The file is not mmCIF, cut short or damaged, or holds no atoms.
-    """
+    """Read the atoms of an mmCIF file; raise InputError if it is none, cut short or damaged, or holds no atoms."""
     try:
         document = cif.read_string(text)
     except (ValueError, RuntimeError) as error:
@@ -196,17 +190,7 @@ def _crosslinked(block: cif.Block) -> frozenset[tuple[str, str]]:
 def write_mmcif(
     path: str | os.PathLike[str], name: str, xyz: np.ndarray, atoms: Molecule, b_factor: np.ndarray
 ) -> None:
-    """Write one model with a number per atom as its B factor.
-
-    Parameters
-    ----------
-    path : file to write
-    name : str, of the data block
-    xyz : (A, 3) float, Å
-    atoms : Molecule
-        Its names of atoms, residues and chains.
-    b_factor : (A,) float
-    """
+    """Write one model (A, 3), Å, with a number per atom as its B factor; `name` is that of the data block."""
     block = cif.Block(re.sub(r"\W+", "_", name))
     loop = block.init_loop("_atom_site.", [*WRITTEN_ITEMS])
     for i, position in enumerate(xyz):

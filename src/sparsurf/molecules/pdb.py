@@ -52,13 +52,7 @@ FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36
 
 
 def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
-    """Read the atoms of a PDB file, lines ending in '\\n'; MODEL, or an END with more atoms after it, starts another model.
-
-    Raises
-    ------
-    InputError
-        The file has another format, is cut short or damaged, or holds no atoms.
-    """
+    """Read a PDB file, lines ending in '\\n', and refuse a damaged one; MODEL, or END before further atoms, starts a model."""
     if text.lstrip().startswith(("data_", "loop_")):
         raise InputError(f"{path} is an mmCIF file by its content: rename it to .cif.")
     lines = text.split("\n")

@@ -81,25 +81,9 @@ def doubtful_residues(
     path: str | os.PathLike[str],
     polymer: np.ndarray | None = None,
 ) -> np.ndarray | None:
-    """Find the residues of a predicted model whose mean pLDDT is below a bound, and say whether it was applied.
+    """Find the atoms (A,) of residues whose mean pLDDT, 0 to 100 or 0 to 1, is below a bound; None if it does not apply.
 
-    Parameters
-    ----------
-    b_factor : (A,) float, of the atoms, 0 to 100 or 0 to 1
-    residue_index : (A,) int, residue of each atom, 0, 1, 2, ...
-    origin : str, see above
-    bound : float, 0 to 100
-    path : named in messages
-    polymer : (A,) bool, atoms of residues with one pLDDT each, in most predictors; default all
-
-    Returns
-    -------
-    (A,) bool, atoms of these residues; None if the bound does not apply
-
-    Raises
-    ------
-    InputError
-        A predicted model has no pLDDT, or its B factors are none.
+    Say whether it was applied. A predicted model without pLDDT is refused. `polymer` (A,) marks residues with one pLDDT each.
     """
     if origin == EXPERIMENT:
         log.info("%s: plddt is not applied to an experimental structure", path)

@@ -227,13 +227,7 @@ def _hold_water(residue_name: np.ndarray, residue_index: np.ndarray, name: np.nd
 def count_heavy_atoms(
     residue_name: np.ndarray, residue_index: np.ndarray, element: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Count the heavy atoms that each residue has and should have.
-
-    Returns
-    -------
-    present, expected : (R,) int
-        Both 0 for a residue whose composition is not tabulated.
-    """
+    """Count the heavy atoms that each residue has and should have (R,); both 0 where the composition is not tabulated."""
     first_atom = np.unique(residue_index, return_index=True)[1]
     expected = np.array([HEAVY_ATOMS.get(standard_name(name), 0) for name in residue_name[first_atom]], int)
     heavy = ~np.isin(element, ["H", "D"])
@@ -243,18 +237,9 @@ def count_heavy_atoms(
 
 @cache
 def element_of(element: str, name: str, residue_name: str, polymer: bool, alone: bool) -> str:
-    """Return the element of an atom: that of an ion, the input's if it is possible, else the one its name begins with.
+    """Return the element of an atom in upper case, or 'X': that of an ion, the input's if it is possible, else the name's.
 
-    Parameters
-    ----------
-    element : str, from the file; empty if it has none
-    name, residue_name : str
-    polymer : bool, whether the residue is part of a protein or nucleic acid
-    alone : bool, whether the atom is the only one of its residue, as an ion is
-
-    Returns
-    -------
-    str, upper case; 'X' if unknown
+    `alone` says that the atom is the only one of its residue, as an ion is.
     """
     element = element.upper()
     ion = _element_of_ion(name.upper(), residue_name.upper()) if alone and not polymer else ""

@@ -82,13 +82,7 @@ def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> pd.DataFram
 def read_first_frame(
     path: str | os.PathLike[str], n_atoms: int, topology_path: str | os.PathLike[str]
 ) -> np.ndarray:
-    """Read the first frame (A, 3), float64, Å.
-
-    Raises
-    ------
-    InputError
-        Not a trajectory, or with another number of atoms than the topology.
-    """
+    """Read the first frame (A, 3), float64, Å; refuse what is no trajectory, or has another number of atoms than the topology."""
     known = TRAJECTORIES + SELF_CONTAINED
     if suffix(path) not in known:
         raise InputError(f"{path} is not a trajectory by its extension: give one of {', '.join(known)}.")
@@ -119,16 +113,8 @@ def read_frames(
 ) -> Frames:
     """Read every `stride`-th frame of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
 
-    Frames that repeat the one before are left out, as readers do with those of TRR that have velocities but no positions.
-
-    Parameters
-    ----------
-    path : any format that mdtraj reads
-    n_atoms : int, atoms of the topology, checked by `read_first_frame`
-    atoms : (A,) int, the atoms to read, in any order
-    stride : int
-    times : floats, ps
-    change : function from positions (F, A, 3), Å, and boxes (F, 3, 3) or None to other positions
+    Frames that repeat the one before are left out, as readers do with those of TRR that have no positions. `change`
+    makes other positions of some (F, A, 3), Å, and their boxes (F, 3, 3), or None.
     """
     stored = _frames_with_positions(path) if suffix(path) == ".trr" else None
     if times is not None:
@@ -260,19 +246,9 @@ class FrameStore:
 
 
 def count_usable_frames(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: int) -> int:
-    """Count the complete frames; warn if the header announces another number or the last frame is truncated.
+    """Count the complete frames of `n_read`; warn if the header announces another number or the last frame is truncated.
 
-    Parameters
-    ----------
-    path : trajectory
-    n_atoms : int, of the whole file
-    n_read : int, frames that were read, every `stride`-th
-    stride : int
-
-    Raises
-    ------
-    InputError
-        The file ends within its first frame.
+    A file that ends within its first frame is refused.
     """
     if suffix(path) == ".dcd":
         _check_dcd(path, n_atoms, n_read, stride)
@@ -347,18 +323,7 @@ def _check_dcd(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: 
 
 
 def count_complete_frames(path: str | os.PathLike[str], n_atoms: int) -> tuple[int, bool] | None:
-    """Count the frames of a text trajectory that are complete from their first to their last line.
-
-    Parameters
-    ----------
-    path : a file that mdtraj has read, so that its format and number of atoms are right
-    n_atoms : int
-
-    Returns
-    -------
-    (int, bool)
-        Complete frames, and whether a truncated one follows. None for binary formats.
-    """
+    """Return the number of complete frames of a text trajectory, and whether a truncated one follows; None if it is binary."""
     extension = Path(path).suffix.lower()
     if extension in MDCRD:
         title, per_frame = 1, -(-3 * n_atoms // NUMBERS_PER_LINE)
