@@ -57,6 +57,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
     write(folder / "other.pdb", both + "TER\nEND\n")
     molecule = read_molecule(folder / "two.pdb")
     write_npz(folder / "ready.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
+    shutil.copy(folder / "ready.npz", folder / "other.npz")
     digest = hashlib.sha256((folder / "loaded.pdb").read_bytes()).hexdigest()
     proteins = {
         "moving": {"structure": "topology.pdb", "trajectory": "trajectory.xtc", "residues": "209-216"}

@@ -199,10 +199,7 @@ def batch():
 def test_every_rule_runs_again_when_its_code_changes(study, config, folder, simulated, batch):
     versions = {"METHOD": "method", "REPORT": "report"}
     jobs = [*plan(study, config, **versions).values()]
-    many = SETTINGS | {
-        "proteins": {f"p{k}": {"structure": "still.pdb"} for k in range(12)}
-    }  # enough for a relation
-    for other in (simulated, batch, many):
+    for other in (simulated, batch):
         jobs += planned_jobs(folder, other, "--forceall", **versions)
     found = {job["rule"]: job["params"].get("code") for job in jobs if job["script"]}
     code = {"method": "method", "report": "report", "both": ["method", "report"]}
