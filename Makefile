@@ -33,8 +33,10 @@ override QUICK := $(filter-out 0 no false,$(QUICK))
 ifneq ($(filter-out slurm,$(CLUSTER)),)
 $(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md))
 endif
-# Snakemake takes braces for wildcards, and a colon ends a folder in the search path of Python
-WRONG  := $(or $(findstring {,$(CURDIR)),$(findstring },$(CURDIR)),$(findstring :,$(CURDIR)))
+# Snakemake takes braces for wildcards and ends the path of its Python at a space; Python ends a search path at a colon
+SPACE  := $(VENV) $(VENV)
+SPACE  := $(subst $(VENV),,$(SPACE))
+WRONG  := $(or $(findstring {,$(CURDIR)),$(findstring },$(CURDIR)),$(findstring :,$(CURDIR)),$(if $(findstring $(SPACE),$(CURDIR)),space))
 ifneq ($(WRONG),)
 $(error $(CURDIR) has a $(WRONG) in its name, with which no study runs: move this checkout to another folder)
 endif

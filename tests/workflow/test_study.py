@@ -356,7 +356,7 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
     refused = make("CLUSTER=foo")
     assert refused.returncode and "CLUSTER is foo, but only CLUSTER=slurm is known" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
-    for name, wrong in (("a b", None), ("a:b", ":"), ("{x}", "{")):
+    for name, wrong in (("é<x>", None), ("a b", "space"), ("a:b", ":"), ("{x}", "{")):
         shutil.copytree(ROOT / "envs", tmp_path / name / "envs")
         shutil.copy(ROOT / "Makefile", tmp_path / name)
         (tmp_path / name / "src" / "sparsurf").mkdir(parents=True)
