@@ -682,7 +682,9 @@ def test_a_table_of_dots_says_of_their_atoms_and_of_their_components_where_all_a
     table = dots.to_frame(molecule, more=[4, 5, 6])
     assert list(table) == [*plain, "more", "number", "b"]
     assert table.iloc[1].tolist() == [0, 4, 0, 0, 1, 0, 2, 1, 5, 6, 8]
-    origin = Origin(molecule, 0, None, 0.5, np.ones(8), lambda these: np.arange(len(these)), dots.points)
+    origin = Origin(
+        molecule, 0, None, 0.5, np.ones(8), lambda these: np.arange(len(these)), dots.points, None
+    )
     placed = replace(dots, origin=origin)
     assert list(placed.to_frame()) == [*plain, "component", "number", "b", "more"]
     assert list(dots.to_frame()) == [*plain, "b", "more"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,7 +47,8 @@ def surface_of_molecule(
     atom_radii = radii_of(molecule, settings.radii)
     rolled = roll_frame(molecule, frame, atom_radii, settings)
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
-    origin = Origin(molecule, frame, settings, d_link, atom_radii, rolled.components, dots.points)
+    generator = partial(surface_generator, molecule, frame, atom_radii, settings, d_link, "surface")
+    origin = Origin(molecule, frame, settings, d_link, atom_radii, rolled.components, dots.points, generator)
     return replace(dots, origin=origin)
 
 

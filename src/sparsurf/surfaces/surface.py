@@ -103,6 +103,7 @@ class Origin:
     radii : (A,), of the atoms, Å
     components : function from the Surface of all dots to the component of each dot, (N,) int
     points : (N, 3), where the dots were placed, Å
+    generator : function to what places other dots on moved atoms, and where the atoms are, (A, 3) Å; see `surface_generator`
     """
 
     molecule: Molecule
@@ -112,12 +113,7 @@ class Origin:
     radii: np.ndarray
     components: Callable[[Surface], np.ndarray]
     points: np.ndarray
-
-    def generator(self) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:
-        """Return what places other dots on moved atoms, and where the atoms are, (A, 3) Å; see `surface_generator`."""
-        from sparsurf.surfaces.molecular_surface import surface_generator
-
-        return surface_generator(self.molecule, self.frame, self.radii, self.rules, self.d_link, "surface")
+    generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]
 
     def refuse_rules(self, function: str, **requested: Any) -> None:
         """Raise InputError, in the name of a function, if the dots were placed by other rules; a default requests nothing."""
