@@ -19,7 +19,6 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
 from sparsurf.report.figures.results import Results
 from sparsurf.sampling import samplers
-from sparsurf.settings import Settings
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces import read_surface as surface_files
@@ -92,6 +91,12 @@ def test_a_recipe_adds_its_name_to_those_of_the_config(recipe):
     assert name == recipe.split()[1].capitalize() and hasattr(settings, name)
 
 
+def with_patches(**added):
+    """Settings with names that a recipe adds to `settings.py`, which checks them in vain here."""
+    patches = settings.Settings().patches.model_copy(update={"D_link": 0.9, **added})
+    return settings.Settings().model_copy(update={"patches": patches})
+
+
 def test_a_sampler(surface, monkeypatch):
     monkeypatch.setattr(samplers, "SAMPLERS", dict(samplers.SAMPLERS))
     carried_out("A sampler", sampler=samplers.sampler, np=np)
@@ -109,7 +114,7 @@ def test_a_roughness(surface, monkeypatch):
     values = roughness.roughness(index, 4.0, roughness_kind="steepest")
     own = surface.normals[patch(index, 7, 4.0)] @ surface.normals[7]
     assert values[7] == pytest.approx(max(0.0, own.min()), abs=1e-12)
-    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.9, "roughness": "steepest"}))
+    prepared = PreparedSurface(surface, with_patches(roughness="steepest"))
     np.testing.assert_array_equal(prepared.roughness, values)
 
 
@@ -136,7 +141,7 @@ def test_a_descriptor(surface, monkeypatch):
     line = re.search(r'"extent": (Descriptor\(.*\))`', RECIPES["A descriptor"]).group(1)
     entry = eval(line, {"Descriptor": descriptors.Descriptor, "extent": extent, "np": np})
     monkeypatch.setitem(descriptors.DESCRIPTORS, "extent", entry)
-    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.9, "descriptor": "extent"}))
+    prepared = PreparedSurface(surface, with_patches(descriptor="extent"))
     z, _ = prepared.describe(np.array([3, 400]))
     ids = patch(prepared.index, 3, 6.0)
     far = np.linalg.norm(surface.points[ids] - surface.points[3], axis=1).mean()

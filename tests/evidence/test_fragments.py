@@ -74,6 +74,7 @@ def test_ranges_name_the_published_combination():
     ours = pd.DataFrame({"reading": 10 * ["kept"], "n_S_low_percent": 1.0, "n_S_high_percent": 2.0})
     ours = ours.assign(alpha=1.0, beta=0.0, gamma=6.0, delta=4.0, d_cv=1.0, d_cv_low=0.5)
     best_set = ["(1, 0, 6, 4)", *9 * ["(1, 0, 6, 0); (1, 0, 6, 4)"]]
-    found = ranges_of(ours.assign(d_cv_high=1.5, n_best_set=1, best_set=best_set))
+    scaled = {f"d{end}_kept_scaled": -0.5 for end in ("", "_low", "_high")}
+    found = ranges_of(ours.assign(d_cv_high=1.5, n_best_set=1, best_set=best_set, **scaled))
     assert found["published"][0] == "(0.4, 0.2, 10, 10)" and (found["best"] == "(1, 0, 6, 4)").all()
     assert found["row"][found["published_may_be_best"] == "yes"].tolist() == [4, 5]

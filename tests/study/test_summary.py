@@ -249,7 +249,8 @@ def write_run(folder, results):
         normals = rng.normal(size=(one.n_dots, 3))
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         area = np.full(one.n_dots, one.area / one.n_dots)
-        write_npz(own / "surface.npz", Surface(10 * normals, normals, area))
+        radius = np.sqrt(one.area / (4 * np.pi))  # as the areas ask for
+        write_npz(own / "surface.npz", Surface(radius * normals, normals, area))
         pd.DataFrame({"roughness": np.full(one.n_dots, one.mean_roughness)}).to_csv(own / "roughness.csv")
         one.grid.to_csv(own / "grid.csv", index=False)
         one.ranges.to_csv(own / "ranges.csv", index=False)

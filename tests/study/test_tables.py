@@ -9,6 +9,7 @@ import pytest
 
 import tabulate_best
 from sparsurf.sampling.combination import Combination
+from sparsurf.settings import Settings
 from sparsurf.study import tables
 from sparsurf.study.grid import Grid, write_grid
 from sparsurf.surfaces.formats.npz import write_npz
@@ -121,9 +122,7 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
         **outputs,
         surface=tmp_path / "surface.npz",
         roughness=tmp_path / "roughness.csv",
-        patches={"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
-        sampling={"distance_from_moved_centre": True, "chance_in_every_patch": True},
-        evaluation={"test_dots": 20, "draws": 1},
+        settings=Settings(patches={"D_link": 0.8}, evaluation={"test_dots": 20, "draws": 1}),
         seed=1,
         name="p/c1",
         n_ranges=4,

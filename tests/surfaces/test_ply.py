@@ -83,26 +83,6 @@ def test_whole_numbers_are_written_in_full(tmp_path):
     assert read_surface(tmp_path / "a.ply").points.tolist() == np.eye(3).tolist()
 
 
-def test_bytes_and_text_hold_the_same(tmp_path, small):
-    for name in ("text", "bytes"):
-        columns = {"count": np.arange(len(small))}
-        write_ply(tmp_path / name, small, small.area, "own", columns, binary=name == "bytes")
-    head, _, body = (tmp_path / "bytes").read_bytes().partition(b"end_header\n")
-    head = head.decode().replace("binary_little_endian", "ascii")
-    assert (tmp_path / "text").read_text().startswith(f"{head}end_header\n")
-    assert (
-        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float own\nproperty int count\n"
-        in head
-    )
-    vertices, faces = read_ply(tmp_path / "text")
-    kinds = {"red": "u1", "green": "u1", "blue": "u1", "count": "<i4"}
-    table = np.frombuffer(body, [(key, kinds.get(key, "<f4")) for key in vertices], len(small))
-    for key, column in vertices.items():
-        np.testing.assert_allclose(table[key], column, rtol=1e-5, atol=1e-4)
-    corners = np.frombuffer(body[table.nbytes :], [("n", "u1"), ("corners", "<i4", 3)])
-    assert (corners["n"] == 3).all() and np.array_equal(corners["corners"], faces)
-
-
 # Two vertices as other programs write them: their properties in another order, and others between them
 POINTS, NORMALS = [[1.5, -2.0, 3.25], [4.0, 5.0, 6.5]], [[0.0, 0.0, 1.0], [0.6, 0.0, -0.8]]
 VERTEX = [("nx", "float", "f4"), ("z", "double", "f8"), ("ny", "float32", "f4"), ("red", "uchar", "u1")]

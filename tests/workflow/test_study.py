@@ -155,7 +155,12 @@ def test_what_failed_and_what_needs_it_is_named_with_its_reason(tmp_path, logs, 
     (tmp_path / "p").mkdir()
     (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
     pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
-    config = {"exclude": {}, "proteins": {"p": {}, "q": {"surface": "x"}}, "pairs": pairs}
+    config = {
+        "exclude": {},
+        "sampling": {"run": True},
+        "proteins": {"p": {}, "q": {"surface": "x"}},
+        "pairs": pairs,
+    }
     config["changes"] = {"one": ["p", "p/c2"], "two": ["p/c3", "q"]}
     failed = [str(tmp_path / "logs" / f"{log}.log") for log in logs]
     found = close_partial_run.failed_places(config, tmp_path, failed)
@@ -177,7 +182,13 @@ def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     for name in ("f0002", "f0013", "f0020"):
         (tmp_path / "p" / name).mkdir()
         (tmp_path / "p" / name / "view.html").write_text("")
-    config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "changes": {}}
+    config = {
+        "exclude": {"p/f13": "by hand"},
+        "proteins": {"p": {}},
+        "pairs": {},
+        "changes": {},
+        "sampling": {"run": True},
+    }
     found = close_partial_run.failed_places(
         config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"]
     )
