@@ -625,10 +625,10 @@ def test_options_reach_the_reader(monkeypatch):
     line = "a.pdb --trajectory t.xtc --frame 2 --chains A,B --residues 1-9 --ligands HEM,ZN --selection all"
     options.read_atoms(parser.parse_args(line.split()))
     keys = {"chains": "A,B", "residues": "1-9", "ligands": ["HEM", "ZN"], "selection": "all"}
-    assert asked == [(("a.pdb", "t.xtc"), keys | {"altloc": "first"})]
+    assert asked == [(("a.pdb", "t.xtc"), keys | {"altloc": "first", "assembly": False})]
     options.read_atoms(parser.parse_args(["a.pdb"]))
     nothing = dict.fromkeys(("chains", "residues", "selection"))
-    assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "ligands": False})
+    assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "assembly": False, "ligands": False})
     for words, name in ((["a.pdb"], "a.pdb"), (["a.psf", "--trajectory", "t.dcd"], "t.dcd")):
         with pytest.raises(InputError, match=f"^{name} has the frames 0 to 2: there is no frame 3"):
             options.read_atoms(parser.parse_args([*words, "--frame", "3"]))

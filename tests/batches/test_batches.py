@@ -218,8 +218,10 @@ def test_a_structure_with_a_page_gets_the_files_of_a_study(many, tmp_path):
     with (run / "logs/p02/c1/draw_view.log").open("a") as log:
         log.write("WARNING told by a page\n")
     assert sorted(read(folder, "surfaces")["protein"]) == GOOD
+    config = config_of(tmp_path, pages=["a"])
+    config["proteins"]["b"] = config["proteins"]["a"]
     excluded = close_partial_run.failed_places(
-        check_config(config_of(tmp_path, pages=["a"])),
+        check_config(config),
         run,
         [str(run / "logs/a/c1/draw_view.log"), str(run / "logs/a/choose_frames.log")],
     )

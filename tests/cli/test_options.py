@@ -48,7 +48,8 @@ OPTIONS = {
     ],
     "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }
-ELSEWHERE = {"--help", "--quiet", "--output", "--trajectory", "--cavities"}  # test_command.py
+# test_command.py, and of models that are copies tests/test_corpus.py
+ELSEWHERE = {"--help", "--quiet", "--output", "--trajectory", "--cavities", "--assembly"}
 INSTEAD = {
     "--percent": ("--dots", "--error", "--max-z"),
     "--every": ("--at",),

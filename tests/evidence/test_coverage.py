@@ -46,9 +46,9 @@ def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
         }
     )
     d, member = coverage.pool(None, table, ("kept", "full"))
-    # kept: 0 and 1 of the lower range, 6 and 5 of the upper one; surface: 0 and 3, 4 and 5
-    assert d.tolist() == [[0, 1, 3, 4, 5, 6], [10, 11, 13, 14, 15, 16]]
-    assert member.tolist() == [0, 0, 0, 1, 1, 1]
+    # kept: 0 and 1 of the lower range, 5 and 4 of the upper one, without the largest; surface: 0 and 3, 4 and 5
+    assert d.tolist() == [[0, 1, 3, 4, 5], [10, 11, 13, 14, 15]]
+    assert member.tolist() == [0, 0, 0, 1, 1]
 
 
 def test_combinations_of_a_replicate_share_their_draws():

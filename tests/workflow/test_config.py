@@ -379,7 +379,7 @@ def test_the_grid_is_the_papers_unless_reported():
 )
 def test_a_whole_number_may_have_a_point(path, value):
     config = changed(path, value)
-    config["minimal"].pop("floor") if path == "minimal.n_S" else None
+    config["minimal"].pop("error") if path == "minimal.n_S" else None
     found = check_config(config)
     for key in path.split("."):
         found = found[key]
