@@ -28,14 +28,15 @@ rule all:
     default_target: True
     input:
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
-        [early_outputs(protein) for protein in PROTEINS],
-        outputs_beside_proteins(),  # also named here, as a protein without frames hides all final outputs
+        # these two also apart: a protein without frames hides all final outputs
+        lambda wildcards: [path for protein in PROTEINS for path in early_outputs(protein)],
+        outputs_beside_proteins,
         final_outputs,
 
 
 rule complete_protein:  # one job for each, so that a failure does not stop the others
     input:
-        lambda wildcards: protein_outputs(wildcards.protein),
+        lambda wildcards: outputs_of_protein(wildcards.protein),
     output:
         touch("results/{run}/{protein}/.complete"),
 
@@ -128,7 +129,6 @@ rule compute_surface:
     output:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         structure="results/{run}/{protein}/{conformation}/structure.pdb",
-        dms="results/{run}/{protein}/{conformation}/surface.dms",
         components="results/{run}/{protein}/{conformation}/components.csv",
     log:
         "results/{run}/logs/{protein}/{conformation}/compute_surface.log",
@@ -189,6 +189,14 @@ rule measure_roughness:
         "scripts/measure_roughness.py"
 
 
+def frames_around_conformation(wildcards):
+    """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
+    files = molecule_files(wildcards)
+    if wildcards.protein in READY_SURFACES or "trajectory" not in files:
+        return {}
+    return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
+
+
 rule measure_floors:
     input:
         unpack(frames_around_conformation),
@@ -223,6 +231,12 @@ if SAMPLED:
     include: "rules/sampling.smk"
 
 
+def ranges_of_paper_sampler(wildcards):
+    """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
+    takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
+    return if_sampled("ranges.csv")(wildcards) if takes_them else []
+
+
 rule select_minimal_subset:
     input:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
@@ -238,8 +252,8 @@ rule select_minimal_subset:
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
         required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
         curves="results/{run}/{protein}/{conformation}/curves.csv",
-        fields="results/{run}/{protein}/{conformation}/fields.npz",
-        fields_recovered="results/{run}/{protein}/{conformation}/fields.csv",
+        fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
+        fields_recovered="results/{run}/{protein}/{conformation}/fields.csv" if config["fields"] else [],
     log:
         "results/{run}/logs/{protein}/{conformation}/select_minimal_subset.log",
     conda:
@@ -266,7 +280,7 @@ rule draw_view:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
-        fields="results/{run}/{protein}/{conformation}/fields.npz",
+        fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
         structure=structure_of_conformation,
         grid=if_sampled("grid.csv"),
         best=if_sampled("best.json"),
@@ -298,12 +312,11 @@ rule tabulate_residues:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
-        fields="results/{run}/{protein}/{conformation}/fields.npz",
+        fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
         structure="results/{run}/{protein}/{conformation}/structure.pdb",
     output:
         table=in_report("results/{run}/{protein}/{conformation}/residues.csv", "Residue by residue"),
         pdb="results/{run}/{protein}/{conformation}/structure_roughness.pdb",
-        cif="results/{run}/{protein}/{conformation}/structure_roughness.cif",
         pml="results/{run}/{protein}/{conformation}/open.pml",
         cxc="results/{run}/{protein}/{conformation}/open.cxc",
         bild="results/{run}/{protein}/{conformation}/minimal.bild",

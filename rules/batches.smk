@@ -1,6 +1,26 @@
 # Thousands of structures, where `sampling: false` leaves out the grid: a job for each batch, tables and one page for the run.
 
 
+def structures_of_batch(wildcards):
+    """Structures of a batch with their keys, by name."""
+    return {
+        name: {
+            "path": BATCHED[name].structure,
+            "table": BATCHED[name].table,
+            "options": BATCHED[name].molecule_options,
+        }
+        for name in BATCHES[wildcards.batch]
+    }
+
+
+def files_of_batch(wildcards):
+    """Files that a batch reads."""
+    structures = structures_of_batch(wildcards).values()
+    return list(
+        dict.fromkeys(path for entry in structures for path in (entry["path"], entry["table"]) if path)
+    )
+
+
 rule analyse_batch:
     input:
         files_of_batch,
@@ -35,8 +55,8 @@ rule analyse_batch:
 
 rule summarise_batches:
     input:
-        tables=batch_tables,
-        studied=results_of_pages,
+        tables=expand(rules.analyse_batch.output, batch=BATCHES, allow_missing=True),
+        studied=results_before_pages,
     output:
         page="results/{run}/index.html",
         failures="results/{run}/failures.csv",

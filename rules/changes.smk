@@ -1,6 +1,18 @@
 # Two forms of a protein that are compared residue by residue, for each entry of `changes`.
 
 
+def compared_forms(wildcards):
+    """Surfaces and structures of two forms that are compared; none where the study has no such conformation."""
+    folders = [folder_of(place) for place in CHANGES[wildcards.comparison]]
+    if None in folders:
+        return {}
+    return {
+        f"{kind}_{n}": f"{folder}/{kind}.{end}"
+        for n, folder in enumerate(folders, 1)
+        for kind, end in SURFACE_AND_STRUCTURE
+    }
+
+
 rule compare_forms:
     input:
         unpack(compared_forms),

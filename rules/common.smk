@@ -2,13 +2,13 @@
 
 import re
 
-from sparsurf.batches.assignment import TABLES, batched_structures, batches_of
+from sparsurf.batches.assignment import batched_structures, batches_of
 from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
-from sparsurf.workflow.names import FIGURES, PAPER_FIGURES
+from sparsurf.workflow.names import PAPER_FIGURES
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
 
 let_jobs_import_library()
@@ -26,9 +26,7 @@ except ValueError as error:
 
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
 PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
-BATCHED = {
-    name: PROTEINS[name] for name in batched_structures(config)
-}  # structures that are analysed in batches
+BATCHED = {name: PROTEINS[name] for name in batched_structures(config)}
 if BATCHED:  # some of them get the pages of a study, too, of the model that the batch takes
     PROTEINS = {name: BATCHED[name] for name in config.get("pages", []) if name in BATCHED}
     PROTEINS = {
@@ -46,14 +44,6 @@ SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is n
 DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
-CHANGES_FILES = (
-    "changes.csv",
-    "changes.png",
-    "changed_1.pdb",
-    "changed_2.pdb",
-    "view_1.html",
-    "view_2.html",
-)
 RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
@@ -162,14 +152,6 @@ def structure_of_conformation(wildcards):
     return f"results/{wildcards.run}/{wildcards.protein}/{wildcards.conformation}/structure.pdb"
 
 
-def frames_around_conformation(wildcards):
-    """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
-    files = molecule_files(wildcards)
-    if wildcards.protein in READY_SURFACES or "trajectory" not in files:
-        return {}
-    return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
-
-
 def if_sampled(file):
     """Input function: a result of the grid of a conformation; empty if its protein is not sampled."""
     return lambda wildcards: (
@@ -179,165 +161,83 @@ def if_sampled(file):
     )
 
 
-def ranges_of_paper_sampler(wildcards):
-    """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
-    takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
-    return if_sampled("ranges.csv")(wildcards) if takes_them else []
-
-
-def stage_before(wildcards):
-    """Folder of the previous stage of a simulation; empty for the first."""
-    before = {"nvt": "minimise", "npt": "nvt", "production": "npt"}.get(wildcards.stage)
-    return f"results/{wildcards.run}/{wildcards.protein}/simulation/{before}" if before else []
-
-
-def partner_files(wildcards):
-    """Surfaces of both partners of a pair, and their structures where they have atoms."""
-    own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
-    proteins_of_pair = PAIRS[wildcards.pair].get("proteins")
-    if not proteins_of_pair:
-        return {
-            f"{kind}_{n}": f"{own}/{kind}_{n}.{end}" for kind, end in SURFACE_AND_STRUCTURE for n in (1, 2)
-        }
-    return {
-        f"{kind}_{n}": f"{folder_of(protein)}/{kind}.{end}"
-        for n, protein in enumerate(proteins_of_pair, 1)
-        for kind, end in SURFACE_AND_STRUCTURE
-        if kind == "surface" or protein in MOLECULES
-    }
-
-
-def compared_forms(wildcards):
-    """Surfaces and structures of two forms that are compared; none where the study has no such conformation."""
-    folders = [folder_of(place) for place in CHANGES[wildcards.comparison]]
-    if None in folders:
-        return {}
-    return {
-        f"{kind}_{n}": f"{folder}/{kind}.{end}"
-        for n, folder in enumerate(folders, 1)
-        for kind, end in SURFACE_AND_STRUCTURE
-    }
-
-
 # Final outputs
 
 
+def outputs(*of_rules, **wildcards):
+    """Paths of outputs of rules for values of their wildcards, each a name or a list of names."""
+    return [path for files in of_rules for path in expand(files, run=config["run"], **wildcards)]
+
+
 def early_outputs(protein):
-    """Files of one protein that are known before its frames are chosen."""
-    files = []
-    if protein in MOLECULES:
-        files += ["frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures"]
+    """Outputs of one protein that are known before its frames are chosen."""
+    files = [rules.choose_frames.output] if protein in MOLECULES else []
     if protein in SIMULATED:
-        files += ["simulation/energies.csv", "simulation/motion.csv", "simulation/quality.csv"]
-        files += ["figures/simulation.png"]
+        files += [rules.judge_simulation.output[name] for name in ("energies", "motion", "quality", "png")]
     if config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*"):
-        files += ["ensemble.csv", "residues_over_time.csv", "residues.csv"]
-    return [f"results/{config['run']}/{protein}/{file}" for file in files]
+        files += [rules.follow_ensemble.output]
+    return outputs(*files, protein=protein)
 
 
-def protein_outputs(protein):
-    """Files of one protein and of its conformations."""
+def outputs_of_protein(protein):
+    """Outputs of one protein and of its conformations."""
     files = []
     if has_several_frames(protein):
-        files += ["figures/frames.png"]
-        if config["ensemble"]["run"]:
-            files += ["figures/ensemble.png"]
-            files += ["figures/residues.png"]
-    for conformation in conformations(protein):
-        files += [f"{conformation}/{file}" for file in conformation_files(protein)]
-    return early_outputs(protein) + [f"results/{config['run']}/{protein}/{file}" for file in files]
+        files += [rules.draw_frames.output]
+        files += [rules.draw_ensemble.output] if config["ensemble"]["run"] else []
+    of_conformations = [
+        path
+        for conformation in conformations(protein)
+        for path in outputs(*outputs_of_conformation(protein), protein=protein, conformation=conformation)
+    ]
+    return early_outputs(protein) + outputs(*files, protein=protein) + of_conformations
 
 
-def conformation_files(protein):
-    """Files of each conformation of a protein."""
-    files = ["surface.npz", "surface.ply", "roughness.csv", "floors.csv", "required_dots.csv", "curves.csv"]
-    files += ["minimal.csv", "minimal.ply", "recovered.csv", "fields.csv", "fields.npz"]
-    files += ["view.html", "view.png"]
+def outputs_of_conformation(protein):
+    """Outputs of each conformation of a protein, with wildcards."""
+    files = [rules.read_surface.output if protein in READY_SURFACES else rules.compute_surface.output]
+    files += [rules.measure_roughness.output, rules.measure_floors.output.floors]
+    files += [rules.select_minimal_subset.output, rules.draw_view.output]
     if protein in MOLECULES:
-        files += ["structure.pdb", "surface.dms", "components.csv", "residues.csv", "minimal.bild"]
-        files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
+        files += [rules.tabulate_residues.output]
     if protein in SAMPLED:
-        files += ["grid.csv", "distances.npz", "best.json", "ranges.csv"]
-        files += ["rough_and_flat.csv", *(f"figures/{figure}.png" for figure in FIGURES)]
-        files += [f"figures/{figure}.svg" for figure in PAPER_FIGURES]
+        files += [rules.evaluate_grid.output, rules.tabulate_best.output, rules.draw_figures.output]
     if config["compare"]["run"] and protein in SAMPLED:
-        files += ["compare.csv", "figures/compare.png"]
+        files += [rules.compare_samplers.output]
     return files
 
 
-def batch_tables(wildcards):
-    """Tables of all batches."""
-    return [f"results/{config['run']}/{table}/{batch}.parquet" for table in TABLES for batch in BATCHES]
-
-
-def structures_of_batch(wildcards):
-    """Structures of a batch with their keys, by name."""
-    return {
-        name: {
-            "path": BATCHED[name].structure,
-            "table": BATCHED[name].table,
-            "options": BATCHED[name].molecule_options,
-        }
-        for name in BATCHES[wildcards.batch]
-    }
-
-
-def files_of_batch(wildcards):
-    """Files that a batch reads."""
-    structures = structures_of_batch(wildcards).values()
-    return list(
-        dict.fromkeys(path for entry in structures for path in (entry["path"], entry["table"]) if path)
-    )
-
-
-def results_of_pages(wildcards):
-    """Files of the structures of batches that get the pages of a study."""
-    run = f"results/{config['run']}"
-    files = ["surfaces.csv", "required_dots.png"] if PROTEINS else []
-    of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
-    return [f"{run}/{file}" for file in files] + of_proteins
-
-
-def outputs_beside_proteins():
-    """Files of the pairs, of the forms that are compared, and of the comparison with the paper."""
-    files = [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
-    files += [f"changes/{name}/{file}" for name in CHANGES for file in CHANGES_FILES]
+def outputs_beside_proteins(wildcards):
+    """Outputs of the pairs, of the forms that are compared, and of the comparison with the paper."""
+    files = []
+    for pair in PAIRS:
+        files += outputs(rules.match_partners.output, rules.draw_pair.output, pair=pair)
+        if not {*PAIRS[pair].get("proteins", ())} & {*READY_SURFACES}:
+            files += outputs(rules.tabulate_pair_residues.output, pair=pair)
+    if CHANGES:
+        files += outputs(rules.compare_forms.output, rules.draw_changes.output, comparison=CHANGES)
     if "paper" in config and not is_excluded(config["paper"], "c1"):
-        files += ["verdict.html", "table1.png", "table1.svg", "paper_as_published.csv", "paper_places.csv"]
-        files += ["paper_tests.csv", "paper_rows.csv", "paper_links.csv", "paper_defects.csv"]
-        files += ["paper_family.csv"]
-    return [f"results/{config['run']}/{file}" for file in files]
+        files += outputs(rules.reproduce_paper.output)
+    return files
 
 
 def results_before_pages(wildcards):
     """All outputs except the first page and its tables."""
-    run = f"results/{config['run']}"
-    if BATCHED:
-        files = batch_tables(wildcards) + [f"{run}/distributions.png"]
-        return files + results_of_pages(wildcards)
-    files = []
-    if PROTEINS:
-        files += ["surfaces.csv", "required_dots.png"]
+    files = [rules.summarise_surfaces.output] if PROTEINS else []
     if SAMPLED:
-        files += ["summary.csv", "relation.csv"]
+        files += [rules.summarise_best.output]
     if config["compare"]["run"] and SAMPLED:
-        files += ["compare.csv", "compare.png"]
+        files += [rules.summarise_comparison.output]
     if PAIRS:
-        files += ["pairs/pairs.csv", "pairs/pairs.png"]
-    of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
-    return [f"{run}/{file}" for file in files] + outputs_beside_proteins() + of_proteins
-
-
-def pair_files(pair):
-    """Files of a pair."""
-    files = ["propensity.csv", "best_pairs.csv", "agreement.csv", "contacts.csv"]
-    files += ["partner_1.ply", "partner_2.ply", "book.png", "view.html"]
-    if not set(PAIRS[pair].get("proteins", ())) & set(READY_SURFACES):
-        files += ["partner_1.pdb", "partner_2.pdb", "residues.csv", "open.pml", "open.cxc"]
-    return files
+        files += [rules.summarise_pairs.output]
+    of_proteins = [path for protein in PROTEINS for path in outputs_of_protein(protein)]
+    return outputs(*files) + outputs_beside_proteins(wildcards) + of_proteins
 
 
 def final_outputs(wildcards):
     """All outputs of a run."""
-    pages = ["warnings.csv", "index.html", "failures.csv", "ro-crate-metadata.json"]
-    return [f"results/{config['run']}/{page}" for page in pages] + results_before_pages(wildcards)
+    if BATCHED:
+        pages = outputs(rules.analyse_batch.output, batch=BATCHES) + outputs(rules.summarise_batches.output)
+    else:
+        pages = outputs(rules.close_run.output)
+    return pages + results_before_pages(wildcards)

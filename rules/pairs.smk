@@ -1,6 +1,22 @@
 # Pairs: how well the patches of both partners match, for each entry of `pairs`.
 
 
+def partner_files(wildcards):
+    """Surfaces of both partners of a pair, and their structures where they have atoms."""
+    own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
+    proteins_of_pair = PAIRS[wildcards.pair].get("proteins")
+    if not proteins_of_pair:
+        return {
+            f"{kind}_{n}": f"{own}/{kind}_{n}.{end}" for kind, end in SURFACE_AND_STRUCTURE for n in (1, 2)
+        }
+    return {
+        f"{kind}_{n}": f"{folder_of(protein)}/{kind}.{end}"
+        for n, protein in enumerate(proteins_of_pair, 1)
+        for kind, end in SURFACE_AND_STRUCTURE
+        if kind == "surface" or protein in MOLECULES
+    }
+
+
 rule compute_partner_surfaces:
     input:
         files=lambda wildcards: PAIRS[wildcards.pair].get("files") or PAIRS[wildcards.pair]["complex"],

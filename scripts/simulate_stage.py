@@ -6,42 +6,17 @@ from sparsurf.simulation.protocol import with_defaults
 from sparsurf.simulation.stages import run_stage
 from sparsurf.workflow.jobs import job, reporter
 
-
-def main(
-    before: str | None,
-    system: str,
-    folder: str,
-    simulate: dict,
-    stage: str,
-    unfinished: str,
-    seed: int,
-    name: str,
-    threads: int = 1,
-) -> None:
-    """Run the stage in a folder that survives a killed job, and move it to `folder` when it is complete.
-
-    Parameters
-    ----------
-    before : folder of the stage before; None for the first
-    simulate : dict, the key `simulate` of the protein in the config
-    unfinished : folder in which the stage runs
-    name : of the protein
-    """
-    progress = reporter(f"{name}: {stage}", "steps")
-    finished = run_stage(stage, system, before, with_defaults(simulate), seed, unfinished, threads, progress)
-    os.replace(finished, folder)
-
-
-if __name__ == "__main__":
-    with job(snakemake):
-        main(
-            before=snakemake.input.before or None,
-            system=snakemake.input.system,
-            folder=snakemake.output.folder,
-            simulate=snakemake.params.simulate,
-            stage=snakemake.params.stage,
-            unfinished=snakemake.params.unfinished,
-            seed=snakemake.params.seed,
-            name=snakemake.wildcards.protein,
-            threads=snakemake.threads,
-        )
+with job(snakemake) as s:
+    stage, settings = s.params.stage, with_defaults(s.params.simulate)
+    progress = reporter(f"{s.wildcards.protein}: {stage}", "steps")
+    finished = run_stage(
+        stage,
+        s.input.system,
+        s.input.before or None,
+        settings,
+        s.params.seed,
+        s.params.unfinished,
+        s.threads,
+        progress,
+    )
+    os.replace(finished, s.output.folder)  # only a complete stage lies there

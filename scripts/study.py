@@ -11,18 +11,22 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
-from sparsurf.batches.assignment import batched_structures
+from sparsurf.batches.assignment import TABLES, batched_structures, batches_of
 from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams
 from sparsurf.threads import ignore_numba_threads
 from sparsurf.workflow.config import check_config, read_config
+from sparsurf.workflow.job_logs import collected_warnings
 from sparsurf.workflow.jobs import DISK_ERRORS, job
 from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
 from sparsurf.workflow.running import (
     failed_jobs,
+    failed_places,
+    finished_parts,
     locked,
     make_writable,
     run_snakemake,
@@ -130,9 +134,7 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
         code = run_snakemake(ROOT, files, "--logger", "sparsurf", *options, errors=errors, **wait)
     finished = code == 0
     if code:
-        import close_partial_run  # here, as it imports pandas and matplotlib
-
-        failures = close_partial_run.failed_places(config, run, failed)
+        failures = failed_places(config, run, failed)
         if failures.keys() - config["exclude"].keys():
             finished = closed(config, run, failures)
         say_what_failed(run, failed)
@@ -143,12 +145,15 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
 
 def closed(config: dict, run: Path, failures: dict[str, str]) -> bool:
     """Close a run in which jobs failed; return whether it has a first page."""
-    import close_partial_run
+    from sparsurf.report.closing import close_partial_run  # here, as it imports pandas and matplotlib
 
-    closing = SimpleNamespace(rule="close_partial_run", log=[run / "logs" / "close_partial_run.log"])
+    closing = SimpleNamespace(rule="close_run", log=[run / "logs" / "close_run.log"])
+    tables = [f"{run}/{name}/{batch}.parquet" for batch in batches_of(config) for name in TABLES]
+    warnings_of = partial(collected_warnings, logs=run / "logs", jobs=[""])  # of all jobs
     try:
         with job(closing):
-            return close_partial_run.main(config, run, failures)
+            finished = finished_parts(config, run, failures)
+            return close_partial_run(config, run, failures, finished, tables, warnings_of)
     except SystemExit:  # with a sentence
         return False
 

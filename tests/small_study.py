@@ -6,6 +6,7 @@ import hashlib
 import multiprocessing
 import os
 import pickle
+import runpy
 import shutil
 import subprocess
 import sys
@@ -13,12 +14,16 @@ import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from types import SimpleNamespace
 
 import yaml
+from snakemake.iocontainers import Namedlist
 
 import warm_python
 from conftest import ROOT
 from peptides import peptide, write
+from sparsurf.errors import InputError
+from sparsurf.workflow.job_logs import failure
 
 TDP43 = ROOT / "data" / "tdp43"
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
@@ -119,6 +124,17 @@ def command(folder, config, *options, root=ROOT, python=sys.executable):
     (folder / "config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
     return [python, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
+
+
+def run_script(name, folder, inputs, outputs, params=(), **wildcards):
+    """Run a script of a rule in this process, with its log in a folder; raise InputError with the sentence of an error."""
+    files = [Namedlist(fromdict=files) for files in (inputs, outputs, dict(params), wildcards)]
+    given = dict(zip(("input", "output", "params", "wildcards"), files, strict=True))
+    snakemake = SimpleNamespace(**given, log=[folder / f"{name}.log"], rule=name, threads=1)
+    try:
+        runpy.run_path(ROOT / "scripts" / f"{name}.py", {"snakemake": snakemake})
+    except SystemExit:
+        raise InputError(failure(snakemake.log[0])) from None
 
 
 def output(process):

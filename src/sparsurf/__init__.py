@@ -55,6 +55,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf import progress, surfaces
 from sparsurf.errors import InputError
+from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.fields import fields, residues
@@ -72,7 +73,6 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.surfaces.read_surface import read_surface
     from sparsurf.surfaces.surface import Surface
 
-__version__ = "3.0.0"
 # Module of each function and class for users; loaded when first used, so that the import costs nothing.
 FUNCTIONS = {
     "read_molecule": "molecules.read_molecule",

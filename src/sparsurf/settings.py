@@ -35,6 +35,7 @@ REQUEST_KEYS = (
 
 DEFAULT_ERROR = 0.02  # Å
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
+
 T = TypeVar("T")
 
 

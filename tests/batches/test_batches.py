@@ -7,10 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import close_partial_run
 import small_study
 import sparsurf
-import summarise_batches
 from browser import Browser, programs
 from peptides import peptide, write
 from sparsurf import columns
@@ -18,9 +16,11 @@ from sparsurf.batches import assignment, summary, tables
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
 from sparsurf.errors import InputError
+from sparsurf.report.closing import close_batches
 from sparsurf.report.front import write_front
 from sparsurf.settings import Settings
 from sparsurf.workflow.config import check_config
+from sparsurf.workflow.running import failed_places
 
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
 RESIDUES = ("ALA", "SER", "ALA", "VAL", "GLY", "ALA")
@@ -220,7 +220,7 @@ def test_a_structure_with_a_page_gets_the_files_of_a_study(many, tmp_path):
     assert sorted(read(folder, "surfaces")["protein"]) == GOOD
     config = config_of(tmp_path, pages=["a"])
     config["proteins"]["b"] = config["proteins"]["a"]
-    excluded = close_partial_run.failed_places(
+    excluded = failed_places(
         check_config(config),
         run,
         [str(run / "logs/a/c1/draw_view.log"), str(run / "logs/a/choose_frames.log")],
@@ -564,7 +564,7 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
         tables.write_parquet(run / name / "0001.parquet", name, table)
     files = {name: str(run / path) for name, path in FILES_OF_RUN.items()}
     paths = [str(run / name / "0001.parquet") for name in rows]
-    summarise_batches.main(paths, [], **files, exclude={}, logs="", jobs=[])
+    close_batches(paths, [], [], {}, files)
     listed = pd.read_csv(files["warnings"])
     assert listed["protein"].tolist() == ["a", "b"] and listed["job"].unique().tolist() == ["analyse_batch"]
     page = " ".join(Path(files["page"]).read_text().split())

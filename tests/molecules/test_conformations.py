@@ -1,19 +1,16 @@
 """Choice of conformations: superposition, principal components, k-means, silhouette."""
 
-import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
 import mdtraj
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-import choose_frames as script
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules import conformations
@@ -25,7 +22,7 @@ from sparsurf.molecules.conformations import (
     silhouettes,
     superpose,
 )
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import choose_conformations, read_molecule
 
 
 @pytest.fixture(scope="session")
@@ -317,15 +314,10 @@ def test_few_frames(moving, caplog):
 
 def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):
     """Names of the conformations that the study makes of a PDB file, for a asked of `frames`."""
-    outputs = {key: folder / f"{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
-    outputs |= {"structures": folder / "structures"}
-    shutil.rmtree(outputs["structures"], ignore_errors=True)
-    asked = {"selection": "clusters", "clusters": "auto", "stride": stride} | asked
-    inputs = {"structure": write(folder / "p.pdb", text), "trajectory": None} | (trajectory or {})
-    script.main(**inputs, **outputs, settings=asked, molecule_options=reading or {}, seed=1, name="p")
-    names = pd.read_csv(outputs["frames"])["conformation"].tolist()
-    assert sorted(path.stem for path in outputs["structures"].iterdir()) == names
-    return names
+    frames = {"selection": "clusters", "clusters": "auto", "stride": stride} | asked
+    structure, rng = write(folder / "p.pdb", text), np.random.default_rng(1)
+    choice = choose_conformations(structure, trajectory, reading or {}, rng, **frames)[1]
+    return choice.table["conformation"].tolist()
 
 
 def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
@@ -341,7 +333,7 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
             chosen(tmp_path, models, selection=[7], stride=stride)
     mdtraj.load(tmp_path / "p.pdb")[:1].save_xtc(str(tmp_path / "p.xtc"))
     with pytest.raises(InputError, match=r"\[2\] are not among the frames read, 0 to 0"):
-        chosen(tmp_path, one, selection=[0, 2], trajectory={"trajectory": tmp_path / "p.xtc"})
+        chosen(tmp_path, one, selection=[0, 2], trajectory=tmp_path / "p.xtc")
 
 
 def test_molecules_without_enough_c_alphas(shared):

@@ -95,7 +95,7 @@ def test_tables_tell_residues_gaps_and_interface(peptides):
     assert np.allclose(dots["gap"], gap)
     assert np.array_equal(dots["interface"] == 1, gap < 3.0)
     assert 0 < dots["interface"].mean() < 1
-    residues = matching.by_residue(dots)
+    residues = matching.by_residue(dots.assign(partner=1))
     assert residues["residue_name"].tolist() == ["ALA", "LEU", "LYS", "GLY"]
     assert residues["dots"].sum() == len(dots)
     leucine = dots[dots["residue_name"] == "LEU"]
@@ -178,7 +178,7 @@ def test_pairs_of_patches_are_drawn_from_the_whole_contact_and_keep_their_blocks
 def test_residues_without_a_chain_are_residues():
     names = ("propensity_smoothed", "propensity_k_smoothed", "similarity_smoothed")
     dots = pd.DataFrame({"chain": [np.nan] * 2, "residue": "1", "residue_name": "ALA", "interface": [0, 1]})
-    table = matching.by_residue(dots.assign(**{name: [1.0, 3.0] for name in names}))
+    table = matching.by_residue(dots.assign(partner=1, **{name: [1.0, 3.0] for name in names}))
     assert table[["dots", "propensity_smoothed", "interface"]].to_numpy().tolist() == [[2, 2, 0.5]]
 
 
@@ -207,10 +207,9 @@ def test_residues_belong_to_their_dots_and_atoms():
     assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
 
 
-def test_without_atoms_there_are_no_residues_and_no_protrusion(blobs):
+def test_without_atoms_there_is_no_protrusion(blobs):
     found = matching.match(*blobs)
     table = matching.maps(found, 0)
-    assert matching.by_residue(matching.by_dot(found, 0, table)) is None
     assert "protrusion" not in set(matching.agreement(found, 0, table)["score"])
 
 
@@ -218,7 +217,7 @@ def test_partners_that_do_not_touch_have_no_area():
     far = blob_partner("one"), blob_partner("two", 1100, 6, (100.0, 0, 0))
     found = matching.match(*far)
     assert matching.agreement(found, 0, matching.maps(found, 0)) is None
-    assert matching.contacts(*far) is None
+    assert matching.contacts(*far).empty
 
 
 def test_exchanged_partners_are_native_ones_of_other_dots(peptides, monkeypatch):

@@ -11,7 +11,6 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-import judge_simulation
 import warm_python
 from conftest import ROOT
 from peptides import STEP, peptide, write
@@ -157,30 +156,6 @@ def test_a_mean_off_its_target_is_reported(shift, near):
     assert [("temperature" in words) for words in quality.warnings(judged)] == [True] * (not near)
     short = quality.judge(table.tail(20), protocol.DEFAULTS)
     assert short["near"].isna().all() and not quality.warnings(short)
-
-
-def test_the_log_warns_of_a_simulation_that_missed_its_temperature(tmp_path, monkeypatch, caplog):
-    table = pd.DataFrame({"stage": "production", "temperature_K": np.tile([299.0, 301], 100)})
-    table = table.assign(pressure_bar=1.0, density_kg_m3=quality.DENSITY)
-    monkeypatch.setattr(judge_simulation, "extract_protein", lambda *_: None)
-    monkeypatch.setattr(judge_simulation, "read_molecule", lambda *_: None)
-    monkeypatch.setattr(quality, "energies", lambda files: table.assign(files=len(files)))
-    monkeypatch.setattr(quality, "motion", lambda _: pd.DataFrame({"rmsd": [1.5]}))
-    monkeypatch.setattr(judge_simulation, "simulation_figure", lambda *_: None)
-    monkeypatch.setattr(judge_simulation.layout, "save", lambda *_: None)
-    names = ("topology", "trajectory", "energies", "motion", "quality")
-    outputs = {name: tmp_path / name for name in names} | {"png": "x.png"}
-    folders = dict.fromkeys(("system", *protocol.STAGES))
-    with caplog.at_level("WARNING", "sparsurf"):
-        judge_simulation.main(**folders, **outputs, simulate={"ns": 1, "temperature": 310})
-    (record,) = caplog.records
-    assert record.getMessage().startswith("the mean temperature_K of the production is 300 +- ")
-    assert "but its target is 310: " in record.getMessage()
-    judged = pd.read_csv(outputs["quality"])
-    assert judged["target"].tolist() == [310, protocol.DEFAULTS["pressure"], quality.DENSITY]
-    assert judged["near"].tolist() == [False, True, True]
-    assert (pd.read_csv(outputs["energies"])["files"] == len(protocol.STAGES)).all()
-    assert pd.read_csv(outputs["motion"])["rmsd"].tolist() == [1.5]
 
 
 def test_motion_is_that_of_the_shape(tmp_path):

@@ -7,20 +7,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import compare_samplers
 import naive
-import select_minimal_subset
-import summarise_comparison
 from conftest import ROOT
 from drawn import check_texts
+from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALED_LINK
+from sparsurf.report import summaries
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
-from sparsurf.settings import Minimal, Settings
+from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.study import comparison, floors, grid, tables
 from sparsurf.study.comparison import means_by_protein, means_over_proteins
@@ -333,22 +332,18 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
         path.parent.mkdir(parents=True)
         curves(uniform=4.0, farthest=3.0).to_csv(path, index=False)
     said = []
-    monkeypatch.setattr(summarise_comparison, "comparison_figure", lambda table, *words: said.append(words))
-    monkeypatch.setattr(summarise_comparison.layout, "save", lambda *_: None)
-    summarise_comparison.main([str(path) for path in paths], str(tmp_path / "table"), "png")
+    monkeypatch.setattr(summaries, "comparison_figure", lambda table, *words: said.append(words))
+    monkeypatch.setattr(summaries.layout, "save", lambda *_: None)
+    summaries.summarise_comparison(paths, str(tmp_path / "table"), "png")
     assert said == [("mean of 2 proteins", "lowest to highest of 2 proteins")]
 
 
-def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path, monkeypatch, caplog):
+def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path, monkeypatch):
     settings = Settings(patches={"D_link": D_LINK}, evaluation={"test_dots": 30, "draws": 2})
-    asked_for = {
-        "settings": settings,
-        "seed": 1,
-        "percents": [10, 40],
-        "samplers": ["paper", "uniform", "farthest"],
-    }
+    params = settings.model_dump(exclude_none=True) | {"seed": 1, "title": "blob", "percents": [10, 40]}
+    params |= {"samplers": ["paper", "uniform", "farthest"], "whole_curve": True}
     folders = [tmp_path / "blob" / c for c in ("c1", "c2")]
-    compared_tables = [str(folder / "compare.csv") for folder in folders]
+    compared_tables = [folder / "compare.csv" for folder in folders]
 
     for folder in folders:
         folder.mkdir(parents=True)
@@ -362,7 +357,8 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         floors.floors_table(measured).to_csv(inputs["floors"], index=False)
         floors.write_distances(folder / "floor_distances.npz", measured)
         outputs = {"table": folder / "compare.csv", "png": str(folder / "compare.png")}
-        compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}", title="blob")
+        names = {"protein": "blob", "conformation": folder.name}
+        run_script("compare_samplers", tmp_path, inputs, outputs, params, **names)
     compared = pd.read_csv(folders[0] / "compare.csv")
     assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest"]
     known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]
@@ -371,12 +367,12 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         assert of_z[column].to_numpy() == pytest.approx(known[floor])
     drawn = []
     monkeypatch.setattr(
-        summarise_comparison,
+        summaries,
         "comparison_figure",
         lambda table, *words: drawn.append(table) or comparison_figure(table, *words),
     )
     of_run = {"table": tmp_path / "compare.csv", "png": str(tmp_path / "compare.png")}
-    summarise_comparison.main(tables=compared_tables, **of_run)
+    summaries.summarise_comparison(compared_tables, **of_run)
     means = pd.read_csv(of_run["table"])
     for drawn_as, name in (("low", "lowest"), ("high", "highest")):
         assert np.allclose(drawn[0][drawn_as], means[name], equal_nan=True)
@@ -394,12 +390,10 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
         "fields": tmp_path / "fields.npz",
         "fields_recovered": tmp_path / "fields.csv",
     }
-    files = {key: inputs[key] for key in ("surface", "roughness", "floors", "ranges")} | results
-    files |= {"structure": None, "field_table": None}
-    files["floors"] = distances = folders[0] / "floor_distances.npz"
-    rest = files | {"seed": 1, "name": "blob/c1", "whole_curve": True}
-    minimal = Minimal(sampler="paper", n_S_percent=10)
-    select_minimal_subset.main(**rest, settings=settings.model_copy(update={"minimal": minimal}))
+    distances, names["conformation"] = folders[0] / "floor_distances.npz", "c1"
+    files = inputs | {"floors": distances, "structure": [], "table": []}
+    minimal = {"sampler": "paper", "n_S_percent": 10}
+    run_script("select_minimal_subset", tmp_path, files, results, params | {"minimal": minimal}, **names)
     assert set(pd.read_csv(required_dots)["reading"]) == {"full", "recovered"}
     drawn_curves = pd.read_csv(curves_path).groupby(["sampler", "reading"])["Z"]
     assert [*drawn_curves.groups] == [
@@ -413,9 +407,7 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
     ranges = pd.read_csv(inputs["ranges"])
     ranges[ranges["reading"] == "full"].to_csv(inputs["ranges"], index=False)
-    select_minimal_subset.main(**rest, settings=settings)
-    told = [each for each in caplog.messages if "takes the paper's parameters" in each]
-    assert [each.split(":")[0] for each in told] == ["blob/c1"]
+    run_script("select_minimal_subset", tmp_path, files, results, params, **names)
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[dots], atol=1e-4)
     dots_needed = pd.read_csv(required_dots).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
@@ -428,7 +420,7 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
     )
     for folder in folders:
         pd.read_csv(folder / "compare.csv").query("sampler != 'farthest'").to_csv(folder / "compare.csv")
-    summarise_comparison.main(tables=compared_tables, **of_run)
+    summaries.summarise_comparison(compared_tables, **of_run)
     table = pd.read_csv(folders[0] / "compare.csv").query("sampler == 'paper'")
     table.to_csv(folders[0] / "compare.csv")
-    summarise_comparison.main(tables=compared_tables[:1], **of_run)
+    summaries.summarise_comparison(compared_tables[:1], **of_run)

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import follow_ensemble
 from drawn import check_texts, drawn_texts
 from peptides import peptide, write
+from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import over_time
@@ -65,7 +65,8 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path
             part = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1, note, (k, n_parts))
             part.to_csv(path, index=False)
         outputs = {key: tmp_path / f"{name}_{key}.csv" for key in ("table", "over_time", "residues")}
-        follow_ensemble.main(structure, None, rows, **outputs, molecule_options={})
+        inputs = {"structure": structure, "rows": rows}
+        run_script("follow_ensemble", tmp_path, inputs, outputs, {"molecule_options": {}})
         written[name] = [path.read_bytes() for path in outputs.values()]
     assert written["whole"] == written["parts"] and len(pd.read_csv(tmp_path / "parts_table.csv")) == FRAMES
     assert counted[:4] == [(2, 7), (4, 7), (6, 7), (7, 7)]

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import evaluate_grid
 import naive
+from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.sampling import combination, published
 from sparsurf.settings import Settings
@@ -156,13 +156,8 @@ def test_combinations_share_the_test_dots_of_the_config(blob, tmp_path):
         sampling={"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
         evaluation={"test_dots": 5, "draws": 1, "readings": ["kept"]},
     )
-    evaluate_grid.main(
-        **inputs,
-        **outputs,
-        settings=settings,
-        seed=1,
-        name="p/c1",
-    )
+    params = settings.model_dump(exclude_none=True) | {"seed": 1}
+    run_script("evaluate_grid", tmp_path, inputs, outputs, params, protein="p", conformation="c1")
     assert grids.read_grid(outputs["distances"]).tests.shape == (5,)
     assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
         [0.5, 0, 2, 4],

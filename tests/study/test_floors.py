@@ -9,12 +9,11 @@ import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
-import measure_floors
 from conftest import ROOT
 from measures import recovery
 from sparsurf.cli import command
 from sparsurf.errors import InputError
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
@@ -27,13 +26,15 @@ from sparsurf.study.floors import (
     frames_at_gaps,
     random_rotation,
     read_distances,
+    read_frames_around,
     rotate,
     write_distances,
 )
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.required_dots import MIN_DOTS, Trials, required_dots_table
 from sparsurf.study.subset_search import smallest_recovered_subset
-from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface, surface_generator
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 
 ATOMS = np.array(
@@ -111,28 +112,12 @@ def test_frames_so_far_apart_are_found_and_superposed():
 FRAMES_HEADER = "conformation,frame,time_ps,pc1,pc2,cluster,population,silhouette\n"
 
 
-def floors_of_frame(folder, monkeypatch, trajectory):
-    """Run the script on a frame of a trajectory; return the frames that it measures, by gap, and its atoms."""
-    given = []
-    monkeypatch.setattr(measure_floors, "read_npz", lambda _: range(100))
-    monkeypatch.setattr(measure_floors, "read_roughness", lambda *_: None)
-    monkeypatch.setattr(measure_floors, "PreparedSurface", lambda *_: None)
-    monkeypatch.setattr(study_floors, "measure_floors", lambda *values: given.extend(values) or {})
-    measure_floors.main(
-        surface="",
-        roughness="",
-        conformation=str(folder / "own.pdb"),
-        floors=str(folder / "floors.csv"),
-        distances=str(folder / "floor_distances.npz"),
-        settings=Settings(),
-        seed=1,
-        molecule_options={"residues": "209-212"},
-        name="tdp43/c1",
-        structure=str(ROOT / "data" / "tdp43" / "topology.pdb"),
-        trajectory=str(trajectory),
-        frames=str(folder / "frames.csv"),
-    )
-    _, _, _, atoms, frames = given
+def floors_of_frame(folder, trajectory):
+    """Read the frames around a frame of a trajectory, by gap; return them and its atoms."""
+    molecule, rules = read_study_structure(folder / "own.pdb"), Settings().surface
+    atoms = surface_generator(molecule, 0, radii(molecule, "dms"), rules, 0.5, "p")[1]
+    structure, options = ROOT / "data" / "tdp43" / "topology.pdb", {"residues": "209-212"}
+    frames = read_frames_around(folder / "frames.csv", "c1", structure, trajectory, options, atoms)
     return frames, atoms
 
 
@@ -146,9 +131,9 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
         seen.append(read_molecule(*arguments, **keys))
         return seen[-1]
 
-    monkeypatch.setattr(measure_floors, "read_molecule", noted)
+    monkeypatch.setattr(study_floors, "read_molecule", noted)
     monkeypatch.setattr("sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_: 1.0)
-    frames, atoms = floors_of_frame(tmp_path, monkeypatch, path / "trajectory.xtc")
+    frames, atoms = floors_of_frame(tmp_path, path / "trajectory.xtc")
     assert seen[0].frame_number.tolist() == [0, 30, 49, 50, 51, 70, 150]
     apart = frames_at_gaps(whole, atoms, 50.0)
     assert list(frames) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]
@@ -164,7 +149,7 @@ def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypat
     for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD has no times
         frames.save(str(tmp_path / f"two.{ending}"))
         (tmp_path / "frames.csv").write_text(FRAMES_HEADER + f"c1,1,{time},1,2,1,9,0.5\n")
-        assert floors_of_frame(tmp_path, monkeypatch, tmp_path / f"two.{ending}")[0] == known
+        assert floors_of_frame(tmp_path, tmp_path / f"two.{ending}")[0] == known
     assert not [message for message in caplog.messages if "at any of the times" in message]
 
 

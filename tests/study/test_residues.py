@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import tabulate_residues
+from conftest import ROOT
 from peptides import peptide, write
+from small_study import run_script
 from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import render
@@ -111,9 +112,12 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     kept = pd.DataFrame({"dot": [0, 1], "x": [1.5, -2], "y": [0.25, 3], "z": [7.0, 8]})
     kept["weight"] = [1, len(only) - 1]
     kept.to_csv(inputs["minimal"], index=False)
-    kinds = ("csv", "pdb", "cif", "pml", "cxc", "bild")
-    outputs = {"table" if kind == "csv" else kind: tmp_path / f"x.{kind}" for kind in kinds}
-    tabulate_residues.main(**inputs, fields="", **outputs, name="two/c1")
+    kinds = ("csv", "pdb", "pml", "cxc", "bild")
+    names = dict(
+        zip(("table", *kinds[1:]), ("x.csv", "x.pdb", "open.pml", "open.cxc", "x.bild"), strict=True)
+    )
+    outputs = {name: tmp_path / file for name, file in names.items()}
+    run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs)
     spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
     named = re.findall(r"[\w]+\.(?:pdb|csv|bild)", outputs["pml"].read_text() + outputs["cxc"].read_text())
@@ -126,10 +130,9 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     low, high = render.ROUGHNESS_LIMITS
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
-    for kind in ("pdb", "cif"):
-        structure = gemmi.read_structure(str(outputs[kind]))
-        shown = [each.atom.b_iso for each in structure[0].all()]
-        assert shown == [-1.0 if chain == "A" else 0.25 for chain in molecule.chain]
+    structure = gemmi.read_structure(str(outputs["pdb"]))
+    shown = [each.atom.b_iso for each in structure[0].all()]
+    assert shown == [-1.0 if chain == "A" else 0.25 for chain in molecule.chain]
 
 
 def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
@@ -142,7 +145,7 @@ def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     told = []
     known = ("load_cgo", "create", "alter", "spectrum", "disable")
     cmd = SimpleNamespace(**{each: lambda *a, each=each, **k: told.append((each, *a, k)) for each in known})
-    text = (tabulate_residues.VIEWER / "open.pml").read_text()
+    text = (ROOT / "src/sparsurf/report/viewer/open.pml").read_text()
     exec(re.search(r"^python\n(.*)^python end", text, re.M | re.S)[1], {"cmd": cmd})
     assert [each[0] for each in told] == [*known]
     assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]

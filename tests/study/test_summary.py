@@ -9,9 +9,8 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
-import summarise_best
-import summarise_surfaces
 from sparsurf.errors import InputError
+from sparsurf.report import summaries
 from sparsurf.report.figures import layout
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, Combination
@@ -259,17 +258,14 @@ def write_run(folder, results):
 
 def sum_up(folder, **patches):
     """surfaces.csv and the rest of a run of these finished conformations."""
-    surfaces = sorted(map(str, folder.glob("*/*/surface.npz")))
-    proteins = [path.name for path in folder.glob("*")]
+    folders = [path.parent for path in sorted(folder.glob("*/*/surface.npz"))]
     table = str(folder / "surfaces.csv")
     with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
-        patch.setattr(summarise_surfaces.required_dots, "read", lambda own, sampled: own.parent.name)
-        patch.setattr(summarise_surfaces.required_dots, "figure", lambda *_: layout.sheet(20, 20))
-        summarise_surfaces.main(
-            surfaces, table, str(folder / "required_dots.png"), PATCHES | patches, {}, proteins
-        )
-    best, relation = str(folder / "summary.csv"), str(folder / "relation.csv")
-    summarise_best.main(surfaces, best, relation, 0)
+        patch.setattr(summaries.required_dots, "read", lambda own, sampled: own.parent.name)
+        patch.setattr(summaries.required_dots, "figure", lambda *_: layout.sheet(20, 20))
+        png = str(folder / "required_dots.png")
+        summaries.summarise_surfaces(dict.fromkeys(folders, True), PATCHES | patches, None, table, png)
+    summaries.summarise_best(folders, 0, str(folder / "summary.csv"), str(folder / "relation.csv"))
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import tabulate_best
+from small_study import run_script
 from sparsurf.sampling.combination import Combination
-from sparsurf.settings import Settings
 from sparsurf.study import tables
 from sparsurf.study.grid import Grid, write_grid
 from sparsurf.surfaces.formats.npz import write_npz
@@ -117,16 +116,10 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     outputs = {name: tmp_path / name for name in ("ranges", "best")}
     inputs["floors"] = tmp_path / "floors.csv"
-    tabulate_best.main(
-        **inputs,
-        **outputs,
-        surface=tmp_path / "surface.npz",
-        roughness=tmp_path / "roughness.csv",
-        settings=Settings(patches={"D_link": 0.8}, evaluation={"test_dots": 20, "draws": 1}),
-        seed=1,
-        name="p/c1",
-        n_ranges=4,
-    )
+    inputs |= {"surface": tmp_path / "surface.npz", "roughness": tmp_path / "roughness.csv"}
+    params = {"patches": {"D_link": 0.8}, "sampling": {}, "evaluation": {"test_dots": 20, "draws": 1}}
+    params |= {"seed": 1, "ranges": 4, "title": "p"}
+    run_script("tabulate_best", tmp_path, inputs, outputs, params, protein="p", conformation="c1")
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
     assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
     assert (ranges["d_kept_scaled"].notna() == (ranges["n_combinations"] > 0)).all()

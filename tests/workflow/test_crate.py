@@ -6,13 +6,13 @@ import shutil
 from urllib.parse import unquote
 
 import check_run
-import close_run
 import sparsurf
+from sparsurf.report import closing
 
 
 def test_the_crate_lists_every_file_of_the_run_with_its_size(study, tmp_path):
     run = study / "results" / "small"
-    by = {entry["@id"]: entry for entry in json.loads((run / close_run.CRATE).read_text())["@graph"]}
+    by = {entry["@id"]: entry for entry in json.loads((run / closing.CRATE).read_text())["@graph"]}
     listed = {unquote(entry["@id"]): by[entry["@id"]]["contentSize"] for entry in by["./"]["hasPart"]}
     assert len(listed) > 100 and {"index.html", "moving/f0000/grid.csv", "surfaces.csv"} <= {*listed}
     assert listed == {path: str((run / path).stat().st_size) for path in listed}
@@ -22,7 +22,7 @@ def test_the_crate_lists_every_file_of_the_run_with_its_size(study, tmp_path):
     assert by["#sparsurf"]["version"] == sparsurf.__version__
     (tmp_path / "a b").mkdir()
     shutil.copy(run / "surfaces.csv", tmp_path / "a b" / "ä.csv")
-    close_run.write_crate([str(tmp_path / "a b")], str(tmp_path / "c.json"), ["So many."])
+    closing.write_crate([str(tmp_path / "a b")], str(tmp_path / "c.json"), ["So many."])
     by = {entry["@id"]: entry for entry in json.loads((tmp_path / "c.json").read_text())["@graph"]}
     assert "a%20b/%C3%A4.csv" in by  # of a folder each file, as an address
     assert by["./"]["abstract"] == ["So many."]
@@ -39,7 +39,7 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
     files = [folder / name for name in ("a b.csv", "grid.csv", "roughness.csv", "view.html")]
     for path in files:
         path.write_text("x\n1\n2\n")
-    close_run.write_crate(list(map(str, files)), str(folder / close_run.CRATE), [])
+    closing.write_crate(list(map(str, files)), str(folder / closing.CRATE), [])
     assert check_run.main(config) == 0 and capsys.readouterr().out.startswith("4 of 4 files in results/mine/")
     for path, text in ((files[1], "x\n1\n3\n"), (files[2], "x\n1")):
         times = path.stat().st_atime_ns, path.stat().st_mtime_ns
@@ -54,5 +54,5 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
         "results/mine/view.html is missing",
     ]
     assert len(lines) == 4
-    (folder / close_run.CRATE).write_text("{")
+    (folder / closing.CRATE).write_text("{")
     assert check_run.main(config) == 2 and "is damaged" in capsys.readouterr().err

@@ -15,7 +15,6 @@ from types import SimpleNamespace
 
 import pytest
 
-import close_run
 from sparsurf.errors import InputError
 from sparsurf.workflow import job_logs, jobs
 
@@ -172,7 +171,5 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         "summarise_best",
         "match_partners",
     )
-    close_run.write_warnings([f"{run}/{file}" for file in files], f"{run}/w.csv", f"{run}/logs", [*names])
-    table = (run / "w.csv").read_bytes()
-    sentences = [line.rsplit(",", 1)[1] for line in table.decode().splitlines()[1:]]
-    assert sentences == counted and b"\r" not in table
+    rows = job_logs.collected_warnings([f"{run}/{file}" for file in files], f"{run}/logs", names)
+    assert [sentence for *_, sentence in rows] == counted

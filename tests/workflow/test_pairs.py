@@ -4,13 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import compute_partner_surfaces
-import summarise_pairs
-import tabulate_pair_residues
 from conftest import ROOT
 from peptides import peptide, write
+from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.report.summaries import summarise_pairs
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link
@@ -108,9 +107,11 @@ def compute_partners(folder, files, chains=None, settings=SURFACE):
     """Run the script; return the paths of both surfaces and of both structures."""
     surfaces = [str(folder / f"surface_{side}.npz") for side in (1, 2)]
     structures = [str(folder / f"structure_{side}.pdb") for side in (1, 2)]
-    compute_partner_surfaces.main(
-        [str(file) for file in files], *surfaces, *structures, chains, settings, 0.5, "x"
-    )
+    names = [f"{kind}_{side}" for kind in ("surface", "structure") for side in (1, 2)]
+    outputs = dict(zip(names, surfaces + structures, strict=True))
+    params = {"pair": {"chains": chains}, "surface": settings.model_dump(), "d_link": 0.5}
+    inputs = {f"file_{k}": str(file) for k, file in enumerate(files)}
+    run_script("compute_partner_surfaces", folder, inputs, outputs, params, pair="x")
     return surfaces, structures
 
 
@@ -161,9 +162,17 @@ def tabulated(folder):
 
 def test_residues_without_dots_are_marked_and_scripts_open_both_partners(tabulated, tmp_path):
     _, structures, dots = tabulated
-    outputs = [str(tmp_path / name) for name in ("1.pdb", "2.pdb", "residues.csv", "open.pml", "open.cxc")]
-    tabulate_pair_residues.main(*structures, dots, *outputs)
-    residues = pd.read_csv(outputs[2], keep_default_na=False)
+    names = {
+        "pdb_1": "1.pdb",
+        "pdb_2": "2.pdb",
+        "residues": "residues.csv",
+        "pml": "open.pml",
+        "cxc": "open.cxc",
+    }
+    outputs = {name: str(tmp_path / file) for name, file in names.items()}
+    inputs = {"structure_1": structures[0], "structure_2": structures[1], "dots": dots}
+    run_script("tabulate_pair_residues", tmp_path, inputs, outputs)
+    residues = pd.read_csv(outputs["residues"], keep_default_na=False)
     assert residues["residue_name"].tolist() == ["ALA", "LEU", "LYS", "NA", "ALA", "LEU", "NA"]
     assert residues["propensity_smoothed"].astype(float).tolist() == [0.5, 1.5, 2.5, 3.5, 0.5, 1.5, 3.5]
     lysine = [line for line in (tmp_path / "2.pdb").read_text().splitlines() if line[17:20] == "LYS"]
@@ -183,5 +192,5 @@ def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
     columns = "partner,score,auc,low,high,dots,interface,blocks\n"
     (tmp_path / "far" / "agreement.csv").write_text(columns)
     outputs = [str(tmp_path / name) for name in ("pairs.csv", "pairs.png")]
-    summarise_pairs.main([str(tmp_path / "far" / "agreement.csv")], *outputs, run="x")
+    summarise_pairs([tmp_path / "far" / "agreement.csv"], "x", *outputs)
     assert len(pd.read_csv(outputs[0])) == 0 and (tmp_path / "pairs.png").exists()

@@ -253,7 +253,6 @@ def test_without_the_grid_the_same_rules_give_the_same_bytes(checkout, study):
     ours, theirs = checkout[0] / "results/mine/still/f0", study / "results/small/still/f0"
     for name in (
         "surface.npz",
-        "surface.dms",
         "components.csv",
         "roughness.csv",
         "floors.csv",

@@ -15,10 +15,10 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-import close_partial_run
 import study
 from conftest import ROOT
 from sparsurf.errors import InputError
+from sparsurf.report import closing
 from sparsurf.workflow import job_logs, memory, running, slurm
 
 CRATE = '{"@graph": [{"@id": "ro-crate-metadata.json"}, {"@id": "./", "abstract": ["first", "second"]}]}'
@@ -47,12 +47,12 @@ def checkout(tmp_path, monkeypatch):
         def close_with(self, *files):
             """Let the closing of a run write these files, and note what failed in `failures`."""
 
-            def close(config, run, failures):
+            def close(config, run, failures, *_):
                 played_checkout.failures = failures
                 played_checkout.make(*files)
                 return True
 
-            monkeypatch.setattr(close_partial_run, "main", close)
+            monkeypatch.setattr(closing, "close_partial_run", close)
 
         def fail(self, *logs):
             """Return the work of a Snakemake in which some jobs fail."""
@@ -155,15 +155,11 @@ def test_what_failed_and_what_needs_it_is_named_with_its_reason(tmp_path, logs, 
     (tmp_path / "p").mkdir()
     (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
     pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
-    config = {
-        "exclude": {},
-        "sampling": {"run": True},
-        "proteins": {"p": {}, "q": {"surface": "x"}},
-        "pairs": pairs,
-    }
+    config = {"exclude": {}, "sampling": {"run": True}, "pairs": pairs}
+    config["proteins"] = {"p": {}, "q": {"surface": "x"}}
     config["changes"] = {"one": ["p", "p/c2"], "two": ["p/c3", "q"]}
     failed = [str(tmp_path / "logs" / f"{log}.log") for log in logs]
-    found = close_partial_run.failed_places(config, tmp_path, failed)
+    found = running.failed_places(config, tmp_path, failed)
     assert found.keys() == exclude.keys()
     assert all(found[place].startswith(reason.rstrip("?")) for place, reason in exclude.items())
 
@@ -172,7 +168,7 @@ def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformatio
     """A job that comes before them and is not listed would stop the run of the other proteins."""
     rules = "".join(path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")))
     jobs = set(re.findall(r'"results/\{run\}/logs/\{protein\}/(\w+)[^/"]*\.log"', rules))
-    after = {job for job in jobs if not job.startswith(close_partial_run.BEFORE_CONFORMATIONS)}
+    after = {job for job in jobs if not job.startswith(running.BEFORE_CONFORMATIONS)}
     assert after == {"draw_frames", "follow_frames_", "follow_ensemble", "draw_ensemble"}
 
 
@@ -182,19 +178,13 @@ def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     for name in ("f0002", "f0013", "f0020"):
         (tmp_path / "p" / name).mkdir()
         (tmp_path / "p" / name / "view.html").write_text("")
-    config = {
-        "exclude": {"p/f13": "by hand"},
-        "proteins": {"p": {}},
-        "pairs": {},
-        "changes": {},
-        "sampling": {"run": True},
-    }
-    found = close_partial_run.failed_places(
-        config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"]
-    )
+    config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "changes": {}}
+    config["sampling"] = {"run": True}
+    found = running.failed_places(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
     assert found.keys() == {"p/f13", "p/f0002"}
-    assert close_partial_run.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
-    assert not close_partial_run.main(config, tmp_path, found | {"p/f20": "?"})
+    assert running.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
+    nothing = running.finished_parts(config, tmp_path, failed := found | {"p/f20": "?"})
+    assert not closing.close_partial_run(config, tmp_path, failed, nothing, [], list)
 
 
 @pytest.mark.parametrize("full", ["results/mine", ".snakemake"])

@@ -55,6 +55,16 @@ class FrameChoice:
     silhouettes: pd.DataFrame
     explained: np.ndarray
 
+    def tables(self, frame_number: np.ndarray) -> dict[str, pd.DataFrame]:
+        """Return the tables frames, silhouette, projection and explained; `frame_number` is that of each frame."""
+        projection = pd.DataFrame(self.projection, columns=["pc1", "pc2"])
+        projection.insert(0, "frame", frame_number)
+        projection["cluster"] = self.label
+        explained = pd.DataFrame({"explained": self.explained})
+        return dict(
+            frames=self.table, silhouette=self.silhouettes, projection=projection, explained=explained
+        )
+
 
 def superpose(
     xyz: np.ndarray,

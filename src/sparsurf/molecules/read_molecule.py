@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import no_warnings, pluralise, read_text
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
+from sparsurf.molecules.conformations import FrameChoice, choose_frames
 from sparsurf.molecules.formats import (
     MMCIF,
     PDB,
@@ -191,6 +193,30 @@ def read_study_structure(path: str | os.PathLike[str]) -> Molecule:
     """Read a structure that a study wrote, without warnings: they were given for the file that it came from."""
     with no_warnings():
         return read_molecule(path, selection="all", whole=False)
+
+
+def choose_conformations(
+    structure: str,
+    trajectory: str | None,
+    options: Mapping[str, Any],
+    rng: np.random.Generator,
+    *,
+    stride: int,
+    selection: str | Sequence[int],
+    clusters: str | int,
+) -> tuple[Molecule, FrameChoice]:
+    """Read a molecule and choose its conformations, as the section `frames` of a config asks.
+
+    A single structure is one conformation, since `frames` is about the trajectories of the same study. `options` are those of
+    `read_molecule`.
+    """
+    molecule = read_molecule(structure, trajectory, stride=stride, **options)
+    frames = None if selection == "clusters" else selection
+    if trajectory is None and molecule.n_frames == 1:
+        all_frames = molecule if stride == 1 else read_molecule(structure, **options)
+        if all_frames.n_frames == 1:
+            clusters, frames = "auto", frames and "all"
+    return molecule, choose_frames(molecule, clusters=clusters, frames=frames, rng=rng)
 
 
 def residue_labels(path: str | os.PathLike[str] | None) -> list[str]:

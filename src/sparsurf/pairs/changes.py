@@ -6,7 +6,8 @@ with floors: distances between a form and itself with other dots, or with random
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+import logging
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,9 +18,16 @@ from sparsurf import progress
 from sparsurf.errors import InputError
 from sparsurf.molecules.conformations import BACKBONE, determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.pairs.residue_moments import CHANNELS, FIELDS, Residues, describe_residues, distances
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.study.floors import random_rotation, rotate
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.molecular_surface import surface_generator
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
+
+log = logging.getLogger("sparsurf")
 
 TOTAL = "total"
 N_FRESH_DRAWS = 5  # sets of fresh dots of each form
@@ -42,6 +50,22 @@ class Form(NamedTuple):
     surface: Surface
     molecule: Molecule
     generate_surface: Callable[[np.ndarray], Surface]
+
+
+def read_forms(
+    name: str, files: Mapping[str, Sequence[str]], rules: SurfaceSettings, d_link: float
+) -> tuple[Form, Form]:
+    """Read the surfaces and structures of the two forms of a comparison, by their names; the second is numbered as the first."""
+    paths = [structure for _, structure in files.values()]
+    if paths[0] == paths[1]:
+        raise InputError(f"changes.{name}: both names mean one conformation; name another.")
+    reference = read_study_structure(paths[0])
+    forms: list[Form] = []
+    for form, (surface, structure) in files.items():
+        molecule = numbered_alike(read_study_structure(structure), reference) if forms else reference
+        generate, _ = surface_generator(molecule, 0, radii(molecule, rules.radii), rules, d_link, form)
+        forms.append(Form(form, read_npz(surface), molecule, generate))
+    return forms[0], forms[1]
 
 
 def noise(
@@ -128,6 +152,19 @@ def unmatched_residues(first: Form, second: Form) -> tuple[str, str]:
     for mask, rows in zip(absent, common_residues(first, second), strict=True):
         mask[rows] = False
     return residue_ranges(tables[0], absent[0]), residue_ranges(tables[1], absent[1])
+
+
+def warn_of_unmatched(first: Form, second: Form) -> tuple[str, str]:
+    """Return the residues that the other form lacks, see `unmatched_residues`, and warn of them."""
+    unmatched = unmatched_residues(first, second)
+    for form, other, residues in zip((first, second), (second, first), unmatched, strict=True):
+        if residues:
+            message = (
+                "%s lacks residues %s of %s, so changes next to them may come from that: "
+                "restrict both forms to the same residues by `residues`"
+            )
+            log.warning(message, other.name, residues, form.name)
+    return unmatched
 
 
 def residue_ranges(residues: pd.DataFrame, selected: np.ndarray) -> str:

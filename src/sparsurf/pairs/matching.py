@@ -132,14 +132,12 @@ def by_dot(match_: Match, side: int, table: pd.DataFrame, within: float = INTERF
     return out
 
 
-def by_residue(dots: pd.DataFrame) -> pd.DataFrame | None:
-    """Average each map over the dots of a residue; None if the atoms are unknown.
+def by_residue(dots: pd.DataFrame) -> pd.DataFrame:
+    """Average each map over the dots of a residue of a partner.
 
     `interface` is the share of its dots in the interface. Buried residues have no dots and no row.
     """
-    keys = ["chain", "residue", "residue_name"]
-    if not set(keys) <= set(dots.columns):
-        return None
+    keys = ["partner", "chain", "residue", "residue_name"]
     names = ["propensity_smoothed", "propensity_k_smoothed", "similarity_smoothed", "interface"]
     grouped = dots.groupby(keys, sort=False, dropna=False)
     table = grouped[names].mean()
@@ -215,6 +213,22 @@ def agreement(
     return rows.assign(dots=len(centres), interface=int(positive.sum()), blocks=int(block.max()) + 1)
 
 
+def tables_of_partners(
+    match_: Match, smoothing: float, within: float, seed: int, threads: int = 1
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tabulate the maps of both partners by dot, and their agreement with the interface."""
+    dots, areas = [], []
+    for side in (0, 1):
+        table = maps(match_, side, smoothing, threads)
+        dots.append(by_dot(match_, side, table, within))
+        dots[-1].insert(0, "partner", side + 1)
+        of_side = agreement(match_, side, table, within, seed, threads)
+        if of_side is not None:
+            of_side.insert(0, "partner", side + 1)
+            areas.append(of_side)
+    return pd.concat(dots), pd.concat(areas) if areas else pd.DataFrame(columns=AREAS)
+
+
 def blocks_of(partner: Partner, dots: np.ndarray) -> np.ndarray:
     """Group some dots into blocks of residues, or of dots if the residues are unknown; return the block of each."""
     units = np.arange(len(dots)) if partner.residue is None else partner.residue[dots]
@@ -228,8 +242,8 @@ def contacts(
     recipe: Recipe = RECIPE,
     seed: int = 0,
     threads: int = 1,
-) -> pd.DataFrame | None:
-    """Test whether patches in contact match better than others; None if the partners do not touch.
+) -> pd.DataFrame:
+    """Test whether patches in contact match better than others; without rows if the partners do not touch.
 
     Each dot of the first partner's interface has a native partner, the nearest dot of the second surface. The native partner
     is compared with a random dot of the second surface ('any pair'), and with the native partner of another dot ('exchanged').
@@ -241,7 +255,7 @@ def contacts(
     """
     pairs = native_pairs(first.surface.points, second.surface.points, within)
     if len(pairs) < 2:
-        return None
+        return pd.DataFrame(columns=CONTACTS)
     rng = stream(seed, "contacts", first.name, second.name)
     pairs = pairs[np.sort(rng.permutation(len(pairs))[:MAX_CONTACTS])]
     others = {

@@ -1,17 +1,20 @@
 """The published combinations of Table I evaluated on one prepared surface, and what their d depends on."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from sparsurf.paper import published_runs
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.sampling.samplers import tune_alpha
+from sparsurf.settings import Settings
 from sparsurf.study import grid, tables
-from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.statistics import estimate
 
 PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
@@ -20,6 +23,40 @@ LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, 
 
 GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
 TENTHS = 10  # of all dots, by roughness
+
+
+def reproduce(
+    prepared: PreparedSurface, settings: Settings, progress: Callable[[int, int], None]
+) -> dict[str, pd.DataFrame]:
+    """Make the paper's runs again on a surface: the tables of the comparison, by name."""
+    sampling, evaluation = settings.sampling, settings.evaluation
+    combinations = published.parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta)
+    n_tests, draws = number_of_tests(evaluation.test_dots, len(prepared)), evaluation.draws
+    runs = published_runs.runs_as_published(prepared, combinations, progress=progress)
+    ranks = published_runs.place_published_values(runs)
+    n_centres = published_runs.centres_in_random_orders(prepared)
+    return {
+        "runs": runs,
+        "places": ranks,
+        "tests": published_runs.tests_of_table_1(ranks, n_centres),
+        "rows": published_rows(prepared, n_tests, draws),
+        "links": sweep_links(prepared, LINK_DISTANCES, n_tests, draws),
+        "defects": compare_defects(prepared, n_tests, draws),
+        "family": tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
+    }
+
+
+def facts_for_page(
+    prepared: PreparedSurface, results: Mapping[str, pd.DataFrame], table: pd.DataFrame, draws: int
+) -> dict[str, Any]:
+    """Collect what the page says of the results of `reproduce` and of the table grid.csv."""
+    return {
+        "bias": published_runs.selection_bias(results["runs"], table),
+        "signs": sign_changes(results["links"]),
+        "family": best_of_family(results["family"]),
+        "gathering": gathering_by_roughness(prepared, draws),
+        "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
+    }
 
 
 def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:

@@ -6,6 +6,7 @@ which it is compared. All dots are used on both sides.
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from sparsurf import progress
 from sparsurf.files import read_archive, read_bytes
 from sparsurf.molecules.conformations import determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
@@ -136,6 +138,26 @@ def _fresh_dots(
         return surface.points, surface.normals
     points, normals = rotate(prepared.points - centre, rotation.T), rotate(prepared.normals, rotation.T)
     return recover(points, normals, prepared.density, threads=prepared.threads, keep=False)
+
+
+def read_frames_around(
+    frames: str,
+    conformation: str,
+    structure: str,
+    trajectory: str,
+    options: Mapping[str, Any],
+    atoms: np.ndarray,
+) -> dict[float, list[np.ndarray]] | None:
+    """Read the frames `TIME_GAPS_PS` before and after a conformation, see `frames_at_gaps`; None if its time is unknown.
+
+    `frames` is the table of the chosen frames, and `options` are those of `read_molecule`.
+    """
+    table = pd.read_csv(frames).set_index("conformation")
+    time = float(table["time_ps"].loc[conformation])
+    if not np.isfinite(time):
+        return None
+    times = [time, *(time + sign * gap for gap in TIME_GAPS_PS for sign in (-1, 1))]
+    return frames_at_gaps(read_molecule(structure, trajectory, times=times, **options), atoms, time)
 
 
 def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[float, list[np.ndarray]]:

@@ -4,7 +4,7 @@ The paper uses patches around the dots that the sampling kept. These are a biase
 kept dots. Patches around any dots are therefore reported too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,9 @@ from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import Estimate, estimate
 from sparsurf.study.tables import bin_index, range_limits
 
+MAX_TEST_DOTS = 8_000
+TEST_DOTS_PER_TEST_DOT = 10  # for each of the grid: a study of fewer is a quick one
+DRAWS = 6  # of the combination
 N_BINS = 10  # of equal width, as in Fig. 4
 MIN_TEST_DOTS = 10  # in a bin that is evaluated
 AROUND = {"kept dots": True, "any dots": False}  # centres of the patches; kept dots as in the paper
@@ -58,6 +61,28 @@ def by_roughness(
     dots = np.array(tests)
     z = {reading: np.stack([z[r] for z in by_draw], axis=1) for r, reading in enumerate(readings)}
     return ByRoughness(dots, prepared.roughness[dots], z)
+
+
+def kept_and_any(
+    prepared: PreparedSurface,
+    combination: Sequence[float],
+    readings: Sequence[str],
+    test_dots: int | str,
+) -> dict[str, ByRoughness]:
+    """Measure the distances around kept dots and around any dots, by the names in `AROUND`; `test_dots` are those of the grid."""
+    n_tests = MAX_TEST_DOTS
+    if isinstance(test_dots, int):
+        n_tests = min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
+    return {
+        around: by_roughness(prepared, combination, readings, n_tests, DRAWS, kept)
+        for around, kept in AROUND.items()
+    }
+
+
+def table_of_bins(measured: Mapping[str, ByRoughness]) -> pd.DataFrame:
+    """Tabulate the distances of `kept_and_any` in bins of roughness: the rows of rough_and_flat.csv."""
+    tables = [bins_table(measured[around], kept).assign(around=around) for around, kept in AROUND.items()]
+    return pd.concat(tables, ignore_index=True)
 
 
 def _draw(prepared: PreparedSurface, n_dots: int, n: int, *keys: int) -> np.ndarray:

@@ -15,8 +15,12 @@ from sparsurf.columns import missing_columns
 from sparsurf.errors import InputError
 from sparsurf.files import read_bytes
 from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_combinations
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.study.best_set import best_set
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import cross_validated, estimate, reference_values
+from sparsurf.surfaces.formats.npz import read_npz
 
 if TYPE_CHECKING:
     from sparsurf.study.grid import Grid
@@ -54,6 +58,14 @@ def read_roughness(path: Path | str, surface: Surface) -> np.ndarray:
     if not ((values >= 0) & (values <= 1)).all():
         raise InputError(f"{path} has an R_i that is not between 0 and 1: delete it and run the study again.")
     return values
+
+
+def read_prepared(
+    surface: str, roughness: str, settings: Settings, streams: Streams, threads: int = 1
+) -> PreparedSurface:
+    """Prepare a surface of a study, whose dots and roughness lie in files."""
+    dots = read_npz(surface)
+    return PreparedSurface(dots, settings, read_roughness(roughness, dots), streams, threads)
 
 
 def read_residues(path: Path | str) -> pd.DataFrame:

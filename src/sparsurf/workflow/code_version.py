@@ -13,6 +13,7 @@ NOT_COMPUTING = (
     "__init__",
     "__main__",
     "compile_kernels",
+    "version",
 )
 
 

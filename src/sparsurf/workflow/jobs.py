@@ -1,5 +1,7 @@
 """The frame of a job: its log, its error as one sentence, and how far it is."""
 
+from __future__ import annotations
+
 import errno
 import logging
 import os
@@ -11,18 +13,48 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
+from sparsurf.settings import Settings
 from sparsurf.threads import ignore_numba_threads
 from sparsurf.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
+
+if TYPE_CHECKING:
+    from sparsurf.streams import Streams
 
 # A full disk, a folder that may not be written
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
 
 
+class Job:
+    """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake."""
+
+    def __init__(self, snakemake: Any) -> None:
+        self.snakemake = snakemake
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.snakemake, name)
+
+    @property
+    def settings(self) -> Settings:
+        """The sections of the config among the params."""
+        return Settings.of(self.params)
+
+    @property
+    def place(self) -> str:
+        """Name of a conformation: protein/conformation."""
+        return f"{self.wildcards.protein}/{self.wildcards.conformation}"
+
+    def streams(self, name: str | None = None, *, shared: bool = False) -> Streams:
+        """Return the random streams of the conformation, or of another place."""
+        from sparsurf.streams import Streams  # here, as it imports numpy
+
+        return Streams(self.params.seed, self.place if name is None else name, shared)
+
+
 @contextmanager
-def job(snakemake: Any) -> Iterator[None]:
+def job(snakemake: Any) -> Iterator[Job]:
     """Run a script: its output goes to the log of the rule, and an error ends it with one sentence.
 
     The log has the traceback of an error that is not the user's mistake. Snakemake removes the outputs of a job that failed.
@@ -38,7 +70,7 @@ def job(snakemake: Any) -> Iterator[None]:
         logging.basicConfig(handlers=[handler], level=logging.INFO, format=form, force=True)
         logging.captureWarnings(True)
         try:
-            yield
+            yield Job(snakemake)
             print(f"{USED}{used()}", file=log)
         except (KeyboardInterrupt, Exception) as error:
             sentence = _sentence(error, snakemake)

@@ -7,14 +7,23 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
+from typing import NamedTuple
 
+from sparsurf.batches.assignment import batched_structures
 from sparsurf.errors import InputError
-from sparsurf.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure
+from sparsurf.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
+from sparsurf.workflow.conformations import first_column, without_zeros
+from sparsurf.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure, place_of_log
+from sparsurf.workflow.names import FIGURES
 
+# Jobs that lead to the conformations of a protein: without one of them there are none
+BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
+OF_PAPER = ("verdict.html", "table1.*", "paper_*.csv")
+LAST_FILE = "view.html"  # of a conformation
 SNAKEMAKES_GREETING = "Using workflow specific profile"
 
 
@@ -120,3 +129,103 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
         sep="\n",
         file=sys.stderr,
     )
+
+
+class Finished(NamedTuple):
+    """What is finished of a run in which jobs failed.
+
+    conformations, pairs : folders
+    sampled : names of the proteins with a grid
+    files : of these, of their proteins and of the changes, in the order of the first page
+    """
+
+    conformations: list[Path]
+    pairs: list[Path]
+    sampled: list[str]
+    files: list[Path]
+
+
+def finished_parts(config: dict, run: Path, failures: Mapping[str, str]) -> Finished:
+    """Return what is finished of a run without the places in `failures`, see `failed_places`."""
+    folders = finished_conformations(config, run, failures)
+    pairs = [run / "pairs" / name for name in config["pairs"] if f"pairs/{name}" not in failures]
+    pairs = [pair for pair in pairs if (pair / "agreement.csv").is_file()]
+    changes = [run / "changes" / name for name in config["changes"] if f"changes/{name}" not in failures]
+    parts = [*files_of_proteins(config, run, failures, folders), *changes]
+    if run / config.get("paper", "") / "c1" in folders:
+        parts += [path for name in OF_PAPER for path in sorted(run.glob(name))]
+    files = [path for part in (*parts, *pairs) for path in in_order_of_page(part)]
+    return Finished(folders, pairs, sampled_proteins(config), files)
+
+
+def files_of_proteins(
+    config: dict, run: Path, failures: Mapping[str, str], folders: Sequence[Path]
+) -> Iterator[Path]:
+    """Yield the files and folders of the proteins that are finished."""
+    for protein in proteins_with_folders(config):
+        if not {protein, f"{protein}/*"} & failures.keys():
+            paths = sorted(run.glob(f"{protein}/[!.]*"))
+            yield from (path for path in paths if not CONFORMATION.fullmatch(path.name))
+        yield from (folder for folder in folders if folder.parent.name == protein)
+
+
+def in_order_of_page(result: Path) -> list[Path]:
+    """Return a file, or the files of a folder."""
+    files = [result] if result.is_file() else [path for path in result.rglob("[!.]*") if path.is_file()]
+    return sorted(files, key=lambda path: ((*FIGURES, path.stem).index(path.stem), path))
+
+
+def failed_places(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
+    """Return what the config excludes, the places of failed jobs, and the pairs and changes that need them, with their reasons.
+
+    Parameters
+    ----------
+    config : dict, checked
+    run : folder of the results
+    failed : logs of the jobs that failed
+    """
+    places = dict(config["exclude"])
+    whole = "/*" if batched_structures(config) else ""  # the page of a structure failed; its batch keeps it
+    for log in failed:
+        protein, conformation, job = place_of_log(log, run / "logs")
+        over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
+        place = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
+        place += whole if place and place == protein else ""
+        if place:  # a job over all proteins has no place
+            places[place] = f"{job}: {failure(log)}"
+    for place, needed in needed_conformations(config).items():
+        for name in needed:
+            protein, _, conformation = name.partition("/")
+            first = next(iter(chosen_conformations(config, run, protein)), "c1")
+            if is_in(places, protein, conformation or first):
+                places.setdefault(place, f"{name} could not be finished.")
+    return places
+
+
+def finished_conformations(config: dict, run: Path, failures: Mapping[str, str]) -> list[Path]:
+    """Return the folders of the conformations that are finished."""
+    folders = [
+        run / protein / conformation
+        for protein in proteins_with_folders(config)
+        for conformation in chosen_conformations(config, run, protein)
+        if not is_in(failures, protein, conformation)
+    ]
+    return [folder for folder in folders if (folder / LAST_FILE).is_file()]
+
+
+def proteins_with_folders(config: dict) -> list[str]:
+    """Return the names of the proteins whose files lie in folders of their own."""
+    return config.get("pages", []) if batched_structures(config) else [*config["proteins"]]
+
+
+def chosen_conformations(config: dict, run: Path, protein: str) -> list[str]:
+    """Return the conformations of a protein, none where its frames are not chosen yet."""
+    if "surface" in config["proteins"][protein]:
+        return ["c1"]
+    frames = run / protein / "frames.csv"
+    return first_column(frames) if frames.is_file() else []
+
+
+def is_in(places: Mapping[str, str], protein: str, conformation: str) -> bool:
+    """Return whether a conformation, by any way to write its name, or its protein is among some places."""
+    return not {protein, without_zeros(f"{protein}/{conformation}")}.isdisjoint(map(without_zeros, places))

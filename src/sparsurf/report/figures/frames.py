@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 from matplotlib import patheffects
 
 from sparsurf.report.figures import layout
@@ -19,6 +20,26 @@ if TYPE_CHECKING:
 
 MAX_NAMED = 24  # conformations; if there are more, none is named
 MAX_COMPONENTS = 10  # in the panel of explained variance
+
+
+def figure_of_tables(
+    frames: pd.DataFrame,
+    silhouette: pd.DataFrame,
+    projection: pd.DataFrame,
+    explained: pd.DataFrame,
+    name: str,
+) -> Figure:
+    """Draw the tables of the frames of a protein, see `frames_projection`."""
+    row_of_frame = pd.Series(range(len(projection)), index=projection["frame"])
+    return frames_projection(
+        projection[["pc1", "pc2"]].to_numpy(),
+        projection["cluster"].to_numpy(),
+        row_of_frame.loc[frames["frame"]].to_numpy(),
+        frames["conformation"].tolist(),
+        explained["explained"].to_numpy(),
+        dict(zip(silhouette["K"], silhouette["silhouette"], strict=True)),
+        name,
+    )
 
 
 @styled

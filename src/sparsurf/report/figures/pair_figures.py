@@ -15,12 +15,12 @@ from sparsurf.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import against_zero, auc_of
+from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sparsurf.report.figures.render import Camera
-    from sparsurf.surfaces.surface import Surface
 
 SCORES = {
     "propensity": "complementarity, nearest patch",
@@ -33,6 +33,7 @@ SCORES = {
 }
 INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
 PAGE_WIDTH, PAGE_HEIGHT = 78, 62  # mm, of a partner
+GAP_OF_PAGES = 5.0  # Å, between both partners to turn
 
 
 @styled
@@ -153,6 +154,21 @@ def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[
     facing = facing / length if length > render.MIN_MEAN_NORMAL else np.array([0.0, 0.0, 1.0])
     up = principal_axes(around, facing)[0]
     return [np.array([np.cross(up, front), up, front]) for front in (facing, -facing)]
+
+
+def side_by_side(surfaces: list[Surface], pages: list[np.ndarray], n_atoms: list[int]) -> Surface:
+    """Join both partners to one surface, the pages of an open book; `n_atoms` are those with a label, 0 for none."""
+    points = [surface.points @ page.T for surface, page in zip(surfaces, pages, strict=True)]
+    middles = [(x.min(axis=0) + x.max(axis=0)) / 2 for x in points]
+    shift = (np.ptp(points[0][:, 0]) + np.ptp(points[1][:, 0])) / 2 + GAP_OF_PAGES
+    points = [points[0] - middles[0], points[1] - middles[1] + [shift, 0, 0]]
+    normals = [surface.normals @ page.T for surface, page in zip(surfaces, pages, strict=True)]
+    atoms = [
+        np.where((surface.atom < 0) | (n == 0), -1, surface.atom + before)
+        for surface, n, before in zip(surfaces, n_atoms, (0, n_atoms[0]), strict=True)
+    ]
+    kind = np.concatenate([surface.kind for surface in surfaces])
+    return Surface(np.concatenate(points), np.concatenate(normals), kind=kind, atom=np.concatenate(atoms))
 
 
 @styled

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from sparsurf.orientation import principal_axes
+from sparsurf.surfaces.formats.ply import viridis
 
 SUPERSAMPLING = 2  # rendered pixels per pixel of the picture, along each side
 MIN_MEAN_NORMAL = 1e-6  # length of a mean normal that has a direction; shorter ones are rounding errors
@@ -27,6 +28,8 @@ CONTOUR_DEPTH = 2.0  # Å, jump in depth at which a contour begins
 DOT_RADIUS = 0.2  # Å, of the disc of a kept dot
 MAX_DISC_RADIUS = 1.2  # Å, of discs that cover the surface around a dot: the curvature of a hydrogen
 ROUGHNESS_LIMITS = 0.2, 0.9  # R_i at the ends of the colours, the same for all surfaces for comparison
+THUMBNAIL_PIXELS = 180, 240  # rows and columns
+SCALE_BAR, MARGIN = 10, 6  # Å, and pixels from the corner
 PALE = (0.92, 0.92, 0.92)  # surface behind the dots of a subset
 
 
@@ -145,6 +148,17 @@ def picture(scene: Scene) -> np.ndarray:
     out = np.empty((*scene.camera.shape, 3), np.uint8)
     _shrink(scene.colour, scene.dark, out)
     return out
+
+
+def thumbnail(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray) -> np.ndarray:
+    """Draw a small picture of a surface in the colours of its roughness, with a scale bar."""
+    camera = aim(points, along_smallest_axis(points), THUMBNAIL_PIXELS)
+    # two values more, so that the colours have the same range on every surface
+    colours = viridis(np.append(roughness.clip(*ROUGHNESS_LIMITS), ROUGHNESS_LIMITS))[:-2] / 255
+    image = picture(draw_surface(points, normals, colours, camera))
+    left, bottom, length = MARGIN, image.shape[0] - MARGIN, round(SCALE_BAR * camera.scale)
+    image[bottom - 2 : bottom, left : left + length] = 0
+    return image
 
 
 @njit(cache=True, nogil=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,8 @@ import numpy as np
 from matplotlib import colors
 from matplotlib.patches import Patch
 
+from sparsurf.patches import islands
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import span
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
     from sparsurf.report.figures.results import Results
+    from sparsurf.sampling.combination import Combination
+    from sparsurf.study.prepared_surface import PreparedSurface
+    from sparsurf.study.rough_and_flat import ByRoughness
 
 REFERENCES = {
     "Z_empty": ("empty patch", "--"),
@@ -38,6 +43,31 @@ def draw(results: Results) -> Figure:
     """Draw the figure of one surface and its best combination: a rough and a flat patch, and Z around kept dots."""
     name = layout.headed(results.name, message(results.rough_and_flat["panels"]))
     return figure(**results.rough_and_flat, name=name)
+
+
+def content(
+    prepared: PreparedSurface,
+    combination: Combination,
+    around: Mapping[str, ByRoughness],
+    references: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Collect the panels around kept dots, and cut a rough and a flat patch to show: arguments of `figure`.
+
+    `around` is from `study.rough_and_flat.kept_and_any`, and `references` are those of best.json.
+    """
+    kept_dots, anywhere = around["kept dots"], around["any dots"]
+    panels = [
+        (f"around kept dots, {READINGS[reading].words}", kept_dots.roughness[0], *z[:, 0])
+        for reading, z in kept_dots.z.items()
+    ]
+    patches = []
+    ranked = anywhere.dots[0][np.argsort(anywhere.roughness[0], kind="stable")]
+    for kind, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
+        dots = islands.patch(prepared.index, dot, prepared.patches.R_zernike)
+        kept = [np.flatnonzero(np.isin(dots, subset)) for subset in prepared.pair(combination, 0)]
+        title = f"{kind} patch, R = {prepared.roughness[dot]:.2f}"
+        patches.append((title, prepared.points[dots], prepared.normals[dots], *kept))
+    return {"panels": panels, "patches": patches, "references": references}
 
 
 def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) -> str:

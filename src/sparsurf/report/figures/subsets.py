@@ -10,15 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import colors
 
+from sparsurf.recovery.errors import distance_to_surface
+from sparsurf.recovery.readings import comparable_density
+from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
+from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sparsurf.report.figures.render import Scene
     from sparsurf.report.figures.results import Results
-    from sparsurf.surfaces.surface import Surface
+    from sparsurf.study.prepared_surface import PreparedSurface
 
 MAX_DISTANCE = 0.2  # Å, end of the colours of a recovered surface
 CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
@@ -27,6 +31,16 @@ CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
     return figure(results.surface, results.subsets, results.recovered, results.name)
+
+
+def recovered_from(
+    prepared: PreparedSurface, subset: Surface, threads: int
+) -> tuple[str, Surface, np.ndarray]:
+    """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
+    density = comparable_density(prepared.density, prepared.patches.D_link)
+    surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
+    distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
+    return "recovered from minimal.csv", surface, distance
 
 
 @styled

@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
+from sparsurf.report.numbers import enough_dots
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import farthest, sampler_label
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
@@ -130,6 +133,28 @@ def coloured_page(
         title, surface, prepared.roughness, prepared.cover, prepared.patches.R_patch, {"farthest": order},
         residues=residues, values=values, opens=("all", 1), says=says,
     )  # fmt: skip
+
+
+def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
+    """Return what the dots of a surface show: their distance from the recovered one, component, and fields."""
+    name = "distance from the surface recovered from minimal.csv"
+    shown = [Values(name, "off", " Å", distance, "on it", "off")]
+    components = surface.fields.get(COMPONENT_FIELD)
+    if components is not None and components.max() > 0:
+        shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
+    for field, numbers in fields_without_component(surface).items():
+        words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
+        shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
+    return shown
+
+
+def enough_of(required_dots: pd.DataFrame, floor: str | None) -> str:
+    """Say how many dots are enough; empty if no floor sets the size of the minimal subset."""
+    rows = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)]
+    if rows.empty:
+        return ""
+    row = rows.iloc[0]
+    return enough_dots(row["n_S_percent"], row["n_S_percent_low"], row["n_S_percent_high"], row["bound"])
 
 
 def _read(name: str) -> str:
