@@ -189,14 +189,6 @@ rule measure_roughness:
         "scripts/measure_roughness.py"
 
 
-def frames_around_conformation(wildcards):
-    """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
-    files = molecule_files(wildcards)
-    if wildcards.protein in READY_SURFACES or "trajectory" not in files:
-        return {}
-    return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
-
-
 rule measure_floors:
     input:
         unpack(frames_around_conformation),
@@ -229,12 +221,6 @@ rule measure_floors:
 if SAMPLED:
 
     include: "rules/sampling.smk"
-
-
-def ranges_of_paper_sampler(wildcards):
-    """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
-    takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
-    return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 
 rule select_minimal_subset:

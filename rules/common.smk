@@ -164,6 +164,20 @@ def if_sampled(file):
 # Final outputs
 
 
+def frames_around_conformation(wildcards):
+    """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
+    files = molecule_files(wildcards)
+    if wildcards.protein in READY_SURFACES or "trajectory" not in files:
+        return {}
+    return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
+
+
+def ranges_of_paper_sampler(wildcards):
+    """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
+    takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
+    return if_sampled("ranges.csv")(wildcards) if takes_them else []
+
+
 def outputs(*of_rules, **wildcards):
     """Paths of outputs of rules for values of their wildcards, each a name or a list of names."""
     return [path for files in of_rules for path in expand(files, run=config["run"], **wildcards)]
