@@ -161,9 +161,6 @@ def if_sampled(file):
     )
 
 
-# Final outputs
-
-
 def frames_around_conformation(wildcards):
     """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
     files = molecule_files(wildcards)
@@ -176,6 +173,9 @@ def ranges_of_paper_sampler(wildcards):
     """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
     takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
+
+
+# Final outputs
 
 
 def outputs(*of_rules, **wildcards):
