@@ -22,6 +22,7 @@ from snakemake.iocontainers import Namedlist
 import warm_python
 from conftest import ROOT
 from peptides import peptide, write
+from sparsurf import columns
 from sparsurf.errors import InputError
 from sparsurf.workflow.job_logs import failure
 
@@ -244,3 +245,17 @@ def run_job(folder, job):
     (folder / "job.py").write_text(text, encoding="utf-8")
     call = [warm_python.interpreter(), "job.py"]
     return subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def table_of(path):
+    """The table of columns.yaml that a file of a run is, by its path below results/<run>/; KeyError if it is not listed."""
+    parts = path.split("/")
+    fits = [
+        key
+        for key in columns.tables()
+        if key.count("/") == path.count("/")
+        and all(a == b or a.startswith("<") for a, b in zip(key.split("/"), parts, strict=True))
+    ]
+    if not fits:
+        raise KeyError(f"{path} is not in columns.yaml")
+    return columns.tables()[min(fits, key=lambda key: key.count("<"))]

@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
+from small_study import table_of
 from sparsurf import columns
 from sparsurf.cli import command
 from sparsurf.dot_fields.registry import FIELDS
@@ -45,7 +46,7 @@ def test_every_column_of_every_table_of_a_run_is_listed(study):
     paths = [path for path in sorted(run.rglob("*.csv")) if "logs" not in path.relative_to(run).parts]
     assert len(paths) > 60
     for path in paths:
-        check(columns.table_of(path.relative_to(run).as_posix()), path)
+        check(table_of(path.relative_to(run).as_posix()), path)
 
 
 @pytest.mark.parametrize(
@@ -89,14 +90,14 @@ def test_an_interval_is_explained_by_its_column():
 
 
 def test_a_name_goes_before_a_placeholder():
-    table = columns.table_of("changes/opening/changes.csv")
+    table = table_of("changes/opening/changes.csv")
     assert table.column("shape").name == "shape" and table.column("charge").name == "<field>"
     assert table.column("charge_floor").name == "<field>_floor"
 
 
 def test_an_unlisted_file_has_no_table():
     with pytest.raises(KeyError, match=r"other\.csv"):
-        columns.table_of("p/c1/other.csv")
+        table_of("p/c1/other.csv")
 
 
 def test_a_table_that_lacks_a_column_is_refused_by_name(tmp_path):

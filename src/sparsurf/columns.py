@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -71,24 +71,6 @@ def tables() -> dict[str, Table]:
     }
 
 
-def table_of(path: str | PurePosixPath) -> Table:
-    """Return the table of a file of a run.
-
-    Parameters
-    ----------
-    path : path below results/<run>/
-
-    Raises
-    ------
-    KeyError : the file is not listed
-    """
-    parts = PurePosixPath(path).parts
-    fits = [key for key in tables() if _same_place(key.split("/"), parts)]
-    if not fits:
-        raise KeyError(f"{path} is not in columns.yaml")
-    return tables()[min(fits, key=lambda key: key.count("<"))]
-
-
 def missing_columns(name: str, columns: Iterable[str]) -> list[str]:
     """Return the columns that a table lacks, in the one of the tables with that file name that it is most like.
 
@@ -146,11 +128,4 @@ def _pattern(name: str) -> re.Pattern[str]:
     parts = re.split("(<[a-z]+>)", name)
     return re.compile(
         "".join(PLACEHOLDERS.get(part, ANY_NAME) if part[:1] == "<" else re.escape(part) for part in parts)
-    )
-
-
-def _same_place(key: list[str], parts: tuple[str, ...]) -> bool:
-    """Return whether a path has the parts of a key, any name in place of <...>."""
-    return len(key) == len(parts) and all(
-        a == b or a.startswith("<") for a, b in zip(key, parts, strict=True)
     )

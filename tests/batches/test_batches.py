@@ -11,7 +11,6 @@ import small_study
 import sparsurf
 from browser import Browser, programs
 from peptides import peptide, write
-from sparsurf import columns
 from sparsurf.batches import assignment, summary, tables
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
@@ -111,7 +110,7 @@ def test_pandas_reads_a_run_by_the_path_of_a_folder(many):
 
 @pytest.mark.parametrize("name", assignment.TABLES)
 def test_every_column_is_listed_in_order(name):
-    listed = [column.name for column in columns.table_of(f"{name}/0001.parquet").columns]
+    listed = [column.name for column in small_study.table_of(f"{name}/0001.parquet").columns]
     assert [column for column in listed if "<" not in column] == list(tables.columns_of(name))
     if name in ("dots", "residues"):
         assert "<field>" in listed[-1] or "mean_<field>" in listed

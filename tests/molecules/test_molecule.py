@@ -5,12 +5,10 @@ from string import ascii_letters, ascii_uppercase, digits
 
 import numpy as np
 import pytest
-from gemmi import cif
 
 from sparsurf.molecules import formats
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.conformations import FrameChoice
-from sparsurf.molecules.mmcif import read_mmcif, write_mmcif
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import _short_chain_ids, read_pdb
 from sparsurf.molecules.trajectory import Frames
@@ -135,24 +133,6 @@ def test_only_ids_that_do_not_fit_get_other_names_which_is_reported(caplog):
     assert "have other names in its results: AAA is B, BBB is D" in caplog.text
     caplog.clear()
     assert _short_chain_ids(np.array(["A", "AB"])) == ["A", "AB"] and not caplog.text
-
-
-def test_nucleotides_are_written_as_parts_of_a_chain(molecule, tmp_path):
-    kind = np.array(["protein", "protein", "nucleic", "nucleic", "other"])
-    write_mmcif(tmp_path / "x.cif", "x", molecule.xyz[0], replace(molecule, kind=kind), np.zeros(5))
-    hetero = read_mmcif((tmp_path / "x.cif").read_text(), "x.cif").atoms.hetero
-    assert hetero.tolist() == [False, False, False, False, True]
-
-
-def test_atoms_of_mmcif_count_from_one_and_have_the_numbers_of_their_residues(molecule, tmp_path):
-    write_mmcif(tmp_path / "x.cif", "x", molecule.xyz[0], molecule, np.zeros(5))
-    rows = cif.read(str(tmp_path / "x.cif")).sole_block().find(
-        "_atom_site.", ["id", "label_atom_id", "label_asym_id", "label_seq_id"]
-    )  # fmt: skip
-    assert [list(row) for row in rows] == [
-        ["1", "N", "A", "1"], ["2", "CA", "A", "1"], ["3", "N", "A", "2"], ["4", "CA", "A", "2"],
-        ["5", "ZN", "B", "1"],
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,10 @@ from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
 from sparsurf.molecules.plddt import origin_of_mmcif
-from sparsurf.molecules.residues import HEAVY_ATOMS, split_label, standard_name
+from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
 
 if TYPE_CHECKING:
-    from sparsurf.molecules.molecule import Molecule
+    pass
 
 log = logging.getLogger("sparsurf")
 
@@ -46,11 +46,6 @@ ITEMS = {
     "element": ["type_symbol"],
     "model": ["pdbx_PDB_model_num"],
 }
-WRITTEN_ITEMS = (
-    "group_PDB", "id", "type_symbol", "auth_atom_id", "auth_comp_id", "auth_asym_id", "auth_seq_id", "pdbx_PDB_ins_code",
-    "Cartn_x", "Cartn_y", "Cartn_z", "B_iso_or_equiv", "label_atom_id", "label_comp_id", "label_asym_id", "label_seq_id",
-    "occupancy", "label_entity_id", "label_alt_id", "pdbx_PDB_model_num",
-)  # fmt: skip
 REQUIRED = ("name", "residue_name", "x", "y", "z")
 LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
 NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
@@ -185,22 +180,3 @@ def _crosslinked(block: cif.Block) -> frozenset[tuple[str, str]]:
         if row[0] == "covale" and all(standard_name(part[3]) in HEAVY_ATOMS for part in parts):
             residues |= {(chain, number + code) for chain, number, code, _ in parts}
     return frozenset(residues)
-
-
-def write_mmcif(
-    path: str | os.PathLike[str], name: str, xyz: np.ndarray, atoms: Molecule, b_factor: np.ndarray
-) -> None:
-    """Write one model (A, 3), Å, with a number per atom as its B factor; `name` is that of the data block."""
-    block = cif.Block(re.sub(r"\W+", "_", name))
-    loop = block.init_loop("_atom_site.", [*WRITTEN_ITEMS])
-    for i, position in enumerate(xyz):
-        number, code = split_label(atoms.residue[i])
-        record = "ATOM" if atoms.kind[i] in ("protein", "nucleic") else "HETATM"
-        words = [atoms.element[i], atoms.name[i], atoms.residue_name[i], atoms.chain[i], number, code]
-        quoted = [cif.quote(str(word)) if word else "?" for word in words]
-        row = [record, str(i + 1), *quoted, *(f"{x:.3f}" for x in position), f"{b_factor[i]:.4f}"]
-        # readers need the label_ items, which repeat the auth_ ones
-        loop.add_row([*row, *quoted[1:4], number or ".", "1.0", "1", ".", "1"])
-    document = cif.Document()
-    document.add_copied_block(block)
-    document.write_file(str(path))

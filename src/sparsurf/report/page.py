@@ -25,9 +25,7 @@ FORMATS = (
     "interval",
     "interval_of",
     "combination",
-    "signed",
     "p_value",
-    "most_of",
 )  # filters of templates
 WEBP: dict[str, Any] = {
     "quality": 85,
