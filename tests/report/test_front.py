@@ -178,3 +178,20 @@ def test_the_first_page_loads_no_kernel():
     code = "import sys, sparsurf.report.front; print(*{'numba', 'scipy'} & {*sys.modules})"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "\n"
+
+
+@pytest.mark.parametrize(("p", "word"), [(0.06, ""), (0.04, "not ")])
+def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p, word):
+    files = write_run(tmp_path)
+    places = pd.DataFrame(
+        {"range": [1, 2, 3, 4], "d_inside": [1, 0, 0, 0], "Z_tS_inside": [1, 1, 0, 0], "n_runs": 200}
+    )
+    places = places.assign(alpha=1.0, beta=0.0, gamma=6.0, delta=0.0, d_published=2.69)
+    tests = pd.DataFrame({"measure": ["d", "together"], "p": [0.5, p]})
+    for name, table in (("paper_places.csv", places), ("paper_tests.csv", tests)):
+        table.to_csv(tmp_path / name, index=False)
+    answer = write_front(tmp_path / "index.html", [*files, "paper_places.csv", "paper_tests.csv"], {})[0]
+    assert (
+        f"is {word}reproduced: 1 of 4 published d and 2 of 4 published Z" in answer
+        and "95 % of 200 runs" in answer
+    )

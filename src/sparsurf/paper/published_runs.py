@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a second to import
 
+from sparsurf.paper.verdict import MIN_P
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import KEPT_READING
 from sparsurf.sampling import published
@@ -20,7 +21,6 @@ from sparsurf.study.tables import range_index, range_limits
 
 RUNS = 40  # as-published runs of the whole grid
 MEASURES = ("d", "Z_tS")
-MIN_P = 0.05  # below it, a published value does not look like that of another run
 CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
 

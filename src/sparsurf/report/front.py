@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from sparsurf.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
+from sparsurf.paper.verdict import is_one_more_run
 from sparsurf.patches.readings import KEPT_READING, SCALED_READING
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.numbers import (
@@ -51,7 +52,6 @@ MAX_ANSWERS = 3  # surfaces with a sentence each
 N_RESIDUES = 10  # that change most
 SIGNIFICANT = 0.05
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
-REPRODUCED = 0.9  # of the published numbers, among those of runs made as published
 GALLERY = (
     "subsets",
     "roughness",
@@ -220,7 +220,7 @@ def answers(run: Run, batches: Mapping[str, Any] | None = None) -> list[str]:
     if len(found) > MAX_ANSWERS:
         found = [sentence_over_all(run, reading) for reading in run.readings]
     if run.has("paper_places.csv"):
-        found.insert(0, sentence_of_paper(run.read("paper_places.csv")))
+        found.insert(0, sentence_of_paper(*map(run.read, ("paper_places.csv", "paper_tests.csv"))))
     if len(run.surfaces):
         found.append(sentence_of_dots(run))
     changed = [
@@ -270,7 +270,7 @@ def sentence_of_grid(run: Run, place: str) -> str:
     rows = run.grids[place]
     first, *others = run.readings
     winner = run.best(place)[first]["unrestricted"]
-    d, kept = interval(*winner_d(winner, rows, first)), share(winner["n_S_percent"])
+    d, kept = d_of(winner_row(winner, rows, first)), share(winner["n_S_percent"])
     parts = [f"Best {combination(winner)}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"]
     for reading in others:
         above, total = beaten(rows, reading)
@@ -295,10 +295,9 @@ def winner_row(winner: Mapping[str, Any], rows: pd.DataFrame, reading: str) -> M
     return next((row for row in of_reading if combination(row) == combination(winner)), winner)
 
 
-def winner_d(winner: Mapping[str, Any], rows: pd.DataFrame, reading: str) -> tuple[float, float, float]:
-    """Return d of a best combination with its interval."""
-    row = winner_row(winner, rows, reading)
-    return row["d_cv"], row["d_cv_low"], row["d_cv_high"]
+def d_of(row: Mapping[Any, Any]) -> str:
+    """Format d of a row, cross-validated, with its 95 % interval."""
+    return interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])
 
 
 def beaten(rows: pd.DataFrame, reading: str) -> tuple[int, int]:
@@ -341,10 +340,10 @@ def ranges_table_of(run: Run, place: str) -> Table:
         columns += ["d, scaled link"] if reading == KEPT_READING else []
     null = best["references"]["Z_mean_descriptor"]
 
-    def cells(row: Mapping[Any, Any], d: tuple[float, float, float], reading: str) -> list[str]:
+    def cells(row: Mapping[Any, Any], reading: str) -> list[str]:
         mark = " †" if row["Z_tS"] > null else ""
         scaled = [interval(*(row.get(f"d{end}_{SCALED_READING}", math.nan) for end in ("", "_low", "_high")))]
-        line = [combination(row), number(row["n_S_percent"], 1), interval(*d) + mark]
+        line = [combination(row), number(row["n_S_percent"], 1), d_of(row) + mark]
         return line + (scaled if reading == KEPT_READING else [])
 
     table = []
@@ -356,18 +355,16 @@ def ranges_table_of(run: Run, place: str) -> Table:
             line += [combination(row), number(row["d_published"])]
         for reading in run.readings:
             row = by.loc[reading]
-            line += cells(row, (row["d_cv"], row["d_cv_low"], row["d_cv_high"]), reading)
+            line += cells(row, reading)
         table.append(line)
     below = f"best below {best['max_n_S_percent']:g} %"
     for words, key in (("best of all, largest α", "unrestricted"), (below, "under_max_n_S")):
         line = [words, *blank]
         for reading in run.readings:
-            winner = best[reading][key]
-            known = "answer" not in winner
-            if known:
-                line += cells(winner_row(winner, rows, reading), winner_d(winner, rows, reading), reading)
-            else:
+            if "answer" in (winner := best[reading][key]):
                 line += ["–", "", ""] + [""] * (reading == KEPT_READING)
+            else:
+                line += cells(winner_row(winner, rows, reading), reading)
         table.append(line)
     about = [f"{run.shown[place]}: {TEXT['ranges']}"]
     if any("†" in cell for line in table for cell in line):
@@ -396,10 +393,10 @@ def table_over_all(run: Run) -> Table:
     return Table(columns, table, " ".join(about))
 
 
-def sentence_of_paper(places: pd.DataFrame) -> str:
-    """Say in how many ranges the published d and Z lie within 95 % of the runs made as published."""
+def sentence_of_paper(places: pd.DataFrame, tests: pd.DataFrame) -> str:
+    """Say whether Table I is reproduced, and how many published d and Z lie within 95 % of the runs made as published."""
     d, z = (int(places[f"{name}_inside"].sum()) for name in ("d", "Z_tS"))
-    n, word = len(places), "" if d + z >= REPRODUCED * 2 * len(places) else "not "
+    n, word = len(places), "" if is_one_more_run(tests) else "not "
     return (
         f"As the authors' code does it, Table I is {word}reproduced: {d} of {n} published d and {z} of {n} published Z lie within"
         f" 95 % of {int(places['n_runs'].max())} runs made as published."

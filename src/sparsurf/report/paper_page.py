@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.paper import replication
-from sparsurf.paper.published_runs import MEASURES, MIN_P
+from sparsurf.paper.published_runs import MEASURES
+from sparsurf.paper.verdict import is_one_more_run
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
 from sparsurf.report.numbers import against_zero
 from sparsurf.sampling.combination import (
@@ -154,7 +155,7 @@ def table1(
             KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {n}",
             FULL_READING: answer(not opposite.any()),
         },
-        "same": bool(tests.loc[tests["measure"] == "together", "p"].iloc[0] >= MIN_P),
+        "same": is_one_more_run(tests),
         "inside": inside,
         "in_span": sum(in_span.values()),
         "n": n,
