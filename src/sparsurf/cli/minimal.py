@@ -3,12 +3,11 @@
 import argparse
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import ERROR, NUMBER_OF_DOTS, PERCENT, SEED
+from sparsurf.api.inputs import ERROR, NUMBER_OF_DOTS, PERCENT
 from sparsurf.api.minimal import DISTANCE, minimal
 from sparsurf.cli import options, outputs
 from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.streams import DEFAULT_SEED
 
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
@@ -63,12 +62,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default="farthest",
         help=f"how to choose: {', '.join(SAMPLERS)} (default farthest)",
     )
-    parser.add_argument(
-        "--seed",
-        type=options.number(SEED),
-        default=DEFAULT_SEED,
-        help=f"seed of the random numbers (default {DEFAULT_SEED}, as in a study)",
-    )
+    options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser, "values at the dots: hydropathy, potential, bfactor")
     options.add_d_link(parser)
     options.add_molecule(parser)

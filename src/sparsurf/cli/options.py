@@ -6,13 +6,16 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from sparsurf.api.inputs import FRAME, LENGTH, Limits, check_frame, is_structure
+from sparsurf.api.inputs import FRAME, LENGTH, PROBE, SEED, Limits, check_frame, is_structure
+from sparsurf.api.surfaces import CAVITIES
 from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
+from sparsurf.streams import DEFAULT_SEED
+from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 
@@ -50,6 +53,22 @@ def add_molecule(parser: argparse.ArgumentParser) -> None:
     atoms.add_argument("--residues", help="ranges, such as A:10-52A,60")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to take with the protein, such as HEM,ZN")
+
+
+def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
+    """Add the seed of what is chosen at random; `words` say what that is."""
+    parser.add_argument(
+        "--seed", type=number(SEED), default=DEFAULT_SEED, help=f"{words} (default {DEFAULT_SEED})"
+    )
+
+
+def add_rules(parser: argparse._ActionsContainer, dots: str, cavities: str) -> None:
+    """Add the rules by which `dots` are placed on atoms; `cavities` is the default of that rule."""
+    words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
+    parser.add_argument("--probe", type=number(PROBE), default=PROBE_RADIUS, help=words)
+    parser.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
+    words = f"{dots} (default {cavities})"
+    parser.add_argument("--cavities", choices=CAVITIES, default=cavities, help=words)
 
 
 def add_d_link(parser: argparse.ArgumentParser) -> None:

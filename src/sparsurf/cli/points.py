@@ -8,15 +8,12 @@ from typing import Any
 import numpy as np
 
 from sparsurf import progress
-from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, is_structure
+from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, is_structure
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of, structure_name
-from sparsurf.api.surfaces import CAVITIES
 from sparsurf.api.writing import write_file
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES
-from sparsurf.streams import DEFAULT_SEED
-from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.surface import Surface
 
 TABLE = ".parquet"
@@ -49,23 +46,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"number of points on each structure (default {N_POINTS})",
     )
     size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2 instead")
-    parser.add_argument(
-        "--seed",
-        type=options.number(SEED),
-        default=DEFAULT_SEED,
-        help=f"of the first point, from which the others follow (default {DEFAULT_SEED})",
-    )
-    parser.add_argument(
-        "--probe",
-        type=options.number(PROBE),
-        default=PROBE_RADIUS,
-        help=f"radius of the probe in Å (default {PROBE_RADIUS:g})",
-    )
-    parser.add_argument(
-        "--radii", choices=["dms", "bondi"], default="dms", help="table of radii (default dms)"
-    )
-    words = "points in closed cavities inside the molecule (default remove)"
-    parser.add_argument("--cavities", choices=CAVITIES, default="remove", help=words)
+    options.add_seed(parser, "of the first point, from which the others follow")
+    options.add_rules(parser, "points in closed cavities inside the molecule", "remove")
     parser.add_argument(
         "--jobs", type=options.number(JOBS), default=1, help="processes for a folder (default 1)"
     )

@@ -6,15 +6,14 @@ from typing import Any
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import DENSITY, PROBE, is_structure
-from sparsurf.api.surfaces import CAVITIES, components, mesh, surface
+from sparsurf.api.inputs import DENSITY, is_structure
+from sparsurf.api.surfaces import components, mesh, surface
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
-from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
 DOT_OPTIONS = {"fields": None, "table": None, "charges": "table"}  # that do not apply to a mesh
@@ -46,13 +45,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--assembly", action="store_true", help="take all models as one molecule")
     dots = parser.add_argument_group("surface")
-    words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
-    dots.add_argument("--probe", type=options.number(PROBE), default=PROBE_RADIUS, help=words)
     words = "dots per Å^2 (default: 5.35, or more where patches need it)"
     dots.add_argument("--density", type=options.number(DENSITY), help=words)
-    dots.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
-    words = "dots of closed cavities inside the molecule (default keep)"
-    dots.add_argument("--cavities", choices=CAVITIES, default="keep", help=words)
+    options.add_rules(dots, "dots of closed cavities inside the molecule", "keep")
     options.add_fields(dots, "hydropathy, potential, bfactor, or columns of --table")
     words = "CSV with a value for each residue, or atom, in columns residue, chain, atom, NAME"
     dots.add_argument("--table", help=words)

@@ -155,19 +155,25 @@ def _link(
 
 
 @njit(cache=True, nogil=True)
+def room_around(index: PatchIndex, x: float, y: float, z: float, radius: float) -> int:
+    """Return an upper bound on the dots within a radius of a point, Å."""
+    a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
+    b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
+    c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+    n = 0
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * index.shape[1] + b) * index.shape[2]
+            n += index.start[row + c1 + 1] - index.start[row + c0] if c1 >= c0 else 0
+    return n
+
+
+@njit(cache=True, nogil=True)
 def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
     """Return an upper bound on the dots within a radius of any point (Å): the buffer size of `ball`."""
     bound = 0
     for t in range(len(points)):
-        a0, a1 = span(points[t, 0], radius, index.origin[0], index.side, index.shape[0])
-        b0, b1 = span(points[t, 1], radius, index.origin[1], index.side, index.shape[1])
-        c0, c1 = span(points[t, 2], radius, index.origin[2], index.side, index.shape[2])
-        n = 0
-        for a in range(a0, a1 + 1):
-            for b in range(b0, b1 + 1):
-                row = (a * index.shape[1] + b) * index.shape[2]
-                n += index.start[row + c1 + 1] - index.start[row + c0] if c1 >= c0 else 0
-        bound = max(bound, n)
+        bound = max(bound, room_around(index, points[t, 0], points[t, 1], points[t, 2], radius))
     return bound
 
 
@@ -267,20 +273,6 @@ def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[float, float, float, f
         if d2 < nearest:
             nearest, best = d2, p
     return centre[0], centre[1], centre[2], math.sqrt(farthest) + MARGIN, best
-
-
-@njit(cache=True, nogil=True)
-def room_around(index: PatchIndex, x: float, y: float, z: float, radius: float) -> int:
-    """Return an upper bound on the dots within a radius of a point, Å."""
-    a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
-    b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
-    c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
-    n = 1
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            row = (a * index.shape[1] + b) * index.shape[2]
-            n += index.start[row + c1 + 1] - index.start[row + c0] if c1 >= c0 else 0
-    return n
 
 
 @njit(cache=True, nogil=True)

@@ -87,45 +87,42 @@ def spread_words(
     """
     end = 0
     for k in range(n):
-        reached[np.uintp(ids[k])] = bits = _received(np.uintp(ids[k]), word[k], link_start, link, reached)
+        _, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
         waiting[end] = k
-        end += bits != word[k]
+        end += lacks
     begin, changed = 0, True
     while changed:
         changed, first, last = False, end, begin
         for slot in range(end - 1, begin - 1, -1):
             k = waiting[slot]
-            i = np.uintp(ids[k])
-            bits = _received(i, word[k], link_start, link, reached)
-            changed |= bits != reached[i]
-            reached[i] = bits
-            if bits != word[k]:
+            more, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
+            changed |= more
+            if lacks:
                 first -= 1
                 waiting[first] = k
         begin = last = first
         for slot in range(begin, end):
             k = waiting[slot]
-            i = np.uintp(ids[k])
-            bits = _received(i, word[k], link_start, link, reached)
-            changed |= bits != reached[i]
-            reached[i] = bits
-            if bits != word[k]:
+            more, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
+            changed |= more
+            if lacks:
                 waiting[last] = k
                 last += 1
         end = last
 
 
 @njit(cache=True, nogil=True)
-def _received(
+def _update(
     i: np.uintp, word: np.uint64, link_start: np.ndarray, link: np.ndarray, reached: np.ndarray
-) -> np.uint64:
-    """Return the bits of a dot after those of its word that linked dots have."""
-    bits = reached[i]
+) -> tuple[bool, bool]:
+    """Give a dot the bits of its word that linked dots have; return whether it got any, and whether it lacks some."""
+    before = bits = reached[i]
     for e in range(link_start[i], link_start[i + np.uintp(1)]):
         if bits == word:
             break
         bits |= reached[np.uintp(link[np.uintp(e)])] & word
-    return bits
+    reached[i] = bits
+    return bits != before, bits != word
 
 
 @njit(cache=True, nogil=True)

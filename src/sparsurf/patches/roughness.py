@@ -77,7 +77,7 @@ def _roughness(
     for g in range(first, last):
         members = order[g * GROUP_SIZE : min((g + 1) * GROUP_SIZE, n_dots)]
         x, y, z, extent, root = middle(index.xyz, members)
-        needed = room_around(index, x, y, z, radius + extent)
+        needed = room_around(index, x, y, z, radius + extent) + 1
         if needed > room:
             room = 2 * needed
             ids, words, work = np.empty(room, np.int32), np.empty(room, np.uint64), np.empty(room, np.int32)

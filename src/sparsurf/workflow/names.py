@@ -2,6 +2,8 @@
 
 from typing import Literal, get_args
 
+from sparsurf.simulation.protocol import SELECTION_KEYS
+
 Field = Literal["hydropathy", "potential", "bfactor"]
 FIELDS = get_args(Field)
 SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
@@ -9,17 +11,7 @@ SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a read
 # Keys of a protein by their purpose.
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
-MOLECULE_KEYS = (
-    "selection",
-    "chains",
-    "residues",
-    "model",
-    "assembly",
-    "altloc",
-    "hydrogens",
-    "ligands",
-    "plddt",
-)
+MOLECULE_KEYS = (*SELECTION_KEYS, "hydrogens", "ligands", "plddt")
 
 PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
 FIGURES = ("required_dots", *PAPER_FIGURES)  # of a surface, in the order of the first page
