@@ -338,7 +338,10 @@ def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(
     commands(squeue=f"printf '{lines}11 somebodys_job (PartitionConfig)\\n\\n'")
     commands(scancel=f"echo $* > {tmp_path}/cancelled")
     monkeypatch.setattr(slurm, "SECONDS_BETWEEN_QUESTIONS", 1)
-    received, process = [], subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    heard = {
+        "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+    }  # also if the tests run in the background
+    received, process = [], subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], **heard)
     assert slurm.wait_on_slurm(process, received) == -signal.SIGINT and received
     assert "Slurm will never start job 8 (PartitionConfig). Ask for less" in capsys.readouterr().out
     assert (tmp_path / "cancelled").read_text() == "7 8 9\n"

@@ -16,7 +16,7 @@ import numpy as np
 from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits, MoleculeLike, check_choice
 from sparsurf.api.surfaces import CAVITIES, _spheres
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.molecules.formats import STRUCTURES, stem, suffix
 from sparsurf.patches.index import build_grid
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.streams import DEFAULT_SEED, stream
@@ -171,7 +171,7 @@ def structures_in(folder: str | Path) -> dict[str, Path]:
     files: dict[str, Path] = {}
     for path in sorted(Path(folder).iterdir()):
         if suffix(path) in STRUCTURES and path.is_file():
-            name = structure_name(path)
+            name = stem(path)
             if name in files:
                 raise InputError(
                     f"{folder} holds {files[name].name} and {path.name}, which have one name; rename one."
@@ -180,12 +180,6 @@ def structures_in(folder: str | Path) -> dict[str, Path]:
     if not files:
         raise InputError(f"{folder} holds no structure ({', '.join(STRUCTURES)}, also .gz).")
     return files
-
-
-def structure_name(path: str | Path) -> str:
-    """Return the name of a file without .gz and the suffix of its format."""
-    name = Path(path).name
-    return Path(name[:-3] if name.lower().endswith(".gz") else name).stem
 
 
 def _points_or_reason(

@@ -9,11 +9,11 @@ import numpy as np
 
 from sparsurf import progress
 from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, is_structure
-from sparsurf.api.points import JOBS, N_POINTS, points, points_of, structure_name
+from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import write_file
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import STRUCTURES
+from sparsurf.molecules.formats import STRUCTURES, stem
 from sparsurf.surfaces.surface import Surface
 
 TABLE = ".parquet"
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> None:
         results = points_of(args.file, args.dots, jobs=args.jobs, **settings)
         named = progress.progress_bar(results, "structures")
     else:
-        named = [(structure_name(args.file), *points(args.file, args.dots, **settings))]
+        named = [(stem(args.file), *points(args.file, args.dots, **settings))]
     written: list[int] = []
     writers: dict[str, Callable[[Path], None]] = {
         TABLE: lambda path: _write_table(path, named, written),

@@ -24,3 +24,9 @@ IN_NM = (".xtc", ".trr", *SELF_CONTAINED)  # formats whose lengths are nanometre
 def suffix(path: str | os.PathLike[str]) -> str:
     """Return the extension of a file name, in lower case and without .gz."""
     return Path(as_path(path).name.lower().removesuffix(".gz")).suffix
+
+
+def stem(path: str | os.PathLike[str]) -> str:
+    """Return the name of a file without .gz and its extension, as it is written."""
+    name = as_path(path).name
+    return name[: len(name.lower().removesuffix(".gz")) - len(suffix(path))]

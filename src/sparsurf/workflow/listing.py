@@ -12,7 +12,7 @@ from typing import Any
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text, shorten
-from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
+from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, stem, suffix
 from sparsurf.workflow.names import FILE_KEYS, SURFACE_SUFFIXES
 
 log = logging.getLogger("sparsurf")
@@ -125,12 +125,12 @@ def from_folder(path: str) -> dict[str, dict]:
     """
     kinds = _files("proteins", path)
     topologies = {file: _topology_of(file, kinds) for file, kind in kinds.items() if kind == "trajectory"}
-    stems = Counter(_stem(file).lower() for file in kinds if file not in topologies)
+    stems = Counter(stem(file).lower() for file in kinds if file not in topologies)
     proteins: dict[str, dict] = {}
     names: set[str] = set()
     for file, kind in kinds.items():
         if entry := _entry(file, kind, topologies):
-            name = _stem(file) if stems[_stem(file).lower()] < 2 else file.name.replace(".", "_")
+            name = stem(file) if stems[stem(file).lower()] < 2 else file.name.replace(".", "_")
             proteins[_free_name(name, "protein", names)] = entry
     if not proteins:
         known = " ".join(ending for suffixes in SUFFIXES.values() for ending in suffixes)
@@ -147,11 +147,11 @@ def pairs_from_folder(path: str) -> dict[str, dict]:
     pairs: dict[str, dict] = {}
     names: set[str] = set()
     for file in files:
-        stem = _stem(file)
+        name = stem(file)
         for first, second in PARTNER_SUFFIXES:
-            shared = stem.removesuffix(first)
-            partner = file.with_name(f"{shared}{second}{file.name[len(stem) :]}")
-            if stem.endswith(first) and partner.is_file():
+            shared = name.removesuffix(first)
+            partner = file.with_name(f"{shared}{second}{file.name[len(name) :]}")
+            if name.endswith(first) and partner.is_file():
                 pairs[_free_name(shared, "pair", names)] = {"files": [str(file), str(partner)]}
     if not pairs:
         raise InputError(
@@ -193,24 +193,20 @@ def _entry(file: Path, kind: str, topologies: dict[Path, Path | None]) -> dict[s
     return {kind: str(file)}
 
 
-def _stem(file: Path) -> str:
-    return file.name[: len(file.name.lower().removesuffix(".gz")) - len(suffix(file))]
-
-
 def _topology_of(trajectory: Path, kinds: dict[Path, str]) -> Path | None:
     """Return the structure or topology with the longest name that the trajectory's name begins with."""
     candidates = [
         file
         for file, kind in kinds.items()
-        if kind in ("structure", "topology") and _begins_with(_stem(trajectory), _stem(file))
+        if kind in ("structure", "topology") and _begins_with(stem(trajectory), stem(file))
     ]
-    return max(candidates, key=lambda file: len(_stem(file)), default=None)
+    return max(candidates, key=lambda file: len(stem(file)), default=None)
 
 
-def _begins_with(name: str, stem: str) -> bool:
+def _begins_with(name: str, start: str) -> bool:
     """Return whether a name begins with another; run10 does not begin with run1."""
-    rest = name.removeprefix(stem)
-    return name.startswith(stem) and not (stem[-1:].isdigit() and rest[:1].isdigit())
+    rest = name.removeprefix(start)
+    return name.startswith(start) and not (start[-1:].isdigit() and rest[:1].isdigit())
 
 
 def _free_name(text: str, default: str, taken: set[str]) -> str:
