@@ -38,6 +38,7 @@ COLUMN, COLUMN_AND_A_HALF, PAGE = (
 MM = 1 / 25.4  # inch
 LETTER_WIDTH = 1.36  # mm, mean width of a letter
 BOLD_LETTER_WIDTH = 1.72  # mm, of a letter of the head
+HEAD_LINE = 3.6  # mm, from line to line of the head
 DPI = 200  # of a png, and of the pictures inside an svg
 PACKED: dict[str, Any] = {
     "compress_level": 4,
@@ -166,12 +167,13 @@ class Sheet(Figure):
 
 
 def sheet(width: float, height: float, name: str = "") -> Sheet:
-    """Return an empty figure of width by height mm, below a line with the name of what it shows."""
-    head = 6.0 if name else 0.0
+    """Return an empty figure of width by height mm, below the name of what it shows, on as many lines as it needs."""
+    lines = textwrap.wrap(name, int((width - 2) / BOLD_LETTER_WIDTH))
+    head = 2.4 + HEAD_LINE * len(lines) if name else 0.0
     figure = Sheet(figsize=(width * MM, (height + head) * MM))
     FigureCanvasAgg(figure)
     if name:
-        text(figure, 1, 1.3, name, fontsize=8, fontweight="bold")
+        text(figure, 1, 1.3, "\n".join(lines), fontsize=8, fontweight="bold")
         figure.head = head
     return figure
 
