@@ -9,20 +9,6 @@ def fragment(wildcards):
     return structure_file(FRAGMENTS[wildcards.surface]["structure"])
 
 
-rule store_figures:
-    input:
-        required=f"{RESULTS}_default/{config['example']}/figures/required_dots.png",
-    output:
-        required=f"{FIGURES}/required_dots.png",
-    log:
-        f"{RESULTS}/logs/store_figures.log",
-    localrule: True
-    message:
-        "Figure of the default study"
-    shell:
-        "cp {input.required} {output.required}"
-
-
 rule measure_fragment:
     input:
         structure=ancient(fragment),

@@ -1,6 +1,6 @@
 # The studies that the evidence rests on, each an import of the workflow that users run (../../Snakefile). Study NAME
-# writes results/evidence_NAME: many proteins, once with the dots as they are and once with the surface recovered; the default
-# study and the paper's.
+# writes results/evidence_NAME: many proteins, once with the dots as they are and once with the surface recovered; and the
+# paper's.
 
 import copy
 
@@ -36,8 +36,7 @@ MANY_PROTEINS = names_in_set(STRUCTURES, "proteins")
 STUDIES = {
     "proteins": study_config("proteins", config["proteins"]["study"]),
     "recovered": study_config("recovered", config["proteins"]["recovered"]),
-    "default": study_from_file("default", config["studies"]["default"]),
-    "paper": study_from_file("paper", config["studies"]["paper"]),
+    "paper": study_from_file("paper", config["paper"]),
 }
 
 for study, config_of_study in STUDIES.items():
