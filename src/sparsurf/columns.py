@@ -24,22 +24,13 @@ ANY_NAME = r"\S+"  # of a field, floor or sampler
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """One column of a table."""
 
-    Attributes
-    ----------
-    name : str; a part such as <reading> stands for several names
-    type : 'text', 'int', 'float' or 'bool'
-    unit : str, empty without one
-    meaning : str
-    optional : bool, whether some tables lack it
-    """
-
-    name: str
-    type: str
-    unit: str
+    name: str  # a part such as <reading> stands for several names
+    type: str  # 'text', 'int', 'float' or 'bool'
+    unit: str  # empty without one
     meaning: str
-    optional: bool = False
+    optional: bool = False  # some tables lack it
 
     def matches(self, name: str) -> bool:
         """Return whether a column of that name is described here."""
@@ -72,13 +63,7 @@ def tables() -> dict[str, Table]:
 
 
 def missing_columns(name: str, columns: Iterable[str]) -> list[str]:
-    """Return the columns that a table lacks, in the one of the tables with that file name that it is most like.
-
-    Parameters
-    ----------
-    name : file name, as ranges.csv; a file that is not listed lacks nothing
-    columns : names of the columns that it has
-    """
+    """Return the columns that a table lacks, in the one of the tables named like ranges.csv that it is most like."""
     present = list(columns)
     lacking = [
         [

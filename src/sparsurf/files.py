@@ -105,13 +105,7 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a file, uncompressed if its name ends in .gz.
-
-    Raises
-    ------
-    InputError
-        No regular file, unreadable, not the gzip file that its name promises, damaged, or larger than MAX_BYTES.
-    """
+    """Return the bytes of a file of at most MAX_BYTES, uncompressed if its name ends in .gz."""
     path, begin = existing_file(path), b""
     name = shorten(path)
     try:
@@ -136,25 +130,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
-    """Decode the bytes of a text file.
-
-    Parameters
-    ----------
-    content : bytes
-        UTF-8 with or without a byte-order mark, else Latin-1.
-    path : str or Path
-        Named in messages.
-
-    Returns
-    -------
-    str
-        Every line ends in '\\n'.
-
-    Raises
-    ------
-    InputError
-        Compressed twice, UTF-16, or with null bytes.
-    """
+    """Decode a text file, UTF-8 with or without a byte-order mark, else Latin-1; every line ends in a line feed."""
     if content.startswith(GZIP):
         raise InputError(
             f"{path} is compressed twice: uncompress it, and name it .gz if it is still compressed then."
@@ -176,23 +152,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> dict[str, np.ndarray]:
-    """Read all arrays of an archive.
-
-    Parameters
-    ----------
-    content : bytes of the file
-    path : named in messages
-    problem : end of the sentence '<path> ...' for an archive that is damaged or of something else, without its full stop
-
-    Returns
-    -------
-    dict, name -> array of numbers or strings
-
-    Raises
-    ------
-    InputError
-        The archive unpacks to more than MAX_BYTES, is damaged, or holds something else than arrays.
-    """
+    """Read all arrays of an npz by name; `problem` ends the sentence '<path> ...' for one that is damaged or something else."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             members = archive.infolist()

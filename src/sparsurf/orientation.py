@@ -20,24 +20,11 @@ SIGNIFICANT = 0.5  # share of the largest length in a subspace at which a coordi
 
 
 def best_rotations(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the rotations that superpose points onto others by least squares [1]_.
+    """Compute the rotations that superpose points onto others by least squares (Kabsch, Acta Cryst. A 32:922, 1976).
 
-    Parameters
-    ----------
-    covariance : (..., 3, 3) float64, Å^2
-        Sum over the points of x_i y_j, of the points x to rotate and the fixed points y, both relative to their means.
-    weight : float, sum of the weights of the points
-
-    Returns
-    -------
-    rotations : (..., 3, 3) float64, so that x @ rotation is nearest to y
-    distance : (...,) float64, Å
-        If x is y, the rms distance of the points from the line through them. Below MIN_DISTANCE_FROM_LINE the
-        rotation is not determined. It is 0 also for a mirror image that several rotations fit equally well.
-
-    References
-    ----------
-    .. [1] Kabsch, Acta Cryst. A 32:922 (1976).
+    `covariance` (..., 3, 3), Å^2, is the sum of x_i y_j over the points x to rotate and the fixed points y, relative to their
+    means; x @ rotation is nearest to y. The distance, Å, is that of the points from a line, root mean square, if x is y: below
+    MIN_DISTANCE_FROM_LINE, or 0 for a mirror image that several rotations fit, the rotation is not determined.
     """
     u, s, vt = np.linalg.svd(covariance)
     sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
@@ -48,12 +35,7 @@ def best_rotations(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndar
 
 
 def rigid_fit(points: np.ndarray, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fit points onto others (n, 3), Å; return rotation and shift: points @ rotation + shift is nearest to `fixed`.
-
-    Raises
-    ------
-    InputError : several rotations fit equally well, since the points lie on a line
-    """
+    """Fit points onto others (n, 3), Å, not on a line; return rotation and shift: points @ rotation + shift fits `fixed`."""
     share = np.full(len(points), 1 / len(points))
     middle, target = share @ points, share @ fixed
     rotation, distance = best_rotations(((points - middle) * share[:, None]).T @ (fixed - target))
@@ -65,21 +47,11 @@ def rigid_fit(points: np.ndarray, fixed: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarray:
-    """Find the axes along which points spread, the widest first.
+    """Find the axes along which points (n, 3) spread, the widest first: unit vectors as rows, or two perpendicular to `up`.
 
     The longer tail of an axis, by its third moment, points along it. Where points determine no axis, the coordinate axes do:
     equal spreads take the first of x, y and z that lies near their plane, and equal tails let the largest component of the
     axis be positive.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-    up : (3,) float64, unit vector, optional
-        Only axes perpendicular to it are searched.
-
-    Returns
-    -------
-    (3, 3) float64, unit vectors as rows; or (2, 3) with `up`
     """
     x = points - points.mean(axis=0)
     plane = np.eye(3) if up is None else _perpendicular(up)
@@ -93,19 +65,10 @@ def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarr
 
 
 def canonical_axes(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Choose eigenvectors of equal eigenvalues by a rule instead of by rounding.
+    """Choose eigenvectors, columns (d, k), of equal eigenvalues (k,), descending, by a rule instead of by rounding.
 
-    Any rotation of such eigenvectors is as good. The first is chosen nearest to the first row, or coordinate, that is long
-    enough in their subspace, with a positive sign; the next one the same among those perpendicular to it.
-
-    Parameters
-    ----------
-    values : (k,) float64, eigenvalues, descending
-    vectors : (d, k) float64, eigenvectors as columns
-
-    Returns
-    -------
-    (d, k) float64
+    The first is chosen nearest to the first coordinate that is long enough in their subspace, with a positive sign; the next one
+    the same among those perpendicular to it.
     """
     out = vectors.copy()
     size = np.maximum(np.abs(values), NEGLIGIBLE * abs(values[0]))

@@ -24,7 +24,7 @@ def write_table(path: str | PathLike[str], table: pd.DataFrame) -> None:
 
 
 def round_by_error(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with its floats as text; empty for NaN.
+    """Return the table with its floats as text by their error; empty for NaN.
 
     The error of a column `d` stands in `d_se`, or is a quarter of `d_high` - `d_low`; of `d_kept` in `d_se_kept`; of
     `Z`, `value`, `auc`, `mean`, `difference` and `factor` also in `se`, `low` and `high`.

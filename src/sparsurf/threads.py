@@ -26,24 +26,7 @@ def available_cores() -> int:
 def parallel_map(
     function: Callable[[int, int], Result], n: int, threads: int = 1, size: int = 2048
 ) -> list[Result]:
-    """Call `function(begin, end)` on slices of range(n), in threads.
-
-    BLAS is limited to one thread in the meantime: more would compete with these threads.
-
-    Parameters
-    ----------
-    function : callable
-        Takes the first position of a slice and the position after its last one.
-    n : int
-    threads : int
-    size : int
-        Length of a slice; the last may be shorter.
-
-    Returns
-    -------
-    list
-        Results in the order of the slices.
-    """
+    """Call `function(begin, end)` on slices of range(n), in threads with BLAS limited to one; return the results in order."""
     slices = [(begin, min(begin + size, n)) for begin in range(0, n, size)]
     with _thread_pools().limit(limits=1, user_api="blas"):
         if threads == 1 or len(slices) == 1:

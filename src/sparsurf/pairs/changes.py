@@ -38,18 +38,12 @@ MIN_COMMON_RESIDUES = 3  # that two forms must share
 
 
 class Form(NamedTuple):
-    """One form of a protein.
-
-    name : str
-    surface : Surface, its `atom` refers to the atoms of the molecule
-    molecule : Molecule of one frame
-    generate_surface : function of the coordinates (A, 3) in Å of its atoms that returns their Surface
-    """
+    """One form of a protein."""
 
     name: str
-    surface: Surface
-    molecule: Molecule
-    generate_surface: Callable[[np.ndarray], Surface]
+    surface: Surface  # its `atom` refers to the atoms of the molecule
+    molecule: Molecule  # of one frame
+    generate_surface: Callable[[np.ndarray], Surface]  # of coordinates (A, 3), Å, of its atoms
 
 
 def read_forms(
@@ -76,10 +70,7 @@ def noise(
     draws: int = N_FRESH_DRAWS,
     threads: int = 1,
 ) -> np.ndarray:
-    """Compute the distances of a form's residues from the same residues with fresh dots, or with displaced atoms.
-
-    `moved` is the rms displacement of the atoms in Å; returns (draws, R, C + 1), see `distances`.
-    """
+    """Compute distances (draws, R, C + 1) of a form's residues from the same with fresh dots, or atoms `moved` by that rms, Å."""
     drawn, centre = [], form.molecule.xyz[0].mean(axis=0)
     for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
         rotation, atoms = random_rotation(rng), form.molecule.xyz[0]
@@ -96,8 +87,8 @@ def noise(
 def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
     """Estimate the distance of each residue that a `share` of its draws exceeds, (R, C + 1).
 
-    A residue has too few draws for a quantile. The root mean square of its draws (see `noise`) is therefore multiplied by a
-    common factor, the quantile over all residues of the ratio of one draw to the others.
+    A residue has too few draws for a quantile: the root mean square of its draws is multiplied by a common factor, the quantile
+    over all residues of the ratio of one draw to the others.
     """
     known = ~np.isnan(drawn)
     if not known.any():
@@ -203,10 +194,7 @@ def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
 
 
 def superpose_forms(second: Molecule, first: Molecule) -> Molecule:
-    """Superpose the second form of a protein onto the first, for pictures, by the C-alpha atoms of the residues they share.
-
-    If these lie on a line, common atoms of the backbone are used, and then all common atoms.
-    """
+    """Superpose the second form onto the first by shared C-alpha atoms; if on a line, by the backbone's, then by all atoms."""
     choices = [_common_atoms(second, first, names) for names in (("CA",), BACKBONE, None)]
     if len(common := choices[0][0]) < MIN_COMMON_RESIDUES:
         raise InputError(

@@ -28,14 +28,10 @@ MAX_CONTACTS = 500  # native pairs that are evaluated
 
 
 class Recipe(NamedTuple):
-    """How patches are described.
+    """How patches are described."""
 
-    descriptor : str, of `patches.descriptors`
-    radius : float, R_zernike in Å
-    """
-
-    descriptor: str = PUBLISHED
-    radius: float = R_ZERNIKE
+    descriptor: str = PUBLISHED  # of `patches.descriptors`
+    radius: float = R_ZERNIKE  # R_zernike, Å
 
 
 RECIPE = Recipe()  # as published
@@ -43,17 +39,12 @@ RECIPE = Recipe()  # as published
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """Nearest patches of two partners at their centres.
-
-    partners : two Partner
-    centres : two (n,) int, dots with descriptors
-    complementary, similar : two Nearest each; the first partner is seen 'up', the second 'down' or 'up'
-    """
+    """Nearest patches of two partners at their centres."""
 
     partners: tuple[Partner, Partner]
-    centres: tuple[np.ndarray, np.ndarray]
-    complementary: tuple[Nearest, Nearest]
-    similar: tuple[Nearest, Nearest]
+    centres: tuple[np.ndarray, np.ndarray]  # (n,) int each, dots with descriptors
+    complementary: tuple[Nearest, Nearest]  # the first seen 'up', the second 'down'
+    similar: tuple[Nearest, Nearest]  # both seen 'up'
 
 
 def descriptors_at(
@@ -73,8 +64,7 @@ def match(
 ) -> Match:
     """Compare all patches of two partners: the first seen 'up' with the second seen 'down', and both 'up'.
 
-    Without `centres`, all dots are centres; centres whose patch has a single dot are excluded, since all empty descriptors
-    match. Each patch keeps its `k` nearest ones.
+    Without `centres`, all dots are centres; centres whose patch has a single dot are excluded. Each keeps its `k` nearest ones.
     """
     kept, up = [], []
     for partner, dots in zip((first, second), centres, strict=True):
@@ -116,10 +106,7 @@ def _scatter(dots: np.ndarray, values: np.ndarray, n: int, missing: float) -> np
 
 
 def by_dot(match_: Match, side: int, table: pd.DataFrame, within: float = INTERFACE) -> pd.DataFrame:
-    """Tabulate propensity.csv: position, residue, maps, distance to the partner, and whether a dot is in the interface.
-
-    The distance is meaningful only if both partners come from one complex.
-    """
+    """Tabulate propensity.csv: position, residue, maps, distance to the partner in the files, and whether in the interface."""
     partner, other = match_.partners[side], match_.partners[1 - side]
     out = pd.DataFrame({"dot": np.arange(len(partner.surface))})
     out[["x", "y", "z"]] = partner.surface.points
@@ -133,10 +120,7 @@ def by_dot(match_: Match, side: int, table: pd.DataFrame, within: float = INTERF
 
 
 def by_residue(dots: pd.DataFrame) -> pd.DataFrame:
-    """Average each map over the dots of a residue of a partner.
-
-    `interface` is the share of its dots in the interface. Buried residues have no dots and no row.
-    """
+    """Average each map over the dots of a residue of a partner; `interface` is the share of its dots in the interface."""
     keys = ["partner", "chain", "residue", "residue_name"]
     names = ["propensity_smoothed", "propensity_k_smoothed", "similarity_smoothed", "interface"]
     grouped = dots.groupby(keys, sort=False, dropna=False)
@@ -153,10 +137,7 @@ def on_atoms(molecule: Molecule, residues: pd.DataFrame, name: str, buried: floa
 
 
 def best_pairs(match_: Match, n: int = MAX_PAIRS, min_distance: float = MIN_PAIR_DISTANCE) -> pd.DataFrame:
-    """List the n best-matching pairs of patches, without those closer than `min_distance` Å to a better one on both sides.
-
-    Returns the rows of best_pairs.csv.
-    """
+    """List the n best-matching pairs of patches, none `min_distance` Å from a better one on both sides, for best_pairs.csv."""
     sides = [
         np.column_stack([match_.centres[0], match_.centres[1][match_.complementary[0].partner[:, 0]]]),
         np.column_stack([match_.centres[0][match_.complementary[1].partner[:, 0]], match_.centres[1]]),
@@ -193,10 +174,9 @@ def agreement(
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame | None:
-    """Compute the areas under the ROC curve of the maps, and of protrusion if the atoms are known, at one side's centres.
+    """Compute the AUC of the maps, and of protrusion if the atoms are known, at one side's centres: the rows of agreement.csv.
 
-    Returns the rows of agreement.csv, with intervals by a bootstrap over blocks of residues; None if the partners do not
-    touch, or touch everywhere.
+    Intervals are by a bootstrap over blocks of residues; None if the partners do not touch, or touch everywhere.
     """
     partner, centres = match_.partners[side], match_.centres[side]
     points = partner.surface.points[centres]
@@ -243,15 +223,12 @@ def contacts(
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame:
-    """Test whether patches in contact match better than others; without rows if the partners do not touch.
+    """Test whether patches in contact match better than others: the rows of contacts.csv, none if the partners do not touch.
 
-    Each dot of the first partner's interface has a native partner, the nearest dot of the second surface. The native partner
-    is compared with a random dot of the second surface ('any pair'), and with the native partner of another dot ('exchanged').
-    Only the latter is unbiased: the nearest dot often lies on a protruding patch, and the descriptors of such patches are far
-    from all others.
-
-    Returns the rows of contacts.csv; auc is the probability that the native pair is nearer, with an interval by a bootstrap
-    over blocks of the first partner's residues.
+    Each dot of the first partner's interface has a native partner, the nearest dot of the second surface. It is compared with a
+    random dot ('any pair'), and with the native partner of another dot ('exchanged'). Only the latter is unbiased: the nearest
+    dot often lies on a protruding patch, whose descriptor is far from all others. auc is the probability that the native pair is
+    nearer, with an interval by a bootstrap over blocks of the first partner's residues.
     """
     pairs = native_pairs(first.surface.points, second.surface.points, within)
     if len(pairs) < 2:

@@ -23,14 +23,10 @@ RESOLVED = 2.0**-40
 
 
 class Nearest(NamedTuple):
-    """The k nearest vectors of the other set, nearest first.
+    """The k nearest vectors of the other set, nearest first."""
 
-    distance : (n, k) float64
-    partner : (n, k) int64, indices into the other set
-    """
-
-    distance: np.ndarray
-    partner: np.ndarray
+    distance: np.ndarray  # (n, k) float64
+    partner: np.ndarray  # (n, k) int64, indices into the other set
 
     def mean(self) -> np.ndarray:
         """Return the mean distance of the k nearest, (n,) float64."""
@@ -40,8 +36,7 @@ class Nearest(NamedTuple):
 def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple[Nearest, Nearest]:
     """Find the k nearest vectors of `b` to each of `a`, and of `a` to each of `b` (paper, 'Complementarity evaluation').
 
-    Descriptors of one side are 'up' and of the other 'down' for complementarity, both 'up' for similarity; the smallest
-    distance of each dot is the authors' binding propensity. Time grows as n_A n_B M; memory as n_A k + threads n_B k.
+    The smallest distance of each dot is the authors' binding propensity. Time grows as n_A n_B M.
     """
     if not 1 <= k <= min(len(a), len(b)):
         raise InputError(

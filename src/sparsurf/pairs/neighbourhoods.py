@@ -16,11 +16,7 @@ REACH = 10.0  # Å, radius within which heavy atoms are counted
 def means_within(
     points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Average `values` over the centres within `radius` (Å, inclusive) of each point.
-
-    `values` are (n,) or (n, V), known at `centres`; returns means, (N,) or (N, V), NaN without a centre within the radius, and
-    the numbers of centres, (N,).
-    """
+    """Average values, (n,) or (n, V) at `centres`, within `radius` (Å, inclusive) of each point, else NaN; and count these."""
     points = np.ascontiguousarray(points, np.float64)
     columns = np.ascontiguousarray(np.reshape(values, (len(centres), -1)), np.float64)
     index = build_index(centres, np.zeros((len(centres), 3)), 0.0)  # only its cells are used
@@ -61,11 +57,7 @@ def _means(
 def smooth(
     points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float = SMOOTHING, threads: int = 1
 ) -> np.ndarray:
-    """Smooth a map that is known at centres, and extend it to all dots, by the mean of the centres within `radius` Å.
-
-    A dot without a centre within the radius takes the value of the nearest centre; a radius of 0 leaves the values of the
-    centres as they are.
-    """
+    """Smooth a map over centres within `radius` Å (0: not), and extend it to all dots, far ones by the nearest centre."""
     centre_points = points[centres]
     means = np.full(len(points), np.nan)
     if radius > 0:
@@ -77,9 +69,8 @@ def smooth(
 
 
 def protrusion(at: np.ndarray, heavy_atoms: np.ndarray, threads: int = 1) -> np.ndarray:
-    """Compute minus the number of heavy atoms within REACH, which is highest where the surface protrudes.
+    """Compute minus the number of heavy atoms within REACH: highest where the surface protrudes.
 
-    Dots are ranked as by the protrusion index CX, the ratio of the free to the filled volume of that sphere (Pintar et al.,
-    Bioinformatics 18:980, 2002).
+    Dots are ranked as by the protrusion index CX (Pintar et al., Bioinformatics 18:980, 2002).
     """
     return -means_within(at, heavy_atoms, np.zeros(len(heavy_atoms)), REACH, threads)[1].astype(np.float64)

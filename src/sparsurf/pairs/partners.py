@@ -14,24 +14,14 @@ from sparsurf.surfaces.surface import Surface
 
 @dataclass(frozen=True, eq=False)
 class Partner:
-    """A surface prepared for maps.
-
-    Attributes
-    ----------
-    name : str
-    surface : Surface
-    index : PatchIndex
-    residue : (N,) int64, row of `residues` under each dot; None if the atoms are unknown
-    residues : DataFrame with chain, residue and residue_name; None if the atoms are unknown
-    heavy_atoms : (A, 3) float64, Å; None if the atoms are unknown
-    """
+    """A surface prepared for maps; what follows from its atoms is None if these are unknown."""
 
     name: str
     surface: Surface
     index: PatchIndex
-    residue: np.ndarray | None = None
-    residues: pd.DataFrame | None = None
-    heavy_atoms: np.ndarray | None = None
+    residue: np.ndarray | None = None  # (N,) int64, row of `residues` under each dot
+    residues: pd.DataFrame | None = None  # chain, residue, residue_name
+    heavy_atoms: np.ndarray | None = None  # (A, 3) float64, Å
 
 
 def partner_of(

@@ -39,9 +39,8 @@ def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = Non
 def blocks_of_residues(points: np.ndarray, residue: np.ndarray, length: float = BLOCK_LENGTH) -> np.ndarray:
     """Group neighbouring residues into blocks, the units of a bootstrap; return the block of each dot, from 0.
 
-    A map smoothed over 6 Å is correlated over about twice that distance, so that single dots or residues are not independent.
-    Block centres are centres of residues, each the farthest from the previous ones, until every residue is within `length` Å
-    of one; each residue joins the nearest block.
+    A map smoothed over 6 Å is correlated over about twice that distance. Block centres are centres of residues, each the farthest
+    from the previous ones, until every residue is within `length` Å of one; each residue joins the nearest block.
     """
     _, row, count = np.unique(residue, return_inverse=True, return_counts=True)
     centre = np.stack([np.bincount(row, points[:, c]) for c in range(3)], axis=1) / count[:, None]
@@ -60,11 +59,7 @@ def bootstrap_auc(
     rng: np.random.Generator,
     draws: int = N_DRAWS,
 ) -> dict[Any, tuple[float, float, float]]:
-    """Compute areas under the ROC curve with intervals, by resampling whole blocks with replacement.
-
-    All scores use the same draws, so that they can be compared. Limits are the 2.5 and 97.5 percentiles over the draws that
-    have both classes; NaN for a single block.
-    """
+    """Compute AUC of all scores with 95 % intervals, by resampling whole blocks with replacement; NaN for a single block."""
     n_blocks = int(block.max()) + 1
     times = rng.multinomial(n_blocks, np.full(n_blocks, 1 / n_blocks), size=draws)
     areas = {}
@@ -79,10 +74,7 @@ def bootstrap_auc(
 
 
 def means_over_pairs(table: pd.DataFrame, by: Sequence[str] = ("score",)) -> pd.DataFrame:
-    """Average AUC over pairs; the two sides of a pair are averaged first, since they share its interface.
-
-    Rows are in the order of first appearance of `by`, with 95 % intervals within 0 to 1.
-    """
+    """Average AUC over pairs, whose two sides are averaged first, with 95 % intervals within 0 to 1, in order of appearance."""
     by = [*by]
     of_pair = table.groupby([*by, "complex"], sort=False)["auc"].mean().reset_index()
     rows = []

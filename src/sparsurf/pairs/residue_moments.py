@@ -42,16 +42,11 @@ PLACES_AT_ONCE = 8 * PATCHES_PER_CALL  # described at a time; their float64 mome
 
 
 class Residues(NamedTuple):
-    """Descriptors of the residues of a form; NaN for residues without places.
+    """Descriptors of the residues of a form; NaN for residues without places."""
 
-    moments : (R, C, K) float64, mean moments of CHANNELS
-    fields : (R, F) float64, mean of FIELDS
-    places : (R,) int, numbers of places
-    """
-
-    moments: np.ndarray
-    fields: np.ndarray
-    places: np.ndarray
+    moments: np.ndarray  # (R, C, K) float64, mean moments of CHANNELS
+    fields: np.ndarray  # (R, F) float64, mean of FIELDS
+    places: np.ndarray  # (R,) int, numbers of places
 
 
 def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> Residues:
@@ -114,10 +109,7 @@ def _means(rows: np.ndarray, group: np.ndarray, n: int) -> np.ndarray:
 
 
 def distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Compute the distances between the moments of residues, (R, C, K), by channel and of all: (R, C + 1).
-
-    They are the root mean square over the moments, each in units of its standard deviation over the places of many proteins.
-    """
+    """Compute distances (R, C + 1), by channel and of all, between moments (R, C, K): rms in standard deviations of proteins."""
     square = (((first - second) / spread_of_moments()) ** 2).mean(axis=2)
     return np.sqrt(np.column_stack([square, square.mean(axis=1)]))
 

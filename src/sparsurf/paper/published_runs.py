@@ -31,10 +31,7 @@ def runs_as_published(
     runs: int = RUNS,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> pd.DataFrame:
-    """Repeat Table I as published: N / 200 new test dots per combination, one draw, `kept`.
-
-    `combinations` is (K, 4); returns the rows of paper_as_published.csv, of the winner of each run and range.
-    """
+    """Repeat Table I as published, for combinations (K, 4): the winner of each run and range, for paper_as_published.csv."""
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
@@ -49,10 +46,7 @@ def runs_as_published(
 
 
 def centres_in_random_orders(prepared: PreparedSurface, runs: int = RUNS) -> np.ndarray:
-    """Count the centres of patches if the dots are visited in random orders, (runs,) int.
-
-    The number depends on R_patch and D_link, and on the order of the dots, which differs between programs.
-    """
+    """Count the centres of patches if the dots are visited in random orders, (runs,) int; programs order dots differently."""
     points, normals, counts = prepared.points, prepared.normals, []
     for run in range(runs):
         order = prepared.stream("order of the dots", run).permutation(len(points))
@@ -92,8 +86,7 @@ def table_1() -> pd.DataFrame:
 def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
     """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
-    p is the two-sided probability of a rank as extreme by chance; `inside`, 1 where it is at least 0.05, says that the value
-    lies within 95 % of the runs.
+    p is the two-sided probability of a rank as extreme by chance; `inside` is 1 where it is at least 0.05.
     """
     published, out = table_1().set_index("range"), []
     for k, of_range in runs.groupby("range", sort=False):
@@ -122,12 +115,10 @@ def _rank(values: np.ndarray, published: float) -> dict[str, float]:
 
 
 def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = ()) -> dict[str, float]:
-    """Test all published values at once by the sum of their squared distances from the runs, in standard deviations.
+    """Test all published values of d or Z_tS at once by their squared distances from the runs, without the ranges `leave_out`.
 
     If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with n - 1
     degrees of freedom. Rows have their own test dots and draws, so the squares add.
-
-    `comparison` is from `place_published_values`; `name` is d or Z_tS, and `leave_out` lists ranges, from 1.
     """
     rows = comparison[~comparison["range"].isin(leave_out)].dropna(subset=[f"{name}_sd", f"{name}_published"])
     n = rows["n_runs"].to_numpy()
@@ -150,8 +141,7 @@ def tests_of_table_1(
 ) -> pd.DataFrame:
     """Run every test of Table I: the rows of paper_tests.csv.
 
-    The number of centres is tested by Student's t, as one more order (see `centres_in_random_orders`). p of all together is
-    three times the smallest of the three (Bonferroni).
+    The number of centres is tested by Student's t, as one more order; p of all together is three times the smallest (Bonferroni).
     """
     t = (published_centres - np.mean(centres)) / (np.std(centres, ddof=1) * np.sqrt(1 + 1 / len(centres)))
     of_centres = {"n_rows": 1, "statistic": t**2, "p": float(2 * stdtr(len(centres) - 1, -abs(t)))}
@@ -162,10 +152,7 @@ def tests_of_table_1(
 
 
 def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
-    """Compare d and Z_tS of the winners with those of the same combinations at many shared test dots.
-
-    `table` is grid.csv of the same surface; returns the means over the runs, a row per range.
-    """
+    """Compare d and Z_tS of the winners with those of the same combinations in grid.csv: means over the runs by range."""
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
     columns = {

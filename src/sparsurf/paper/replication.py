@@ -70,10 +70,7 @@ def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.Da
 
 
 def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
-    """Measure d of the published combinations under `kept` for other linking distances: the rows of paper_links.csv.
-
-    The sampling itself keeps D_link = 0.5 Å; only the islands of the evaluation change.
-    """
+    """Measure d of the published combinations for other D_link of the islands, under `kept`: the rows of paper_links.csv."""
     tests = prepared.draw_tests(n_tests)
     pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
     out = []
@@ -101,10 +98,10 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
 
 
 def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
-    """Find where d of each published row peaks over D_link and where its sign is significant.
+    """Find where d of each published row peaks over D_link, and where its sign is significant.
 
-    positive_to is the last D_link up to which the interval of d is above 0 at every D_link, and negative_from the first from
-    which on it is below 0 (NaN if there is none).
+    positive_to is the last D_link up to which the interval of d is above 0 everywhere, negative_from the first from which on it
+    is below 0; NaN if there is none.
     """
     out = []
     for row, of_row in links.groupby("row"):
@@ -160,11 +157,7 @@ def tuned_family(
     n_tests: int = 400,
     draws: int = 3,
 ) -> pd.DataFrame:
-    """Compare every combination of exponents that can keep a requested n_S with a uniform subset of the same size.
-
-    `exponents` is (K, 3): beta, gamma, delta. Returns the rows of paper_family.csv, of combinations that reach the n_S with an
-    alpha of at most 1, under `full`.
-    """
+    """Compare exponents (K, 3) at equal n_S with uniform subsets, under `full`: paper_family.csv, where alpha is at most 1."""
     n_dots, requested, rows = len(prepared.points), [], []
     exponents = np.unique(np.asarray(exponents, float), axis=0)
     max_n_s = published.expected_n_s(prepared.cover, np.insert(exponents, 0, 1.0, axis=1))

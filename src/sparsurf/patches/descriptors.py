@@ -71,11 +71,7 @@ def describe(
     threads: int = 1,
     descriptor: str = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the descriptors of patches of a whole surface, with their mean normals turned to +z (`up`) or to -z.
-
-    `tests` is (T, 3) in Å; returns (T, width) |c_nm| in the order of `zernike.polynomials.indices`, and the dots in each
-    patch, (T,) int32.
-    """
+    """Compute descriptors (T, width) of patches at `tests` (T, 3), Å, turned to +z (`up`) or -z; and the dots in each, (T,)."""
     kind = DESCRIPTORS[descriptor]
     out = np.empty((len(tests), kind.width))
 
@@ -94,11 +90,7 @@ def describe_fields(
     radius: float = R_ZERNIKE,
     threads: int = 1,
 ) -> np.ndarray:
-    """Compute the Zernike invariants of fields over patches of a whole surface, by the image of `rotation_robust`.
-
-    `tests` is (T, 3) in Å, `values` (F, N) by dot; returns (T, F, 121) |c_nm| in the units of each field. A constant field has
-    its value at n = 0 and zeros elsewhere.
-    """
+    """Compute Zernike invariants (T, F, 121) of fields (F, N), by dot, over patches at `tests` (T, 3), Å, in their units."""
     values = np.ascontiguousarray(np.asarray(values, np.float64)[:, index.dot])
     describe_values = partial(rotation_robust.describe_fields, values=values)
     kind = Descriptor(len(values) * rotation_robust.N_Z, rotation_robust.order, describe_values)
@@ -127,11 +119,10 @@ def evaluate(
     threads: int = 1,
     descriptor: str = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the descriptors of the patches of several subsets, or their distances to given descriptors.
+    """Compute descriptors of the patches of B <= 64 subsets, `words` of `pack_subsets`, at `tests` (T, 3), Å.
 
-    `tests` is (T, 3) in Å, `words` are from `pack_subsets`, `n_subsets` is B, at most 64, and `weights` (B, N) by position;
-    returns distances |z_tot - z|, (T, B), where `z_tot` (T, width) is given, else descriptors in the kernel's own order, (T,
-    B, width), and the dots in each patch, (T, B) int32.
+    Returns distances |z_tot - z| (T, B) where `z_tot` (T, width) is given, else descriptors in the kernel's own order,
+    (T, B, width); and the dots in each patch, (T, B). `weights` are (B, N) by position.
     """
     if z_tot is not None:
         readings = (reading,)
@@ -163,11 +154,9 @@ def compare(
     threads: int = 1,
     descriptor: str = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute the distances of patches of several subsets to those of the whole surface, under R readings in one pass.
+    """Compute distances of patches of subsets to those of the whole surface, whose weights are 1, under R readings in one pass.
 
-    Arguments are those of `evaluate`; dots of the whole surface always have the weight 1. Returns z_tot, (T, width), the
-    distances of all subsets under the first reading, then under the next, (T, R B), and the dots in each patch, (T, R B)
-    int32.
+    Arguments are those of `evaluate`. Returns z_tot, (T, width), the distances, reading by reading, and the dots, (T, R B).
     """
     kind, n_whole = DESCRIPTORS[descriptor], int(z_tot is None)
     out = np.empty((len(tests), len(readings) * n_subsets))
@@ -197,11 +186,7 @@ def compare_nested(
     threads: int = 1,
     descriptor: str = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the distances of patches of nested subsets to those of the whole surface; equal patches are described once.
-
-    A subset of n dots holds the first n of `order`, and `n_kept` is (S,), ascending; returns distances and dots in each patch,
-    (R, S, T) each.
-    """
+    """Compute distances to the whole surface, and dots in patches, (R, S, T), of the first `n_kept` (S,) dots of `order`."""
     tests, radius = np.ascontiguousarray(tests, np.float64), float(radius)
     n_kept, kind = np.ascontiguousarray(n_kept, np.int64), DESCRIPTORS[descriptor]
     rank = np.empty(len(order), np.int64)
@@ -252,11 +237,7 @@ def _describe_slices(
     weights: np.ndarray | None,
     store: Callable[[int, int, np.ndarray], None],
 ) -> np.ndarray:
-    """Pass the descriptors of slices of the tests to `store(begin, end, z)` and return the patch sizes.
-
-    The patches of a test are its whole patch, if `whole` is set, then those of the subsets under the first reading, then
-    under the next.
-    """
+    """Pass descriptors of slices of the tests (whole patch, then each reading) to `store(begin, end, z)`; return patch sizes."""
     tests = np.ascontiguousarray(tests, np.float64)
     radius = float(radius)  # an int would compile the kernels again
     weights = np.empty((0, 0)) if weights is None else weights

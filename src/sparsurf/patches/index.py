@@ -27,24 +27,18 @@ MARGIN = 1e-9  # Å, far above rounding
 
 
 class PatchIndex(NamedTuple):
-    """A surface prepared for patches; `build_index` makes it, the kernels read it.
+    """A surface prepared for patches; `build_index` makes it, the kernels read it."""
 
-    xyz, normals : (N, 3) float64, Å and unit vectors, by position
-    dot, position : (N,) int32, dot at each position and position of each dot
-    origin, shape, side, start : the cell grid; `start` (cells + 1,) int64
-    link_start, link : (N + 1,) int64 and int32; linked positions, rows padded with N up to `MIN_LINKS_PER_DOT`
-    """
-
-    xyz: np.ndarray
-    normals: np.ndarray
-    dot: np.ndarray
-    position: np.ndarray
-    origin: np.ndarray
+    xyz: np.ndarray  # (N, 3) float64, Å, by position
+    normals: np.ndarray  # (N, 3) float64, unit vectors
+    dot: np.ndarray  # (N,) int32, at each position
+    position: np.ndarray  # (N,) int32, of each dot
+    origin: np.ndarray  # of the cell grid, as the next three
     shape: np.ndarray
     side: float
-    start: np.ndarray
-    link_start: np.ndarray
-    link: np.ndarray
+    start: np.ndarray  # (cells + 1,) int64
+    link_start: np.ndarray  # (N + 1,) int64
+    link: np.ndarray  # int32, linked positions, rows padded with N up to `MIN_LINKS_PER_DOT`
 
 
 def build_index(points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK) -> PatchIndex:
@@ -56,10 +50,7 @@ def build_index(points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK)
 
 
 def build_grid(points: np.ndarray, normals: np.ndarray | None = None, side: float = CELL_SIDE) -> PatchIndex:
-    """Sort dots into cells of `side` Å without linking them; such an index serves `ball` only.
-
-    It takes about 70 bytes per dot.
-    """
+    """Sort dots into cells of `side` Å without linking them: 70 bytes per dot, and enough for `ball`."""
     points = np.ascontiguousarray(points, np.float64)
     low, high = _bounding_box(points)
     side = _cell_side(high - low, len(points), side)
@@ -179,10 +170,7 @@ def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
 
 @njit(cache=True, nogil=True)
 def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np.ndarray) -> int:
-    """Write the positions of the dots within a radius of a point (Å, inclusive) into `out`; return their number.
-
-    `out` is an int32 array of at least `ball_bound` + 1.
-    """
+    """Write the positions of the dots within a radius (Å, inclusive) of a point into `out`, and return their number."""
     n = 0
     r2 = radius * radius
     side = index.side
@@ -290,9 +278,8 @@ def balls(
 ) -> int:
     """Find the dots within a radius (Å, inclusive) of up to 64 dots, those near the middle of the group first.
 
-    Writes their positions into `ids` and into `words` the bits of the members that each is near to; returns their number.
-    With fewer than 64 members, bits that no member has are those of the first. `centre` and `extent` are from `middle`;
-    `centres` (3, 64) and `work` are overwritten.
+    Writes their positions into `ids` and into `words` the bits of the members that each is near to; returns their number. With
+    fewer than 64 members, bits that no member has are those of the first. `centres` and `work` are overwritten.
     """
     x, y, z = centre
     for b in range(GROUP_SIZE):
@@ -333,10 +320,7 @@ def balls(
 def select_separated(
     index: PatchIndex, order: np.ndarray, radius: float, max_dots: int, n_fixed: int
 ) -> np.ndarray:
-    """Select at most `max_dots` dots in order, skipping those within a radius (Å) of a dot that is already selected.
-
-    The first `n_fixed` of `order` are always selected.
-    """
+    """Select at most `max_dots` dots in order, the first `n_fixed` always, others not within a radius (Å) of a selected one."""
     blocked, r2 = np.zeros(len(index.dot), np.bool_), radius * radius
     out, m = np.empty(min(max_dots, len(order)), np.int64), 0
     for k in range(len(order)):

@@ -25,11 +25,10 @@ def largest_island(
     key: np.ndarray,
     queue: np.ndarray,
 ) -> tuple[int, int]:
-    """Find the largest connected component of `ids[:n]`, as the slice begin:end of `queue`.
+    """Find the largest island of `ids[:n]`, as the slice begin:end of `queue` (n + 1,); of equal ones, that with the least `key`.
 
-    `mark` is 1 at every id that takes part and 0 elsewhere (also at the padding id); on return it is all 0. On a tie, the
-    island that contains the smallest `key` wins. `queue` needs n + 1 elements. Unsigned indices avoid numba's test for
-    negative ones, which takes half of the time.
+    `mark` is 1 at every id that takes part and 0 elsewhere (also at the padding id); on return it is all 0. Unsigned indices
+    avoid numba's test for negative ones, which takes half of the time.
     """
     tail = begin = end = np.intp(0)  # with a plain 0, numba compiles the called kernels twice
     best_key = np.int64(-1)
@@ -81,9 +80,8 @@ def spread_words(
 ) -> None:
     """Spread bits along links: each dot gets those bits of its word that a linked dot has, until nothing changes.
 
-    `word[k]` is that of `ids[k]`, for the first n. `reached` (N + 1,) holds the bits that are there at the start, and all on
-    return. This is fastest with `ids` in about the order in which the bits arrive, and gives the same in any order. `waiting`
-    needs n elements.
+    `word[k]` is that of `ids[k]`, for the first n. `reached` (N + 1,) holds the bits at the start, and all on return. It is
+    fastest with `ids` in about the order in which the bits arrive. `waiting` needs n elements.
     """
     end = 0
     for k in range(n):
@@ -129,11 +127,10 @@ def _update(
 def drop_small_islands(
     ids: np.ndarray, word: np.ndarray, link_start: np.ndarray, link: np.ndarray, around: np.ndarray
 ) -> None:
-    """Clear the bits of dots whose island cannot be the largest, for up to 64 subsets at once.
+    """Clear the bits of dots whose island cannot be the largest; bit b of `word[k]` says whether subset b keeps `ids[k]`.
 
-    Bit b of `word[k]` says whether subset b keeps `ids[k]`. A dot with two kept neighbours is in an island of three or
-    more dots, as are these two, and every dot of such an island is one or the other. If a subset has such a dot, all other
-    dots are dropped. Otherwise, if two dots are linked, single dots are dropped. `around` (N + 1,) is all 0, also on return.
+    A dot with two kept neighbours is in an island of three or more dots, as are these two, and every dot of such an island is one
+    or the other: all other dots are dropped, or, without such a dot, single ones. `around` (N + 1,) is 0, also on return.
     """
     linked, crowded = np.empty(len(ids), np.uint64), np.empty(len(ids), np.uint64)
     of_two = of_three = np.uint64(0)

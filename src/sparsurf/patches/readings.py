@@ -49,10 +49,7 @@ def linked_by_spacing(
     area: float,
     density: float | None = None,  # noqa: ARG001
 ) -> PatchIndex:
-    """Index kept dots with a linking distance of SCALED_LINK times their spacing, 1 / sqrt(dots per Å^2), and at least `d_link`.
-
-    `area` is that of the full surface, Å^2.
-    """
+    """Link kept dots within SCALED_LINK times their mean spacing on a full surface of `area` Å², and at least `d_link` Å."""
     from sparsurf.patches.index import (
         build_index,  # here: pages need the names of the readings, but no kernel
     )

@@ -62,10 +62,9 @@ def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
 def _roughness(
     index: PatchIndex, order: np.ndarray, first: int, last: int, radius: float, out: np.ndarray
 ) -> None:
-    """Fill in the roughness of the groups first:last of `order`.
+    """Fill in the roughness of the groups first:last of `order`, of each member in its ball.
 
-    In the ball of each member, the dots that links connect with the middle of the group, or else with the member, are its
-    patch if they are more than half; otherwise it is searched for.
+    The dots that links connect with the middle of the group, or else with the member, are its patch if they are more than half.
     """
     n_dots = len(index.dot)
     bits = np.uint64(1) << np.arange(GROUP_SIZE).astype(np.uint64)
@@ -112,7 +111,7 @@ def _sum_normals(
     sums: np.ndarray,
     missed: np.ndarray,
 ) -> None:
-    """Sum normals, unit normals and ones over the dots that have each bit, and count those that should have it.
+    """Sum normals, unit normals and ones over the dots that have each bit, and count in `missed` those that should have it.
 
     `table[j, v]` takes the sums of the dots whose bits 4 j to 4 j + 3 are v. On return `reached` is 0 again.
     """
@@ -152,11 +151,7 @@ def _sum_normals(
 
 @njit(cache=True, nogil=True)
 def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> float:
-    """Return the mean over ids[begin:end] of cos(n_j, mean normal), at least 0; 1 for a single normal.
-
-    Normals of a DMS file are unit vectors only to three decimals, so each cosine is divided by the length. A mean normal
-    of length 0 has no direction and counts as rough.
-    """
+    """Return the mean over ids[begin:end] of cos(n_j, mean normal), at least 0; 1 for one normal. Normals have any length."""
     mx = my = mz = ux = uy = uz = 0.0
     for k in range(begin, end):
         x, y, z = normals[ids[k], 0], normals[ids[k], 1], normals[ids[k], 2]

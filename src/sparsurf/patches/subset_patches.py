@@ -78,13 +78,11 @@ def patches_of(
     start: np.ndarray,
     weight: np.ndarray,
 ) -> None:
-    """List the dots of every patch: of a test dot its whole patch, then those of the subsets under each reading.
+    """List the dots of every patch: of each test (T, 3), Å, its whole patch if requested, then the subsets' under each reading.
 
-    `tests` is (T, 3) in Å, `words` are from `pack_subsets`, and `weights` is (B, N) by position, or (0, 0): all have the
-    weight 1. `among_kept` says which readings remove islands among the kept dots. `buffer_size` is one more than the dots in a
-    ball at most; `mark` and `around`, (N + 1,), are all 0, also on return. Written are `sizes`, (T, whole + readings B), where
-    `whole` is 1 if the whole patch is requested; `ids`, positions, of which patch i is ids[start[i]:start[i + 1]]; and
-    `weight` of each, or nothing.
+    `words` are from `pack_subsets`, and `weights` (B, N) by position, or (0, 0) if all are 1. `among_kept` says which readings
+    remove islands among the kept dots. `buffer_size` exceeds the dots in a ball; `mark` and `around`, (N + 1,), are 0, also on
+    return. Written are `sizes`, (T, whole + readings B); `ids`, patch i being ids[start[i]:start[i + 1]]; and their `weight`.
     """
     lists, count = np.empty((n_subsets, buffer_size), np.int32), np.empty(n_subsets, np.intp)
     in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
@@ -152,12 +150,9 @@ def nested_patches_of(
 ) -> int:
     """List the dots of the patches of nested subsets under each reading, each distinct patch once; return their number.
 
-    Dots join in the order of their ranks. Among kept dots, islands grow and merge, so that the largest one is known without a
-    search.
-
-    `tests` is (T, 3) in Å; a subset of n dots holds those of `rank` (by position) 0 to n - 1, and `n_kept` is (S,), ascending.
-    Written are `ids`, positions, of which patch i is ids[start[i]:start[i + 1]]; `test`, the test of each patch; and `patch`,
-    (readings, S, T), the patch of each subset. The others are as for `patches_of`.
+    A subset of n dots holds those of `rank` (by position) 0 to n - 1, for the ascending `n_kept` (S,). Dots join in this order,
+    so the largest island is known without a search. Written are `ids` and `start` of the patches, the `test` of each, and
+    `patch`, (readings, S, T), that of each subset. The others are as for `patches_of`.
     """
     in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
     mark, slot = np.zeros(len(rank) + 1, np.uint8), np.full(len(rank) + 1, -1, np.int32)
@@ -234,10 +229,7 @@ def _join(
     count: np.ndarray,
     first: np.ndarray,
 ) -> int | np.integer:
-    """Add `ids[k]` as slot k, merge the islands of the dots that it is linked to, and return the root of its island.
-
-    `slot` (N + 1,) is the slot of each position, -1 for dots that have not joined.
-    """
+    """Add `ids[k]` as slot k, merge the islands that it links, and return the root; `slot` (N + 1,) is -1 of dots to come."""
     i = ids[k]
     slot[i], parent[k], count[k], first[k] = k, k, 1, index.dot[i]
     root = k

@@ -37,10 +37,7 @@ JOB = "analyse_batch"
 def close_run(
     results: Sequence[str], warnings: Warnings, exclude: Mapping[str, str], outputs: Mapping[str, str]
 ) -> None:
-    """Write the outputs page, failures, warnings and crate of a run.
-
-    `results` are the files and folders that the page leads to, and `exclude` has the reason for each excluded part of the study.
-    """
+    """Write page, failures, warnings and crate of a run with the files and folders `results`; `exclude` has reasons by place."""
     folder = Path(outputs["page"]).parent
     pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
@@ -93,10 +90,7 @@ def close_partial_run(
     tables: Sequence[str],
     warnings_of: Callable[[Sequence[str]], Warnings],
 ) -> bool:
-    """Close a run in which jobs failed from what lies there; return whether that is anything.
-
-    What is written counts as older than what it shows, so that the next run writes it again.
-    """
+    """Close a run in which jobs failed from what lies there, older than which it counts; return whether that is anything."""
     if not (finished.conformations or finished.pairs or tables):
         return False
     written = write_summaries(config, run, finished.conformations, finished.sampled, finished.pairs)

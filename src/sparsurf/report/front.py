@@ -172,11 +172,7 @@ def write_front(
     exclude: Mapping[str, str],
     batches: Mapping[str, Any] | None = None,
 ) -> list[str]:
-    """Write the first page of a run, and return its answers.
-
-    The page may read and link `files`, from its folder. `exclude` has the reason for each part that was not finished.
-    `batches` is that of `of_batches`.
-    """
+    """Write the first page of a run in the folder of its `files`, with reasons for parts to `exclude`, and return its answers."""
     run = Run(Path(page).parent, list(dict.fromkeys(files)))
     all_sections = sections(run, batches)
     figures = [figure.path for section in all_sections for figure in section.figures]
@@ -640,10 +636,7 @@ def sentence_of_batches(surfaces: pd.DataFrame) -> str:
 
 
 def of_batches(batches: Mapping[str, Any]) -> Iterator[Section]:
-    """Yield the distributions, the most unusual surfaces and the failures by reason.
-
-    `batches` holds the tables `surfaces` and `unusual`, the `failures` as (reason, names), and the number `n_batches`.
-    """
+    """Yield the distributions, the most unusual surfaces and the failures by reason."""
     surfaces, failures = batches["surfaces"], batches["failures"]
     n_failed = sum(len(names) for _, names in failures)
     if len(surfaces):
@@ -686,10 +679,7 @@ def of_batches(batches: Mapping[str, Any]) -> Iterator[Section]:
 
 
 def warned(path: Path, shown: Mapping[str, str] = MappingProxyType({})) -> list[tuple[list[str], str]]:
-    """Read (places, sentence) from the warnings.csv of a run; warnings that differ only in numbers are merged into the first.
-
-    A file is named without its folder, a place by its name in `shown`. Empty if there is no such table.
-    """
+    """Read (places, sentence) from warnings.csv, if any; warnings that differ only in numbers are merged into the first."""
     if not path.is_file():
         return []
     table = pd.read_csv(path, dtype=str, keep_default_na=False)

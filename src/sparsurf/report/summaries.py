@@ -20,11 +20,7 @@ from sparsurf.study.summary import read_result, relation_table, summary_table, s
 def summarise_surfaces(
     folders: Mapping[Path, bool], patches: Mapping[str, Any], floor: str | None, table: str, png: str
 ) -> None:
-    """Write surfaces.csv and the figure of how many dots are enough.
-
-    `folders` are those of the conformations, <protein>/<conformation>, and whether they have results of the grid; `floor` sets
-    the size of the minimal subsets.
-    """
+    """Write surfaces.csv and the figure of how many dots reach `floor`; `folders` say whether they have results of the grid."""
     write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()], patches))
     curves = [required_dots.read(*folder) for folder in folders.items()]
     layout.save(required_dots.figure(curves, floor or required_dots.FRESH), png)

@@ -65,10 +65,7 @@ def run(
     stdin: str = "",
     wait: Callable[[], None] | None = None,
 ) -> str:
-    """Run `gmx` in a folder, print its output to the job's log and return it; an error repeats its reason.
-
-    `wait` is called about once a second while GROMACS runs.
-    """
+    """Run `gmx` in a folder, print its output to the job's log and return it; an error repeats its reason."""
     command = [program(), "-quiet", "-nobackup", *map(str, arguments)]
     with subprocess.Popen(
         command,

@@ -68,11 +68,7 @@ def read_xvg(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def motion(molecule: Molecule) -> pd.DataFrame:
-    """Measure how the protein moves: the rows of motion.csv.
-
-    The RMSD is that of the C-alpha atoms from the first frame, after superposition, and the radius of gyration that of the
-    heavy atoms with equal weights, both in Å.
-    """
+    """Tabulate motion.csv, Å: RMSD of C-alpha atoms from the first frame, superposed, and radius of gyration of heavy atoms."""
     backbone = molecule.name == "CA"
     heavy = molecule.heavy
     # Several rotations fit atoms on a line equally well; their deviations are the same.
@@ -84,10 +80,7 @@ def motion(molecule: Molecule) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame, settings: dict[str, Any]) -> pd.DataFrame:
-    """Compare means of the production with their targets, temperature (K) and pressure (bar): the rows of quality.csv.
-
-    Half-widths of 95 % intervals come from block means; `near` is NaN if the run is too short to judge.
-    """
+    """Compare means of the production with temperature (K) and pressure (bar): quality.csv, with 95 % intervals by blocks."""
     targets = {
         "temperature_K": settings["temperature"],
         "pressure_bar": settings["pressure"],

@@ -33,9 +33,8 @@ def run_stage(
 ) -> Path:
     """Run one of `protocol.STAGES` in `folder`, or continue it if a run with the same inputs was interrupted; return the folder.
 
-    `system` is the folder that `system.prepare_system` filled, `before` that of the previous stage, None for the minimisation.
-    The folder is kept between runs until the stage is complete, with final.gro, topol.tpr, energies.edr, md.log, and for
-    dynamics state.cpt and trajectory.xtc. `progress` is called with the numbers of finished and total time steps.
+    `system` is from `system.prepare_system`, `before` that of the previous stage. The folder is kept between runs until the stage
+    is complete, with final.gro, topol.tpr, energies.edr, md.log, and for dynamics state.cpt and trajectory.xtc.
     """
     folder = Path(folder).absolute()
     system, before = Path(system).absolute(), Path(before).absolute() if before else None
@@ -123,11 +122,7 @@ def extract_protein(
     path_to_topology: str | os.PathLike[str],
     path_to_trajectory: str | os.PathLike[str],
 ) -> np.ndarray:
-    """Write the protein without water, its molecules made whole: the first frame as PDB, all frames as XTC.
-
-    Chains and residues keep the names of the prepared structure, since GROMACS's run files do not contain them. Returns the
-    first frame, (A, 3) Å.
-    """
+    """Write the protein without water, its molecules whole and named as prepared, as PDB and XTC; return the first frame, Å."""
     production, trajectory = Path(production).absolute(), Path(path_to_trajectory).absolute()
     gromacs.run("trjconv", "-s", "topol.tpr", "-f", "trajectory.xtc", "-o", trajectory, "-pbc", "whole",
                 folder=production, stdin="Protein\n")  # fmt: skip

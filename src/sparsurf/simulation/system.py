@@ -48,13 +48,10 @@ def prepare_system(
     seed: int,
     folder: str | os.PathLike[str],
 ) -> dict[str, int | str]:
-    """Build the system in `folder`: topology (topol.top with the files that it includes) and coordinates (system.gro).
+    """Build the system of one frame of protein atoms in `folder`: topology (topol.top with its files) and system.gro.
 
     All hydrogens are built by the force field, chain ends are charged, and disulphide bonds are found by distance. Refused are
-    gaps in a chain, missing atoms, and residues that the force field does not know.
-
-    `molecule` is one frame of protein atoms only; `path` is its file, for messages. Returns protein_atoms, waters, ions, atoms
-    and the version of gromacs.
+    gaps in a chain, missing atoms, and unknown residues. Returns protein_atoms, waters, ions, atoms and the version of gromacs.
     """
     version = gromacs.version()
     force_field = settings["force_field"]
@@ -79,10 +76,7 @@ def prepare_system(
 
 
 def with_chains(path_to_gro: str | os.PathLike[str], molecule: Molecule) -> Molecule:
-    """Read the protein that GROMACS wrote, and label its residues with the chains and numbers of `molecule`.
-
-    GRO files have no chains. PDB files have them, but round the coordinates, which changes the number of waters.
-    """
+    """Read the protein that GROMACS wrote as GRO, which has no chains, with the chains and numbers of `molecule`."""
     built = read_molecule(path_to_gro, selection="all", whole=False)
     first = _first_atoms(molecule)
     if built.n_residues != len(first):

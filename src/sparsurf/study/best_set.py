@@ -23,20 +23,11 @@ MAX_SIMULATED_TOGETHER = 120  # combinations, the best ones
 
 
 class Scatter(NamedTuple):
-    """Means of K combinations and the parts of their joint variance.
+    """Means of K combinations and the parts of their joint variance."""
 
-    Attributes
-    ----------
-    mean : (K,) float64
-    by_test : (K, T) float64
-        Deviations of each test dot's mean, such that by_test @ by_test.T is the covariance of the means over test dots.
-    of_draws : (K,) float64
-        Variance of the mean due to the draws; the estimate is unbiased and can be negative.
-    """
-
-    mean: np.ndarray
-    by_test: np.ndarray
-    of_draws: np.ndarray
+    mean: np.ndarray  # (K,) float64
+    by_test: np.ndarray  # (K, T) float64, deviations; by_test @ by_test.T is the covariance over test dots
+    of_draws: np.ndarray  # (K,) float64, variance of the mean due to the draws; unbiased, it can be negative
 
 
 def scatter(x: ArrayLike) -> Scatter:
@@ -55,10 +46,7 @@ def scatter(x: ArrayLike) -> Scatter:
 
 
 def best_set(x: np.ndarray) -> np.ndarray:
-    """Find the combinations that contain the best one with 95 % confidence, (K,) bool; that with the highest mean is always one.
-
-    `x` is (K, D, T): d of K combinations at the same test dots.
-    """
+    """Find the combinations that contain the best one with 95 % confidence, (K,) bool, by d at the same test dots, (K, D, T)."""
     parts, draws = scatter(x), x.shape[1]
     first = int(np.argmax(parts.mean))
     deviation = parts.by_test - parts.by_test[first]

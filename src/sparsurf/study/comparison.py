@@ -48,10 +48,7 @@ def select_methods(
     names: Iterable[str] | None = None,
     ranges: pd.DataFrame | None = None,
 ) -> dict[str, Method]:
-    """Select the methods to compare, functions (n, rng) -> dots by name: the samplers `names`, all by default.
-
-    With ranges.csv, the paper's sampler uses its winners under `kept`, otherwise Table I of the paper.
-    """
+    """Select samplers, all by default: functions (n, rng) -> dots by name, the paper's with winners of `ranges` or of Table I."""
     chosen = samplers.get_samplers(
         names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
     )
@@ -67,10 +64,9 @@ def compare_samplers(
     progress: Callable[[int, int], None] = lambda done, of: None,
     floors: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Measure every sampler at every requested n_S (% of the dots), under every reading, in both uses: the rows of compare.csv.
+    """Measure every sampler at every requested n_S, %, under every reading, in both uses: the rows of compare.csv.
 
-    `methods` are from `select_methods`, `floors` from `tables.floors_by_name`; `progress` is called with the numbers of
-    finished and total samplers. Intervals are over draws and test dots; NaN if the measure is not a mean over test dots.
+    `floors` are of `tables.floors_by_name`. Intervals are over draws and test dots; NaN if the measure is not a mean over these.
     """
     tests = prepared.draw_tests(n_tests)
     parts = []
@@ -201,10 +197,7 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
 
 
 def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Average over the conformations of each protein; if there is only one protein, its conformations are kept separate.
-
-    `tables` are those of `compare_samplers` by (protein, conformation).
-    """
+    """Average tables of `compare_samplers` over the conformations of each protein; those of a single protein stay separate."""
     names = list(dict.fromkeys(protein for protein, _ in tables))
     if len(names) == 1:
         return {f"{protein}/{conformation}": table for (protein, conformation), table in tables.items()}
@@ -216,10 +209,7 @@ def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str
 
 
 def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Compute means and spread over proteins, or over conformations of a single one: the rows of compare.csv of a run.
-
-    The ratio is that to the uniform subset of the same protein, NaN if not measured.
-    """
+    """Compute means and spread over proteins, or over conformations of a single one: the rows of compare.csv of a run."""
     rows = pd.concat([table.assign(unit=name) for name, table in units.items()])
     reference = rows[rows["sampler"] == REFERENCE].set_index(["unit", "percent", "measure"])["value"]
     keys = pd.MultiIndex.from_frame(rows[["unit", "percent", "measure"]])

@@ -28,16 +28,15 @@ def fitted_crossing(
     n_dots: int,
     rng: np.random.Generator,
 ) -> Crossing:
-    """Find the n_S at which Z is `limit` times a noise floor.
+    """Find the n_S at which Z is `limit` times a noise floor, with its 95 % interval.
 
     Around the crossing, Z is fitted by a + b / n + c / n^2 + d ln n (least squares). The error of the recovered surface falls
     with a power of n; the rest falls slowly, as the share of kept dots grows. The interval comes from a bootstrap over the
     test dots, the same ones for curve and floor, and over the draws. Deviations of draws from their mean are scaled by sqrt(K
     / (K - 1)), since a few draws vary too little (Rao & Wu, J. Am. Stat. Assoc. 83:231, 1988).
 
-    `n` is (P,), ascending; `distances` (P, K, T) holds |z_tot - z| at T test dots for K independent draws at each n_S, `floor`
-    (F, T) those of F draws of the floor. The result is inf if no measured n_S is enough, and 0 if the smallest is. The
-    interval is NaN in these cases, and with fewer than `MIN_SIZES` n_S around the crossing.
+    `n` is (P,), ascending; `distances` (P, K, T) are of K draws, `floor` is (F, T). The result is inf if no measured n_S is
+    enough, 0 if the smallest is; then, and with fewer than `MIN_SIZES` n_S around the crossing, the interval is NaN.
     """
     z = distances.mean(axis=(1, 2)) / (limit * floor.mean())
     start = first_crossing(np.log(n), np.log(z))

@@ -37,8 +37,7 @@ def evaluate_frames(
 ) -> pd.DataFrame:
     """Evaluate one combination on every frame of a trajectory, or on the k-th, from 1, of n equal parts of the frames.
 
-    `streams` have the name of the protein. `threads` frames are evaluated in parallel, which does not change the table: the
-    columns of ensemble.csv, then the mean R_i of each residue (see `split_residue_columns`).
+    The columns are those of ensemble.csv, then the mean R_i of each residue; the number of threads does not change them.
     """
     surface, d_link = settings.surface, settings.patches.D_link
     atom_radii = radii(molecule, surface.radii)

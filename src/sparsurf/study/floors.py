@@ -51,7 +51,7 @@ def measure_floors(
     `generate_surface` makes a Surface of positions of atoms, (A, 3) Å; without it, fresh dots are placed on the surface
     recovered from all dots, and atoms cannot be displaced. `frames` lists positions that much earlier or later (ps),
     superposed on `atoms`; `moved` are rms displacements of the atoms in Å. `turned` are fresh dots of the rotated molecule,
-    described in that orientation, and `fresh dots` the same dots rotated back.
+    described in that orientation.
     """
     tests = prepared.draw_tests(n_tests)
     test_points, centre = prepared.points[tests], prepared.points.mean(axis=0)
@@ -118,10 +118,7 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 
 
 def rotate(points: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Compute ``points @ rotation``, (n, 3), with the same bits on every processor, unlike BLAS.
-
-    Atoms of one element have the same pattern of dots, so that two dots can be equally far, and the last bit decides.
-    """
+    """Compute points @ rotation, (n, 3), with the same bits everywhere, unlike BLAS: dots at equal distances need them."""
     return sum((points[:, k : k + 1] * rotation[k] for k in (1, 2)), points[:, :1] * rotation[0])
 
 
@@ -148,10 +145,7 @@ def read_frames_around(
     options: Mapping[str, Any],
     atoms: np.ndarray,
 ) -> dict[float, list[np.ndarray]] | None:
-    """Read the frames `TIME_GAPS_PS` before and after a conformation, see `frames_at_gaps`; None if its time is unknown.
-
-    `frames` is the table of the chosen frames, and `options` are those of `read_molecule`.
-    """
+    """Read the frames `TIME_GAPS_PS` before and after a conformation of the table `frames`; None if its time is unknown."""
     table = pd.read_csv(frames).set_index("conformation")
     time = float(table["time_ps"].loc[conformation])
     if not np.isfinite(time):
@@ -161,10 +155,7 @@ def read_frames_around(
 
 
 def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[float, list[np.ndarray]]:
-    """Select frames before and after a time (ps), superposed on the atoms at that time: lists of (A, 3) Å by gap in ps.
-
-    Gaps for which there is no frame are left out; none is left if all atoms lie on a line.
-    """
+    """Select frames before and after a time, superposed on the atoms then, (A, 3) Å by gap in ps; none for atoms on a line."""
     by_gap = {}
     for gap in TIME_GAPS_PS:
         frames = [

@@ -30,31 +30,17 @@ N_CURVE_SIZES = 32
 
 @dataclass(frozen=True)
 class Grid:
-    """Raw distances of a grid with K combinations, D draws and T test dots.
+    """Raw distances of a grid with K combinations, D draws and T test dots."""
 
-    Attributes
-    ----------
-    combinations : (K, 4) float64
-    n_dots : int, N
-    n_s : (K, D) int64
-    n_s_expected : (K,) float64
-    tests : (T,) int64 dots, or (K, T) if every combination has its own
-    z_tot : (T, 121) float64, descriptors of the full surface at the (shared) test dots
-    z_ts, z_tr : (readings, K, D, T) float32, |z_tot - z_S| and |z_tot - z_R|
-    median_patch_size : (readings, 2, K) float64
-        Median number of dots in the evaluated patches of sampled and of uniform subsets.
-    readings : tuple of str
-    """
-
-    combinations: np.ndarray
-    n_dots: int
-    n_s: np.ndarray
-    n_s_expected: np.ndarray
-    tests: np.ndarray
-    z_tot: np.ndarray
-    z_ts: np.ndarray
-    z_tr: np.ndarray
-    median_patch_size: np.ndarray
+    combinations: np.ndarray  # (K, 4) float64
+    n_dots: int  # N
+    n_s: np.ndarray  # (K, D) int64
+    n_s_expected: np.ndarray  # (K,) float64
+    tests: np.ndarray  # (T,) int64 dots, or (K, T) if every combination has its own
+    z_tot: np.ndarray  # (T, 121) float64, descriptors of the full surface at the (shared) test dots
+    z_ts: np.ndarray  # (readings, K, D, T) float32, |z_tot - z_S|
+    z_tr: np.ndarray  # the same of z_R
+    median_patch_size: np.ndarray  # (readings, 2, K) float64, of sampled and of uniform subsets
     readings: tuple[str, ...]
 
 
@@ -69,9 +55,9 @@ def evaluate_grid(
 ) -> Grid:
     """Evaluate every combination, (K, 4), with `draws` sampled and uniform subsets each.
 
-    `readings.GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per uniform subset
-    (per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots and
-    uniform subsets are drawn anew for each combination, as published.
+    `GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per uniform subset (per n_S of a
+    curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots and uniform subsets are
+    drawn anew for each combination, as published.
     """
     combinations = np.asarray(combinations, float)
     tests = prepared.draw_tests(n_tests)
@@ -127,10 +113,7 @@ def _evaluate_with_shared_tests(
 def _evaluate_with_own_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations each have their own test dots and uniform subsets, as published.
-
-    Combinations run in parallel, with one thread each.
-    """
+    """Fill a Grid whose combinations each have their own test dots and uniform subsets, as published, a thread each."""
     k, draws = out.n_s.shape
     single, finished = prepared.changed(threads=1), []
 
@@ -150,12 +133,7 @@ def _fill(
     z_tot: np.ndarray | None = None,
     with_uniform: bool = False,
 ) -> np.ndarray:
-    """Draw the sampled subsets of some combinations and write their distances at the test dots into a Grid.
-
-    With `with_uniform`, do the same for a uniform subset of each.
-
-    Returns z_tot. Unless known, it is computed with the first subsets, which share the patches of the full surface.
-    """
+    """Write the distances of sampled subsets of some combinations, and of uniform ones on request, into a Grid; return z_tot."""
     draws, halves = out.n_s.shape[1], 1 + with_uniform
     jobs = np.array([(k, draw) for k in which for draw in range(draws)])
     sizes = np.zeros((len(out.readings), halves, len(jobs), len(tests)), np.int32)
@@ -183,12 +161,10 @@ def _readings_of_one_pass(out: Grid) -> tuple[str, ...]:
 def _fill_uniform(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, finished: Callable[[int], None]
 ) -> None:
-    """Write the distances of uniform subsets into a Grid, draw by draw.
+    """Write the distances of uniform subsets, which are nested in a draw, into a Grid, draw by draw.
 
-    The uniform subsets of one draw are nested: each contains all smaller ones. Each n_S is described once for all
-    combinations. Subsets that form their own surfaces are measured at the n_S of `_curve_sizes` if there are many
-    combinations, and interpolated over ln n_S. Each draw has its own curve, so that the scatter of the draws includes the
-    error of the curves.
+    Subsets that form their own surfaces are measured at the n_S of `_curve_sizes` if there are many combinations, and
+    interpolated over ln n_S; each draw has its own curve, so that the scatter of the draws includes the error of the curves.
     """
     together = _readings_of_one_pass(out)
     alone = [reading for reading in out.readings if reading not in together]
@@ -232,10 +208,7 @@ def _interpolated(n_s: np.ndarray, sizes: np.ndarray, curve: np.ndarray) -> np.n
 def _draw_subsets(
     prepared: PreparedSurface, out: Grid, jobs: np.ndarray, halves: int
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return packed words of the sampled subsets of (combination, draw), then of uniform ones if there are two halves.
-
-    Writes n_S into a Grid. The subsets themselves are returned if a reading needs them, otherwise an empty list.
-    """
+    """Return packed words of sampled and uniform subsets of (combination, draw), and those that readings need; write n_S."""
     words, lock = np.zeros(len(prepared.points), np.uint64), Lock()
     keep = any(reading not in GRID_READINGS for reading in out.readings)
     subsets = [np.empty(0, np.int64)] * (halves * len(jobs) if keep else 0)

@@ -74,18 +74,11 @@ class Subset:
 
 @dataclass(frozen=True, eq=False)
 class Representation:
-    """A surface, the roughness of its dots, and the few of them that stand for it; tables follow from these.
+    """A surface, the roughness of its dots, and the few of them that stand for it; tables follow from these."""
 
-    Attributes
-    ----------
-    trials : Trials, with the prepared surface, its fields included, and the test dots
-    subset : Subset
-    molecule : Molecule that the dots lie on, or None
-    """
-
-    trials: Trials
+    trials: Trials  # with the prepared surface, its fields included, and the test dots
     subset: Subset
-    molecule: Molecule | None = None
+    molecule: Molecule | None = None  # that the dots lie on
 
     @property
     def surface(self) -> Surface:
@@ -129,10 +122,7 @@ class Representation:
     def required_dots(
         self, floors: Mapping[str, np.ndarray], whole_curve: bool
     ) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Return the rows of required_dots.csv, and of curves.csv with Z over n_S, also of uniform subsets.
-
-        Without `whole_curve`, Z of recovered surfaces is measured down to the lowest floor only.
-        """
+        """Return the rows of required_dots.csv, and of curves.csv, recovered ones to the lowest floor unless `whole_curve`."""
         trials, lowest = self.trials, min(distances.mean() for distances in floors.values())
         trials.down_to = -1 if whole_curve else FLOOR_FACTOR * lowest
         required, curves = required_dots_table(trials, floors), [curves_table(trials)]
@@ -156,24 +146,9 @@ def represent(
 ) -> Representation:
     """Analyse one surface: the fields and roughness of its dots, and the minimal subset that the settings request.
 
-    The study, a batch, the functions and the commands all call this. The subset does not depend on the name in `streams`.
-
-    Parameters
-    ----------
-    surface : Surface
-    settings : Settings
-        Their sections `patches`, `sampling`, `evaluation`, `minimal` and `fields`.
-    streams : Streams
-    molecule : Molecule, optional
-        The dots belong to its atoms; `fields` are computed from it.
-    table : path, optional
-        CSV with fields of the molecule's own.
-    roughness : (N,) float64, optional
-        R_i, if already known.
-    floors : dict of (D, T) float64, optional
-        Distances of the noise floors, see `measure_floors`. If the settings request a floor, it is measured without them.
-    choices : Choices, of the paper's sampler
-    threads : int
+    The study, a batch, the functions and the commands all call this. `table` is a CSV with fields of the molecule's own,
+    `roughness` (N,) and `floors`, (D, T) distances by name, are given if known, and `choices` is for the paper's sampler. The
+    subset does not depend on the name in `streams`.
     """
     if molecule is not None and (names := [name for name in settings.fields if table or name in FIELDS]):
         computed = compute_fields(names, molecule, surface.points, table=table)

@@ -158,9 +158,8 @@ class PreparedSurface:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of B subsets at T test dots, (R, B, T), and the dots in their patches, (R, B, T); after z_tot.
 
-        `z_tot` (T, 121) are descriptors of the full surface at the test dots; unless given, they are computed in the same
-        pass. `weights` (B, N), by position, are for readings of the full surface only. `many` takes the faster variant of a
-        reading, see `build_index_fast` of `readings.Reading`. Subsets that are `packed` into words, and their number, are
+        `z_tot` (T, 121) is computed in the same pass unless given. `weights` (B, N), by position, are for readings of the full
+        surface only. `many` takes the faster variant of a reading. Subsets that are `packed` into words, and their number, are
         needed again only by readings in which each forms a surface of its own.
         """
         together = tuple(reading for reading in readings if READINGS[reading].build_index is None)

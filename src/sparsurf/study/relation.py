@@ -27,11 +27,9 @@ SAMPLED_PERMUTATIONS = 1999
 def relate_to_roughness(rows: pd.DataFrame, rng: np.random.Generator) -> dict[str, Any]:
     """Test whether the winners of one range depend on the mean roughness; `rows` are of one reading, one per surface, none empty.
 
-    n_proteins is the number of units of every p and interval, and n_winners that of different winners. n_pairs counts pairs of
-    surfaces of equal mean roughness, n_changes those with different winners, and n_distinct those with winners outside each
-    other's confidence set. p is the probability of so large a |rho| (Spearman) of any parameter if roughness did not matter.
-    gain is the mean of d_from_near - d_from_far, over_all that of d_from_near - d_from_all. NaN where a value cannot be
-    computed.
+    n_proteins is the number of units of every p and interval. n_pairs counts pairs of surfaces of equal mean roughness, n_changes
+    those with different winners, and n_distinct those with winners outside each other's confidence set. p is the probability of
+    so large a |rho| (Spearman) of any parameter if roughness did not matter. NaN where a value cannot be computed.
     """
     winners, sets = combination_labels(rows), rows["best_set"].map(split_combinations).tolist()
     occurrences = Counter(text for best_set in sets for text in best_set)

@@ -29,11 +29,7 @@ AT_MOST, MORE = "at most", "more"  # bounds: the smallest measured n_S is enough
 
 
 def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
-    """Find the smallest n_S that reaches Z = z on a measured curve, whose n ascends.
-
-    Rises of the curve are removed, and ln Z is interpolated linearly over ln n_S. Returns 0 for fewer than the smallest
-    measured n_S, inf for more than the largest.
-    """
+    """Find the smallest n_S that reaches Z = z on a curve, its rises removed; 0 below the smallest n, inf beyond the largest."""
     values = np.minimum.accumulate(values).clip(1e-9)
     if z > values[0]:
         return 0.0
@@ -47,25 +43,7 @@ def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
 
 
 class Trials:
-    """Subsets of one sampler and their Z at the test dots of the study, at which the floors are measured too.
-
-    Parameters
-    ----------
-    prepared : PreparedSurface
-    sampler : str
-    n_tests : int
-    choices : combination.Choices
-
-    Attributes
-    ----------
-    down_to : float
-        Curves of recovered surfaces end at the first Z that does not exceed this value.
-
-    Raises
-    ------
-    InputError
-        If the sampler is unknown.
-    """
+    """Subsets of one sampler and their Z at the test dots of the study, at which the floors are measured too."""
 
     def __init__(
         self,
@@ -77,7 +55,7 @@ class Trials:
         self.prepared, self.sampler, self.choices = prepared, sampler, choices
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
-        self.down_to = -np.inf
+        self.down_to = -np.inf  # curves of recovered surfaces end at the first Z that does not exceed this
         # reading -> requested n_S -> n_S that was kept, distances (K, T)
         self._measured: dict[str, dict[int, tuple[float, np.ndarray]]] = {}
         self._errors: dict[int, tuple[float, np.ndarray]] = {}  # requested n_S -> n_S, mean distances (K,)
@@ -135,10 +113,7 @@ class Trials:
         return n_s, distances.mean(axis=(1, 2))
 
     def first_size(self, reading: str, limit: float) -> int:
-        """Return the index of the first of `sizes` whose Z is at most `limit`, or their number if there is none.
-
-        Sizes are measured in blocks, one size per thread, until one is enough.
-        """
+        """Return the index of the first of `sizes` whose Z is at most `limit`, or their number; sizes are measured in blocks."""
         threads = self.prepared.threads
         for a in progress.progress_bar(range(0, len(self.sizes), threads), "trying numbers of dots"):
             reached = self.measured(self.sizes[a : a + threads], reading)[1] <= limit
@@ -161,10 +136,7 @@ class Trials:
         return n[order], z[order]
 
     def errors_of(self, sizes: Sequence[int] | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the n_S that were kept for `sizes`, (P,), and the mean distance (Å) of the recovered surface, (P, K).
-
-        The mean is over the dots that were not kept, since kept dots lie on the recovered surface.
-        """
+        """Return the n_S kept for `sizes`, (P,), and the mean distance (Å) of the surface at the other dots, (P, K)."""
         surface, threads = self.prepared.surface, self.prepared.threads
         for n in map(int, sizes):
             if n in self._errors:
@@ -191,10 +163,9 @@ class Required(NamedTuple):
 
 
 def required_to_recover(trials: Trials, floor: np.ndarray, factor: float = FLOOR_FACTOR) -> Required:
-    """Find the smallest n_S from which the surface is recovered with a Z of at most `factor` times a noise floor.
+    """Find the smallest n_S from which the surface is recovered with a Z of at most `factor` times a noise floor, (D, T).
 
-    The first of `Trials.sizes` whose Z is at most the limit brackets the crossing. `crossing.fitted_crossing` then fits the
-    sizes around it. `floor` holds the distances of its draws at the same test dots, (D, T). n_S is rounded up; `bound` is 'at
+    `crossing.fitted_crossing` fits the sizes around the first whose Z is at most the limit. n_S is rounded up; `bound` is 'at
     most' if the smallest measured n_S is enough, 'more' if the largest is not: n_S is then N.
     """
     sizes, limit, n_dots = trials.sizes, factor * floor.mean(), trials.n_dots
@@ -209,11 +180,7 @@ def required_to_recover(trials: Trials, floor: np.ndarray, factor: float = FLOOR
 
 
 def required_for_error(trials: Trials, error: float) -> Required:
-    """Find the smallest n_S from which the surface is recovered with a mean distance of at most `error` Å.
-
-    `crossing.fitted_crossing` fits the error at the sizes around the crossing. The interval is over the draws; `bound` is as in
-    `required_to_recover`.
-    """
+    """Find the smallest n_S from which the surface is recovered `error` Å off on average; the interval is over the draws."""
     n, errors = trials.errors_of(sizes_around(trials, error))
     order = np.argsort(n, kind="stable")
     rng = trials.prepared.stream("interval of the error", trials.sampler)
@@ -258,10 +225,7 @@ def required_dots_table(
     floors: Mapping[str, np.ndarray],
     readings: Sequence[str] = (FULL_READING, RECOVERED),
 ) -> pd.DataFrame:
-    """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor: the rows of required_dots.csv.
-
-    `full` is by `smallest_n_s`, for the kept dots as they are, `recovered` by `required_to_recover`.
-    """
+    """Find the smallest n_S whose Z is at most `FLOOR_FACTOR` times each floor: the rows of required_dots.csv."""
     rows = []
     for reading in readings:
         for floor, distances in floors.items():

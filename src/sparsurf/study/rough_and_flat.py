@@ -24,18 +24,11 @@ AROUND = {"kept dots": True, "any dots": False}  # centres of the patches; kept 
 
 
 class ByRoughness(NamedTuple):
-    """Distances of patches of known roughness, per draw.
+    """Distances of patches of known roughness, per draw."""
 
-    Attributes
-    ----------
-    dots : (D, T) int64, test dots; the same in every draw unless they are kept dots
-    roughness : (D, T) float64, R_i
-    z : dict of reading -> (2, D, T) float64, Z_tS(j) and Z_tR(j)
-    """
-
-    dots: np.ndarray
-    roughness: np.ndarray
-    z: dict[str, np.ndarray]
+    dots: np.ndarray  # (D, T) int64, test dots; the same in every draw unless they are kept dots
+    roughness: np.ndarray  # (D, T) float64, R_i
+    z: dict[str, np.ndarray]  # by reading, (2, D, T) float64, Z_tS(j) and Z_tR(j)
 
 
 def by_roughness(
@@ -93,8 +86,8 @@ def _draw(prepared: PreparedSurface, n_dots: int, n: int, *keys: int) -> np.ndar
 def bins_table(distances: ByRoughness, kept: bool, bins: int = N_BINS) -> pd.DataFrame:
     """Average distances and d by roughness in bins of equal width, from rough to flat: the rows of rough_and_flat.csv.
 
-    `kept` says that the test dots were drawn among the kept dots, separately for every draw. NaN if a draw has no test dot in
-    the bin. Two more rows, 'rougher half' and 'flatter half', contain the test dots of the lower and upper half of the bins.
+    `kept` says that the test dots were drawn among the kept dots, separately for every draw. Two more rows contain the test dots
+    of the lower and upper half of the bins.
     """
     edges = range_limits(distances.roughness, bins)
     bin_of = bin_index(distances.roughness, edges)
@@ -120,11 +113,7 @@ def bins_table(distances: ByRoughness, kept: bool, bins: int = N_BINS) -> pd.Dat
 
 
 def estimate_inside(d: np.ndarray, inside: np.ndarray, kept: bool) -> Estimate:
-    """Estimate the mean of d, (D, T), over the test dots `inside`, (D, T) bool.
-
-    Shared test dots are crossed with the draws. Test dots of separate draws are nested in the draws, so that the error is that
-    of the means of the draws.
-    """
+    """Estimate the mean of d over the test dots `inside`, (D, T) each, which are nested in the draws if `kept`, else crossed."""
     if not inside.any(axis=1).all():
         nan = np.asarray(np.nan)
         return Estimate(nan, nan, nan)

@@ -51,8 +51,7 @@ def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, flo
 
     Student's t is corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992), with the skewness
     bounded by `MAX_SKEW`. For exponentially distributed values the interval covers the true mean in 92 % (6 values) and 94 %
-    (17) of all cases; Student's t alone in 89 and 91 %, a percentile bootstrap in 80 and 90 %. The mean is NaN without
-    values, and the ends are NaN for fewer than `fewest` values.
+    (17) of all cases. The mean is NaN without values, and the ends are NaN for fewer than `fewest` values.
     """
     values = np.asarray(values, np.float64)
     n, mean = len(values), float(values.mean()) if len(values) else np.nan
@@ -99,7 +98,7 @@ def estimate(x: ArrayLike) -> Estimate:
 
     Test dots and draws are both random effects (two-way): the variance of the mean is (MS_tests + MS_draws - MS_rest) / (D T),
     at least MS_rest / (D T), with degrees of freedom by Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1. With a
-    single draw, only the scatter of the test dots is known; error and df are NaN for a single test dot.
+    single draw, only the scatter of the test dots is known.
     """
     x = np.asarray(x, np.float64)
     d, t = x.shape[-2:]
@@ -137,11 +136,9 @@ def mean_and_error(x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
     """Estimate d of winners on test dots and draws that were not used to choose them; `x` is (K, D, T).
 
-    Draws and test dots are divided into `folds`, at most as many as there are; a single draw is not divided. For every pair of
-    a fold of draws and a fold of test dots, the winner is chosen on all draws and test dots outside of both and measured
-    inside. The variance of the mean is (MS_tests + MS_draws) / (D T) of the winners, which exceeds that of a fixed combination
-    by MS_rest / (D T): the folds are not independent, since every value also helps to choose winners of other folds.
-    docs/coverage.md tests this.
+    For every pair of a fold of draws (unless there is one) and a fold of test dots, the winner is chosen outside of both and
+    measured inside. The variance of the mean is (MS_tests + MS_draws) / (D T) of the winners, which exceeds that of a fixed
+    combination by MS_rest / (D T): the folds are not independent. docs/coverage.md tests this.
     """
     x = np.asarray(x, np.float64)
     _, d, t = x.shape
@@ -177,8 +174,8 @@ def winners_outside(x: np.ndarray, folds: tuple[int, int] = FOLDS) -> np.ndarray
 def reference_values(z_tot: np.ndarray) -> dict[str, float]:
     """Compute the values with which every Z is compared, from the descriptors of the full surface, (T, 121).
 
-    `Z_empty` is mean |z_tot|, which is Z for patches of one dot; `Z_mean_descriptor` is Z if every patch has the mean
-    descriptor; `Z_two_patches` is the mean distance between two different patches.
+    `Z_empty` is Z for patches of one dot, `Z_mean_descriptor` if every patch has the mean descriptor, and `Z_two_patches` the
+    mean distance between two different patches.
     """
     rows = len(z_tot) - 1
     total = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))

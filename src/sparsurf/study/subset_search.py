@@ -29,9 +29,8 @@ def find_subset(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find a subset with a requested number of dots, a requested Z or a given combination, and the dots that each represents.
 
-    `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `full` at the test dots of
-    the study is used. `combination` is one draw of the paper's sampling, or of paper_corrected if that is the sampler. Dots
-    are in the order of choice.
+    `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `full` is used. `combination` is one
+    draw of the paper's sampling, or of paper_corrected if that is the sampler. Dots are in the order of choice.
     """
     get_samplers([sampler], "minimal.sampler", choices)  # raises if it is unknown
     n_dots = len(prepared.points)
@@ -92,10 +91,7 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
 def smallest_recovered_subset(
     trials: Trials, floors: Mapping[str, np.ndarray], floor: str
 ) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Find the smallest subset from which the surface is recovered with a Z within a fifth of a noise floor.
-
-    Returns dots in the order of choice, and the ends of the 95 % interval of their number, or None if unknown.
-    """
+    """Find the smallest subset recovered with a Z within a fifth of a floor: dots in order, the interval of their number."""
     name = trials.prepared.name
     if floor not in floors:
         raise InputError(
@@ -113,10 +109,7 @@ def smallest_recovered_subset(
 
 
 def smallest_subset_of_error(trials: Trials, error: float) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Find the smallest subset from which the surface is recovered with a mean distance of at most `error` Å.
-
-    Returns dots in the order of choice, and the ends of the 95 % interval of their number, or None if unknown.
-    """
+    """Find the smallest subset recovered `error` Å off on average: dots in order, and the interval of their number, or None."""
     required = required_for_error(trials, error)
     interval = (required.low, required.high) if np.isfinite(required.low) else None
     subset = trials.draw(required.n_s)

@@ -91,10 +91,7 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
 
 
 def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulate the conformations: the rows of surfaces.csv, without columns of values that were not measured.
-
-    `patches` is the section of the config with which the mean roughness was computed.
-    """
+    """Tabulate the conformations: the rows of surfaces.csv, without columns of values that were not measured."""
     rows = []
     for result in results:
         row: dict[str, Any] = {"protein": result.protein, "conformation": result.conformation}
@@ -163,9 +160,8 @@ def summary_table(results: Sequence[Result]) -> pd.DataFrame:
     """Combine ranges.csv of all conformations, with the choices of other surfaces: the rows of summary.csv.
 
     `local` is the combination (of this range) with the highest mean d on this surface and those nearest in mean roughness,
-    `N_NEAREST` in all. `GUESSES` are d that this surface gets from the combination with the highest mean d on the `N_NEAREST`
-    other surfaces nearest in mean roughness, on as many farthest, and on all others. Others are surfaces of other proteins, if
-    there are any. They do not include this surface, so there is no selection bias. NaN if there are too few.
+    `N_NEAREST` in all. `GUESSES` are d that this surface gets from the best of the `N_NEAREST` nearest other surfaces (of other
+    proteins, if any), of as many farthest, and of all: without a selection bias. NaN if there are too few.
     """
     chosen = {reading: chosen_nearby(results, reading) for reading in evaluated_readings(results[0])}
     tables = []

@@ -30,10 +30,7 @@ MAX_N_S_PERCENT = 20  # largest n_S, % of the dots, of the restricted best combi
 
 
 def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> pd.DataFrame:
-    """Read a table of a run's results, a CSV or CSV.gz, and check its columns against columns.yaml and its number of `rows`.
-
-    `of` names the rows for the error message.
-    """
+    """Read a table of a run, and check its columns against columns.yaml and its number of `rows`, which are `of` something."""
     try:
         text = read_bytes(path).decode("utf-8")
         table = pd.read_csv(io.StringIO(text))
@@ -110,12 +107,11 @@ def d_values(grid: Grid, r: int) -> np.ndarray:
 def ranges_table(
     table: pd.DataFrame, grid: Grid, n_ranges: int = 10, floors: Mapping[str, float] | None = None
 ) -> pd.DataFrame:
-    """Choose the combination with the highest d in each range of n_S, under each reading (paper, Table I).
+    """Choose the combination with the highest d in each range of n_S, under each reading: the rows of ranges.csv (Table I).
 
-    Returns the rows of ranges.csv; `table` is the `grid_table` of the grid. `d_cv` is measured on test dots and draws that
-    were not used for the selection (`statistics.cross_validated`); d is too high, as it is the criterion of the selection.
-    `best_set` are the combinations that contain the truly best one with 95 % confidence. The rows share their test dots. A
-    range without combinations has NaN. The combination that keeps the most dots is in no range, see `range_index`.
+    `d_cv` is measured on test dots and draws that were not used for the selection; d is too high, as it is the criterion.
+    `best_set` are the combinations that contain the truly best one with 95 % confidence. A range without combinations has NaN.
+    The combination that keeps the most dots is in no range, see `range_index`.
     """
     percent = table["n_S_percent"].to_numpy()
     limits = range_limits(percent, n_ranges)
@@ -179,7 +175,7 @@ def best_combinations(
     """Choose the best combinations of a surface, and return them with the reference values: the content of best.json.
 
     Per reading, `unrestricted` has the highest d at the largest alpha (the paper fixes alpha = 1), and `under_max_n_S` that
-    with n_S at most `max_n_s_percent` % of the dots; `answer` explains if there is none.
+    with n_S at most `max_n_s_percent` % of the dots.
     """
     alpha = table["alpha"].max()
     few = table["n_S_percent"].to_numpy() <= max_n_s_percent
@@ -211,10 +207,9 @@ def range_limits(values: ArrayLike, n_ranges: int) -> np.ndarray:
 
 
 def range_index(values: np.ndarray, limits: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Return the index of the range, from 0, to which each value belongs.
+    """Return the index of the range, from 0, to which each value belongs: with its lower limit, without its upper one.
 
-    A range contains its lower limit but not its upper one, as in the authors' script. So the largest value belongs to no range
-    and gets the number of ranges as index, unless it is the only one.
+    So, as in the authors' script, the largest value belongs to no range (index n) unless it is the only one.
     """
     if limits[0] == limits[-1]:
         return np.zeros(len(values), int)

@@ -43,10 +43,7 @@ def stored_components(surface: Surface) -> np.ndarray | None:
 def components_of(
     surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
 ) -> np.ndarray:
-    """Find the connected component of every dot of a surface that `molecular_surface` made of spheres: (N,) int64.
-
-    The component with most dots is 0, then come 1, 2, ...; centres `xyz` (A, 3), `radii` (A,) and `probe` are in Å.
-    """
+    """Find the component of every dot, (N,), the largest being 0, of a surface of spheres, (A, 3) and (A,) Å."""
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     return components_of_rolled(surface, roll_probe(xyz, radii, float(probe), True), kept)
 
@@ -94,10 +91,7 @@ def _in_order_of_atoms(rolled: RolledProbe) -> Rolling:
 
 
 def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame:
-    """Tabulate the components of a surface, (N,) int: component, dots, area (Å^2), volume enclosed (Å^3) and cavity (bool).
-
-    The normals of a cavity point inwards.
-    """
+    """Tabulate the components (N,): dots, area (Å²), volume (Å³) and whether each is a cavity, whose normals point inwards."""
     import pandas as pd  # here: placing dots needs no table
 
     volume = _signed_volumes(surface, component)
@@ -178,10 +172,7 @@ def _ends(arcs: np.ndarray) -> np.ndarray:
 
 
 def _joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
-    """Join arcs that end at the same fixed probe.
-
-    Returns the parent of every arc, and the probes at its two ends, (B, 2), or -1.
-    """
+    """Join arcs that end at the same fixed probe: the parent of each, and the probes at its two ends, (B, 2), or -1."""
     joined = np.arange(len(rolling.arcs))
     probe_of_end = _probes_at_ends(_ends(rolling.arcs).reshape(-1, 3), rolling.probes)
     ends = np.flatnonzero(probe_of_end >= 0)
@@ -191,10 +182,7 @@ def _joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
-    """Return the index of the probe at each end of an arc, or -1.
-
-    Only probes of about the same height along SORT_DIRECTION are compared.
-    """
+    """Return the index of the probe at each end of an arc, or -1; only those near along SORT_DIRECTION are compared."""
     order = np.argsort(probes @ SORT_DIRECTION)
     height_of_probes, height_of_ends = (probes @ SORT_DIRECTION)[order], ends @ SORT_DIRECTION
     low, high = (
@@ -211,10 +199,7 @@ def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
 
 
 def _join_cusps(joined: np.ndarray, rolling: Rolling, probe: float, meeting: np.ndarray) -> None:
-    """Join what meets at a cusp.
-
-    That is the triangle of a fixed probe, and an accessible centre whose probe reaches through it.
-    """
+    """Join the triangle of a fixed probe with an accessible centre whose probe reaches through it, where they meet at a cusp."""
     if not (meeting >= 0).any():
         return
     positions, arc = _positions_along_arcs(rolling.arcs)
@@ -279,9 +264,8 @@ def _join_loops(
 ) -> None:
     """Join the loops of arcs that bound one accessible patch of an atom.
 
-    On a sphere, the closed curves between covered and free parts make a tree, so there are loops + 1 - covered parts free
-    parts. If there is one free part, all loops are joined; if there is one covered part, none. Otherwise neighbouring dots
-    decide.
+    On a sphere, loops + 1 - covered parts is the number of free parts. If there is one, all loops are joined; if there is one
+    covered part, none. Otherwise neighbouring dots decide.
     """
     loops = _loops(arcs, meeting)
     n_loops = len(set(loops.values()))

@@ -28,19 +28,7 @@ SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an eq
 
 
 def sized_mesh(generate: Callable[[float], Mesh], step: float, n_vertices: int) -> Mesh:
-    """Generate a mesh with a number of vertices: one that is fine enough is reduced.
-
-    Parameters
-    ----------
-    generate : function of the step of a grid, Å, to its mesh
-    step : float, Å
-        Of the first try; a finer grid follows if it has too few vertices.
-    n_vertices : int
-
-    Returns
-    -------
-    Mesh
-    """
+    """Generate a mesh of `n_vertices` by reducing one of a `step`, Å, or of a finer one if it has too few vertices."""
     mesh = generate(step)
     while (ratio := len(mesh.vertices) / n_vertices) < MIN_REDUCTION:
         step *= math.sqrt(RESERVE * ratio / MIN_REDUCTION)
@@ -49,23 +37,7 @@ def sized_mesh(generate: Callable[[float], Mesh], step: float, n_vertices: int) 
 
 
 def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
-    """Reduce a closed mesh to some of its vertices; the topology stays.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        Every edge belongs to two triangles.
-    n_vertices : int, at most the number of vertices
-
-    Returns
-    -------
-    Mesh, its vertices rounded to float32
-
-    Raises
-    ------
-    InputError
-        The mesh cannot be reduced so far: every part of it needs four vertices, and a part with handles more.
-    """
+    """Reduce a closed mesh to `n_vertices` in float32 of the same topology; InputError if its parts and handles need more."""
     points, normals = (
         np.rint(values * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
         for values in (mesh.vertices.points, mesh.vertices.normals)
@@ -204,10 +176,7 @@ def _best_collapse(
 def _collapse(
     points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray, n_vertices: int
 ) -> tuple[np.ndarray, int]:
-    """Collapse edges until `n_vertices` are left or no edge may go; return the removed triangles and the number of vertices.
-
-    `origin` (3 F,) are the starts of the half-edges; it and `twin` are changed.
-    """
+    """Collapse edges until `n_vertices` are left or none may go; return which triangles are gone, and the number of vertices."""
     dead = np.zeros(len(origin) // 3, np.bool_)
     seen, stamp = np.zeros(len(points), np.int64), 0
     alive = len(points)

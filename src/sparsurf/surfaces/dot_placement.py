@@ -104,11 +104,7 @@ class Placed(NamedTuple):
 
 
 def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) -> RolledProbe:
-    """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), in Å.
-
-    If `exact`, concave dots inside another probe are dropped, and strips too narrow for a dot get dots of their own. DMS does
-    neither.
-    """
+    """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), Å; unless `exact`, as DMS does."""
     relative, shift = relative_positions(xyz)
     by_position = np.lexsort(relative.T[::-1])
     radii = radii[by_position]
@@ -135,10 +131,7 @@ def place_dots(rolled: RolledProbe, density: float) -> Placed:
 def finish_dots(
     rolled: RolledProbe, placed: Placed
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Give placed dots their areas and sort them by atom: points (N, 3) Å, normals (N, 3), area (N,) Å^2, kind and atom (N,).
-
-    The dots of each atom are concave, saddle, then contact dots.
-    """
+    """Give dots exact areas and sort them by atom (concave, saddle, contact): points, Å, normals, area, Å², kind and atom."""
     dots, by_position = placed.dots, rolled.by_position
     if rolled.exact:
         _set_exact_areas(
@@ -161,10 +154,7 @@ def finish_dots(
 def checked_spheres(
     xyz: ArrayLike, radii: ArrayLike, probe: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Check atoms, (A, 3) and (A,) Å, and remove those at the position of another: positions, radii and indices of K atoms.
-
-    Raise InputError if shapes disagree, or a coordinate, a radius or the probe is out of range.
-    """
+    """Check atoms, (A, 3) and (A,) Å, and remove those at the position of another: positions, radii and indices of K atoms."""
     xyz, radii = np.asarray(xyz, dtype=float), np.asarray(radii, dtype=float)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or len(xyz) == 0 or radii.shape != (len(xyz),):
         raise InputError(f"surface: needs (A, 3) centres and (A,) radii, not {xyz.shape} and {radii.shape}.")
@@ -196,10 +186,7 @@ def _distinct(xyz: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
 
 def relative_positions(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (A, 3) relative to the first one, and a random shift of each of at most `MAX_SHIFT`, in Å.
-
-    They are rounded to 1e-9 Å, so that a translated input gives the same numbers.
-    """
+    """Return positions (A, 3) relative to the first, Å, equal bits wherever a molecule lies, and a random shift of each."""
     relative = np.round(xyz - xyz[0], 9)
     return relative, np.random.default_rng(SHIFT_SEED).uniform(-MAX_SHIFT, MAX_SHIFT, relative.shape)
 
@@ -209,8 +196,8 @@ def _set_exact_areas(
 ) -> None:
     """Replace the counted areas of contact and concave dots by exact ones (Gauss-Bonnet), in place.
 
-    The contact patches of an atom share their area among their dots. The concave triangles, of which only the part `share`
-    (P,) is left, do so all together, since many hold no dot.
+    The contact patches of an atom share their area among their dots. The concave triangles, of which the part `share` (P,) is
+    left, do so all together, since many hold no dot.
     """
     centre, n = rolling.atoms.centre, len(radii)
     # Angles of the spherical triangles: between the planes through the probe and two of its atoms
@@ -237,10 +224,7 @@ def _set_exact_areas(
 
 
 def sphere_template(radius: float, spacing: float) -> np.ndarray:
-    """Return the unit vectors (n, 3) of the dots of a whole sphere, in rings from the north pole; radius and spacing are in Å.
-
-    There is no dot at the south pole.
-    """
+    """Return unit vectors (n, 3) of dots `spacing` Å apart on a sphere, in rings from the north pole; the south pole has none."""
     n_rings = max(1, int(math.pi * radius / (RING_SPACING * spacing) + 0.5))
     rings = [np.array([[0.0, 0.0, 1.0]])]
     for ring in range(1, n_rings):
@@ -279,10 +263,7 @@ def _write(
 def _contact_dots(
     atoms: Atoms, whole: np.ndarray, units: np.ndarray, first: np.ndarray, which: np.ndarray, probe: float
 ) -> Dots:
-    """Place the dots of every atom at which a touching probe is accessible.
-
-    The spheres `whole` are accessible everywhere or nowhere, so one dot decides.
-    """
+    """Place the dots of each atom at which a touching probe is accessible; on spheres `whole` one dot decides for all."""
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     for i in range(len(atoms.centre)):
         radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
@@ -380,10 +361,7 @@ def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) ->
 def _concave_dots(
     rolling: Rolling, probe_cells: Cells, units: np.ndarray, probe: float, exact: bool
 ) -> tuple[Dots, np.ndarray]:
-    """Place the dots of the fixed probes in the triangle between the directions to their three atoms.
-
-    Returns the dots, and the share of each triangle's dots that are kept.
-    """
+    """Place the dots of fixed probes between the directions to their three atoms; also return the share of each that is kept."""
     centre = rolling.atoms.centre
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     share = np.ones(len(rolling.probes))
@@ -433,10 +411,7 @@ def _concave_dots(
 
 @njit(cache=True, nogil=True)
 def _inside_other(position: Vector, q: int, rolling: Rolling, probe_cells: Cells, within: float) -> bool:
-    """Return whether an accessible centre other than fixed probe q is nearer than `within`.
-
-    Fixed probes are tested first, then arcs and patches.
-    """
+    """Return whether an accessible centre other than fixed probe q is nearer than `within`; fixed probes are tested first."""
     for c in range(9):
         slot, last = cell_column(probe_cells, position, c)
         while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:

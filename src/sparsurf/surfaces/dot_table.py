@@ -20,11 +20,7 @@ MAX_DISTANCE_OF_ATOM = 6.0
 
 
 def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
-    """Return a table with x, y, z (Å), nx, ny, nz, area (Å^2), kind and fields of every dot, and `columns`, (N,) each.
-
-    The molecule adds chain, residue, residue_name, atom_name and atom; by default it is the one that the dots know. Raise
-    InputError if the dots lie on other atoms, or their atoms are unknown.
-    """
+    """Tabulate position, normal, area, kind, fields and `columns` of the dots, with labels of the atoms, if known."""
     import pandas as pd
 
     if molecule is not None:

@@ -107,10 +107,7 @@ def build_mesh(
 
 
 def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Place a grid that extends by `reach` beyond all points, in Å: its lowest corner (3,) and numbers of grid points (3,).
-
-    Raise InputError if there are more than `MAX_GRID_POINTS`.
-    """
+    """Place a grid of at most `MAX_GRID_POINTS` that extends by `reach` Å beyond all points: its lowest corner and its shape."""
     low = points.min(axis=0) - reach - MARGIN_STEPS * step
     shape = np.ceil((points.max(axis=0) + reach - low) / step).astype(np.int64) + MARGIN_STEPS + 1
     if np.prod(shape.astype(float)) > MAX_GRID_POINTS:
@@ -126,9 +123,8 @@ def molecular_mesh(
 ) -> Mesh:
     """Generate the solvent-excluded surface of spheres, (A, 3) and (A,) Å, as a Mesh whose corners lie on the surface.
 
-    The surface lies at the probe's radius from all positions that the probe's centre can take. So the distance to the
-    nearest of these positions determines on which side a point is, and which point of the surface is nearest to it. The
-    `step` of the grid is at most half the probe's radius, Å.
+    The surface lies at the probe's radius from all positions that the probe's centre can take: the nearest of these determines
+    on which side a point is, and which point of the surface is nearest to it. `step` is at most half the probe's radius.
     """
     xyz, radii, _ = checked_spheres(xyz, radii, probe)
     step = min(step, widest_step(probe))
@@ -256,10 +252,7 @@ def _nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
 
 
 def _tetrahedra() -> np.ndarray:
-    """Return the corners of the six tetrahedra of a cube, (6, 4).
-
-    Bit a of a corner means a step along axis a. Odd tetrahedra are reordered so that all have the same orientation.
-    """
+    """Return the corners of a cube's six tetrahedra, (6, 4), equally oriented; bit a of a corner means a step along axis a."""
     tetrahedra = []
     for p, q, r in permutations(range(3)):
         corners = [0, 1 << p, 1 << p | 1 << q, 7]
@@ -269,10 +262,7 @@ def _tetrahedra() -> np.ndarray:
 
 
 def _crossings() -> tuple[np.ndarray, np.ndarray]:
-    """Return the edges that hold the corners of a tetrahedron's triangles, (16, 2, 3, 2), and their number, (16,).
-
-    The index is the bit mask of the corners inside. Triangles run counterclockwise seen from outside.
-    """
+    """Return the edges of a tetrahedron's triangles, (16, 2, 3, 2), and their number, by the bit mask of the corners inside."""
     edges, count = np.zeros((16, 2, 3, 2), np.int64), np.zeros(16, np.int64)
     even = [t for t in permutations(range(4)) if np.linalg.det(np.eye(4)[list(t)]) > 0]
     for mask in range(1, 15):
@@ -295,10 +285,7 @@ N_BITS = np.array([bin(k).count("1") for k in range(256)], np.int64)
 
 
 def marching_tetrahedra(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangulate the surface between grid points with values above 0, of (X, Y, Z), and the others; at most 0 on all six sides.
-
-    Returns vertices (V, 3) in steps of the grid, and triangles (F, 3), counterclockwise seen from outside.
-    """
+    """Triangulate the surface around values (X, Y, Z) above 0, none on a side: vertices (V, 3) in steps, triangles (F, 3)."""
     cut = _cut_edges(values)
     first = np.zeros(values.size + 1, np.int64)
     np.cumsum(N_BITS[cut.ravel()], out=first[1:])

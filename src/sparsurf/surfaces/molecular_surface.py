@@ -62,10 +62,8 @@ def surface_for_d_link(
 ) -> tuple[Surface, float]:
     """Generate the surface of one frame with a density that suits D_link (Å), and return it and the density, dots per Å^2.
 
-    The density is that of the config's `surface`. `auto` means the smallest density from `DENSITY` on that suits D_link:
-    atoms without hydrogens have larger spheres, on which the same density places dots farther apart. How much closer
-    more dots lie depends on the molecule, so the density grows until they lie close enough. `name` is for the log. Raise
-    InputError if D_link needs more than `MAX_DENSITY`.
+    `auto` is the smallest density from `DENSITY` on whose dots lie close enough for D_link; how much closer more dots lie depends
+    on the molecule, so it grows until they do. `name` is for the log.
     """
     rolled = roll_frame(molecule, position, atom_radii, settings)
     return rolled.surface_for_d_link(settings.density, d_link, name)
@@ -73,18 +71,11 @@ def surface_for_d_link(
 
 @dataclass(frozen=True)
 class RolledFrame:
-    """One frame with the probe rolled over its atoms: places dots of any density, and finds their components.
-
-    Attributes
-    ----------
-    rolled : RolledProbe
-    kept : (K,) int, its atoms among those of the molecule
-    cavities : 'keep' or 'remove'
-    """
+    """One frame with the probe rolled over its atoms: places dots of any density, and finds their components."""
 
     rolled: RolledProbe
-    kept: np.ndarray
-    cavities: str = "keep"
+    kept: np.ndarray  # (K,) int, its atoms among those of the molecule
+    cavities: str = "keep"  # 'keep' or 'remove'
 
     def surface(self, density: float) -> Surface:
         """Place dots of a density."""
@@ -182,10 +173,7 @@ def surface_generator(
 def surface_of_frame(
     molecule: Molecule, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
 ) -> Surface:
-    """Generate the surface of one frame of a molecule, with radii (A,) in Å and settings whose density is a number.
-
-    Positions of atoms are rounded as in a PDB file, so that a frame and a PDB file of it have the same surface.
-    """
+    """Generate the surface of one frame, with radii (A,) in Å and settings whose density is a number."""
     assert settings.density != "auto"
     return roll_frame(molecule, position, atom_radii, settings).surface(settings.density)
 
@@ -211,9 +199,8 @@ def molecular_surface(
 ) -> Surface:
     """Generate the solvent-excluded surface of spheres `xyz` (A, 3) and `radii` (A,), Å; dots are grouped by atom, in order.
 
-    `DENSITY`, in dots per Å^2, gives the dots of DMS at `-d 1.0`. With `reentrant` 'exact' it is the surface itself. With 'dms'
-    it is the dots of DMS: with its concave dots inside other probes, its uncovered narrow saddles and, on a few buried atoms,
-    dots that no probe can touch. Source: Connolly, J. Appl. Cryst. 16:548 (1983).
+    `DENSITY`, in dots per Å^2, gives the dots of DMS at `-d 1.0`. `reentrant` 'dms' gives them with its concave dots inside other
+    probes, its uncovered narrow saddles and, on a few buried atoms, dots that no probe can touch.
     """
     lattice = _lattice(density)
     rolled, kept = _rolled(xyz, radii, probe, reentrant)

@@ -47,10 +47,7 @@ def read_surface(path: Path | str) -> Surface:
 
 
 def read_points(path: Path | str) -> np.ndarray:
-    """Read points (T, 3), Å, from a CSV with x, y, z or from a file of dots, whose content determines the format.
-
-    Raise InputError if the file has another format, NaN or infinite numbers, or no points.
-    """
+    """Read points (T, 3), Å, from a CSV with x, y, z or from a file of dots, whose content determines the format."""
     content, surface_format = _recognised(path)
     if surface_format is csv.FORMAT:
         return csv.read_points(content, path)

@@ -60,10 +60,7 @@ class Rolling(NamedTuple):
 
 
 def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
-    """Find the arcs and the fixed probes of distinct atoms in general position, `centre` (A, 3), Å.
-
-    `reach` (A,) is the radius of atom plus probe, Å. Fixed probes are ordered by i, by the distances i-j and i-k, then by side.
-    """
+    """Find the arcs and the fixed probes, ordered by atoms and side, of distinct atoms (A, 3) with `reach` (A,), Å."""
     cells = sort_into_cells(centre, 2 * reach.max())
     atoms = Atoms(centre, reach, *_overlaps(centre, reach, cells))
     arcs, pair, probes, ends = _arcs(atoms)
@@ -107,10 +104,7 @@ def _overlaps(centre: np.ndarray, reach: np.ndarray, cells: Cells) -> tuple[np.n
 
 @njit(cache=True, nogil=True)
 def blocker(position: Vector, i: int, atoms: Atoms, guess: int) -> int:
-    """Return a neighbour of atom i whose sphere contains the position, or -1 if there is none.
-
-    `guess`, an atom or -1, is tried first.
-    """
+    """Return a neighbour of atom i whose sphere contains the position, or -1; `guess`, an atom or -1, is tried first."""
     if guess >= 0 and squared_distance(point(atoms.centre, guess), position) < atoms.reach[guess] ** 2:
         return guess
     for slot in range(atoms.start[i], atoms.start[i + 1]):
@@ -142,11 +136,7 @@ def _circle(centre: np.ndarray, reach: np.ndarray, i: int, j: int, row: np.ndarr
 
 @njit(cache=True, nogil=True)
 def _cutters(row: np.ndarray, i: int, j: int, atoms: Atoms, cutter: np.ndarray) -> int:
-    """List the neighbours of i that cut a circle, as slots of the neighbour list.
-
-    Returns their number, or -1 if the sphere of one neighbour contains the whole circle. Most circles are such, and this
-    test needs no angles.
-    """
+    """List the neighbours of i that cut a circle, as slots; return their number, or -1 if one covers the whole circle."""
     n, t, u, radius = 0, vector_at(row, T), vector_at(row, U), row[RADIUS]
     for slot in range(atoms.start[i], atoms.start[i + 1]):
         k = atoms.near[slot]
@@ -195,11 +185,7 @@ def without_covered_circles(atoms: Atoms) -> Atoms:
 def _free_parts(
     row: np.ndarray, atoms: Atoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
 ) -> np.ndarray:
-    """Cut the arcs that n spheres cover out of a circle.
-
-    `parts` and `other` are work arrays of at least n + 1 rows. Returns the remaining rows: low and high phi, and the
-    cutters (slots of the neighbour list) that end there.
-    """
+    """Cut the arcs that n spheres cover out of a circle; rows are low and high phi, and the cutters (slots) that end there."""
     m = 0
     for c in range(n):
         k = atoms.near[cutter[c]]
@@ -236,10 +222,9 @@ def _free_parts(
 
 @njit(cache=True, nogil=True)
 def _arcs(atoms: Atoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Find the free parts of all circles, and the fixed probes at their ends.
+    """Find the free parts of all circles, and the fixed probes at their ends: arcs, pair, probes and six integers for each probe.
 
-    Returns arcs, pair, probes and six integers for each probe: i, the slots of j and k in the neighbour list of i, the side of
-    the plane i j k, j, k.
+    These are i, the slots of j and k in the neighbour list of i, the side of the plane i j k, j, k.
     """
     start, near = atoms.start, atoms.near
     arcs, pair, n_arcs = np.empty((64, N_ARC_COLUMNS)), np.empty((64, 2), np.int64), 0

@@ -42,10 +42,7 @@ def area_of(surface: Surface) -> tuple[float, bool]:
 
 
 def spacing(points: np.ndarray, cube: float | None = None, near: float = 0.0) -> float:
-    """Return the median distance from a dot to its nearest other dot, Å; NaN for a single dot.
-
-    A median of at most `near` need not be exact: the result then lies between the median and `near`. That is faster.
-    """
+    """Return the median distance from a dot to its nearest other dot, Å; NaN for one dot. If at most `near`, it is a bound."""
     if len(points) < 2:
         return float("nan")
     middle = [(len(points) - 1) // 2, len(points) // 2]
@@ -61,9 +58,8 @@ def nearest_distances(
 ) -> np.ndarray:
     """Measure the distance from every dot (N, 3) to its nearest other dot, (N,) Å.
 
-    The edge `cube` of the cubes in which neighbours are searched first changes the time only; by default it follows from the
-    distances of a few dots. Only the `n_shortest` distances are needed, others may be infinite. The search for the nearest
-    dot ends at a dot that is at most `near` away.
+    The edge `cube` of the cubes in which neighbours are searched first changes the time only. Only the `n_shortest` distances are
+    needed, others may be infinite. The search for the nearest dot ends at a dot that is at most `near` away.
     """
     points = np.ascontiguousarray(points, dtype=float)
     if cube is None:
@@ -95,9 +91,9 @@ def _search_cubes(
     near: float,
     distances: np.ndarray,
 ) -> None:
-    """Fill in the distances that are still infinite, where they are at most the edge of a cube.
+    """Fill in the distances that are still infinite, where they are at most the edge of a cube, for dots sorted by cube.
 
-    The dots are sorted by cube. The column of cubes `x n_y + y` stands at its number modulo `n_columns`, a power of 2.
+    The column of cubes `x n_y + y` stands at its number modulo `n_columns`, a power of 2.
     """
     n = len(points)
     first = np.zeros(n_columns * n_z + 1, np.int32)  # of each cube, the first dot among the sorted ones

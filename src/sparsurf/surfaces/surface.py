@@ -94,26 +94,16 @@ MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must 
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The molecule that dots were placed on, and what follows from it.
-
-    molecule : Molecule
-    frame : int, position of the frame
-    rules : settings.Surface, by which the dots were placed
-    d_link : float, Å, that the density suits
-    radii : (A,), of the atoms, Å
-    components : function from the Surface of all dots to the component of each dot, (N,) int
-    points : (N, 3), where the dots were placed, Å
-    generator : function to what places other dots on moved atoms, and where the atoms are, (A, 3) Å; see `surface_generator`
-    """
+    """The molecule that dots were placed on, and what follows from it."""
 
     molecule: Molecule
-    frame: int
-    rules: SurfaceSettings
-    d_link: float
-    radii: np.ndarray
-    components: Callable[[Surface], np.ndarray]
-    points: np.ndarray
-    generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]
+    frame: int  # its position
+    rules: SurfaceSettings  # by which the dots were placed
+    d_link: float  # Å, that the density suits
+    radii: np.ndarray  # (A,), of the atoms, Å
+    components: Callable[[Surface], np.ndarray]  # of each dot, (N,) int, of the Surface of all dots
+    points: np.ndarray  # (N, 3), where the dots were placed, Å
+    generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]  # see `surface_generator`
 
     def refuse_rules(self, function: str, **requested: Any) -> None:
         """Raise InputError, in the name of a function, if the dots were placed by other rules; a default requests nothing."""
@@ -128,10 +118,7 @@ class Origin:
     def refuse_molecule(
         self, function: str, molecule: Molecule, frame: int | None, whole: bool = True
     ) -> None:
-        """Raise InputError, in the name of a function, if the dots were placed on other atoms than a frame of a molecule has.
-
-        `frame` None stands for any. Unless `whole`, half of the atoms are enough: it may lack hydrogens and ligands.
-        """
+        """Raise InputError unless the dots lie on these atoms, of any frame if None; on half of them unless `whole`."""
         if self.molecule is molecule and frame in (self.frame, None):
             return
         same = self._has_labels_of(molecule) if whole else True
@@ -267,10 +254,7 @@ class Surface:
         return self.origin if self.origin and np.array_equal(self.points, self.origin.points) else None
 
     def to_frame(self, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
-        """Return a table of the dots; see `sparsurf.surfaces.dot_table.to_frame`.
-
-        It holds position, normal, area and kind, labels of the atoms where the molecule is known, and `columns`, (N,) each.
-        """
+        """Tabulate the dots with labels of their atoms, where known, and `columns`, (N,) each; see `dot_table.to_frame`."""
         from sparsurf.surfaces.dot_table import to_frame  # here: pandas takes long to load
 
         return to_frame(self, molecule, **columns)
@@ -349,12 +333,8 @@ def surface_of_columns(
     """Make a surface from the columns of a file: points, normals, other attributes of `Surface`, and fields, by name.
 
     Normals that deviate from unit length only by rounding stay as they are: the authors' descriptors follow from the
-    rounded normals, and one dot in 40 changes its pixel otherwise. Other normals are scaled to unit length. Of dots that
-    occur twice, the first is kept. Messages name `path` and the `lines` (N,) of the dots. If `weighted`, each dot stands for
-    several, so that the areas do not cover the surface.
-
-    Raise InputError if numbers are NaN or infinite, normals have length 0, areas are far too large, there are no dots, or no
-    surface in Å has such values.
+    rounded normals, and one dot in 40 changes its pixel otherwise. Of dots that occur twice, the first is kept. Messages name
+    `path` and the `lines` (N,) of the dots. If `weighted`, each dot stands for several, and the areas do not cover the surface.
     """
     arrays = {name: np.asarray(value) for name, value in columns.items()}
     points, normals = (arrays[name].reshape(-1, 3) for name in ("points", "normals"))
@@ -458,10 +438,7 @@ def _checked_lengths(
 def check_plausibility(
     points: np.ndarray, normals: np.ndarray, path: Path | str, where: Callable[[int], str]
 ) -> None:
-    """Raise InputError, or warn, if dots (N, 3) cannot be those of a molecular surface in Å.
-
-    Errors are a dot far from all others, neighbouring normals that oppose each other, and lengths in nm. `where` names a dot.
-    """
+    """Raise InputError, or warn, if dots (N, 3) cannot be those of a molecular surface in Å; `where` names a dot."""
     if len(points) > 1 and not np.ptp(points, axis=0).any():
         raise InputError(f"{path}: all its dots lie in one place; give the dots of a surface.")
     if len(points) < MIN_DOTS_TO_JUDGE:
@@ -537,10 +514,7 @@ def check_plausibility(
 
 
 def _best_shift(normals: np.ndarray, sample: np.ndarray, directions: np.ndarray) -> tuple[int, float]:
-    """Find how many rows further the normals stand most upright on the dots of a sample, and their mean |cosine| to neighbours.
-
-    `directions` (n, k, 3) are unit vectors from the sample (n,) to neighbours; the shift is not 0.
-    """
+    """Find by how many rows, not 0, normals fit `directions` (n, k, 3) to neighbours best, and their mean |cosine| to these."""
     cosines = {}
     for shift in SHIFTS:
         shifted = normals[(sample + shift) % len(normals)]
@@ -550,10 +524,7 @@ def _best_shift(normals: np.ndarray, sample: np.ndarray, directions: np.ndarray)
 
 
 def _stretch(steps: np.ndarray, turns: np.ndarray) -> float:
-    """Estimate how many times wider dots stand in one direction than in another, compared with the turns of their normals.
-
-    `steps` (n, 3), Å, lead to neighbours, and `turns` (n, 3) are differences of normals; 1 if they do not span three directions.
-    """
+    """Estimate how much wider dots stand in one direction, by `steps` to neighbours, Å, and `turns` of normals, (n, 3)."""
     smooth = np.linalg.norm(turns, axis=1) < MAX_TURN
     of_steps, of_turns = steps[smooth].T @ steps[smooth], turns[smooth].T @ turns[smooth]
     values, vectors = np.linalg.eigh(of_turns)
@@ -642,10 +613,7 @@ def check_values(
     path: Path | str,
     where: Callable[[int], str],
 ) -> None:
-    """Raise InputError if a coordinate or an area is too large, or an area, a kind or an atom is not possible.
-
-    Each is (N,) or None, as in `Surface`; `where` names a dot.
-    """
+    """Raise InputError if a coordinate, an area, a kind or an atom, each (N,) or None, is not possible; `where` names a dot."""
     areas, kinds, atoms = (
         np.asarray(np.full(len(points), default) if value is None else value, float)
         for value, default in ((area, np.nan), (kind, -1), (atom, -1))

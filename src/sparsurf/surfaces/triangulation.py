@@ -24,11 +24,10 @@ MAX_UNITS_PER_AREA, MAX_UNITS = 1e5, 1e9
 
 
 def triangulate(surface: Surface) -> np.ndarray:
-    """Triangulate the dots of a surface: (M, 3) indices, counterclockwise seen from outside.
+    """Triangulate the dots of a surface: (M, 3) indices, counterclockwise seen from outside; none for fewer than five dots.
 
-    The Delaunay tetrahedra of the dots lie inside or outside the molecule, which the normals show. The triangles are
-    the boundary between the two, which is always closed. Crowded dots may be in no triangle, such as those that DMS
-    places inside other probes. There are none for fewer than five dots or dots in one plane.
+    The triangles are the boundary between the Delaunay tetrahedra that lie inside the molecule, as the normals show, and the
+    others. Crowded dots may be in no triangle, such as those that DMS places inside other probes.
     """
     from scipy.spatial import Delaunay, QhullError
 
@@ -52,9 +51,8 @@ def triangulate(surface: Surface) -> np.ndarray:
 def _inside(surface: Surface, tetrahedra: Delaunay) -> np.ndarray:
     """Return which tetrahedra lie inside the molecule, (T,) bool.
 
-    The centre of the sphere through the four dots of a tetrahedron inside lies behind them, against their normals. This
-    is clear except for flat tetrahedra between neighbouring dots. Those are assigned so that the boundary is smallest,
-    weighed against what their normals indicate.
+    The centre of the sphere through the dots of a tetrahedron inside lies behind them, against their normals. Where it is not
+    clear, the boundary is the smallest, weighed against what their normals indicate.
     """
     corners = surface.points[tetrahedra.simplices]
     edges = corners[:, 1:] - corners[:, :1]

@@ -38,9 +38,8 @@ def check_config(
 ) -> dict:
     """Return a checked copy of `config` with all defaults, in the order of `Config`, without optional keys that are not given.
 
-    Without `proteins` and `pairs`, it changes the default study, which lies in `home`, the folder of the Snakefile, key by
-    key. The files `paths` that it comes from are read again to find keys that occur twice. If jobs run `here`, the grid must
-    fit into this machine's memory. An error has one sentence per mistake: the key, its value, what is allowed.
+    Without `proteins` and `pairs`, it changes the default study, which lies in `home`, key by key. The files `paths` that it
+    comes from are read again to find keys that occur twice. If jobs run `here`, the grid must fit into this machine's memory.
     """
     for path in paths:
         read_config(path)

@@ -75,11 +75,7 @@ def _at_most(seconds: float) -> Iterator[None]:
 
 
 def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: str) -> None:
-    """Fetch `url` (https, or http with a checksum) to `path`; record where it came from, its size and its checksum.
-
-    `name`, of the protein, is for the sentence of an error: no network, no such file, cut short, too large, or another
-    checksum.
-    """
+    """Fetch `url` (https, or http with a checksum) of a protein to `path`; record its origin, its size and its checksum."""
     if not allowed(url, sha256):
         raise InputError(f"proteins.{name}.url is {shorten(repr(url))}, but {ONLY}.")
     try:

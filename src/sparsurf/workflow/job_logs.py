@@ -35,11 +35,7 @@ def warnings_in(path: str | Path) -> list[str]:
 def collected_warnings(
     files: Iterable[str], logs: str | Path, jobs: Iterable[str]
 ) -> list[tuple[str, str, str, str]]:
-    """Collect what the jobs of a run warned about: (protein, conformation, job, sentence).
-
-    Logs of proteins, pairs, comparisons and conformations without results, and of jobs that the study does not have, are left
-    from earlier studies in the same folder and do not count. `jobs` are names of rules.
-    """
+    """Collect what the `jobs` (rules) of a run warned about: (protein, conformation, job, sentence), no earlier studies'."""
     run = Path(logs).parent
     folders = {folder.relative_to(run).as_posix() for path in files for folder in Path(path).parents[:-2]}
     rows: dict[tuple[str, str, str], tuple[str, str, str, str]] = {}
@@ -77,10 +73,7 @@ def progress(path: str | Path) -> tuple[int, int, int]:
 
 
 def place_of_log(path: str | Path, logs: str | Path) -> tuple[str, str, str]:
-    """Return (protein, conformation, job) of a log in the folder `logs`; empty strings where it is about none.
-
-    A pair or a comparison takes the place of the protein, as pairs/<name>.
-    """
+    """Return (protein or pairs/<name>, conformation, job) of a log in the folder `logs`; empty strings where it is about none."""
     *folders, name = Path(path).relative_to(logs).with_suffix("").parts
     if folders[:1] in (["pairs"], ["changes"]):
         return "/".join(folders), "", name

@@ -55,10 +55,7 @@ class Job:
 
 @contextmanager
 def job(snakemake: Any) -> Iterator[Job]:
-    """Run a script: its output goes to the log of the rule, and an error ends it with one sentence.
-
-    The log has the traceback of an error that is not the user's mistake. Snakemake removes the outputs of a job that failed.
-    """
+    """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
     try:
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
     except OSError as error:

@@ -51,10 +51,7 @@ def _listed(key: str, value: Any, from_table: Callable, from_folder: Callable) -
 
 
 def from_table(path: str) -> dict[str, dict]:
-    """Read proteins from a CSV table: a column `name` and any keys of a protein. Empty cells are ignored.
-
-    Paths in the table start at its folder.
-    """
+    """Read proteins from a CSV table: a column `name` and any keys of a protein; paths start at its folder."""
     folder = Path(path).parent
     return {
         name: {key: _cell(key, value, folder) for key, value in cells.items()}
@@ -119,9 +116,7 @@ def _cell(key: str, value: str, folder: Path) -> Any:
 def from_folder(path: str) -> dict[str, dict]:
     """List every structure, surface and trajectory of a folder as a protein, named after its file.
 
-    A trajectory belongs to the topology or structure whose name it begins with; that file is then no protein of its
-    own. A topology without a trajectory, and the reverse, are left out with a warning. Files of other kinds and hidden
-    files are ignored.
+    A trajectory belongs to the topology or structure whose name it begins with; one without the other is left out (warning).
     """
     kinds = _files("proteins", path)
     topologies = {file: _topology_of(file, kinds) for file, kind in kinds.items() if kind == "trajectory"}
@@ -139,10 +134,7 @@ def from_folder(path: str) -> dict[str, dict]:
 
 
 def pairs_from_folder(path: str) -> dict[str, dict]:
-    """List pairs of structures whose names differ only in _r and _l, or _1 and _2, at their end.
-
-    The name of a pair is what its files share. Structures without a partner are left out with a warning.
-    """
+    """List pairs of structures, by what their names share, that differ only in _r and _l, or _1 and _2, at their end."""
     files = [file for file in _files("pairs", path) if suffix(file) in STRUCTURES]
     pairs: dict[str, dict] = {}
     names: set[str] = set()
@@ -210,10 +202,7 @@ def _begins_with(name: str, start: str) -> bool:
 
 
 def _free_name(text: str, default: str, taken: set[str]) -> str:
-    """Return a name for a folder that differs from those taken in more than case, and is added to them in lower case.
-
-    It is `default` if no character of `text` is allowed.
-    """
+    """Return a name for a folder, or `default`, that differs from those taken, in lower case, to which it is added."""
     name = re.sub(r"[^A-Za-z0-9_.-]", "_", text).lstrip(".-_") or default
     while name.lower() in taken:
         name += "_"

@@ -13,10 +13,7 @@ THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands
 
 
 def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
-    """Return the bytes that the distances of one surface need at most.
-
-    The size of the surface is used only where `test_dots` is 'published'.
-    """
+    """Return the bytes that the distances of one surface need at most; its size counts only if `test_dots` is 'published'."""
     sampling, evaluation = config["sampling"], config["evaluation"]
     test_dots = evaluation["test_dots"]
     if test_dots == "published":

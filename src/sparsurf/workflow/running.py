@@ -29,11 +29,7 @@ SNAKEMAKES_GREETING = "Using workflow specific profile"
 
 @contextmanager
 def locked(root: Path) -> Iterator[None]:
-    """Hold the lock of a checkout.
-
-    It is the operating system's, so that a killed run leaves nothing to unlock; Snakemake inherits it and may outlive this
-    process.
-    """
+    """Hold the operating system's lock of a checkout, which ends with the process and with Snakemake, which inherits it."""
     path = root / ".snakemake" / "study.lock"
     try:
         path.parent.mkdir(exist_ok=True)
@@ -60,9 +56,8 @@ def run_snakemake(
 ) -> int:
     """Run Snakemake in a checkout and return its exit code; a config stands before an earlier one.
 
-    The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal. Both wait until it has ended its
-    jobs. `errors` is a file for what processes write to standard error, such as tracebacks of jobs that are stopped. `wait` takes
-    the process and a list of the signals received so far, and returns its exit code.
+    The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal; both wait until it has ended its
+    jobs. `errors` is a file for standard error, and `wait` takes the process and the signals received so far.
     """
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
@@ -132,17 +127,12 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
 
 
 class Finished(NamedTuple):
-    """What is finished of a run in which jobs failed.
+    """What is finished of a run in which jobs failed."""
 
-    conformations, pairs : folders
-    sampled : names of the proteins with a grid
-    files : of these, of their proteins and of the changes, in the order of the first page
-    """
-
-    conformations: list[Path]
+    conformations: list[Path]  # folders, as `pairs`
     pairs: list[Path]
-    sampled: list[str]
-    files: list[Path]
+    sampled: list[str]  # names of the proteins with a grid
+    files: list[Path]  # of these, of their proteins and of the changes, in the order of the first page
 
 
 def finished_parts(config: dict, run: Path, failures: Mapping[str, str]) -> Finished:
@@ -176,14 +166,7 @@ def in_order_of_page(result: Path) -> list[Path]:
 
 
 def failed_places(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
-    """Return what the config excludes, the places of failed jobs, and the pairs and changes that need them, with their reasons.
-
-    Parameters
-    ----------
-    config : dict, checked
-    run : folder of the results
-    failed : logs of the jobs that failed
-    """
+    """Return what a checked config excludes, the places of jobs with failed logs, and what needs them, with their reasons."""
     places = dict(config["exclude"])
     whole = "/*" if batched_structures(config) else ""  # the page of a structure failed; its batch keeps it
     for log in failed:

@@ -34,20 +34,14 @@ SPLIT = tuple(
 
 @cache
 def bumps() -> np.ndarray:
-    """Return the values of the bump at the 8 nodes around a dot, (N_TABLE + 2, 8).
-
-    Row k is for a dot k / N_TABLE of a step beyond the fourth node.
-    """
+    """Return the bump at the 8 nodes around a dot, (N_TABLE + 2, 8); row k: k / N_TABLE of a step beyond the fourth node."""
     t = np.arange(N_TABLE + 2)[:, None] / N_TABLE + 3 - np.arange(BUMP_NODES)
     power = np.maximum(t[..., None] + 4 - np.arange(BUMP_NODES + 1), 0.0) ** 7
     return power @ [(-1) ** k * comb(BUMP_NODES, k) / factorial(7) for k in range(BUMP_NODES + 1)]
 
 
 def _eight(step: Callable[..., Any]) -> Any:
-    """Make an intrinsic that acts on eight neighbouring float64 of flat arrays; `step(builder, load)` returns what is stored.
-
-    The compiler does not vectorise loops of eight by itself, since it cannot tell whether the arrays overlap.
-    """
+    """Make an intrinsic on eight neighbouring float64 of flat arrays, which the compiler would not vectorise as a loop."""
 
     @intrinsic
     def run(_typing: Any, to: Any, _at: Any, source: Any, _first: Any, _factor: Any) -> tuple[Any, Any]:
@@ -98,9 +92,9 @@ _between_eight = _eight(_between)
 
 @njit(cache=True, nogil=True, fastmath=FAST)
 def add_dots(dots: np.ndarray, bumps: np.ndarray, sums: np.ndarray) -> None:
-    """Sum r times bump, and bump, over the dots at every node; `PAD_NODES` nodes beyond the grid are included.
+    """Sum r times bump, and bump, over `dots` (4, n) at every node; `PAD_NODES` nodes beyond the grid are included.
 
-    `dots` (4, n) holds x and y in steps of the grid, r times weight, and weight. `bumps` and `sums` are flat.
+    `dots` holds x and y in steps of the grid, r times weight, and weight. `bumps` and `sums` are flat.
     """
     sums[:] = 0.0
     axis_bumps = np.empty(2 * BUMP_NODES)

@@ -111,11 +111,10 @@ def project(
     image: np.ndarray,
     filled: np.ndarray,
 ) -> bool:
-    """Orient a patch, set the cone and average the distances to its apex per pixel.
+    """Turn a patch and average the distances to the cone's apex per pixel; False if all dots lie on the axis, without an extent.
 
     Fills image[0] with the mean distance r (0 where no dot falls) and `filled` with its occupancy. `work` (9, n) holds a column
-    per dot of the patch, see `X`..; the caller sets the weights. Returns False if all dots lie on the axis, so that the image
-    has no extent.
+    per dot of the patch, see `X`..; the caller sets the weights.
     """
     n = len(ids)
     for k in range(n):
@@ -185,10 +184,7 @@ def _fill_pixels(
     below: np.uint32,
     inverse: np.ndarray,
 ) -> np.uint32:
-    """Give empty pixels of row i, from left to right, the mean of the filled ones of their 3 x 3 blocks.
-
-    `ready` are the pixels; `above`, `here` and `below` the occupancy of the rows. Returns the new value of `here`.
-    """
+    """Give the `ready` pixels of row i the mean of the filled ones of their 3 x 3 blocks; return the new occupancy `here`."""
     while ready:
         j: np.uint32 = lowest_bit(ready)  # type: ignore[call-arg]  # numba's stub counts the typing context
         shift, one, three = np.uint32(j - np.uint32(1)), np.uint32(1), np.uint32(7)
@@ -206,11 +202,10 @@ def _fill_pixels(
 
 @njit(cache=True, nogil=True)
 def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inverse: np.ndarray) -> None:
-    """Fill empty pixels strictly inside the disc, in place and in row-major order.
+    """Fill empty pixels strictly inside the disc, in place and in row-major order; rows are words of bits.
 
     First, while anything changes: pixels between two filled ones of their row or column, then pixels between two filled ones of
-    a diagonal. After that, every pixel with a filled neighbour. Rows are words, so that finding the next pixel to fill is bit
-    arithmetic.
+    a diagonal. After that, every pixel with a filled neighbour.
     """
     one = np.uint32(1)
     last = PIXELS - 1

@@ -74,15 +74,11 @@ def basis(n_max: int = N_MAX) -> np.ndarray:
 
 
 class DiscPixels(NamedTuple):
-    """Flat pixels inside the disc; `pixels_in_disc` makes it.
+    """Flat pixels inside the disc; `pixels_in_disc` makes it."""
 
-    first, second : (A,) int32, of each pair that swapping x and y exchanges
-    diagonal : (D,) int32, that the swap leaves in place
-    """
-
-    first: np.ndarray
-    second: np.ndarray
-    diagonal: np.ndarray
+    first: np.ndarray  # (A,) int32, of each pair that swapping x and y exchanges
+    second: np.ndarray  # (A,) int32
+    diagonal: np.ndarray  # (D,) int32, that the swap leaves in place
 
 
 def pixels_in_disc() -> DiscPixels:
@@ -96,15 +92,11 @@ def pixels_in_disc() -> DiscPixels:
 
 
 class Fold(NamedTuple):
-    """The folded basis; `fold` makes it.
+    """The folded basis; `fold` makes it."""
 
-    even : (A + D, 121) float64; odd : (A, 110) float64
-    order : (121,) int64, index in `indices()` of each folded column; those with m > 0 come first
-    """
-
-    even: np.ndarray
-    odd: np.ndarray
-    order: np.ndarray
+    even: np.ndarray  # (A + D, 121) float64
+    odd: np.ndarray  # (A, 110) float64
+    order: np.ndarray  # (121,) int64, index in `indices()` of each folded column; m > 0 first
 
 
 @cache

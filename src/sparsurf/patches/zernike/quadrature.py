@@ -21,18 +21,13 @@ N_RINGS, N_RAYS = 64, 64  # integration points along the radius and around a qua
 
 
 class Quarters(NamedTuple):
-    """Matrices of the four parts of a field; `quarters` makes it.
+    """Matrices of the four parts of a field; `quarters` makes it."""
 
-    row, column : (Q,) int64, steps from the middle node of the nodes of one quarter that the disc reaches
-    even, odd : two pairs (cosine, sine) of (Q, ..) float64, for m even (cosine: m > 0, then m = 0) and m odd
-    order : (121,) int64, index in `indices()` of m even > 0, m odd, m = 0
-    """
-
-    row: np.ndarray
-    column: np.ndarray
-    even: tuple
-    odd: tuple
-    order: np.ndarray
+    row: np.ndarray  # (Q,) int64, steps from the middle node of the nodes of a quarter that the disc reaches
+    column: np.ndarray  # (Q,) int64
+    even: tuple  # pairs (cosine, sine) of (Q, ..) float64, for m even (cosine: m > 0, then m = 0)
+    odd: tuple  # the same for m odd
+    order: np.ndarray  # (121,) int64, index in `indices()` of m even > 0, m odd, m = 0
 
 
 def integration_points() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -96,10 +91,7 @@ def quarters(steps: int) -> Quarters:
 
 
 def _mirrored(x: np.ndarray, node: np.ndarray, sign: int) -> np.ndarray:
-    """Return weights, at points x >= 0 in steps, of the sum (sign 1) or the difference of a node and its mirror image.
-
-    On the middle line both are the same node, so the sum is twice its value and the difference is zero.
-    """
+    """Return weights, at x >= 0 in steps, of the sum (sign 1) or difference of a node and its mirror image; at 0 they are one."""
     out = cubic_kernel(x[:, None] - node) + sign * cubic_kernel(x[:, None] + node)
     out[:, node == 0] /= 2
     return out

@@ -40,19 +40,12 @@ def describe(patches: Patches) -> np.ndarray:
 
 
 def describe_fields(patches: Patches, values: np.ndarray) -> np.ndarray:
-    """Compute the same invariants of images that hold fields in place of r.
-
-    `values` is (F, N) by position in the index; returns (P, F N_Z), field after field, in the units of each; zero for a patch
-    without dots.
-    """
+    """Compute the invariants (P, F N_Z) of images of fields, `values` (F, N) by position, in place of r; 0 for an empty patch."""
     return _invariants(patches, values, np.zeros(N_MAX // 2 + 1))
 
 
 def _invariants(patches: Patches, values: np.ndarray, plane: np.ndarray) -> np.ndarray:
-    """Compute |c_nm| of the images of r (if there are no `values`) or of fields.
-
-    `plane` holds the coefficients of the part that is subtracted before and added again.
-    """
+    """Compute |c_nm| of images of r, or of `values`; `plane` has the coefficients of a part subtracted before and added again."""
     dots, ids, start, centres, weights, radius, up = patches
     tables, n_images = quarters(DISC_STEPS), max(1, len(values))
     parts = np.empty((4, n_images * (len(start) - 1), len(tables.row)))
@@ -119,10 +112,7 @@ def _parts(
     column: np.ndarray,
     parts: np.ndarray,
 ) -> None:
-    """Compute the images of patches, split by mirror symmetry: (even, even), (odd, odd), (odd in x), (odd in y).
-
-    A patch has one image for each row of `values` or, without values, one of r.
-    """
+    """Compute the images of r, or of `values`, by patch and mirror symmetry: (even, even), (odd, odd), (odd in x), (odd in y)."""
     buffer_size, n_images = 1, max(1, len(values))
     for i in range(len(centres)):
         buffer_size = max(buffer_size, start[i + 1] - start[i])
@@ -170,10 +160,9 @@ def _orient(
     sign: float,
     dots: np.ndarray,
 ) -> float:
-    """Turn a patch with its mean normal to +z, and fill `dots`.
+    """Turn a patch with its mean normal to +z; return the weighted mean of r less that of the plane.
 
-    `dots` receives x and y in steps of the grid, weight times r less that of the plane, and weight. Returns the weighted mean
-    of r less that of the plane.
+    `dots` receives x and y in steps of the grid, weight times r less that of the plane, and weight.
     """
     n = len(ids)
     mx = my = mz = total = 0.0

@@ -63,11 +63,7 @@ def change_colours(change: np.ndarray, scale: ScalarMappable) -> np.ndarray:
 def changes_figure(
     name: str, forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]], table: pd.DataFrame
 ) -> Figure:
-    """Draw two forms in the colours of their change, and the change along the residues.
-
-    Forms are (title, Surface, Molecule, change over its floor by dot, NaN if unknown); that of the table is from
-    `pairs.changes.over_floor`.
-    """
+    """Draw two forms (title, Surface, Molecule, change over its floor by dot), and the change along the residues."""
     known = table["over_floor"].dropna()
     n_above = (known > 1).sum()
     by_chance = f"about {SHARE_ABOVE_FLOOR * len(known):.0f} would by chance"

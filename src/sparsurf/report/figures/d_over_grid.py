@@ -166,10 +166,7 @@ def _scale(values: pd.Series) -> tuple[ScalarMappable, tuple[float, float], np.n
 def _interpolated(
     x: np.ndarray, y: np.ndarray, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Interpolate `table` (y, x) on fine axes by monotone cubics, which add no maximum.
-
-    An axis of a single value becomes a strip. If a value is missing, the nearest values are used instead.
-    """
+    """Interpolate `table` (y, x) on fine axes by monotone cubics; a single value is a strip, missing ones take the nearest."""
     fine = []
     for axis, knots in ((1, x), (0, y)):
         pad = 0.0 if len(knots) > 1 else 0.5

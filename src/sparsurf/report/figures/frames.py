@@ -52,11 +52,10 @@ def frames_projection(
     silhouettes: dict[int, float],
     name: str = "",
 ) -> Figure:
-    """Draw frames in the plane of the first two principal components, explained variance and silhouette.
+    """Draw frames, (F, k) Å, in the plane of the first two principal components, explained variance and silhouette.
 
-    `projection` is (F, k) in Å, `labels` the cluster of each frame, `chosen` and `names` those of the frames that became
-    conformations. `explained` is the share of the variance of each component, and `silhouettes` the mean for each number of
-    clusters K; both may be empty.
+    `labels` are the cluster of each frame, `chosen` and `names` the conformations. `explained`, by component, and `silhouettes`,
+    by number of clusters, may be empty.
     """
     if np.ptp(projection, axis=0).max() == 0:
         figure = layout.sheet(layout.COLUMN, 8, name)

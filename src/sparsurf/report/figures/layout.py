@@ -234,10 +234,7 @@ def colours(scale: ScalarMappable, values: np.ndarray) -> np.ndarray:
 def histogram(
     ax: Axes, values: np.ndarray, scale: ScalarMappable, label: str, mean: str, bins: int | np.ndarray = 50
 ) -> None:
-    """Draw a histogram in the colours of a scale, with a line at the mean below the words `mean`.
-
-    Values beyond the ends of given bins are counted in the outermost ones.
-    """
+    """Draw a histogram, clipped to given bins, in the colours of a scale, with a line at the mean below the words `mean`."""
     edges = np.histogram_bin_edges(values, bins)
     count, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
     ax.bar(edges[:-1], count, np.diff(edges), align="edge", color=scale.to_rgba((edges[:-1] + edges[1:]) / 2))

@@ -40,10 +40,7 @@ GAP_OF_PAGES = 5.0  # Å, between both partners to turn
 def book_figure(
     name: str, surfaces: Sequence[Surface], tables: Sequence[pd.DataFrame], agreement: pd.DataFrame
 ) -> Figure:
-    """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch).
-
-    `tables` are the rows of propensity.csv of each partner; `agreement` is empty if the partners do not touch.
-    """
+    """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch)."""
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     both = all(mask.any() for mask in touching)
     pages = opened(surfaces, touching)
@@ -139,11 +136,7 @@ def _page(
 
 
 def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return rotations that look at each partner from the other, with a common upright hinge between the pages.
-
-    `touching` is the interface of each; if a partner has none, they face each other along the line between their centres. Rows
-    of a rotation point right, up and to the viewer.
-    """
+    """Return rotations that look at each partner from the other, along the centres of `touching` dots, with a common hinge."""
     first, second = surfaces
     if not all(mask.any() for mask in touching):
         facing, around = second.points.mean(axis=0) - first.points.mean(axis=0), first.points
@@ -173,10 +166,7 @@ def side_by_side(surfaces: list[Surface], pages: list[np.ndarray], n_atoms: list
 
 @styled
 def over_pairs(run: str, table: pd.DataFrame) -> Figure:
-    """Draw AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval.
-
-    `run` is the title if fewer than two pairs touch.
-    """
+    """Draw AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval."""
     means = means_over_pairs(table).sort_values("mean")
     figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), _of_all(means) or run)
     ax = figure.subplots()

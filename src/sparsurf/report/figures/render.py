@@ -34,18 +34,12 @@ PALE = (0.92, 0.92, 0.92)  # surface behind the dots of a subset
 
 
 class Camera(NamedTuple):
-    """Orthographic view.
+    """Orthographic view."""
 
-    rotation : (3, 3) float64, rows point right, up and to the viewer
-    centre : (3,) float64, Å, point in the middle of the picture
-    scale : float, pixels per Å
-    shape : rows and columns of the picture
-    """
-
-    rotation: np.ndarray
-    centre: np.ndarray
-    scale: float
-    shape: tuple
+    rotation: np.ndarray  # (3, 3) float64, rows point right, up and to the viewer
+    centre: np.ndarray  # (3,) float64, Å, in the middle of the picture
+    scale: float  # pixels per Å
+    shape: tuple  # rows and columns of the picture
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -55,28 +49,17 @@ class Camera(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """A rendered surface, to which dots can be added; R and C are rendered rows and columns.
-
-    camera : Camera
-    colour : (R, C, 3) float32, 0..1
-    depth : (R, C) float64, rendered pixels towards the viewer, -inf where nothing is
-    dark : (R, C) float64, factor for hollows and contours
-    slack : float, rendered pixels below the front that still count as front
-    """
+    """A rendered surface, to which dots can be added; R and C are rendered rows and columns."""
 
     camera: Camera
-    colour: np.ndarray
-    depth: np.ndarray
-    dark: np.ndarray
-    slack: float
+    colour: np.ndarray  # (R, C, 3) float32, 0..1
+    depth: np.ndarray  # (R, C) float64, rendered pixels towards the viewer, -inf where nothing is
+    dark: np.ndarray  # (R, C) float64, factor for hollows and contours
+    slack: float  # rendered pixels below the front that still count as front
 
 
 def along_smallest_axis(points: np.ndarray) -> np.ndarray:
-    """Return the rotation that looks along the smallest principal axis, with the largest one horizontal.
-
-    The longer tail of an axis points right or up, so the view does not depend on the orientation of the molecule; see
-    `principal_axes` for molecules that spread equally.
-    """
+    """Return the rotation, rows right, up and to the viewer, along the smallest principal axis, the largest horizontal."""
     axes = principal_axes(points)
     return np.array([axes[0], axes[1], np.cross(axes[0], axes[1])])
 
@@ -119,11 +102,7 @@ def draw_surface(
     camera: Camera,
     radius: float | None = None,
 ) -> Scene:
-    """Draw a closed surface, of which dots that face away from the viewer are left out.
-
-    `points` and `normals` are (N, 3) in Å, `colours` red, green and blue in 0..1, for each dot or for all. `radius` is that of
-    the discs in Å; `closing_radius` without.
-    """
+    """Draw a closed surface of dots (N, 3), Å, those that face the viewer, as discs of `radius` Å in colours of 0..1."""
     scale = camera.scale * SUPERSAMPLING
     disc = max((closing_radius(points) if radius is None else radius) * scale, 1.0)
     depth = np.full([n * SUPERSAMPLING for n in camera.shape], -np.inf)

@@ -45,17 +45,14 @@ MEAN_PATCH_STYLE: dict[str, Any] = {"color": "#CC79A7", "linewidth": 0.8, "dashe
 
 
 class Tables(NamedTuple):
-    """Tables of one surface: its name, curves.csv, floors.csv, required_dots.csv, and grid.csv if it exists.
+    """Tables of one surface."""
 
-    `mean_patch` is the Z of the mean patch in place of every patch, if known.
-    """
-
-    name: str
+    name: str  # of the surface
     curves: pd.DataFrame
     floors: pd.DataFrame
     required_dots: pd.DataFrame
-    grid: pd.DataFrame | None = None
-    mean_patch: float = np.nan
+    grid: pd.DataFrame | None = None  # if it exists
+    mean_patch: float = np.nan  # Z of the mean patch in place of every patch, if known
 
 
 class Coded(NamedTuple):
@@ -69,22 +66,14 @@ class Coded(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """Content of one panel; n is n_S in % of the dots.
+    """Content of one panel; n is n_S in % of the dots."""
 
-    cloud : (n, Z) of all combinations; empty without a grid
-    lines : dict of (sampler, reading) to (n, Z), or to (n, Z, low, high)
-    floors : dict of name to Z
-    answer : (n, Z), the fewest dots that are enough
-    bound : "at most" if the fewest that were measured are enough, "more" if only all dots are
-    interval : ends of the 95 % interval of the answer's n; NaN where it has none
-    """
-
-    cloud: tuple[np.ndarray, np.ndarray]
-    lines: dict[tuple[str, str], tuple[np.ndarray, ...]]
-    floors: dict[str, float]
-    answer: tuple[float, float]
-    bound: str = ""
-    interval: tuple[float, float] = (np.nan, np.nan)
+    cloud: tuple[np.ndarray, np.ndarray]  # (n, Z) of all combinations; empty without a grid
+    lines: dict[tuple[str, str], tuple[np.ndarray, ...]]  # (sampler, reading): (n, Z), or (n, Z, low, high)
+    floors: dict[str, float]  # Z by name
+    answer: tuple[float, float]  # (n, Z), the fewest dots that are enough
+    bound: str = ""  # "at most" if the fewest measured are enough, "more" if only all dots are
+    interval: tuple[float, float] = (np.nan, np.nan)  # 95 %, of the answer's n; NaN where it has none
 
 
 def read(folder: Path, sampled: bool = True) -> Tables:
@@ -105,10 +94,7 @@ def draw(results: Results) -> Figure:
 
 @styled
 def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = FULL_READING) -> Figure:
-    """Draw Z against n_S: of one surface, of a few side by side, of many the median with a band.
-
-    `floor` defines what is enough. All combinations are shown under `reading` if they were evaluated so.
-    """
+    """Draw Z against n_S: of one surface, of a few side by side, of many the median with a band; `floor` sets what is enough."""
     panels = {tables.name: panel_of(tables, floor, reading) for tables in surfaces}
     if len(panels) > 1:
         shown = short_names(name.split("/") for name in panels)
@@ -288,10 +274,7 @@ def _legend_handles(
 
 
 def _floors_of(panels: dict[str, Panel], floor: str) -> list[str]:
-    """Return the names of the noise floors that are drawn, the highest first.
-
-    These are the one that defines what is enough, frames as close as they were measured, and atoms moved as far as they were.
-    """
+    """Name the floors that are drawn, the highest first: `floor`, frames as close and atoms moved as far as was measured."""
     z = pd.DataFrame([panel.floors for panel in panels.values()]).mean()
     by_kind = {kind: z[z.index.str.startswith(f"{kind} ")] for kind in SHOWN}
     ends = [str(by_kind[kind].agg(end)) for kind, end in SHOWN.items() if len(by_kind[kind])]

@@ -51,10 +51,7 @@ def content(
     around: Mapping[str, ByRoughness],
     references: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Collect the panels around kept dots, and cut a rough and a flat patch to show: arguments of `figure`.
-
-    `around` is from `study.rough_and_flat.kept_and_any`, and `references` are those of best.json.
-    """
+    """Collect the panels around kept dots, and cut a rough and a flat patch to show: arguments of `figure`."""
     kept_dots, anywhere = around["kept dots"], around["any dots"]
     panels = [
         (f"around kept dots, {READINGS[reading].words}", kept_dots.roughness[0], *z[:, 0])
@@ -105,8 +102,7 @@ def figure(
     """Draw a rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch in bins of equal width.
 
     Panels, two in a row, have a title, then for T test dots roughness, Z_tS(j) and Z_tR(j). Patches have a title, points and
-    normals (n, 3), and which of these dots the sampling and the uniform subset keep. Of the references and their `floors`,
-    those in the range are drawn as lines.
+    normals (n, 3), and which of these dots the sampling and the uniform subset keep. References in the range are lines.
     """
     top = 46  # mm, of the first panels
     figure = layout.sheet(2 * PITCH, top + 58 * -(-len(panels) // 2), name)
@@ -172,10 +168,7 @@ def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.
 def _boxes(
     ax: Axes, edges: np.ndarray, chosen: dict[int, np.ndarray], z_ts: np.ndarray, z_tr: np.ndarray
 ) -> None:
-    """Draw two box plots per bin; whiskers reach at most 1.5 times the box, values beyond are dots.
-
-    Fewer than `MIN_VALUES` values are drawn as dots.
-    """
+    """Draw two box plots per bin, whiskers at most 1.5 times the box; fewer than `MIN_VALUES` values are drawn as dots."""
     width = edges[1] - edges[0]
     for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, BOX_OF_UNIFORM, 0.2)):
         values = [z[dots][np.isfinite(z[dots])] for dots in chosen.values()]

@@ -31,10 +31,7 @@ WINDOWS = 20  # per series; the moving mean is over one
 
 @styled
 def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.DataFrame) -> Figure:
-    """Draw temperature, pressure, density and energy of the stages in sequence, RMSD and radius of gyration.
-
-    The tables are those of `simulation.quality`.
-    """
+    """Draw temperature, pressure, density and energy of the stages in sequence, RMSD and radius of gyration."""
     target = judged.set_index("quantity")["target"]
     figure = layout.constrained(PAGE, 110)
     panels = figure.subplots(2, 3).ravel()

@@ -50,10 +50,7 @@ def figure(
     recovered: tuple[str, Surface, np.ndarray] | None = None,
     name: str = "",
 ) -> Figure:
-    """Draw the surface, subsets of it in one view, and a recovered surface with its distance from the first.
-
-    Subsets are (title, Surface, colour); `recovered` is (title, Surface, distance in Å).
-    """
+    """Draw the surface, subsets (title, Surface, colour) in one view, and a recovered surface (title, Surface, distance in Å)."""
     cells = len(subsets) + (3 if recovered else 1)
     columns = 2 if cells == 4 else 3
     if recovered:

@@ -18,10 +18,7 @@ UNKNOWN = 255
 
 
 def pack(header: dict[str, Any], columns: dict[str, np.ndarray]) -> str:
-    """Pack a header for JSON and columns of integers, as `unpack.js` reads them, in base64.
-
-    Each column is stored as numbers or as differences between neighbours, whichever is shorter.
-    """
+    """Pack a header and columns of integers, or of differences if shorter, in base64, as `unpack.js` reads them."""
     planes, listed = [], []
     for name, values in columns.items():
         plain, steps = byte_planes(values), byte_planes(np.diff(values, prepend=0))

@@ -40,21 +40,15 @@ SAMPLERS = ("farthest", "uniform", "paper")  # that sampling.js draws
 
 @dataclass(frozen=True)
 class Values:
-    """Values of every dot, shown as colours.
-
-    name, symbol, unit : str
-    values : (N,) float64, NaN where unknown
-    low_is, high_is : str, meaning of the ends
-    unknown_is : str, meaning of NaN, which is grey
-    """
+    """Values of every dot, shown as colours."""
 
     name: str
     symbol: str
     unit: str
-    values: np.ndarray
-    low_is: str = ""
+    values: np.ndarray  # (N,) float64, NaN where unknown
+    low_is: str = ""  # meaning of the ends
     high_is: str = ""
-    unknown_is: str = "unknown"
+    unknown_is: str = "unknown"  # meaning of NaN, which is grey
 
 
 def page(
@@ -123,10 +117,7 @@ def coloured_page(
     residues: Sequence[str] = (),
     says: str = "",
 ) -> str:
-    """Render the page of a surface without a grid, which opens with all dots in the colours of the first values.
-
-    The order of its dots is drawn from `streams`; the rest is as for `page`.
-    """
+    """Render the page of a surface without a grid, which opens with all dots in the colours of the first values."""
     prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
@@ -261,11 +252,7 @@ def dot_columns(
 
 
 def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str, np.ndarray]:
-    """Return columns of the cover.
-
-    For each centre: its place among the shown dots (-1 for none), R_i, the origin of r_ij, and its number of pairs. For each
-    pair: its dot, in ascending order within a patch.
-    """
+    """Return columns of the cover, by centre: place among the shown dots or -1, R_i, origin, pairs; and the dot of each pair."""
     position = _places(dots, len(surface))
     owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
     shown = position[cover.dot] >= 0

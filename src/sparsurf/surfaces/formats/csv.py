@@ -42,19 +42,13 @@ def _length_of_comments(text: str) -> int:
 
 
 def read_csv(content: bytes, path: Path | str) -> Surface:
-    """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case.
-
-    Raise InputError, which names `path`, if the table is damaged, lacks a column, or holds several frames.
-    """
+    """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case."""
     values, fields, lines = _columns(content, path, COLUMNS_OF_DOTS)
     return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]} | fields, path, lines)
 
 
 def read_points(content: bytes, path: Path | str) -> np.ndarray:
-    """Read the points (T, 3), Å, of a table with x, y, z in its header, in upper or lower case; points that occur twice stay.
-
-    Raise InputError, which names `path`, if a coordinate is not a finite number, or there are no points.
-    """
+    """Read the points (T, 3), Å, of a table with x, y, z in its header, in upper or lower case; points that occur twice stay."""
     points, _, lines = _columns(content, path, ["x", "y", "z"])
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(wrong):

@@ -24,11 +24,7 @@ def _sniff(head: bytes) -> bool:
 
 
 def read_dms(content: bytes, path: Path | str) -> Surface:
-    """Read a surface from the unpacked bytes of a DMS file; `atom` counts the atoms of the file.
-
-    Each line is read from the type of the dot in both directions, since the columns before it shift. Raise InputError, which
-    names `path`, if a line is damaged, the file is cut short, or it has no normals.
-    """
+    """Read a DMS file from both sides of the type of each dot, since the columns before it shift; `atom` counts its atoms."""
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
     text = decode_text(content, path)
     for number, line in enumerate(text.split("\n"), 1):
@@ -83,10 +79,7 @@ def write_dms(
     atom_names: Sequence[str] | np.ndarray,
     xyz: np.ndarray,
 ) -> None:
-    """Write a DMS file with normals, each atom, of (A,) labels and (A, 3) positions in Å, followed by its dots.
-
-    A residue label is a number with or without a chain letter. Raise InputError if dots have no atom or no kind.
-    """
+    """Write a DMS file with normals: each atom, of labels (A,), such as 12A, and positions (A, 3), Å, then its dots."""
     if surface.atom.min() < 0 or surface.kind.min() < 0 or surface.atom.max() >= len(xyz):
         raise InputError("surface: a DMS file needs the atom and the kind of every dot.")
     # Labels with a letter shift the columns by one, as in DMS's own files. So do long numbers, to keep them separate.

@@ -25,10 +25,7 @@ def _sniff(head: bytes) -> bool:
 
 
 def read_npz(path: Path | str) -> Surface:
-    """Read a surface that a study wrote with `write_npz`, without the warnings that its input caused before.
-
-    Raise InputError if the file was not written by this program, or is damaged.
-    """
+    """Read a surface that a study wrote with `write_npz`, without the warnings that its input caused before."""
     with no_warnings():
         return _read(read_bytes(path), path)
 
