@@ -140,7 +140,7 @@ rule compute_surface:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
         surface=config["surface"],
-        d_link=config["patches"]["D_link"],
+        d_link=config["patches"]["d_link"],
         code=METHOD,
     message:
         "Molecular surface of {wildcards.protein}/{wildcards.conformation}"

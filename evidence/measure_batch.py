@@ -20,10 +20,10 @@ from sparsurf.workflow.yaml_file import read_config
 
 
 def cpu_of_placing(path: str, settings: Settings) -> float:
-    """Measure the CPU time, in s, of placing the dots of a structure once, at the density that suits D_link."""
+    """Measure the CPU time, in s, of placing the dots of a structure once, at the density that suits d_link."""
     molecule, rules = read_molecule(path, model=1), settings.surface
     sizes = radii(molecule, rules.radii)
-    density = density_for_d_link(molecule, 0, sizes, rules, settings.patches.D_link, path)
+    density = density_for_d_link(molecule, 0, sizes, rules, settings.patches.d_link, path)
     start = time.process_time()
     surface_of_frame(molecule, 0, sizes, rules.model_copy(update={"density": density}))
     return time.process_time() - start

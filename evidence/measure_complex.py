@@ -25,15 +25,15 @@ with job(snakemake):
             0,
             radii(molecule, settings.surface.radii),
             settings.surface,
-            patches.D_link,
+            patches.d_link,
             f"{name} {side}",
         )
-        pair.append(partner_of(dots, molecule, f"{name} {side}", patches.D_link))
-    wanted = {"sampler": "farthest", "n_S": snakemake.params.patches}
+        pair.append(partner_of(dots, molecule, f"{name} {side}", patches.d_link))
+    wanted = {"sampler": "farthest", "n_dots": snakemake.params.patches}
     centres = [select_centres(partner, wanted, settings, SEED, threads) for partner in pair]
     tables = []
     for descriptor in snakemake.params.descriptors:
-        found = match(*pair, centres, recipe=Recipe(descriptor, patches.R_zernike), threads=threads)
+        found = match(*pair, centres, recipe=Recipe(descriptor, patches.r_zernike), threads=threads)
         for side in (0, 1):
             areas = agreement(found, side, maps(found, side, threads=threads), seed=SEED, threads=threads)
             tables.append(areas.assign(complex=name, partner=side + 1, descriptor=descriptor))

@@ -18,7 +18,7 @@ with job(snakemake):
         Surface(**params.surface | {"reentrant": params.dots}),
     )
     generator = surface_generator(
-        molecule, 0, radii(molecule, "dms"), settings, prepared.patches.D_link, name
+        molecule, 0, radii(molecule, "dms"), settings, prepared.patches.d_link, name
     )
     table = enough.enough_table(prepared, *generator, params.test_dots, params.error)
     trials = Trials(prepared, enough.SAMPLER, params.test_dots)

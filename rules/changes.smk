@@ -28,7 +28,7 @@ rule compare_forms:
     params:
         forms=lambda wildcards: CHANGES[wildcards.comparison],
         surface=config["surface"],
-        d_link=config["patches"]["D_link"],
+        d_link=config["patches"]["d_link"],
         seed=config["seed"],
         code=METHOD,
     message:

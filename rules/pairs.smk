@@ -33,7 +33,7 @@ rule compute_partner_surfaces:
     params:
         pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its files
         surface=config["surface"],
-        d_link=config["patches"]["D_link"],
+        d_link=config["patches"]["d_link"],
         code=METHOD,
     message:
         "Surfaces of both partners of {wildcards.pair}"

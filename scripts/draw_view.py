@@ -29,7 +29,7 @@ with job(snakemake) as s:
         dots,
         roughness,
         prepared.cover,
-        prepared.patches.R_patch,
+        prepared.patches.r_patch,
         {"farthest": order},
         read_table(s.input.grid, best["combinations"], "combinations") if best else None,
         best,

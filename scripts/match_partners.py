@@ -11,9 +11,9 @@ with job(snakemake) as s:
     settings, seed, within = Settings(patches=s.params.patches), s.params.seed, s.params.interface
     partners = read_partners(
         s.input.surface_1, s.input.surface_2, s.input.get("structure_1"), s.input.get("structure_2"),
-        settings.patches.D_link, s.wildcards.pair,
+        settings.patches.d_link, s.wildcards.pair,
     )  # fmt: skip
-    recipe = Recipe(settings.patches.descriptor, settings.patches.R_zernike)
+    recipe = Recipe(settings.patches.descriptor, settings.patches.r_zernike)
     centres = [select_centres(partner, s.params.centres, settings, seed, s.threads) for partner in partners]
     matched = match(*partners, centres, NEAREST, recipe, s.threads)
     dots, agreement = tables_of_partners(matched, s.params.smoothing, within, seed, s.threads)

@@ -9,7 +9,7 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
 
 with job(snakemake) as s:
-    rules, d_link = s.settings.surface, s.settings.patches.D_link
+    rules, d_link = s.settings.surface, s.settings.patches.d_link
     streams = s.streams(shared=True)
     prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, streams, s.threads)
     generate_surface = atoms = frames = None

@@ -10,7 +10,7 @@ from sparsurf.workflow.jobs import job
 
 with job(snakemake) as s:
     dots, patches = read_npz(s.input.surface), s.params.patches
-    index = build_index(dots.points, dots.normals, patches["D_link"])
-    refuse_sparse(dots.points, patches["D_link"], s.place)
-    values = roughness(index, patches["R_patch"], s.threads, patches["roughness"])
+    index = build_index(dots.points, dots.normals, patches["d_link"])
+    refuse_sparse(dots.points, patches["d_link"], s.place)
+    values = roughness(index, patches["r_patch"], s.threads, patches["roughness"])
     pd.DataFrame({"roughness": values}).to_csv(s.output.roughness, index=False)

@@ -91,7 +91,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
 
 
 def changed(config, key, value):
-    """Return a copy of a config with another value of a key such as patches.R_patch; None: without it."""
+    """Return a copy of a config with another value of a key such as patches.r_patch; None: without it."""
     config = section = copy.deepcopy(config)
     *sections, last = key.split(".")
     for name in sections:

@@ -93,7 +93,7 @@ def test_a_recipe_adds_its_name_to_those_of_the_config(recipe):
 
 def with_patches(**added):
     """Settings with names that a recipe adds to `settings.py`, which checks them in vain here."""
-    patches = settings.Settings().patches.model_copy(update={"D_link": 0.9, **added})
+    patches = settings.Settings().patches.model_copy(update={"d_link": 0.9, **added})
     return settings.Settings().model_copy(update={"patches": patches})
 
 
@@ -177,7 +177,7 @@ print(table["heavy_atoms"].tolist(), list(table) == [name for name in listed if 
 
 def test_a_default(checkout):
     """Functions, the command line, a study without the key, the schema and the reference page have the new radius."""
-    for key in re.findall(r"`(probe_radius|R_\w+)`", RECIPES["A default"]):
+    for key in re.findall(r"`(probe_radius|r_\w+)`", RECIPES["A default"]):
         replace_once(checkout / "src/sparsurf/settings.py", rf"^(    {key}: \w+ = key\()[\d.]+", r"\g<1>4.25")
         replace_once(checkout / "config.yaml", rf"^(  {key}: )[\d.]+", r"\g<1>4.25")
     printed(checkout, "-m", "sparsurf.workflow.config")
@@ -188,9 +188,9 @@ import inspect, sparsurf
 from sparsurf.workflow.config import check_config
 from sparsurf.patches.index import R_ZERNIKE
 checked = check_config({"proteins": {"a": {"pdb": "1ubi"}}})
-print(checked["surface"]["probe_radius"], checked["patches"]["R_patch"], checked["patches"]["R_zernike"])
+print(checked["surface"]["probe_radius"], checked["patches"]["r_patch"], checked["patches"]["r_zernike"])
 print(*(inspect.signature(call).parameters[name].default for call, name in (
-    (sparsurf.surface, "probe_radius"), (sparsurf.roughness, "radius"), (sparsurf.descriptors, "radius"))))
+    (sparsurf.surface, "probe_radius"), (sparsurf.roughness, "r_patch"), (sparsurf.descriptors, "r_zernike"))))
 """
     assert printed(checkout, "-c", code) == "4.25 4.25 4.25\n4.25 4.25 4.25\n"
     assert "(default 4.25)" in printed(checkout, "-m", "sparsurf", "surface", "--help")

@@ -11,13 +11,13 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 
-r = np.linspace(0, 1, 101)  # distance from the centre, in units of R_patch
+r = np.linspace(0, 1, 101)  # distance from the centre, in units of r_patch
 fig, axes = plt.subplots(1, 3, figsize=(10, 3), sharey=True, layout="constrained")
 laws = [(0, 2, 0), (0, 6, 0), (1, 2, 2)]
 for ax, (beta, gamma, delta) in zip(axes, laws, strict=True):
     for R in (0.2, 0.5, 0.8):
         ax.plot(r, (1 - R) ** beta * r ** (gamma * (1 + R) + delta), label=f"R = {R}")
-    ax.set_xlabel("$r_{ij}$ / $R_{patch}$")
+    ax.set_xlabel("$r_{ij}$ / $r_{patch}$")
     ax.set_title(f"β = {beta}, γ = {gamma}, δ = {delta}")
 axes[0].set_ylabel("probability (α = 1)")
 axes[0].legend()

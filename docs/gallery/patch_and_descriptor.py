@@ -14,7 +14,7 @@ import sparsurf
 from sparsurf.patches.islands import patch
 
 dots = sparsurf.surface("../../data/tdp43/topology.pdb")
-dot = int(np.argmax(sparsurf.roughness(dots, radius=6)))  # the flattest
+dot = int(np.argmax(sparsurf.roughness(dots, r_patch=6)))  # the flattest
 own = patch(sparsurf.prepare(dots).index, dot, 6.0)  # its largest island
 
 up = dots.normals[own].mean(axis=0)

@@ -17,9 +17,9 @@ from sparsurf.study import grid, tables
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.surface import Surface
 
-COLUMNS = ["reading", "D_link", "row", "n_S_percent", "d", "d_low", "d_high"]
+COLUMNS = ["reading", "d_link", "row", "n_S_percent", "d", "d_low", "d_high"]
 N_SHOWN = 5  # rows of Table I in the figure, every second one
-BEYOND = {SCALED_READING: 1.3, FULL_READING: 1.48}  # where other readings stand on the axis of D_link
+BEYOND = {SCALED_READING: 1.3, FULL_READING: 1.48}  # where other readings stand on the axis of d_link
 
 
 def links_table(prepared: PreparedSurface, links: list[float], n_tests: int, draws: int) -> pd.DataFrame:
@@ -28,11 +28,11 @@ def links_table(prepared: PreparedSurface, links: list[float], n_tests: int, dra
     rows = replication.published_rows(prepared, n_tests, draws)
     spacing = np.sqrt(prepared.area / rows["n_S"])
     distances = {
-        SCALED_READING: np.maximum(prepared.patches.D_link, SCALED_LINK * spacing),
-        FULL_READING: prepared.patches.D_link,
+        SCALED_READING: np.maximum(prepared.patches.d_link, SCALED_LINK * spacing),
+        FULL_READING: prepared.patches.d_link,
     }
     others = [
-        pd.DataFrame({"reading": reading, "D_link": link, "row": np.arange(1, len(rows) + 1)}).assign(
+        pd.DataFrame({"reading": reading, "d_link": link, "row": np.arange(1, len(rows) + 1)}).assign(
             n_S_percent=rows["n_S_percent"], **{key: rows[f"{key}_{reading}"] for key in COLUMNS[-3:]}
         )
         for reading, link in distances.items()
@@ -41,9 +41,9 @@ def links_table(prepared: PreparedSurface, links: list[float], n_tests: int, dra
 
 
 def readings_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Put d of the three readings next to one another, a row for each surface and row of Table I, with D_link as published."""
+    """Put d of the three readings next to one another, a row for each surface and row of Table I, with d_link as published."""
     kept = table["reading"] == KEPT_READING
-    first = table[~kept | (table["D_link"] == table.loc[kept, "D_link"].min())]
+    first = table[~kept | (table["d_link"] == table.loc[kept, "d_link"].min())]
     out = first.drop_duplicates(["surface", "row"])[["surface", "row", "n_S_percent"]]
     for reading, rows in first.groupby("reading", sort=False):
         names = {key: f"{key}_{reading}" for key in COLUMNS[-3:]}
@@ -58,12 +58,12 @@ def rules_table(
     """Measure what rules of the authors' code that the text lacks change: DataFrame of rule, quantity and value."""
     rows: list[tuple[str, str, float]] = []
     tree = cKDTree(prepared.points)
-    near = tree.query_ball_point(prepared.points, prepared.patches.R_patch)
+    near = tree.query_ball_point(prepared.points, prepared.patches.r_patch)
     whole = np.array([np.linalg.norm(prepared.normals[ball].mean(axis=0)) for ball in near])
     differ = np.abs(whole - prepared.roughness)
     rows += [("islands in R_i", "share of dots whose R_i differs, %", 100 * (differ > 1e-6).mean())]
     rows += [("islands in R_i", "largest difference", differ.max())]
-    rows += [("moved centre", "largest r / R_patch", np.exp(-prepared.cover.log_ratio.min()))]
+    rows += [("moved centre", "largest r / r_patch", np.exp(-prepared.cover.log_ratio.min()))]
     n_chances = np.bincount(prepared.cover.dot, minlength=len(prepared))
     rows += [("a chance in every patch", "patches of a dot, median", np.median(n_chances))]
     corrected = replication.compare_defects(prepared, n_tests, draws)
@@ -89,7 +89,7 @@ def rules_table(
 
 @styled
 def draw(table: pd.DataFrame) -> Figure:
-    """Draw d against D_link: a panel for each surface, a line for every second row of Table I; other readings at the right."""
+    """Draw d against d_link: a panel for each surface, a line for every second row of Table I; other readings at the right."""
     surfaces = list(dict.fromkeys(table["surface"]))
     figure = layout.constrained(layout.PAGE, 112)
     panels = figure.subplots(2, -(-len(surfaces) // 2), sharex=True, sharey=True, squeeze=False).ravel()
@@ -97,9 +97,9 @@ def draw(table: pd.DataFrame) -> Figure:
     for ax, surface in zip(panels, surfaces, strict=False):
         own = table[(table["surface"] == surface) & (table["row"] % 2 == 1)]
         for (row, of_row), colour in zip(own.groupby("row"), colours, strict=True):
-            kept = of_row[of_row["reading"] == KEPT_READING].sort_values("D_link")
+            kept = of_row[of_row["reading"] == KEPT_READING].sort_values("d_link")
             label = f"row {row}: {kept['n_S_percent'].iloc[0]:.0f} % on {surfaces[0]}"
-            ax.errorbar(kept["D_link"], kept["d"], _error(kept), color=colour, linewidth=1, label=label)
+            ax.errorbar(kept["d_link"], kept["d"], _error(kept), color=colour, linewidth=1, label=label)
             for reading, x in BEYOND.items():
                 other = of_row[of_row["reading"] == reading]
                 ax.errorbar(x, other["d"], _error(other), color=colour, marker="o", markersize=3)
@@ -108,7 +108,7 @@ def draw(table: pd.DataFrame) -> Figure:
         ax.set_title(surface)
         ax.set_xticks([0.5, 0.8, 1.1, *BEYOND.values()], ["0.5", "0.8", "1.1", "scaled", "full"])
     for ax in panels[-(-len(surfaces) // 2) :]:
-        ax.set_xlabel("$D_{link}$ / Å")
+        ax.set_xlabel("$d_{link}$ / Å")
     panels[0].set_ylabel("d")
     figure.legend(handles=panels[0].get_legend_handles_labels()[0], loc="outside upper left", ncols=N_SHOWN)
     return layout.fix_layout(figure)

@@ -93,7 +93,7 @@ def measure(
     outer = outside[at]
 
     def steady_z(dots: tuple[np.ndarray, np.ndarray]) -> float:
-        index = build_index(*dots, steady.patches.D_link)
+        index = build_index(*dots, steady.patches.d_link)
         return steady.distances_to_index(index, tests[:STEADY_TESTS], z_steady)[0].mean()
 
     stream = prepared.stream("recovery", "fresh dots")
@@ -101,7 +101,7 @@ def measure(
 
     def add(percent: float, way: Way) -> None:
         opponent, n, size, lay, n_kept = way
-        z = prepared.distances_to_index(build_index(*lay(DENSITY), prepared.patches.D_link), tests, z_tot)[
+        z = prepared.distances_to_index(build_index(*lay(DENSITY), prepared.patches.d_link), tests, z_tot)[
             0
         ].mean()
         dense = lay(DENSITY_FOR_ERRORS)

@@ -19,9 +19,9 @@ Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
 
 dot            one point of the molecular surface, with its outward unit normal
 N              number of dots of the full surface
-patch          dots within R_patch (roughness, sampling) or R_zernike (descriptors) of a
+patch          dots within r_patch (roughness, sampling) or r_zernike (descriptors) of a
                dot, cut down to the largest island
-island         connected component of a patch, two dots being linked when closer than D_link
+island         connected component of a patch, two dots being linked when closer than d_link
 centre         dot around which the sampling cuts a patch; always kept
 cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough

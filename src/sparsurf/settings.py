@@ -27,9 +27,9 @@ SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combination
 REQUEST_KEYS = (
     "error",
     "floor",
-    "n_S_percent",
-    "n_S",
-    "Z",
+    "percent",
+    "n_dots",
+    "max_z",
     "combination",
 )  # `minimal` takes exactly one of them
 
@@ -122,7 +122,7 @@ class Surface(Section):
 
     probe_radius: Probe = key(1.4, "Radius of the solvent probe, Å.")
     density: Literal["auto"] | Density = key(
-        "auto", "Dots per Å^2; auto: 5.35, or more where D_link needs it."
+        "auto", "Dots per Å^2; auto: 5.35, or more where d_link needs it."
     )
     radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii; bondi for programs that use these.")
     cavities: Literal["keep", "remove"] = key(
@@ -136,9 +136,9 @@ class Surface(Section):
 class Patches(Section):
     """Radii of the patches and the linking distance of islands."""
 
-    R_patch: Length = key(4.0, "Patch radius of roughness and sampling, Å.")  # authors' scripts
-    R_zernike: Length = key(6.0, "Patch radius of the descriptors, Å.")  # paper, Materials and Methods
-    D_link: Length = key(0.5, "Dots closer than this are linked, Å.")  # authors' scripts
+    r_patch: Length = key(4.0, "Patch radius of roughness and sampling, Å.")  # authors' scripts
+    r_zernike: Length = key(6.0, "Patch radius of the descriptors, Å.")  # paper, Materials and Methods
+    d_link: Length = key(0.5, "Dots closer than this are linked, Å.")  # authors' scripts
     roughness: Roughness = key("published", "Definition of the roughness of a patch.")
     descriptor: Descriptor = key("published", "Descriptor of a patch.")
 
@@ -169,16 +169,16 @@ class Evaluation(Section):
 
 
 class Minimal(Section):
-    """The minimal subset, by one of error, floor, n_S_percent, n_S, Z and combination."""
+    """The minimal subset, by one of error, floor, percent, n_dots, max_z and combination."""
 
     sampler: Sampler = key("farthest", "Sampler of the subset.")
     error: Distance = optional(
         f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default."
     )
     floor: Floor = optional("Noise floor that Z of the recovered surface reaches within 20 %.")
-    n_S_percent: Percent = optional("Requested n_S, % of the dots.")
-    n_S: Positive = optional("Requested number of dots.")
-    Z: Number = optional("Requested Z under `full`; the smallest n_S that reaches it is taken.", ge=0)
+    percent: Percent = optional("Share of the dots to keep, %.")
+    n_dots: Positive = optional("Number of dots to keep.")
+    max_z: Number = optional("Largest Z under `full`: the fewest dots that reach it are kept.", ge=0)
     combination: Combination = optional(
         "alpha, beta, gamma, delta of one draw of the sampler: paper, unless paper_corrected is named."
     )

@@ -45,21 +45,21 @@ def ready(blob):
 
 
 def test_what_is_prepared_is_what_was_requested(blob, ready):
-    own = attrgetter("patches.R_patch", "patches.R_zernike", "patches.D_link")
+    own = attrgetter("patches.r_patch", "patches.r_zernike", "patches.d_link")
     assert (*own(ready), ready.stream.seed) == (4.0, 6.0, D_LINK, 4)
     assert sparsurf.prepare(ready) is ready
     other = sparsurf.prepare(blob, r_patch=3.0, r_zernike=5.0, d_link=0.9)
     assert (*own(other), other.stream.seed) == (3.0, 5.0, 0.9, DEFAULT_SEED)
-    with pytest.raises(InputError, match=r"surface: D_link = 0.1 Å is below"):
+    with pytest.raises(InputError, match=r"surface: d_link = 0.1 Å is below"):
         sparsurf.prepare(blob, d_link=0.1)
 
 
 @pytest.mark.parametrize(
     ("limits", "key"),
     [
-        (inputs.LENGTH, "Patches.R_patch"),
-        (inputs.LENGTH, "Patches.R_zernike"),
-        (inputs.LENGTH, "Patches.D_link"),
+        (inputs.LENGTH, "Patches.r_patch"),
+        (inputs.LENGTH, "Patches.r_zernike"),
+        (inputs.LENGTH, "Patches.d_link"),
         (inputs.PROBE, "Surface.probe_radius"),
         (inputs.DENSITY, "Surface.density.anyOf.1"),
         (inputs.SEED, "Config.seed"),
@@ -81,8 +81,8 @@ def test_numbers_have_the_limits_of_the_config(limits, key):
 MISTAKES = [  # what is called with the dots of the blob, or with them prepared, and what its sentence holds
     *(
         (
-            lambda dots, r=r: sparsurf.roughness(dots, radius=r),
-            f"radius is {r!r}; it must be a number, more than 0",
+            lambda dots, r=r: sparsurf.roughness(dots, r_patch=r),
+            f"r_patch is {r!r}; it must be a number, more than 0",
         )
         for r in (0, -1, float("nan"), float("inf"), 101, "4", True)
     ),
@@ -101,7 +101,7 @@ MISTAKES = [  # what is called with the dots of the blob, or with them prepared,
     (lambda dots: sparsurf.roughness((np.ma.masked_less(dots[0], 0), dots[1])), "points has masked values"),
     (lambda dots: sparsurf.roughness((["a"], ["b"])), "points holds something else than real numbers"),
     (lambda dots: sparsurf.roughness((None, None)), "points has the shape (0,)"),
-    (lambda dots: sparsurf.descriptors(dots, [0], radius=-1), "radius is -1"),
+    (lambda dots: sparsurf.descriptors(dots, [0], r_zernike=-1), "r_zernike is -1"),
     (lambda dots: sparsurf.descriptors(dots, [[0, 0, np.nan]], d_link=D_LINK), "at: some points have NaN"),
     (
         lambda dots: sparsurf.descriptors(dots, [0], up="x", d_link=D_LINK),
@@ -219,7 +219,7 @@ def test_a_number_of_dots_that_was_not_requested_is_reported(ready, dots, tmp_pa
     warn_if_number_differs("paper", 0.9 * n, n)
     warn_if_number_differs("paper", 1.2 * n, n)
     assert len(caplog.messages) == 3
-    ran("minimal", dots, "--dots", 1, "--sampler", "paper", "-o", tmp_path / "m.csv")
+    ran("minimal", dots, "--n-dots", 1, "--sampler", "paper", "-o", tmp_path / "m.csv")
     n = len(pd.read_csv(tmp_path / "m.csv"))
     assert capsys.readouterr().err.startswith(f"sparsurf: warning: paper keeps {n} dots instead of 1: ")
 
@@ -267,23 +267,23 @@ def test_what_is_no_subset_is_refused(ready, subset):
 
 def test_patches_are_cut_as_requested(blob):
     index = build_index(*blob, D_LINK)
-    assert np.array_equal(sparsurf.roughness(blob, radius=3, d_link=D_LINK), roughness(index, 3.0, 1))
-    z = sparsurf.descriptors(blob, [5, 2999], radius=4, d_link=D_LINK)
+    assert np.array_equal(sparsurf.roughness(blob, r_patch=3, d_link=D_LINK), roughness(index, 3.0, 1))
+    z = sparsurf.descriptors(blob, [5, 2999], r_zernike=4, d_link=D_LINK)
     assert np.array_equal(z, engine.describe(index, blob[0][[5, 2999]], 4.0, True)[0])
-    assert np.array_equal(sparsurf.descriptors(blob, blob[0][[5, 2999]], radius=4, d_link=D_LINK), z)
+    assert np.array_equal(sparsurf.descriptors(blob, blob[0][[5, 2999]], r_zernike=4, d_link=D_LINK), z)
     these = np.isin(np.arange(len(blob[0])), [5, 2999])
-    assert np.array_equal(sparsurf.descriptors(blob, these, radius=4, d_link=D_LINK), z)
-    other = sparsurf.descriptors(blob, [5], radius=4, d_link=D_LINK, descriptor="rotation_robust")
+    assert np.array_equal(sparsurf.descriptors(blob, these, r_zernike=4, d_link=D_LINK), z)
+    other = sparsurf.descriptors(blob, [5], r_zernike=4, d_link=D_LINK, descriptor="rotation_robust")
     assert np.array_equal(
         other, engine.describe(index, blob[0][[5]], 4.0, True, descriptor="rotation_robust")[0]
     )
-    down = sparsurf.descriptors(blob, [5], radius=4, up=False, d_link=D_LINK)
+    down = sparsurf.descriptors(blob, [5], r_zernike=4, up=False, d_link=D_LINK)
     assert np.array_equal(down, engine.describe(index, blob[0][[5]], 4.0, False)[0])
     assert np.abs(down - z[:1]).max() > 1e-3
     few = tuple(x[:200] for x in blob)
-    every = sparsurf.descriptors(few, radius=1, d_link=5.0)
+    every = sparsurf.descriptors(few, r_zernike=1, d_link=5.0)
     assert every.shape == (200, 121)
-    two = sparsurf.descriptors(few, [7, 9], radius=1, d_link=5.0)
+    two = sparsurf.descriptors(few, [7, 9], r_zernike=1, d_link=5.0)
     assert np.allclose(
         every[[7, 9]], two, rtol=0, atol=1e-12
     )  # BLAS adds in the order of the number of patches
@@ -653,8 +653,8 @@ def test_minimal_keeps_the_share_that_is_requested(dots, ready, tmp_path):
     assert np.allclose(table[["x", "y", "z"]], ready.points[table["dot"]], atol=6e-5)
     # 800 Å^2 for 150 dots
     assert table["spacing"].median() == pytest.approx(np.sqrt(800 / 150), rel=0.35)
-    ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 3, "-o", tmp_path / "u.csv")
-    ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 4, "-o", tmp_path / "v.csv")
+    ran("minimal", dots, "--n-dots", 40, "--sampler", "uniform", "--seed", 3, "-o", tmp_path / "u.csv")
+    ran("minimal", dots, "--n-dots", 40, "--sampler", "uniform", "--seed", 4, "-o", tmp_path / "v.csv")
     some, others = (pd.read_csv(tmp_path / name)["dot"].tolist() for name in ("u.csv", "v.csv"))
     assert len(some) == len(others) == 40 and len(set(some) & set(others)) < 10
     near, spread = (pdist(ready.points[kept]).min() for kept in (some, table["dot"][:40]))
@@ -682,7 +682,7 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
     expected = sparsurf.descriptors(whole, np.array([[0.0, 0.5, 8.0]]))
     assert z.filter(like="z_").to_numpy() == pytest.approx(expected, rel=1e-5)
     for name in ("m.csv", "m.npz", "m.ply"):  # places of every kind of file that dots come in
-        ran("minimal", few, "--dots", 9, "-o", tmp_path / name, d_link=3)
+        ran("minimal", few, "--n-dots", 9, "-o", tmp_path / name, d_link=3)
         words = [str(few), "--at", str(tmp_path / name), "-o", str(tmp_path / "z.csv")]
         assert command.main(["recover", *words]) == 0
         z, places = pd.read_csv(tmp_path / "z.csv"), sparsurf.read_surface(tmp_path / name).points
@@ -690,11 +690,11 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
 
 
 def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_path, capsys):
-    ran("descriptors", dots, "--every", 1000, "--radius", 4, "-o", tmp_path / "z.npz")
+    ran("descriptors", dots, "--every", 1000, "--r-zernike", 4, "-o", tmp_path / "z.npz")
     with np.load(tmp_path / "z.npz") as found:
         assert found["dot"].tolist() == [0, 1000, 2000]
         assert np.allclose(found["points"], blob[0][[0, 1000, 2000]])
-        wanted = sparsurf.descriptors(blob, [0, 1000, 2000], radius=4, d_link=D_LINK)
+        wanted = sparsurf.descriptors(blob, [0, 1000, 2000], r_zernike=4, d_link=D_LINK)
         assert np.allclose(found["z"], wanted, rtol=1e-6)
     ran("descriptors", dots, "--at", "2999,0", "--down", "-o", tmp_path / "z.csv")
     table = pd.read_csv(tmp_path / "z.csv")
@@ -709,7 +709,7 @@ def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_pa
             descriptors._numbers(text)
     ran("roughness", dots, "--r-patch", 3, "-o", tmp_path / "r.csv")
     rough = pd.read_csv(tmp_path / "r.csv")["roughness"]
-    assert np.allclose(rough, sparsurf.roughness(blob, radius=3, d_link=D_LINK), atol=6e-5)
+    assert np.allclose(rough, sparsurf.roughness(blob, r_patch=3, d_link=D_LINK), atol=6e-5)
 
 
 def test_a_closed_mesh_of_a_structure_is_as_fine_as_requested(tmp_path):

@@ -78,7 +78,7 @@ def test_every_function_takes_them(atoms, dots, tmp_path):
     assert np.allclose(table, sparsurf.fields(dots, ["hydropathy"]), atol=1e-4)
     assert len(sparsurf.residues(atoms)) == 61
     sparsurf.write(sparsurf.surface((dots.points[:1], [1.9])), tmp_path / "one.csv")
-    assert sparsurf.prepare(atoms).patches.D_link == 0.5
+    assert sparsurf.prepare(atoms).patches.d_link == 0.5
 
 
 def test_models_and_frames_of_another_library(dots, tmp_path):

@@ -261,9 +261,9 @@ def config_of(tmp_path, **changes):
 
 
 def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
-    assert check_config(config_of(tmp_path))["minimal"]["n_S_percent"] == 10
-    given = check_config(config_of(tmp_path, minimal={"n_S": 40, "sampler": "poisson"}))["minimal"]
-    assert given["n_S"] == 40 and "n_S_percent" not in given and given["sampler"] == "poisson"
+    assert check_config(config_of(tmp_path))["minimal"]["percent"] == 10
+    given = check_config(config_of(tmp_path, minimal={"n_dots": 40, "sampler": "poisson"}))["minimal"]
+    assert given["n_dots"] == 40 and "percent" not in given and given["sampler"] == "poisson"
     assert "error" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
 
 
@@ -284,7 +284,7 @@ def test_a_study_of_few_structures_or_of_more_than_structures_gives_each_its_pag
         config = {key: value for key, value in config_of(tmp_path).items() if key != "pages"} | changes
         checked = check_config(config)
         assert len(assignment.batched_structures(checked)) == n, changes
-        assert ("n_S_percent" in checked["minimal"]) == bool(n)
+        assert ("percent" in checked["minimal"]) == bool(n)
 
 
 @pytest.mark.parametrize(

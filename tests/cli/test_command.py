@@ -140,7 +140,7 @@ def test_version_and_the_list_of_commands(capsys):
 
 
 def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, tmp_path):
-    assert ended("minimal", folder / "protein.pdb", "--dots", 40, "-o", tmp_path / "few.pml") == 0
+    assert ended("minimal", folder / "protein.pdb", "--n-dots", 40, "-o", tmp_path / "few.pml") == 0
     few = (tmp_path / "few.pml").read_text()
     assert few.count("(0.840, 0.370, 0.000, ") == 40 and "ATOM      1" in few
     assert ended("roughness", folder / "protein.pdb", "-o", tmp_path / "rough.bild") == 0
@@ -200,19 +200,19 @@ def test_cavities_are_reported_and_removed(tmp_path, capsys):
         assert words in capsys.readouterr().err
         table = pd.read_csv(tmp_path / "d.csv")
         assert len(table) - (table["component"] == 0).sum() == (224 if asked == "keep" else 0)
-    assert ended("minimal", tmp_path / "d.csv", "--dots", 50, "-o", tmp_path / "m.csv") == 0
+    assert ended("minimal", tmp_path / "d.csv", "--n-dots", 50, "-o", tmp_path / "m.csv") == 0
     assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 224
 
 
 CALLS = {  # other values than the defaults
     "surface": lambda path: sparsurf.surface(path),
-    "surface --density 7 --probe 1.5 --radii bondi": lambda path: sparsurf.surface(
+    "surface --density 7 --probe-radius 1.5 --radii bondi": lambda path: sparsurf.surface(
         path, density=7, probe_radius=1.5, radii="bondi"
     ),
     "minimal --percent 8 --seed 5 --d-link 0.7": lambda path: (
         sparsurf.minimal(path, percent=8, seed=5, d_link=0.7).surface
     ),
-    "minimal --dots 90 --sampler poisson": lambda path: (
+    "minimal --n-dots 90 --sampler poisson": lambda path: (
         sparsurf.minimal(path, n_dots=90, sampler="poisson").surface
     ),
     "minimal --max-z 0.9": lambda path: sparsurf.minimal(path, max_z=0.9).surface,
@@ -237,7 +237,7 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
     [
         ("", {}),
         (
-            "--density 1 --probe 1.5 --radii bondi --cavities remove",
+            "--density 1 --probe-radius 1.5 --radii bondi --cavities remove",
             {"density": 1, "probe_radius": 1.5, "radii": "bondi", "cavities": "remove"},
         ),
     ],
@@ -268,11 +268,11 @@ def test_roughness_and_descriptors_are_those_of_the_functions(folder, tmp_path, 
     bare, dots = read(path), sparsurf.surface(path, **link) if source == "protein.pdb" else read(path)
     assert ended("roughness", path, "--r-patch", 5, "--d-link", 0.6, "-o", tmp_path / "r.npz") == 0
     with np.load(tmp_path / "r.npz") as found:
-        assert np.allclose(found["roughness"], sparsurf.roughness(dots, radius=5, **link), rtol=1e-12)
-    robust = "--every 500 --descriptor rotation_robust --radius 5 --d-link 0.6"
+        assert np.allclose(found["roughness"], sparsurf.roughness(dots, r_patch=5, **link), rtol=1e-12)
+    robust = "--every 500 --descriptor rotation_robust --r-zernike 5 --d-link 0.6"
     for words, at, own, settings in (
         ("--at 3,40 --down", [3, 40], bare, {"up": False}),
-        (robust, [*range(0, len(dots), 500)], dots, link | {"descriptor": "rotation_robust", "radius": 5}),
+        (robust, [*range(0, len(dots), 500)], dots, link | {"descriptor": "rotation_robust", "r_zernike": 5}),
     ):
         for out in ("z.npz", "z.csv"):
             assert ended("descriptors", path, *words.split(), "-o", tmp_path / out) == 0
@@ -336,7 +336,7 @@ def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
         assert f"has 3 {what}: the first is taken. --frame takes another." in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("how", ["--dots 77", "--percent 5"])
+@pytest.mark.parametrize("how", ["--n-dots 77", "--percent 5"])
 def test_the_kept_dots_stand_for_all(folder, tmp_path, how):
     dots = sparsurf.surface(folder / "protein.pdb")
     assert ended("minimal", folder / "protein.pdb", *how.split(), "-o", tmp_path / "m.csv") == 0
@@ -483,16 +483,16 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields names none"),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
     ("surface protein.pdb --mesh --fields hydropathy -o x.ply", 1, "--fields: it is about dots"),
-    ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "D_link = 0.1"),
+    ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "d_link = 0.1"),
     ("roughness dots.csv more.csv -o -", 2, "one file at a time"),
     ("roughness . -o -", 1, "folder"),
     ("descriptors protein.pdb --at 9999999 -o x.csv", 1, "no dot 9999999"),
     ("descriptors protein.pdb --at 1,-2 -o x.csv", 2, "--at: '1,-2'"),
-    ("minimal protein.pdb --dots 1000000 -o x.csv", 1, "n_dots is 1000000"),
-    ("minimal protein.pdb --dots 2.5 -o x.csv", 2, "--dots: '2.5' must be a whole number"),
-    ("minimal protein.pdb --dots 5 --percent 1 -o x.csv", 2, "not allowed with"),
+    ("minimal protein.pdb --n-dots 1000000 -o x.csv", 1, "n_dots is 1000000"),
+    ("minimal protein.pdb --n-dots 2.5 -o x.csv", 2, "--n-dots: '2.5' must be a whole number"),
+    ("minimal protein.pdb --n-dots 5 --percent 1 -o x.csv", 2, "not allowed with"),
     ("minimal one.csv -o x.csv", 1, "one dot alone"),
-    ("minimal one.csv --dots 1 -o x.csv", 1, "one dot alone"),
+    ("minimal one.csv --n-dots 1 -o x.csv", 1, "one dot alone"),
     ("recover frames.csv -o x.csv", 1, "frames.csv holds the dots of 2 frames"),
     ("recover minimal.csv --at '' -o x.csv", 1, "a path is empty"),
     ("recover minimal.csv --at protein.pdb -o x.csv", 1, "protein.pdb holds no dots"),
@@ -506,9 +506,9 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     *(
         (f"{words} {beyond} -o x.csv", 2, f"{words.split()[-1]}: '{beyond}' must be")
         for words, beyond in (
-            ("surface protein.pdb --probe", 11), ("surface protein.pdb --probe", 0),
+            ("surface protein.pdb --probe-radius", 11), ("surface protein.pdb --probe-radius", 0),
             ("surface protein.pdb --density", 1e9), ("roughness dots.csv --d-link", "inf"),
-            ("roughness dots.csv --r-patch", 101), ("descriptors dots.csv --radius", 101),
+            ("roughness dots.csv --r-patch", 101), ("descriptors dots.csv --r-zernike", 101),
             ("descriptors dots.csv --every", 0), ("minimal dots.csv --percent", 101), ("minimal dots.csv --seed", -1),
             ("recover minimal.csv --density", 1e9), ("recover minimal.csv --reach", 10.1),
         )

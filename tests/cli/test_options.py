@@ -19,7 +19,7 @@ OPTIONS = {
     "surface": [
         *OF_ATOMS,
         "--altloc B",
-        "--probe 1.6",
+        "--probe-radius 1.6",
         "--density 9",
         "--radii bondi",
         "--fields hydropathy",
@@ -32,7 +32,7 @@ OPTIONS = {
         *OF_DOTS,
         "--at 0,5",
         "--every 30",
-        "--radius 5",
+        "--r-zernike 5",
         "--down",
         "--descriptor rotation_robust",
     ],
@@ -40,7 +40,7 @@ OPTIONS = {
         *OF_DOTS,
         "--fields hydropathy",
         "--percent 12",
-        "--dots 50",
+        "--n-dots 50",
         "--error 0.1",
         "--max-z 1.5",
         "--sampler uniform",
@@ -51,7 +51,7 @@ OPTIONS = {
 # test_command.py, and of models that are copies tests/test_corpus.py
 ELSEWHERE = {"--help", "--quiet", "--output", "--trajectory", "--cavities", "--assembly"}
 INSTEAD = {
-    "--percent": ("--dots", "--error", "--max-z"),
+    "--percent": ("--n-dots", "--error", "--max-z"),
     "--every": ("--at",),
 }  # options that exclude one another
 

@@ -159,7 +159,7 @@ def test_lattice_keeps_the_copies_apart():
 
 def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
     surface = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), Settings(patches={"D_link": 0.8})
+        SimpleNamespace(points=blob[0], normals=blob[1]), Settings(patches={"d_link": 0.8})
     )
     combination = (0.7, 0.2, 2.0, 2.0)
     whole = published.sample(surface.cover, combination, np.random.default_rng(5))
@@ -172,7 +172,7 @@ def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
     # 70 draws are two passes; every distance is that of its own pair
     surface = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(3, "blob"),
     )
     combinations = np.array([[0.3, 0.0, 2.0, 0.0], [0.9, 0.2, 0.0, 2.0]])
@@ -189,7 +189,7 @@ def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
 
 def test_expected_numbers_do_not_depend_on_company_or_order(blob):
     surface = PreparedSurface(
-        SimpleNamespace(points=blob[0], normals=blob[1]), Settings(patches={"D_link": 0.8})
+        SimpleNamespace(points=blob[0], normals=blob[1]), Settings(patches={"d_link": 0.8})
     )
     grid = published.parameter_grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
     together = published.expected_n_s(surface.cover, grid)

@@ -19,7 +19,7 @@ from sparsurf.study.prepared_surface import PreparedSurface
 @pytest.fixture(scope="module")
 def prepared(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    return PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
+    return PreparedSurface(surface, Settings(patches={"d_link": 0.8}), streams=Streams(1, "blob"))
 
 
 @pytest.fixture(scope="module")

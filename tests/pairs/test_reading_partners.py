@@ -14,7 +14,7 @@ from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.conformations import require_conformation
 
-SETTINGS = Settings(patches={"R_patch": 3.0, "R_zernike": 6.0, "D_link": 1.6})
+SETTINGS = Settings(patches={"r_patch": 3.0, "r_zernike": 6.0, "d_link": 1.6})
 
 
 def test_both_partners_come_from_their_own_files(tmp_path):
@@ -27,7 +27,7 @@ def test_both_partners_come_from_their_own_files(tmp_path):
     assert (first.name, second.name) == ("pair 1", "pair 2")
     assert (len(first.surface), len(second.surface)) == (700, 600)
     assert first.residues is None and second.residues["residue_name"].tolist() == ["GLY", "ALA"]
-    with pytest.raises(InputError, match=r"pair, partner 1: D_link = 0.3 Å"):
+    with pytest.raises(InputError, match=r"pair, partner 1: d_link = 0.3 Å"):
         partner_files.read_partners(*surfaces, None, structure, 0.3, "pair")
 
 
@@ -38,14 +38,16 @@ def test_centres_follow_the_config():
         return partner_files.select_centres(partner, centres, SETTINGS, 5)
 
     assert partner_files.select_centres(partner, "all", SETTINGS, 5).tolist() == list(range(900))
-    assert len(selected(n_S_percent=20, sampler="uniform")) == 180
-    assert len(selected(n_S=5000, sampler="farthest")) == 900
-    assert len(selected(n_S_percent=0.01, sampler="farthest")) == 1
+    assert len(selected(percent=20, sampler="uniform")) == 180
+    assert len(selected(n_dots=5000, sampler="farthest")) == 900
+    assert len(selected(percent=0.01, sampler="farthest")) == 1
     points = partner.surface.points
-    spacing = [pdist(points[selected(n_S=50, sampler=sampler)]).min() for sampler in ("farthest", "uniform")]
+    spacing = [
+        pdist(points[selected(n_dots=50, sampler=sampler)]).min() for sampler in ("farthest", "uniform")
+    ]
     assert spacing[0] > 2 * spacing[1]
     with pytest.raises(InputError, match=r"complementarity\.centres\.sampler: there is no sampler 'fathest'"):
-        selected(n_S=50, sampler="fathest")
+        selected(n_dots=50, sampler="fathest")
 
 
 @pytest.mark.parametrize("path", [None, ""])

@@ -119,11 +119,11 @@ def test_the_number_of_centres_is_a_test_of_its_own():
 
 def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
+    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.8}), streams=Streams(1, "blob"))
     found = published_runs.centres_in_random_orders(prepared, 5)
     assert len(set(found)) > 1 and abs(found.mean() - len(prepared.cover.centre)) < 0.15 * found.mean()
     smaller = PreparedSurface(
-        surface, Settings(patches={"R_patch": 3.0, "D_link": 0.8}), streams=Streams(1, "blob")
+        surface, Settings(patches={"r_patch": 3.0, "d_link": 0.8}), streams=Streams(1, "blob")
     )
     assert published_runs.centres_in_random_orders(smaller, 2).min() > found.max()
 
@@ -136,7 +136,7 @@ def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkey
         lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2],
     )
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
+    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.8}), streams=Streams(1, "blob"))
     found = published_runs.runs_as_published(prepared, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
     for args, keys, _ in asked:
         assert (args[2:], keys) == ((15, 1, ("kept",)), {"shared": False})  # 3000 dots / 200
@@ -172,12 +172,12 @@ def test_signs_that_are_certain():
     }
     links = pd.DataFrame(
         [
-            {"D_link": k, "row": 1, "n_S_percent": 12.0, "d": a, "d_low": b, "d_high": c}
+            {"d_link": k, "row": 1, "n_S_percent": 12.0, "d": a, "d_low": b, "d_high": c}
             for k, (a, b, c) in d.items()
         ]
     )
     row = replication.sign_changes(links).iloc[0]
-    assert (row["D_link_best"], row["positive_to"], row["negative_from"]) == (0.6, 0.6, 0.9)
+    assert (row["d_link_best"], row["positive_to"], row["negative_from"]) == (0.6, 0.6, 0.9)
     never = replication.sign_changes(links.assign(d_low=-1.0, d_high=1.0)).iloc[0]
     assert np.isnan(never["positive_to"]) and np.isnan(never["negative_from"])
 
@@ -233,7 +233,7 @@ def test_d_of_a_bin_is_what_its_means_differ_by(kept):
 def test_patches_lie_around_kept_dots_or_any(blob):
     prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(1, "blob"),
     )
     combination = Combination(0.8, 0.0, 4.0, 0.0)
@@ -253,7 +253,7 @@ def test_patches_lie_around_kept_dots_or_any(blob):
 def test_the_family_is_tuned_to_the_requested_number(blob):
     prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(1, "blob"),
     )
     exponents = [(0, 0, 0), (0, 6, 0), (1, 0, 10), (1, 0, 10)]
@@ -310,7 +310,7 @@ def test_shattered_patches_by_hand():
 def page(blob):
     """Data of a verdict on a small surface, everything but the published values computed."""
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
+    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.8}), streams=Streams(1, "blob"))
     result = grid.evaluate_grid(prepared, PUBLISHED_ROWS, 40, 2)
     table = tables.grid_table(result)
     runs = published_runs.runs_as_published(prepared, PUBLISHED_ROWS, 3)
@@ -359,8 +359,8 @@ def test_every_claim_has_a_chapter_and_a_table(page):
 
 
 def test_at_most_six_linking_distances_stand_on_the_page(page):
-    many = pd.concat([page["links"].query("D_link == 0.8").assign(D_link=0.5 + k / 10) for k in range(11)])
-    found = paper_page(page | {"links": many.assign(d=many["D_link"] + many["row"])})["links"]
+    many = pd.concat([page["links"].query("d_link == 0.8").assign(d_link=0.5 + k / 10) for k in range(11)])
+    found = paper_page(page | {"links": many.assign(d=many["d_link"] + many["row"])})["links"]
     distances = [0.5, 0.7, 0.9, 1.1, 1.3, 1.5]
     assert np.allclose(found["distances"], distances)
     assert np.allclose([*found["d"][2].values()], np.add(distances, 2))
@@ -517,10 +517,10 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
 
 
 def test_links_keep_the_samplings_and_change_the_islands(page):
-    links = page["links"].set_index(["D_link", "row"])
+    links = page["links"].set_index(["d_link", "row"])
     assert np.allclose(links.loc[0.8]["n_S_percent"], links.loc[1.2]["n_S_percent"])
     assert (links.loc[1.2]["median_patch_size"] >= links.loc[0.8]["median_patch_size"]).all()
-    # at the surface's own D_link the sweep is the table of the published rows
+    # at the surface's own d_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
     # of one draw, and the mean of all
@@ -543,7 +543,7 @@ def test_one_draw_per_dot_keeps_fewer(page):
 
 def test_each_defect_has_its_own_cover(page, blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    view = PreparedSurface(surface, Settings(patches={"D_link": 0.8}), streams=Streams(1, "blob"))
+    view = PreparedSurface(surface, Settings(patches={"d_link": 0.8}), streams=Streams(1, "blob"))
     percent = page["defects"].pivot(index="row", columns="sampling", values="n_S_percent")
     for name, moved, every in (
         ("distances from the dot itself", False, True),
@@ -553,7 +553,7 @@ def test_each_defect_has_its_own_cover(page, blob):
         cover = published.build_cover(
             view.index,
             view.roughness,
-            view.patches.R_patch,
+            view.patches.r_patch,
             distance_from_moved_centre=moved,
             chance_in_every_patch=every,
         )
@@ -612,7 +612,7 @@ def test_every_cell_of_the_page_is_that_of_its_table(page):
         own = page["bins"].query("around == @around and n >= 10")
         names.append((around, own[~own["bin"].str.endswith("half")]["bin"].iloc[-1]))  # the flattest
         assert shown == [measured(halves.loc[name], "d", by_words[reading]) for name in names]
-    links = page["links"].pivot(index="row", columns="D_link", values="d")
+    links = page["links"].pivot(index="row", columns="d_link", values="d")
     assert below(f"row ... {links.columns[-1]:g} Å") == [
         [str(k), *map(number, values)] for k, values in zip(links.index, links.to_numpy(), strict=True)
     ]

@@ -54,7 +54,7 @@ def test_links_are_the_pairs_closer_than_d_link(blob):
 
 
 def test_linking_is_strict():
-    # two dots exactly D_link apart are not linked (0.5 is exact in binary)
+    # two dots exactly d_link apart are not linked (0.5 is exact in binary)
     points, normals = np.array([[0.0, 0, 0], [0.5, 0, 0]]), np.tile([0.0, 0, 1], (2, 1))
     assert len(patch(build_index(points, normals, 0.5), 1, 4.0)) == 1
     assert len(patch(build_index(points, normals, 0.5 + 1e-12), 1, 4.0)) == 2
@@ -122,7 +122,7 @@ def test_two_far_dots_do_not_fill_the_memory_with_cells(far):
 def test_a_surface_too_sparse_for_its_linking_distance_is_refused():
     points, normals = make_blob(400)
     index = build_index(points, normals, 0.5)
-    with pytest.raises(InputError, match=r"my protein: D_link = 0\.5 Å is below 1\.3 times"):
+    with pytest.raises(InputError, match=r"my protein: d_link = 0\.5 Å is below 1\.3 times"):
         refuse_sparse(index.xyz, 0.5, "my protein")
     refuse_sparse(index.xyz, 2 * spacing(index.xyz), "my protein")
 

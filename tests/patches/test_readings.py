@@ -24,7 +24,7 @@ def test_a_reading_is_one_entry(blob, monkeypatch):
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
     prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(1, "blob"),
     )
     tests = prepared.draw_tests(12)
@@ -41,7 +41,7 @@ def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
     link = 1.6 * np.sqrt(900.0 / 300)
     gaps = np.linalg.norm(points[::10][:, None] - points[::10], axis=2)
     assert index.link_start[-1] >= ((gaps < link).sum() - 300)
-    # a longer D_link links dots that this would not
+    # a longer d_link links dots that this would not
     long = readings.linked_by_spacing(points[::10], normals[::10], 4.0, 900.0)
     assert np.array_equal(long.link_start, build_index(points[::10], normals[::10], 4.0).link_start)
     assert long.link_start[-1] > index.link_start[-1]

@@ -39,7 +39,7 @@ def prepared(blob):
     points, normals = blob[0].round(3), blob[1]
     n = len(points)
     surface = Surface(points, normals, kind=np.arange(n) % 3, atom=np.arange(n) % 2)
-    return PreparedSurface(surface, Settings(patches={"D_link": 1.5}), streams=Streams(0, "blob"))
+    return PreparedSurface(surface, Settings(patches={"d_link": 1.5}), streams=Streams(0, "blob"))
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ def surface(blob):
     points, normals = blob
     return PreparedSurface(
         SimpleNamespace(points=points, normals=normals),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(3, "blob"),
     )
 
@@ -99,7 +99,7 @@ def test_distances_are_measured_from_the_starter_or_from_the_moved_centre():
     assert own.origin.tolist() == [starter for starter, _, _ in plain]
     assert own.roughness.tolist() == [rough[starter] for starter, _, _ in plain]
     corrected = PreparedSurface(
-        SimpleNamespace(points=points, normals=normals), Settings(patches={"D_link": 0.75})
+        SimpleNamespace(points=points, normals=normals), Settings(patches={"d_link": 0.75})
     ).corrected_cover
     assert np.array_equal(corrected.origin, own.origin) and len(set(corrected.dot)) == len(corrected.dot)
 

@@ -40,7 +40,7 @@ def test_cover_equals_the_plain_sweep(blob, prepared):
 
 
 def test_closed_form_equals_the_plain_product():
-    """Of several combinations at once; some pairs are farther apart than R_patch, where p would exceed 1."""
+    """Of several combinations at once; some pairs are farther apart than r_patch, where p would exceed 1."""
     turn = np.linspace(0, 2 * np.pi, 40)
     # beside a blob, a dot in the middle of a ring: the ring is its patch, with a centre of its own
     ring = [[40.0, 0, 0], *np.column_stack([40 + 3 * np.cos(turn), 3 * np.sin(turn), 0 * turn])]
@@ -127,7 +127,7 @@ def test_distances_from_the_dot_itself_never_exceed_r_patch(a1):
     as_published = published.build_cover(index, rough)
     assert np.exp(-as_published.log_ratio.min()) == pytest.approx(
         1.16, abs=0.005
-    )  # r / R_patch, measured by the authors' code
+    )  # r / r_patch, measured by the authors' code
 
 
 def test_grid_runs_over_all_combinations():

@@ -35,7 +35,7 @@ def surface(blob):
     points, normals = blob
     return PreparedSurface(
         SimpleNamespace(points=points, normals=normals),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(3, "blob"),
     )
 

@@ -50,7 +50,7 @@ def surface(blob):
 
 @pytest.fixture(scope="module")
 def prepared(surface):
-    return PreparedSurface(surface, Settings(patches={"D_link": D_LINK}), streams=Streams(3, "blob/c1"))
+    return PreparedSurface(surface, Settings(patches={"d_link": D_LINK}), streams=Streams(3, "blob/c1"))
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +127,7 @@ def test_all_dots_have_no_error(prepared):
     whole = comparison.compare_samplers(
         prepared, comparison.select_methods(prepared, ["uniform"]), (100,), n_tests=20, draws=1
     ).set_index("measure")["value"]
-    # 'kept' and 'kept_scaled' link the same dots, within D_link and within at least D_link
+    # 'kept' and 'kept_scaled' link the same dots, within d_link and within at least d_link
     assert whole[["Z full", "Z kept", "Z centres", "position"]].abs().max() < 1e-9
     assert whole[["median patch size kept"]].eq(100).all() and whole["Z kept_scaled"] < 0.2
 
@@ -305,12 +305,15 @@ def test_minimal_without_any_error(prepared):
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        ({"n_s": 3001}, "minimal.n_S is 3001, but blob/c1 has 3000 dots"),
-        ({"n_s": 0}, "minimal.n_S is 0, but"),
-        ({"z": -0.1}, "minimal.Z is -0.1, but a distance cannot be negative"),
-        ({"z": float("nan")}, "minimal.Z is nan"),
+        ({"n_s": 3001}, "minimal.n_dots is 3001, but blob/c1 has 3000 dots"),
+        ({"n_s": 0}, "minimal.n_dots is 0, but"),
+        ({"z": -0.1}, "minimal.max_z is -0.1, but a distance cannot be negative"),
+        ({"z": float("nan")}, "minimal.max_z is nan"),
         ({"sampler": "best", "n_s": 3}, "minimal.sampler: there is no sampler 'best'"),
-        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected reaches only"),
+        (
+            {"sampler": "paper_corrected", "z": 1e-4},
+            "minimal.max_z is 0.0001, but paper_corrected reaches only",
+        ),
     ],
 )
 def test_minimal_refuses_in_one_sentence(prepared, asked, sentence):
@@ -339,7 +342,7 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
 
 
 def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path, monkeypatch):
-    settings = Settings(patches={"D_link": D_LINK}, evaluation={"test_dots": 30, "draws": 2})
+    settings = Settings(patches={"d_link": D_LINK}, evaluation={"test_dots": 30, "draws": 2})
     params = settings.model_dump(exclude_none=True) | {"seed": 1, "title": "blob", "percents": [10, 40]}
     params |= {"samplers": ["paper", "uniform", "farthest"], "whole_curve": True}
     folders = [tmp_path / "blob" / c for c in ("c1", "c2")]

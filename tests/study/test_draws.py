@@ -22,7 +22,7 @@ def prepared(blob):
     points, normals = blob
     return PreparedSurface(
         SimpleNamespace(points=points, normals=normals),
-        Settings(patches={"D_link": 0.8}),
+        Settings(patches={"d_link": 0.8}),
         streams=Streams(3, "blob"),
     )
 
@@ -125,8 +125,8 @@ def test_all_dots_may_be_handed_out_but_not_more(prepared):
 
 
 def test_a_share_of_the_dots_is_one_dot_at_least():
-    assert [minimal_subset._n_s(Minimal(n_S_percent=p), 300) for p in (0.01, 1)] == [1, 3]
-    assert minimal_subset._n_s(Minimal(n_S=7), 300) == 7 and minimal_subset._n_s(Minimal(), 300) is None
+    assert [minimal_subset._n_s(Minimal(percent=p), 300) for p in (0.01, 1)] == [1, 3]
+    assert minimal_subset._n_s(Minimal(n_dots=7), 300) == 7 and minimal_subset._n_s(Minimal(), 300) is None
 
 
 def test_a_requested_z_is_reported_with_its_interval(prepared, caplog):

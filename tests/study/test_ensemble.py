@@ -20,7 +20,7 @@ from sparsurf.study.residues import residue_table, roughness_over_frames
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 
-SETTINGS = Settings(surface={"density": 6.0}, patches={"D_link": 0.6}, ensemble={"test_dots": 20})
+SETTINGS = Settings(surface={"density": 6.0}, patches={"d_link": 0.6}, ensemble={"test_dots": 20})
 STREAMS = Streams(3, "p")
 FRAMES = 7
 
@@ -75,7 +75,7 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path
 
 def test_a_row_is_what_the_parts_give(molecule, table):
     surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
-    prepared = PreparedSurface(surface, Settings(patches={"D_link": 0.6}), streams=Streams(3, "p/f3"))
+    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.6}), streams=Streams(3, "p/f3"))
     row = table.iloc[3]
     assert row["N"] == len(surface) and row["area"] == surface.area.sum()
     assert row["mean_roughness"] == prepared.roughness.mean()
@@ -101,7 +101,7 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
 
 def test_a_surface_that_is_too_sparse_is_refused(molecule):
     sparse = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": 2.0})})
-    with pytest.raises(InputError, match="p, frame 0: D_link"):
+    with pytest.raises(InputError, match="p, frame 0: d_link"):
         ensemble.evaluate_frames(molecule, sparse, STREAMS, 1)
 
 
@@ -153,7 +153,7 @@ def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
     assert not [name for name in by_frame if name.startswith("residue")]
     assert over_time.columns.tolist() == ["frame", "time_ps", *(f"A:ALA{k}" for k in range(1, 5)), "B:ALA9"]
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
-    rough = PreparedSurface(surface, Settings(patches={"D_link": 0.6})).roughness
+    rough = PreparedSurface(surface, Settings(patches={"d_link": 0.6})).roughness
     expected = residue_table(surface, rough, molecule)["mean_roughness"]
     assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
 
@@ -169,7 +169,7 @@ def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, 
     row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, STREAMS)
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
     rough, residue = (
-        PreparedSurface(surface, Settings(patches={"D_link": 0.6})).roughness,
+        PreparedSurface(surface, Settings(patches={"d_link": 0.6})).roughness,
         molecule.residue_index[surface.atom],
     )
     for k in range(molecule.n_residues):

@@ -24,7 +24,7 @@ GRID = published.parameter_grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 def prepared(blob, threads=1, name="blob", seed=42):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     return PreparedSurface(
-        surface, Settings(patches={"D_link": 0.8}), streams=Streams(seed, name), threads=threads
+        surface, Settings(patches={"d_link": 0.8}), streams=Streams(seed, name), threads=threads
     )
 
 
@@ -152,7 +152,7 @@ def test_combinations_share_the_test_dots_of_the_config(blob, tmp_path):
     write_npz(inputs["surface"], Surface(*blob))
     pd.DataFrame({"roughness": np.full(3000, 0.5)}).to_csv(inputs["roughness"], index=False)
     settings = Settings(
-        patches={"D_link": 0.8},
+        patches={"d_link": 0.8},
         sampling={"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
         evaluation={"test_dots": 5, "draws": 1, "readings": ["kept"]},
     )

@@ -27,7 +27,7 @@ from sparsurf.surfaces.formats.npz import read_npz, write_npz
 from sparsurf.surfaces.surface import Surface
 
 COMBINATIONS = published.parameter_grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
-PATCHES = {"R_patch": 4.0, "D_link": 0.5}
+PATCHES = {"r_patch": 4.0, "d_link": 0.5}
 
 
 def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
@@ -280,9 +280,9 @@ def folder(tmp_path_factory):
 def test_a_run_is_summed_up_and_repeats(folder, related):
     names = ["summary.csv", "surfaces.csv", "relation.csv"]
     before = [(folder / name).read_bytes() for name in names]
-    sum_up(folder, R_patch=5.5, D_link=0.9)
+    sum_up(folder, r_patch=5.5, d_link=0.9)
     surfaces = pd.read_csv(folder / "surfaces.csv")
-    assert (surfaces["R_patch"] == 5.5).all() and (surfaces["D_link"] == 0.9).all()
+    assert (surfaces["r_patch"] == 5.5).all() and (surfaces["d_link"] == 0.9).all()
     sum_up(folder)
     assert [(folder / name).read_bytes() for name in names] == before
     assert pd.read_csv(folder / "surfaces.csv")["spacing"].between(0.2, 0.6).all()

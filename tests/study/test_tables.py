@@ -117,7 +117,7 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     outputs = {name: tmp_path / name for name in ("ranges", "best")}
     inputs["floors"] = tmp_path / "floors.csv"
     inputs |= {"surface": tmp_path / "surface.npz", "roughness": tmp_path / "roughness.csv"}
-    params = {"patches": {"D_link": 0.8}, "sampling": {}, "evaluation": {"test_dots": 20, "draws": 1}}
+    params = {"patches": {"d_link": 0.8}, "sampling": {}, "evaluation": {"test_dots": 20, "draws": 1}}
     params |= {"seed": 1, "ranges": 4, "title": "p"}
     run_script("tabulate_best", tmp_path, inputs, outputs, params, protein="p", conformation="c1")
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())

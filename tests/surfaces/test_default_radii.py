@@ -44,4 +44,4 @@ def test_every_default_radius_of_the_probe_is_that_of_water(capsys):
 
 def test_the_patches_of_a_study_have_the_radii_of_the_functions():
     patches = Patches()
-    assert (patches.R_patch, patches.R_zernike, patches.D_link) == (R_PATCH, R_ZERNIKE, D_LINK)
+    assert (patches.r_patch, patches.r_zernike, patches.d_link) == (R_PATCH, R_ZERNIKE, D_LINK)

@@ -81,7 +81,7 @@ def test_a_density_that_is_sought_rolls_the_probe_once(tmp_path, monkeypatch):
 def test_a_linking_distance_that_no_density_suits_is_reported(tmp_path):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
     with pytest.raises(
-        InputError, match=r"a: D_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.D_link"
+        InputError, match=r"a: d_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.d_link"
     ):
         surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
 
@@ -148,7 +148,7 @@ def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
     points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
     refuse_sparse(points, 1.301, "a")
     with pytest.raises(
-        InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger D_link\.$"
+        InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger d_link\.$"
     ):
         refuse_sparse(points, 1.299, "a")
     with pytest.raises(InputError, match=r"would fall apart; do this\.$"):

@@ -50,12 +50,12 @@ def test_the_default_config_is_valid_and_states_every_default():
 
 
 def test_a_config_without_proteins_changes_the_default_study(tmp_path, monkeypatch):
-    given = {"minimal": {"n_S": 100}, "evaluation": {"draws": 2}}
+    given = {"minimal": {"n_dots": 100}, "evaluation": {"draws": 2}}
     assert check_config({}) == check_config(DEFAULT)
     monkeypatch.chdir(tmp_path)  # whose folder has no config.yaml
     refuse(given, "the config lacks the key 'proteins'")
     whole = check_config(given, home=ROOT)
-    assert whole["minimal"]["n_S"] == 100 and whole["evaluation"]["test_dots"] == 200
+    assert whole["minimal"]["n_dots"] == 100 and whole["evaluation"]["test_dots"] == 200
     assert whole["proteins"]["tdp43"]["structure"] == str(ROOT / "data" / "tdp43" / "topology.pdb")
     (tmp_path / "config.yaml").write_text("run: own\nproteins: {a: {pdb: 1ubi}}\n")
     own = check_config({"seed": 5}, home=ROOT)
@@ -143,8 +143,8 @@ MISTAKES = [  # key, value, a word of the remedy
     ("run", LONG, "302 characters"),
     ("run", "README.md", "choose another name"),
     ("run", datetime.date(2026, 1, 2), "in quotes"),
-    ("patches.D_link", 5.0, "smaller than R_patch"),
-    ("patches.D_link", float("nan"), "a number"),
+    ("patches.d_link", 5.0, "smaller than r_patch"),
+    ("patches.d_link", float("nan"), "a number"),
     ("patches", 7, "a mapping"),
     ("evaluation.readings", ["recovered"], "kept or full"),
     ("evaluation.readings", ["kept", "both"], "readings.1 is 'both'"),
@@ -158,12 +158,12 @@ MISTAKES = [  # key, value, a word of the remedy
     ("frames", None, "a mapping"),
     (
         "complementarity.centres",
-        {"sampler": "farthest", "n_S": 5, "n_s_percent": 5},
-        "did you mean 'n_S_percent'?",
+        {"sampler": "farthest", "n_dots": 5, "percnt": 5},
+        "did you mean 'percent'?",
     ),
     ("complementarity.centres", "some", "all or a mapping"),
-    ("complementarity.centres", {"sampler": "farthest"}, "exactly one of 'n_S_percent'"),
-    ("complementarity.centres", {"sampler": "farthest", "n_S": 5, "n_S_percent": 5}, "exactly one of"),
+    ("complementarity.centres", {"sampler": "farthest"}, "exactly one of 'percent'"),
+    ("complementarity.centres", {"sampler": "farthest", "n_dots": 5, "percent": 5}, "exactly one of"),
     ("compare.percents", [120], "less than 100"),
     ("compare.samplers", ["uniform", "best"], "one of paper,"),
     ("surface.radii", "vdw", "dms, bondi"),
@@ -171,7 +171,7 @@ MISTAKES = [  # key, value, a word of the remedy
     ("fields", ["hydropaty"], "did you mean 'hydropathy'?"),
     ("fields", ["potential", "potential"], "twice"),
     ("minimal.sampler", "farthst", "did you mean 'farthest'?"),
-    ("minimal", {"n_S": 5, "Z": 1.0}, "but has n_S, Z"),
+    ("minimal", {"n_dots": 5, "max_z": 1.0}, "but has n_dots, max_z"),
     ("pairs", {"q": {"complex": "x.pdb"}}, "pairs.q needs exactly one"),
     ("paper", "none", "none of the proteins tdp43"),
     ("ensemble.combination", [0, 1, 1, 1], "alpha"),
@@ -222,7 +222,7 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
 def test_the_minimal_subset_has_an_error_where_no_other_wish_is_given():
     for own in ({"sampler": "poisson"}, {}):
         assert check_config(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
-    assert "error" not in check_config(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
+    assert "error" not in check_config(DEFAULT | {"minimal": {"n_dots": 9}})["minimal"]
 
 
 def test_what_is_excluded_is_a_part_of_the_study():
@@ -312,8 +312,8 @@ def of_a(**keys):
         (OWN | {"pages": ["tdp43"]}, "pages", "`sampling: false`"),
         (MIXED | {"changes": {"s": ["tdp43", "a"]}}, "changes.s", "'a' is a ready surface"),
         (OWN | {"changes": {"s": ["tdp43/c1", "tdp43/c1"]}}, "changes.s", "on both sides"),
-        (OWN | {"patches": {"D_link": 4.0}}, "patches.D_link", "smaller than R_patch"),
-        (OWN | {"patches": {"D_link": 3.0, "R_zernike": 3.0}}, "patches.D_link", "R_zernike"),
+        (OWN | {"patches": {"d_link": 4.0}}, "patches.d_link", "smaller than r_patch"),
+        (OWN | {"patches": {"d_link": 3.0, "r_zernike": 3.0}}, "patches.d_link", "r_zernike"),
         (
             OWN | {"minimal": {"combination": [1, 0, 6, 0], "sampler": "uniform"}},
             "minimal.sampler",
@@ -372,14 +372,14 @@ def test_the_grid_is_the_papers_unless_reported():
     [
         ("seed", 1.0),
         ("evaluation.test_dots", 40.0),
-        ("minimal.n_S", 100.0),
+        ("minimal.n_dots", 100.0),
         ("frames.clusters", 4.0),
         ("frames.selection", [0.0, 7.0]),
     ],
 )
 def test_a_whole_number_may_have_a_point(path, value):
     config = changed(path, value)
-    config["minimal"].pop("error") if path == "minimal.n_S" else None
+    config["minimal"].pop("error") if path == "minimal.n_dots" else None
     found = check_config(config)
     for key in path.split("."):
         found = found[key]
@@ -387,8 +387,8 @@ def test_a_whole_number_may_have_a_point(path, value):
 
 
 def test_defaults_that_are_written_out_or_moved_change_nothing():
-    bare = check_config({"proteins": DEFAULT["proteins"], "patches": {"R_patch": 5.0}})
-    patches = {"D_link": 0.5, "R_zernike": 6, "R_patch": 5.0}
+    bare = check_config({"proteins": DEFAULT["proteins"], "patches": {"r_patch": 5.0}})
+    patches = {"d_link": 0.5, "r_zernike": 6, "r_patch": 5.0}
     told = check_config({"patches": patches, "proteins": DEFAULT["proteins"], "frames": {"stride": 1}})
     assert repr(told) == repr(bare)
 
@@ -505,7 +505,7 @@ def test_residues_may_be_ranges_of_chains_or_of_all(residues):
 
 
 def test_all_mistakes_are_reported_at_once():
-    wrong = {"seed": -1, "draws": 3, "patches": {"R_patch": 0}, "proteins": {"a/b": {"pdb": 453}}}
+    wrong = {"seed": -1, "draws": 3, "patches": {"r_patch": 0}, "proteins": {"a/b": {"pdb": 453}}}
     with pytest.raises(InputError) as error:
         check_config(wrong)
     assert str(error.value).count("\n") == 4

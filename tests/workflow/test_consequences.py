@@ -134,8 +134,8 @@ def test_the_walls_of_a_cavity_are_of_no_residue(tmp_path):
         "sampling": False,
         "proteins": {"p": {"structure": str(ROOT / "data/tdp43/topology.pdb")}},
     }
-    config |= {"frames": {"selection": [0]}, "minimal": {"n_S": 50}, "surface": {"density": 3.0}}
-    config |= {"patches": {"D_link": 0.8}}
+    config |= {"frames": {"selection": [0]}, "minimal": {"n_dots": 50}, "surface": {"density": 3.0}}
+    config |= {"patches": {"d_link": 0.8}}
     jobs = {job["rule"]: job for job in planned_jobs(tmp_path, config)}
     rules = "choose_single_frame compute_surface measure_roughness measure_floors select_minimal_subset tabulate_residues"
     for rule in rules.split():
@@ -190,7 +190,7 @@ def batch():
     }
     config = {"run": "small", "sampling": {"run": False}, "pages": [], "proteins": proteins}
     return config | {
-        "minimal": {"n_S": 60},
+        "minimal": {"n_dots": 60},
         "evaluation": {"test_dots": 20},
         "fields": ["hydropathy", "score"],
     }

@@ -42,7 +42,7 @@ def test_a_config_of_pairs_needs_no_proteins(folder):
     pair = {"complex": str(folder / "both.pdb"), "chains": [["A"], ["B"]]}
     checked = config(mine=pair)
     assert checked["proteins"] == {} and checked["pairs"] == {"mine": pair}
-    assert checked["complementarity"]["centres"] == {"sampler": "farthest", "n_S_percent": 5}
+    assert checked["complementarity"]["centres"] == {"sampler": "farthest", "percent": 5}
     assert checked["complementarity"]["smoothing"] == 6.0
 
 

@@ -29,7 +29,7 @@ def test_a_finished_study_has_nothing_to_do(study, config):
 @pytest.mark.parametrize(
     ("key", "value", "again", "untouched"),
     [
-        ("patches.R_patch", 4.5, "evaluate_grid", "choose_frames"),
+        ("patches.r_patch", 4.5, "evaluate_grid", "choose_frames"),
         ("sampling.alpha", [1.0], "draw_figures", "measure_floors"),
         ("proteins.moving.residues", "209-215", "choose_frames", "choose_single_frame"),
         ("proteins.loaded.sha256", "0" * 64, "fetch_structure", "choose_single_frame"),

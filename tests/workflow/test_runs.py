@@ -136,7 +136,7 @@ def test_of_one_study_some_proteins_are_sampled_and_others_are_not(tmp_path):
     surfaces, summary = (pd.read_csv(results / f"{name}.csv") for name in ("surfaces", "summary"))
     assert surfaces[["protein", "conformation"]].to_numpy().tolist() == names
     assert surfaces["best_kept"].notna().tolist() == [False, True, False]
-    assert [*surfaces][-2:] == ["R_patch", "D_link"]
+    assert [*surfaces][-2:] == ["r_patch", "d_link"]
     assert {*summary["protein"]} == {"still"} and (results / "compare.csv").exists()
     assert {path.parts[-3] for path in results.glob("*/*/compare.csv")} == {"still"}
     for name in ("ready", "two"):

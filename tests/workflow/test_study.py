@@ -218,7 +218,7 @@ def test_a_disk_error_of_the_run_itself_is_one_sentence(checkout, capsys):
         ({}, ["--cluster", "foo"], "--cluster .* has foo"),
         ({"run": "../.."}, [], "run cannot name a folder"),
         ({"run": "README.md"}, [], "results/README.md is a file"),
-        ({"minimal": {"sampler": "farthst", "n_S": 3}}, [], "did you mean 'farthest'"),
+        ({"minimal": {"sampler": "farthst", "n_dots": 3}}, [], "did you mean 'farthest'"),
         ({"sampling": False}, ["compare"], "sampling is false.* `compare`"),
         (None, [], "no config file 'none.yaml'.* CONFIG="),
         (".snakemake", [], ".snakemake.* cannot be written"),

@@ -99,10 +99,10 @@ def minimal(
     True
     """
     sizes = {
-        "n_S_percent": None if percent is None else PERCENT.check(percent, "percent"),
-        "n_S": None if n_dots is None else NUMBER_OF_DOTS.check(n_dots, "n_dots"),
+        "percent": None if percent is None else PERCENT.check(percent, "percent"),
+        "n_dots": None if n_dots is None else NUMBER_OF_DOTS.check(n_dots, "n_dots"),
         "error": None if error is None else DISTANCE.check(error, "error"),
-        "Z": None if max_z is None else ERROR.check(max_z, "max_z"),
+        "max_z": None if max_z is None else ERROR.check(max_z, "max_z"),
     }
     request = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
@@ -121,7 +121,7 @@ def minimal(
     get_samplers([sampler], "minimal.sampler")  # names an unknown one
     seed = SEED.check(seed, "seed")
     wanted = Minimal(**request).model_copy(update={"sampler": sampler})
-    settings = Settings(patches=Patches(D_link=d_link)).model_copy(update={"minimal": wanted})
+    settings = Settings(patches=Patches(d_link=d_link)).model_copy(update={"minimal": wanted})
     molecule = dots.placed.molecule if dots.placed else None
     return represent(dots, settings, Streams(seed), molecule, threads=available_cores()).subset
 
@@ -213,7 +213,7 @@ def recover(
 
 
 def _dots(source: SurfaceLike, **rules: Any) -> Surface:
-    """Return dots that suit D_link; those of a molecule know it."""
+    """Return dots that suit d_link; those of a molecule know it."""
     d_link = LENGTH.check(rules["d_link"], "d_link")
     placement = {key: value for key, value in rules.items() if key != "d_link"}  # which serves all dots
     if isinstance(source, Surface) and source.placed:

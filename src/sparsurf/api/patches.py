@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 
-def roughness(surface: SurfaceLike, *, radius: float = R_PATCH, d_link: float = D_LINK) -> np.ndarray:
+def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float = D_LINK) -> np.ndarray:
     """Compute the local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
 
     Parameters
@@ -29,8 +29,8 @@ def roughness(surface: SurfaceLike, *, radius: float = R_PATCH, d_link: float = 
     surface : dots from `surface` or `read_surface`, the path of a file of dots, the pair (points, normals),
         or a molecule as in `surface`, whose dots are placed
         Normals of a file are normalised; those of the pair must be unit vectors.
-    radius : float
-        R_patch in Å.
+    r_patch : float
+        Radius of a patch in Å.
     d_link : float
         Å; dots closer than this are linked, and a patch is the largest linked island.
 
@@ -53,15 +53,15 @@ def roughness(surface: SurfaceLike, *, radius: float = R_PATCH, d_link: float = 
     >>> bool((R == sparsurf.roughness("data/tdp43/topology.pdb")).all())
     True
     """
-    radius = LENGTH.check(radius, "radius")
-    return roughness_of_dots(as_index(surface, d_link), radius, available_cores())
+    r_patch = LENGTH.check(r_patch, "r_patch")
+    return roughness_of_dots(as_index(surface, d_link), r_patch, available_cores())
 
 
 def descriptors(
     surface: SurfaceLike,
     at: ArrayLike | None = None,
     *,
-    radius: float = R_ZERNIKE,
+    r_zernike: float = R_ZERNIKE,
     up: bool = True,
     d_link: float = D_LINK,
     descriptor: str = PUBLISHED,
@@ -73,8 +73,8 @@ def descriptors(
     surface : as in `roughness`
     at : (T,) int dots, (N,) bool, or (T, 3) float points in Å, optional
         Where the patches are cut; by default around every dot.
-    radius : float
-        R_zernike in Å.
+    r_zernike : float
+        Radius of a patch in Å.
     up : bool
         Whether the mean normal of a patch is turned to +z, or to -z as for the partner of a complex.
     d_link : float
@@ -101,11 +101,11 @@ def descriptors(
     >>> round(float(np.linalg.norm(z[0] - z[1])), 2)
     1.74
     """
-    radius = LENGTH.check(radius, "radius")
+    r_zernike = LENGTH.check(r_zernike, "r_zernike")
     check_flag(up, "up")
     check_choice(descriptor, list(DESCRIPTORS), "descriptor")
     index = as_index(surface, d_link)
-    return describe_points(index, _points_at(index, at), radius, bool(up), "at", descriptor)
+    return describe_points(index, _points_at(index, at), r_zernike, bool(up), "at", descriptor)
 
 
 def describe_points(

@@ -84,7 +84,7 @@ def prepare(
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     dots = as_surface(surface, d_link)
     refuse_sparse(dots.points, d_link, "surface")
-    patches = Patches(R_patch=r_patch, R_zernike=r_zernike, D_link=d_link)
+    patches = Patches(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 

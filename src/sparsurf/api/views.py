@@ -146,13 +146,13 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     """Return the page of a surface; dots that are far apart are linked by their own spacing."""
     gap = spacing(surface.points) if len(surface) > 1 else 0.0
     d_link = max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap)
-    prepared = PreparedSurface(surface, Settings(patches=Patches(D_link=d_link)), threads=available_cores())
+    prepared = PreparedSurface(surface, Settings(patches=Patches(d_link=d_link)), threads=available_cores())
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     shown = [] if values is None else [Values("values", "value", "", values)]
     shown += [Values(name, name, "", numbers) for name, numbers in surface.fields.items()]
     known = (surface.kind >= 0).any()
     return page(
-        repr(surface), surface, prepared.roughness, prepared.cover, prepared.patches.R_patch, {"farthest": order},
+        repr(surface), surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},
         residues=_residues(surface), values=shown, up="",
         opens=("all", 1 if values is not None else "kind" if known else 0),
     )  # fmt: skip

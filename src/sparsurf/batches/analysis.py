@@ -46,7 +46,7 @@ class Structure:
 
 def analyse_structure(structure: Structure, settings: Settings, seed: int) -> dict[str, pd.DataFrame]:
     """Place dots on a structure, select its minimal subset and tabulate its residues: the tables of a batch, by name."""
-    name, d_link = structure.name, settings.patches.D_link
+    name, d_link = structure.name, settings.patches.d_link
     molecule = read_molecule(structure.path, **structure.options)
     if molecule.n_frames > 1:
         log.warning("%s: %d models; the first is taken", name, molecule.n_frames)

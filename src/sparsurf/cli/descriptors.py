@@ -33,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     where.add_argument("--every", type=options.number(Limits(0, whole=True)), help="every n-th dot")
     parser.add_argument(
-        "--radius",
+        "--r-zernike",
         type=options.number(LENGTH),
         default=R_ZERNIKE,
         help=f"of a patch in Å (default {R_ZERNIKE:g})",
@@ -55,7 +55,12 @@ def run(args: argparse.Namespace) -> None:
     surface, _ = options.read_dots(args)
     dots = np.asarray(args.at if args.at is not None else range(0, len(surface), args.every or 1))
     z = descriptors(
-        surface, dots, radius=args.radius, up=not args.down, d_link=args.d_link, descriptor=args.descriptor
+        surface,
+        dots,
+        r_zernike=args.r_zernike,
+        up=not args.down,
+        d_link=args.d_link,
+        descriptor=args.descriptor,
     )
     points = surface.points[dots]
     table = pd.DataFrame({"dot": dots}).join(pd.DataFrame(points, columns=["x", "y", "z"]))

@@ -22,7 +22,7 @@ A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
-  sparsurf minimal protein.pdb --dots 500 --sampler poisson -o minimal.ply
+  sparsurf minimal protein.pdb --n-dots 500 --sampler poisson -o minimal.ply
   sparsurf minimal protein.pdb --percent 10 -o protein.npz
   sparsurf minimal protein.pdb -o minimal.pml
   sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
@@ -41,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="share of all dots to keep",
     )
     size.add_argument(
-        "--dots",
+        "--n-dots",
         type=options.number(NUMBER_OF_DOTS),
         help="number of dots to keep; the paper's samplers keep about that many",
     )
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> None:
     few = minimal(
         options.with_fields(args, surface, molecule),
         percent=args.percent,
-        n_dots=args.dots,
+        n_dots=args.n_dots,
         error=args.error,
         max_z=args.max_z,
         sampler=args.sampler,

@@ -65,7 +65,7 @@ def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
 def add_rules(parser: argparse._ActionsContainer, dots: str, cavities: str) -> None:
     """Add the rules by which `dots` are placed on atoms; `cavities` is the default of that rule."""
     words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
-    parser.add_argument("--probe", type=number(PROBE), default=PROBE_RADIUS, help=words)
+    parser.add_argument("--probe-radius", type=number(PROBE), default=PROBE_RADIUS, help=words)
     parser.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
     words = f"{dots} (default {cavities})"
     parser.add_argument("--cavities", choices=CAVITIES, default=cavities, help=words)

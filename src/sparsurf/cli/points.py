@@ -41,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     size = parser.add_mutually_exclusive_group()
     size.add_argument(
         "-n",
-        "--dots",
+        "--n-dots",
         type=options.number(NUMBER_OF_DOTS),
         help=f"number of points on each structure (default {N_POINTS})",
     )
@@ -60,13 +60,13 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(f"{args.file} is not a structure ({', '.join(STRUCTURES)}), and no folder.")
     formats = (TABLE,) if is_folder else FORMATS
     outputs.check(args, formats)
-    settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe}
+    settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
     settings |= {"radii": args.radii, "cavities": args.cavities}
     if is_folder:
-        results = points_of(args.file, args.dots, jobs=args.jobs, **settings)
+        results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
         named = progress.progress_bar(results, "structures")
     else:
-        named = [(stem(args.file), *points(args.file, args.dots, **settings))]
+        named = [(stem(args.file), *points(args.file, args.n_dots, **settings))]
     written: list[int] = []
     writers: dict[str, Callable[[Path], None]] = {
         TABLE: lambda path: _write_table(path, named, written),

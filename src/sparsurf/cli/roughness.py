@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> None:
     """Write the dots with their roughness."""
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
-    values = roughness(surface, radius=args.r_patch, d_link=args.d_link)
+    values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
     table = pd.DataFrame({"roughness": values})
     table = table if molecule is None else table.join(molecule.labels(surface.atom))
     words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"

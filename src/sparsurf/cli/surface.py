@@ -90,7 +90,7 @@ def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 
 def _rules(args: argparse.Namespace) -> dict[str, Any]:
     """Return the frame, and how dots are placed on it."""
-    rules = {"probe_radius": args.probe, "radii": args.radii, "cavities": args.cavities}
+    rules = {"probe_radius": args.probe_radius, "radii": args.radii, "cavities": args.cavities}
     return {"frame": args.frame or 0} | rules
 
 

@@ -31,7 +31,7 @@ class Recipe(NamedTuple):
     """How patches are described."""
 
     descriptor: str = PUBLISHED  # of `patches.descriptors`
-    radius: float = R_ZERNIKE  # R_zernike, Å
+    radius: float = R_ZERNIKE  # r_zernike, Å
 
 
 RECIPE = Recipe()  # as published

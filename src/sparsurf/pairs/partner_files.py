@@ -41,7 +41,7 @@ def select_centres(
     n_dots = len(partner.surface)
     if isinstance(centres, str):  # all
         return np.arange(n_dots)
-    n_centres = min(centres.get("n_S") or max(1, round(centres["n_S_percent"] / 100 * n_dots)), n_dots)
+    n_centres = min(centres.get("n_dots") or max(1, round(centres["percent"] / 100 * n_dots)), n_dots)
     name = centres["sampler"]
     sampler = get_samplers([name], "complementarity.centres.sampler")[name]
     prepared = PreparedSurface(partner.surface, settings, None, Streams(seed, partner.name), threads)

@@ -50,9 +50,9 @@ def centres_in_random_orders(prepared: PreparedSurface, runs: int = RUNS) -> np.
     points, normals, counts = prepared.points, prepared.normals, []
     for run in range(runs):
         order = prepared.stream("order of the dots", run).permutation(len(points))
-        index = build_index(points[order], normals[order], prepared.patches.D_link)
+        index = build_index(points[order], normals[order], prepared.patches.d_link)
         counts.append(
-            len(published.build_cover(index, np.zeros(len(order)), prepared.patches.R_patch).centre)
+            len(published.build_cover(index, np.zeros(len(order)), prepared.patches.r_patch).centre)
         )
     return np.array(counts)
 

@@ -70,7 +70,7 @@ def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.Da
 
 
 def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
-    """Measure d of the published combinations for other D_link of the islands, under `kept`: the rows of paper_links.csv."""
+    """Measure d of the published combinations for other d_link of the islands, under `kept`: the rows of paper_links.csv."""
     tests = prepared.draw_tests(n_tests)
     pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
     out = []
@@ -84,7 +84,7 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
         for row in range(len(PUBLISHED_ROWS)):
             out.append(
                 {
-                    "D_link": link,
+                    "d_link": link,
                     "row": row + 1,
                     "n_S_percent": 100 * len(pairs[row * draws][0]) / len(prepared.points),
                     "d": d.mean[row],
@@ -98,23 +98,23 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
 
 
 def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
-    """Find where d of each published row peaks over D_link, and where its sign is significant.
+    """Find where d of each published row peaks over d_link, and where its sign is significant.
 
-    positive_to is the last D_link up to which the interval of d is above 0 everywhere, negative_from the first from which on it
+    positive_to is the last d_link up to which the interval of d is above 0 everywhere, negative_from the first from which on it
     is below 0; NaN if there is none.
     """
     out = []
     for row, of_row in links.groupby("row"):
-        curve = of_row.sort_values("D_link").reset_index(drop=True)
+        curve = of_row.sort_values("d_link").reset_index(drop=True)
         above, below = (curve["d_low"] > 0).to_numpy(), (curve["d_high"] < 0).to_numpy()
         best = curve.iloc[int(curve["d"].argmax())]
         n_above = int(np.argmin(np.append(above, False)))
         n_below = int(np.argmin(np.append(below[::-1], False)))
         out.append(
             {"row": row, "n_S_percent": curve["n_S_percent"].iloc[0], "d_first": curve["d"].iloc[0]}
-            | {"D_link_best": best["D_link"], "d_best": best["d"]}
-            | {"positive_to": curve["D_link"].iloc[n_above - 1] if n_above else np.nan}
-            | {"negative_from": curve["D_link"].iloc[len(curve) - n_below] if n_below else np.nan}
+            | {"d_link_best": best["d_link"], "d_best": best["d"]}
+            | {"positive_to": curve["d_link"].iloc[n_above - 1] if n_above else np.nan}
+            | {"negative_from": curve["d_link"].iloc[len(curve) - n_below] if n_below else np.nan}
         )
     return pd.DataFrame(out)
 
@@ -135,7 +135,7 @@ def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.D
         cover = published.build_cover(
             prepared.index,
             prepared.roughness,
-            prepared.patches.R_patch,
+            prepared.patches.r_patch,
             distance_from_moved_centre,
             chance_in_every_patch,
         )

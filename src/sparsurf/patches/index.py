@@ -1,6 +1,6 @@
 """Patches of a dot surface: cell grid and linking graph.
 
-The dots are sorted into cubic cells once, and dots closer than D_link are linked once, for the whole surface. Finding a
+The dots are sorted into cubic cells once, and dots closer than d_link are linked once, for the whole surface. Finding a
 patch is then one walk over a few contiguous runs of dots, and finding its largest island one breadth-first search on the
 graph. No search structure is built per patch.
 
@@ -17,7 +17,7 @@ from numba import njit
 
 from sparsurf.settings import Patches
 
-R_PATCH, R_ZERNIKE, D_LINK = Patches().R_patch, Patches().R_zernike, Patches().D_link  # Å
+R_PATCH, R_ZERNIKE, D_LINK = Patches().r_patch, Patches().r_zernike, Patches().d_link  # Å
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
 MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
 GROUP_SIZE = 64  # dots of a group, one for each bit of a word

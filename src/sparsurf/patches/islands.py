@@ -1,4 +1,4 @@
-"""The patch of a dot and its islands: the connected components of the dots linked within D_link."""
+"""The patch of a dot and its islands: the connected components of the dots linked within d_link."""
 
 from __future__ import annotations
 

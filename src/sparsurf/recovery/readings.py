@@ -16,7 +16,7 @@ from sparsurf.surfaces.surface import DENSITY
 if TYPE_CHECKING:
     from sparsurf.patches.index import PatchIndex
 
-D_LINK = Patches().D_link
+D_LINK = Patches().d_link
 
 RECOVERED = "recovered"
 DENSITY_TOLERANCE = 1.05  # a surface generated at DENSITY has up to 2 % more dots, which does not matter

@@ -303,7 +303,7 @@ def range_of_roughness(surface: dict[str, Any]) -> dict[str, Any]:
 
 
 def probability(surface: dict[str, Any], table: pd.DataFrame) -> dict[str, Any]:
-    """Check that no distance exceeds R_patch, so that p of Eq. 2 cannot exceed 1; d by row with distances from the dot itself."""
+    """Check that no distance exceeds r_patch, so that p of Eq. 2 cannot exceed 1; d by row with distances from the dot itself."""
     d = table.pivot(index="row", columns="sampling", values=f"d_{KEPT_READING}")
     return {
         "holds": both(surface["largest_r"] <= 1),
@@ -326,20 +326,20 @@ def orientation(references: dict[str, Any]) -> dict[str, Any]:
 
 
 def link_range(table: pd.DataFrame) -> list[tuple[float, float]]:
-    """Return D_link and d of the published best at the first linking distance and where its d is lowest."""
-    rows = table[table["row"] == ROW_OF_BEST].sort_values("D_link")
+    """Return d_link and d of the published best at the first linking distance and where its d is lowest."""
+    rows = table[table["row"] == ROW_OF_BEST].sort_values("d_link")
     shown = rows.iloc[[0, int(rows["d"].argmin())]]
-    return list(shown[["D_link", "d"]].itertuples(index=False, name=None))
+    return list(shown[["d_link", "d"]].itertuples(index=False, name=None))
 
 
 def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
     """Tabulate d of the published rows by linking distance, and what d depends on."""
-    d = table.pivot(index="row", columns="D_link", values="d")
+    d = table.pivot(index="row", columns="d_link", values="d")
     d = d.iloc[:, :: -(-d.shape[1] // MAX_LINK_COLUMNS)]
     return {
         "d": d.to_dict("index"),
         "distances": d.columns.tolist(),
-        "best": (signs["D_link_best"].min(), signs["D_link_best"].max()),
+        "best": (signs["d_link_best"].min(), signs["d_link_best"].max()),
         "turned": int(signs["negative_from"].notna().sum()),
         "rows": len(signs),
         "correlation": replication.correlation_of_readings(grid),

@@ -28,7 +28,7 @@ class Cover(NamedTuple):
     roughness : (C,) float64, R_i of each patch
     start : (C + 1,) int64, pairs of patch c are start[c]:start[c + 1]
     dot : (P,) int32, dot of each pair
-    log_ratio : (P,) float64, -ln(r_ij / R_patch); +inf at the centre itself
+    log_ratio : (P,) float64, -ln(r_ij / r_patch); +inf at the centre itself
     n_dots : int, N
     """
 
@@ -76,8 +76,8 @@ def build_cover(
     Dots are visited in index order; a dot that lies in no earlier patch starts a new one. If the island of that patch does not
     contain the dot itself, the centre moves to the dot of the patch that is nearest to it.
 
-    `roughness` is R_i by dot, `radius` R_patch in Å. As in the authors' code, `distance_from_moved_centre` measures r_ij from
-    the patch's centre, which may have moved, so that it can exceed R_patch and p can exceed 1; otherwise from the dot that
+    `roughness` is R_i by dot, `radius` r_patch in Å. As in the authors' code, `distance_from_moved_centre` measures r_ij from
+    the patch's centre, which may have moved, so that it can exceed r_patch and p can exceed 1; otherwise from the dot that
     started the patch. As there, `chance_in_every_patch` gives a dot a chance in every patch that contains it; otherwise only
     in the first.
     """
@@ -98,7 +98,7 @@ def _sweep(
     chance_in_every_patch: bool,
     max_dots: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return starter, centre and start of every patch, and dot and -ln(r / R_patch) of every pair."""
+    """Return starter, centre and start of every patch, and dot and -ln(r / r_patch) of every pair."""
     n = len(index.dot)
     nearby, queue = np.empty(max_dots, np.int32), np.empty(max_dots, np.int32)
     mark, covered = np.zeros(n + 1, np.uint8), np.zeros(n, np.bool_)
@@ -168,7 +168,7 @@ def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
 def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
     """Compute the expected numbers of kept dots.
 
-    (r / R_patch)^power is reused while gamma and delta are those of the previous row.
+    (r / r_patch)^power is reused while gamma and delta are those of the previous row.
     """
     out = np.empty(len(combinations))
     decay, not_kept = np.empty(len(cover.dot)), np.empty(cover.n_dots)

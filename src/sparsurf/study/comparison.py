@@ -32,7 +32,7 @@ USE = {  # of each measure: the subset as the surface, as patch centres, or only
     "Z full weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
     "Z recovered": "surface",  # a dense surface is recovered from the kept dots
     "Z kept_scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
-    "Z kept": "surface",  # islands removed among the kept dots, linked within D_link
+    "Z kept": "surface",  # islands removed among the kept dots, linked within d_link
     "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface
     "position": "dots",  # Å to the nearest kept dot
     "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one

@@ -39,7 +39,7 @@ def evaluate_frames(
 
     The columns are those of ensemble.csv, then the mean R_i of each residue; the number of threads does not change them.
     """
-    surface, d_link = settings.surface, settings.patches.D_link
+    surface, d_link = settings.surface, settings.patches.d_link
     atom_radii = radii(molecule, surface.radii)
     density = density_for_d_link(molecule, 0, atom_radii, surface, d_link, streams.name)
     # one density for all frames
@@ -73,7 +73,7 @@ def frame_row(
     of_frame = replace(streams, name=f"{streams.name}/f{number}")
     prepared = PreparedSurface(surface, settings, None, of_frame)
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
-        refuse_sparse(prepared.points, settings.patches.D_link, where)
+        refuse_sparse(prepared.points, settings.patches.d_link, where)
     result = grid.evaluate_grid(
         prepared,
         [ensemble.combination],

@@ -59,9 +59,9 @@ def measure_floors(
     z_tot, _ = prepared.describe(tests)
 
     def distances(points: np.ndarray, normals: np.ndarray, centres: np.ndarray) -> np.ndarray:
-        index = build_index(points, normals, patches.D_link)
+        index = build_index(points, normals, patches.d_link)
         z, _ = descriptors.describe(
-            index, centres, patches.R_zernike, True, prepared.threads, patches.descriptor
+            index, centres, patches.r_zernike, True, prepared.threads, patches.descriptor
         )
         return np.linalg.norm(z - z_tot, axis=1)
 

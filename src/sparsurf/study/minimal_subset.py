@@ -172,7 +172,7 @@ def represent(
             prepared,
             trials.sampler,
             n_s=_n_s(request, len(prepared.points)),
-            z=request.Z,
+            z=request.max_z,
             combination=request.combination,
             n_tests=len(trials.tests),
             choices=choices,
@@ -193,10 +193,10 @@ def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) 
 
 
 def _n_s(request: Minimal, n_dots: int) -> int | None:
-    """Return n_S from the config's n_S or n_S_percent; None if neither is given."""
-    if request.n_S_percent is not None:
-        return max(1, round(request.n_S_percent / 100 * n_dots))
-    return request.n_S
+    """Return n_S from the config's n_dots or percent; None if neither is given."""
+    if request.percent is not None:
+        return max(1, round(request.percent / 100 * n_dots))
+    return request.n_dots
 
 
 def subset_table(

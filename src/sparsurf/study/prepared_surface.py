@@ -53,8 +53,8 @@ class PreparedSurface:
         self.normals: np.ndarray = surface.normals
         self.surface, self.patches = surface, settings.patches
         self.stream, self.threads = streams, threads
-        radius, rules = self.patches.R_patch, settings.sampling
-        self.index: PatchIndex = build_index(surface.points, surface.normals, self.patches.D_link)
+        radius, rules = self.patches.r_patch, settings.sampling
+        self.index: PatchIndex = build_index(surface.points, surface.normals, self.patches.d_link)
         index, kind = self.index, self.patches.roughness
 
         @cache  # also of copies that are made before it is asked for
@@ -87,7 +87,7 @@ class PreparedSurface:
     @cached_property
     def corrected_cover(self) -> published.Cover:
         """The cover without the two defects of the published sampling."""
-        return published.build_cover(self.index, self.roughness, self.patches.R_patch, False, False)
+        return published.build_cover(self.index, self.roughness, self.patches.r_patch, False, False)
 
     @cached_property
     def area(self) -> float:
@@ -130,7 +130,7 @@ class PreparedSurface:
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Compute descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
         return descriptors.describe(
-            self.index, self.points[tests], self.patches.R_zernike, up, self.threads, self.patches.descriptor
+            self.index, self.points[tests], self.patches.r_zernike, up, self.threads, self.patches.descriptor
         )
 
     def distances(
@@ -197,7 +197,7 @@ class PreparedSurface:
                 readings,
                 z_tot,
                 None if weights is None else weights[a : a + step],
-                self.patches.R_zernike,
+                self.patches.r_zernike,
                 threads=self.threads,
                 descriptor=self.patches.descriptor,
             )
@@ -221,7 +221,7 @@ class PreparedSurface:
 
         def compare_one(k: int, _: int) -> tuple[np.ndarray, np.ndarray]:
             dots = subsets[k]
-            area, d_link = self.area, self.patches.D_link
+            area, d_link = self.area, self.patches.d_link
             index = build(self.points[dots], self.normals[dots], d_link, area, self.density)
             return single.distances_to_index(index, tests, z_tot)
 
@@ -239,7 +239,7 @@ class PreparedSurface:
             sizes,
             readings,
             z_tot,
-            self.patches.R_zernike,
+            self.patches.r_zernike,
             threads=self.threads,
             descriptor=self.patches.descriptor,
         )
@@ -256,7 +256,7 @@ class PreparedSurface:
             1,
             "kept",
             z_tot,
-            radius=self.patches.R_zernike,
+            radius=self.patches.r_zernike,
             threads=self.threads,
             descriptor=self.patches.descriptor,
         )

@@ -104,7 +104,7 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
         row |= {} if result.recovered is None else _recovered_columns(result.recovered.iloc[0])
         row |= {} if result.grid is None else _grid_columns(result)
         row |= {} if result.required_dots is None else percent_columns(result.required_dots)
-        rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
+        rows.append(row | {"r_patch": patches["r_patch"], "d_link": patches["d_link"]})
     # A column keeps its place where other rows lack it
     longest_first = sorted(rows, key=len, reverse=True)
     return pd.DataFrame(rows, columns=[*dict.fromkeys(name for row in longest_first for name in row)])

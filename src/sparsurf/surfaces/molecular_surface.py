@@ -34,16 +34,16 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-DENSITY_RESERVE = 1.02  # an automatic density exceeds what D_link needs by this factor
+DENSITY_RESERVE = 1.02  # an automatic density exceeds what d_link needs by this factor
 JUST_BELOW = 0.999  # of a limit: beyond rounding
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
-# Names and D_link of the warnings about the density: each is given once for all calls
+# Names and d_link of the warnings about the density: each is given once for all calls
 
 
 def surface_of_molecule(
     molecule: Molecule, settings: SurfaceSettings, d_link: float, name: str, frame: int = 0
 ) -> Surface:
-    """Place dots on one frame of a molecule with a density that suits D_link (Å); they know the molecule."""
+    """Place dots on one frame of a molecule with a density that suits d_link (Å); they know the molecule."""
     atom_radii = radii_of(molecule, settings.radii)
     rolled = roll_frame(molecule, frame, atom_radii, settings)
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
@@ -60,9 +60,9 @@ def surface_for_d_link(
     d_link: float,
     name: str,
 ) -> tuple[Surface, float]:
-    """Generate the surface of one frame with a density that suits D_link (Å), and return it and the density, dots per Å^2.
+    """Generate the surface of one frame with a density that suits d_link (Å), and return it and the density, dots per Å^2.
 
-    `auto` is the smallest density from `DENSITY` on whose dots lie close enough for D_link; how much closer more dots lie depends
+    `auto` is the smallest density from `DENSITY` on whose dots lie close enough for d_link; how much closer more dots lie depends
     on the molecule, so it grows until they do. `name` is for the log.
     """
     rolled = roll_frame(molecule, position, atom_radii, settings)
@@ -96,14 +96,14 @@ class RolledFrame:
             density *= (DENSITY_RESERVE * least / d_link) ** 2
             if density > MAX_DENSITY:
                 raise InputError(
-                    f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
-                    "give a larger patches.D_link."
+                    f"{name}: d_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
+                    "give a larger patches.d_link."
                 )
             gap, finish = self._placed(density, near)
         surface = finish()
         if density > DENSITY:
             log.info(
-                "%s: %.2f dots per Å^2, so that neighbouring dots lie within D_link = %g Å of one another",
+                "%s: %.2f dots per Å^2, so that neighbouring dots lie within d_link = %g Å of one another",
                 name, density, d_link,
             )  # fmt: skip
         return surface, density

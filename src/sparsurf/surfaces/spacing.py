@@ -16,7 +16,7 @@ from sparsurf.surfaces.vectors import point, squared_distance
 if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
-MIN_D_LINK_PER_SPACING = 1.3  # below this many median spacings, D_link breaks patches into pieces
+MIN_D_LINK_PER_SPACING = 1.3  # below this many median spacings, d_link breaks patches into pieces
 N_NEIGHBOURS = 6  # that estimate the area: within 2 % on surfaces whose area is known
 SAMPLE_SIZE = 16  # dots that the size of the cubes is estimated from
 CUBE_PER_SPACING = 1.2  # edge of a cube per median spacing of a few dots
@@ -136,14 +136,14 @@ def refuse_sparse(
     points: np.ndarray,
     d_link: float,
     name: str,
-    remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger D_link",
+    remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger d_link",
 ) -> None:
-    """Raise InputError if D_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
+    """Raise InputError if d_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
     if len(points) == 1:
         raise InputError(f"{name}: one dot alone makes no patch; give the dots of a surface.")
     gap = spacing(points)
     if d_link < MIN_D_LINK_PER_SPACING * gap:
         raise InputError(
-            f"{name}: D_link = {d_link:g} Å is below {MIN_D_LINK_PER_SPACING} times the median distance between "
+            f"{name}: d_link = {d_link:g} Å is below {MIN_D_LINK_PER_SPACING} times the median distance between "
             f"neighbouring dots ({gap:.3f} Å), so every patch would fall apart; {remedy}."
         )

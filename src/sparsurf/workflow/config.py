@@ -58,7 +58,7 @@ def check_config(
         }
         if batched_structures(checked) and not {*REQUEST_KEYS} & {*config.get("minimal", {})}:
             sampler = checked["minimal"]["sampler"]
-            checked["minimal"] = {"sampler": sampler, "n_S_percent": BATCH_PERCENT}
+            checked["minimal"] = {"sampler": sampler, "percent": BATCH_PERCENT}
         errors = [*_check_keys_together(checked)]
         if here:
             errors += [*too_large(checked)] if sampled_proteins(checked) else []
@@ -248,8 +248,8 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
     if "combination" in minimal and minimal["sampler"] not in SAMPLERS_OF_COMBINATIONS:
         yield f"minimal.sampler is {minimal['sampler']}, but minimal.combination belongs to the paper's; remove one of the two."
-    if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
-        yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."
+    if patches["d_link"] >= min(patches["r_patch"], patches["r_zernike"]):
+        yield f"patches.d_link is {patches['d_link']:g} Å, but must be smaller than r_patch and r_zernike."
 
 
 def _check_batch(config: dict) -> Iterator[str]:

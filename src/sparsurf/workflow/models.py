@@ -195,17 +195,17 @@ class Centres(Section):
     """Dots whose patches are compared, chosen by a sampler."""
 
     sampler: Sampler = Field(description="Sampler that chooses the centres.")
-    n_S_percent: Percent = optional("Number of centres, % of the dots.")
-    n_S: Integer = optional("Number of centres.", ge=1)
+    percent: Percent = optional("Number of centres, % of the dots.")
+    n_dots: Integer = optional("Number of centres.", ge=1)
 
     model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["n_S_percent"]}, {"required": ["n_S"]}]}
+        json_schema_extra={"oneOf": [{"required": ["percent"]}, {"required": ["n_dots"]}]}
     )
 
     @model_validator(mode="after")
     def _has_one_number(self) -> "Centres":
-        if (self.n_S is None) == (self.n_S_percent is None):
-            raise ValueError("needs exactly one of 'n_S_percent' and 'n_S'.")
+        if (self.n_dots is None) == (self.percent is None):
+            raise ValueError("needs exactly one of 'percent' and 'n_dots'.")
         return self
 
 
@@ -213,8 +213,8 @@ class Complementarity(Section):
     """How the partners of a pair are compared."""
 
     centres: Literal["all"] | Centres = key(
-        {"sampler": "farthest", "n_S_percent": 5},
-        "Dots whose patches are compared: all, or by a sampler; by default {sampler: farthest, n_S_percent: 5}.",
+        {"sampler": "farthest", "percent": 5},
+        "Dots whose patches are compared: all, or by a sampler; by default {sampler: farthest, percent: 5}.",
         validate_default=True,
     )
     smoothing: Number = key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)

@@ -51,7 +51,7 @@ class Patches(NamedTuple):
     ids : int32 positions in `dots` and start : (P + 1,) int64; patch i holds the dots ids[start[i]:start[i + 1]]
     centres : (P, 3) float64, Å, the points around which the patches are cut
     weights : float64 for each of `ids`, or empty if all dots have the weight 1
-    radius : float, R_zernike in Å
+    radius : float, r_zernike in Å
     up : bool, whether the mean normal is turned to +z or to -z
     """
 

@@ -30,7 +30,7 @@ N_COMPLEX = sum(m > 0 for _, m in polynomials.indices())
 
 
 def describe(patches: Patches) -> np.ndarray:
-    """Compute the Zernike invariants |c_nm| of patches, (P, N_Z); the image reaches to the outermost dot, not to R_zernike."""
+    """Compute the Zernike invariants |c_nm| of patches, (P, N_Z); the image reaches to the outermost dot, not to r_zernike."""
     dots, ids, start, centres, weights, _, up = patches
     images = np.empty((len(start) - 1, N_EVEN + N_ODD))
     _images(dots.xyz, dots.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, TABLES)

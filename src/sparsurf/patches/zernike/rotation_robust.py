@@ -2,7 +2,7 @@
 
 As in the published descriptor, a patch is turned with its mean normal to +z and seen as distances r to the apex of a cone;
 |c_nm| is independent of the rotation about z. The differences, each with its reason:
-- The disc is the ball of R_zernike, seen along the mean normal. The apex lies sqrt(2) R_zernike below its middle, where the
+- The disc is the ball of r_zernike, seen along the mean normal. The apex lies sqrt(2) r_zernike below its middle, where the
   cone of 45 degrees just contains the ball: no single dot determines the frame.
 - The weight of a dot falls smoothly to 0 at the rim, so that no dot enters or leaves abruptly.
 - The weight is also proportional to the cosine of the dot's normal to z, which gives the area seen from above: dots below an

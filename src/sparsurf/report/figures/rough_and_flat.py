@@ -60,7 +60,7 @@ def content(
     patches = []
     ranked = anywhere.dots[0][np.argsort(anywhere.roughness[0], kind="stable")]
     for kind, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
-        dots = islands.patch(prepared.index, dot, prepared.patches.R_zernike)
+        dots = islands.patch(prepared.index, dot, prepared.patches.r_zernike)
         kept = [np.flatnonzero(np.isin(dots, subset)) for subset in prepared.pair(combination, 0)]
         title = f"{kind} patch, R = {prepared.roughness[dot]:.2f}"
         patches.append((title, prepared.points[dots], prepared.normals[dots], *kept))

@@ -37,7 +37,7 @@ def recovered_from(
     prepared: PreparedSurface, subset: Surface, threads: int
 ) -> tuple[str, Surface, np.ndarray]:
     """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
-    density = comparable_density(prepared.density, prepared.patches.D_link)
+    density = comparable_density(prepared.density, prepared.patches.d_link)
     surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
     distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
     return "recovered from minimal.csv", surface, distance

@@ -70,7 +70,7 @@ def page(
 ) -> str:
     """Render the page, with everything in one file of at most MAX_BYTES.
 
-    `rough` is R_i by dot and `radius` R_patch in Å. `orders` hold dots in the order in which nested samplers choose them; if a
+    `rough` is R_i by dot and `radius` r_patch in Å. `orders` hold dots in the order in which nested samplers choose them; if a
     surface is too large for a page, the first dots of the first sampler are shown. Without `grid` (`study.tables.grid_table`)
     the page has no d and Z; `best` is from `study.tables.best_combinations`. `residues` names that of each atom of the
     structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
@@ -121,7 +121,7 @@ def coloured_page(
     prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
-        title, surface, prepared.roughness, prepared.cover, prepared.patches.R_patch, {"farthest": order},
+        title, surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},
         residues=residues, values=values, opens=("all", 1), says=says,
     )  # fmt: skip
 

@@ -18,7 +18,7 @@ function exponentials(count, seed) {
   return out;
 }
 
-// The centres and their pairs, with -ln(r_ij / R_patch) from the places of the dots; Å throughout.
+// The centres and their pairs, with -ln(r_ij / r_patch) from the places of the dots; Å throughout.
 function makeCover(columns, step, radius) {
   const { x, y, z, centre, size, pair, centreR, ox, oy, oz } = columns;
   const start = new Int32Array(size.length + 1), fall = new Float64Array(pair.length);
