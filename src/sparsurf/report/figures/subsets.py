@@ -79,7 +79,8 @@ def figure(
         f"{title}\nin the colours of panel {ascii_uppercase[cells - 1]}",
         layout.DARK,
     )
-    x, y = _cell(figure, corners, cells - 1, "how far the recovered surface lies\nfrom the true one", "black")
+    words = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
+    x, y = _cell(figure, corners, cells - 1, words, "black")
     mean = f"mean {np.mean(distance):.3f} Å"
     ends = np.linspace(0, MAX_DISTANCE, 41)
     layout.histogram(
