@@ -24,14 +24,8 @@ Reading = Literal["kept", "full", "recovered"]
 Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
 SAMPLERS, ROUGHNESSES, DESCRIPTORS, FLOORS = map(get_args, (Sampler, Roughness, Descriptor, Floor))
 SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
-REQUEST_KEYS = (
-    "error",
-    "floor",
-    "percent",
-    "n_dots",
-    "max_z",
-    "combination",
-)  # `minimal` takes exactly one of them
+# `minimal` takes exactly one of them
+REQUEST_KEYS = ("error", "floor", "percent", "n_dots", "max_z", "combination")
 
 DEFAULT_ERROR = 0.02  # Å
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike

@@ -167,12 +167,7 @@ def best_pairs(match_: Match, n: int = MAX_PAIRS, min_distance: float = MIN_PAIR
 
 
 def agreement(
-    match_: Match,
-    side: int,
-    table: pd.DataFrame,
-    within: float = INTERFACE,
-    seed: int = 0,
-    threads: int = 1,
+    match_: Match, side: int, table: pd.DataFrame, within: float = INTERFACE, seed: int = 0, threads: int = 1
 ) -> pd.DataFrame | None:
     """Compute the AUC of the maps, and of protrusion if the atoms are known, at one side's centres: the rows of agreement.csv.
 

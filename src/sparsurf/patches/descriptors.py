@@ -84,11 +84,7 @@ def describe(
 
 
 def describe_fields(
-    index: PatchIndex,
-    tests: np.ndarray,
-    values: np.ndarray,
-    radius: float = R_ZERNIKE,
-    threads: int = 1,
+    index: PatchIndex, tests: np.ndarray, values: np.ndarray, radius: float = R_ZERNIKE, threads: int = 1
 ) -> np.ndarray:
     """Compute Zernike invariants (T, F, 121) of fields (F, N), by dot, over patches at `tests` (T, 3), Å, in their units."""
     values = np.ascontiguousarray(np.asarray(values, np.float64)[:, index.dot])

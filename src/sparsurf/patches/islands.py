@@ -184,10 +184,8 @@ def patch_of(
     slot_of_dot = 0
     for k in range(n):
         slot_of_dot = k if in_ball[k] == p else slot_of_dot
-    in_ball[0], in_ball[slot_of_dot] = (
-        in_ball[slot_of_dot],
-        in_ball[0],
-    )  # the search starts at p, which is mostly in the largest island
+    # The search starts at p, which is mostly in the largest island
+    in_ball[0], in_ball[slot_of_dot] = in_ball[slot_of_dot], in_ball[0]
     return largest_island(in_ball, n, mark, index.link_start, index.link, index.dot, queue)
 
 

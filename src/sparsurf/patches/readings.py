@@ -50,9 +50,7 @@ def linked_by_spacing(
     density: float | None = None,  # noqa: ARG001
 ) -> PatchIndex:
     """Link kept dots within SCALED_LINK times their mean spacing on a full surface of `area` Å², and at least `d_link` Å."""
-    from sparsurf.patches.index import (
-        build_index,  # here: pages need the names of the readings, but no kernel
-    )
+    from sparsurf.patches.index import build_index  # here: pages need names of readings, no kernel
 
     return build_index(points, normals, max(d_link, SCALED_LINK * np.sqrt(area / len(points))))
 

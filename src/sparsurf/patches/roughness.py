@@ -26,10 +26,8 @@ from sparsurf.patches.islands import patch_of, spread_words
 from sparsurf.threads import parallel_map
 
 PUBLISHED = "published"
-N_SUMS, COUNT = (
-    8,
-    6,
-)  # sums over a patch: of the normals, of the unit normals, of ones; the last makes a line of the cache full
+# Sums over a patch: of the normals, of the unit normals, of ones; the last makes a line of the cache full
+N_SUMS, COUNT = 8, 6
 SLICES_PER_THREAD = 4
 RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
 ROUGHNESS = dict[str, RoughnessFunction]()

@@ -147,9 +147,7 @@ def write_crate(results: Sequence[str], crate: str, answers: Sequence[str]) -> N
     """Write the crate of the files and folders of a run: a description for archives, RO-Crate 1.1."""
     folder = Path(crate).parent
     paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
-    files = [
-        path for path in paths if path.is_file() and not path.name.startswith(".")
-    ]  # none of Snakemake's
+    files = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
     text = json.dumps(describe_files(folder, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")
 

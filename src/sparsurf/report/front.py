@@ -52,15 +52,8 @@ MAX_ANSWERS = 3  # surfaces with a sentence each
 N_RESIDUES = 10  # that change most
 SIGNIFICANT = 0.05
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
-GALLERY = (
-    "subsets",
-    "roughness",
-    "rough_and_flat",
-    "number_of_dots",
-    "compare",
-    "frames",
-    "simulation",
-)  # small figures
+# Small figures
+GALLERY = ("subsets", "roughness", "rough_and_flat", "number_of_dots", "compare", "frames", "simulation")
 SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
 
@@ -436,9 +429,7 @@ def of_dots(run: Run) -> Iterator[Section]:
 
 def sentence_of_changes(table: pd.DataFrame) -> str:
     """Say how many residues change from one form to the other."""
-    from sparsurf.pairs.changes import (
-        SHARE_ABOVE_FLOOR,  # here: few runs compare forms, and it loads every kernel
-    )
+    from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR  # here: it loads every kernel
 
     known, moved = int(table["total"].count()), int(table["above_moved"].sum())
     more = " They differ all over: go by the order of the residues." if most_of(moved, known) else ""

@@ -22,14 +22,8 @@ DEFAULTS = {
     "force_field": "charmm27",
     "water": "tip3p",
 }
-SELECTION_KEYS = (
-    "selection",
-    "chains",
-    "residues",
-    "model",
-    "assembly",
-    "altloc",
-)  # keys of a protein that select its atoms
+# Keys of a protein that select its atoms
+SELECTION_KEYS = ("selection", "chains", "residues", "model", "assembly", "altloc")
 KEYS_OF_SIMULATION = ("simulate", *SELECTION_KEYS)  # keys of a protein that only its simulation uses
 MIN_ENERGIES = 500  # stored values of temperature, pressure, ... per stage
 

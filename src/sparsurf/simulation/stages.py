@@ -56,11 +56,7 @@ def run_stage(
 
 
 def _simulate(
-    stage: str,
-    settings: dict[str, Any],
-    folder: Path,
-    threads: int,
-    progress: Callable[[int, int], None],
+    stage: str, settings: dict[str, Any], folder: Path, threads: int, progress: Callable[[int, int], None]
 ) -> None:
     """Run `gmx mdrun` in a prepared folder."""
     total = n_time_steps(stage, settings) if stage != "minimise" else 0

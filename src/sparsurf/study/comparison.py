@@ -44,9 +44,7 @@ KEYS = ["sampler", "percent", "use", "measure"]
 
 
 def select_methods(
-    prepared: PreparedSurface,
-    names: Iterable[str] | None = None,
-    ranges: pd.DataFrame | None = None,
+    prepared: PreparedSurface, names: Iterable[str] | None = None, ranges: pd.DataFrame | None = None
 ) -> dict[str, Method]:
     """Select samplers, all by default: functions (n, rng) -> dots by name, the paper's with winners of `ranges` or of Table I."""
     chosen = samplers.get_samplers(

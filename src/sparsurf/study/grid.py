@@ -171,7 +171,7 @@ def _fill_uniform(
     shape = (len(out.readings), *out.n_s.shape, len(tests))
     dots = np.empty(
         shape, np.float32 if alone else np.int32
-    )  # patch sizes; interpolated ones are not integers
+    )  # patch sizes; interpolated ones are no integers
     for draw in range(out.n_s.shape[1]):
         n_s, at = np.unique(out.n_s[:, draw], return_inverse=True)
         if together:

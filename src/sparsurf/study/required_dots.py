@@ -46,11 +46,7 @@ class Trials:
     """Subsets of one sampler and their Z at the test dots of the study, at which the floors are measured too."""
 
     def __init__(
-        self,
-        prepared: PreparedSurface,
-        sampler: str,
-        n_tests: int,
-        choices: Choices = PUBLISHED_CHOICES,
+        self, prepared: PreparedSurface, sampler: str, n_tests: int, choices: Choices = PUBLISHED_CHOICES
     ) -> None:
         self.prepared, self.sampler, self.choices = prepared, sampler, choices
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
@@ -221,9 +217,7 @@ def curves_table(trials: Trials, readings: Sequence[str] = (FULL_READING, RECOVE
 
 
 def required_dots_table(
-    trials: Trials,
-    floors: Mapping[str, np.ndarray],
-    readings: Sequence[str] = (FULL_READING, RECOVERED),
+    trials: Trials, floors: Mapping[str, np.ndarray], readings: Sequence[str] = (FULL_READING, RECOVERED)
 ) -> pd.DataFrame:
     """Find the smallest n_S whose Z is at most `FLOOR_FACTOR` times each floor: the rows of required_dots.csv."""
     rows = []

@@ -57,10 +57,7 @@ def by_roughness(
 
 
 def kept_and_any(
-    prepared: PreparedSurface,
-    combination: Sequence[float],
-    readings: Sequence[str],
-    test_dots: int | str,
+    prepared: PreparedSurface, combination: Sequence[float], readings: Sequence[str], test_dots: int | str
 ) -> dict[str, ByRoughness]:
     """Measure the distances around kept dots and around any dots, by the names in `AROUND`; `test_dots` are those of the grid."""
     n_tests = MAX_TEST_DOTS

@@ -7,13 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 CONFIDENCE_LEVEL = 0.95  # of every interval
-MAX_SKEW = (
-    0.75  # of skewness times t / sqrt(n): near 1 the cube root is so steep that the interval is unstable
-)
-FOLDS = (
-    3,
-    5,
-)  # of the draws and of the test dots; winners are chosen on all folds but one and measured on that one
+MAX_SKEW = 0.75  # of skewness times t / sqrt(n): near 1 the cube root is so steep that intervals are unstable
+FOLDS = (3, 5)  # of draws and of test dots; winners are chosen on all folds but one and measured on that one
 
 
 class Estimate(NamedTuple):

@@ -19,12 +19,7 @@ from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study.floors import floor_column
 from sparsurf.study.relation import relate_to_roughness
 from sparsurf.study.required_dots import percent_columns
-from sparsurf.study.tables import (
-    range_index,
-    range_limits,
-    read_roughness,
-    read_table,
-)
+from sparsurf.study.tables import range_index, range_limits, read_roughness, read_table
 from sparsurf.surfaces.components import stored_components, summarize_components, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing

@@ -167,10 +167,7 @@ def _winner(table: pd.DataFrame, d: np.ndarray, reading: str, inside: np.ndarray
 
 
 def best_combinations(
-    table: pd.DataFrame,
-    grid: Grid,
-    max_n_s_percent: float,
-    floors: Mapping[str, float] | None = None,
+    table: pd.DataFrame, grid: Grid, max_n_s_percent: float, floors: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """Choose the best combinations of a surface, and return them with the reference values: the content of best.json.
 

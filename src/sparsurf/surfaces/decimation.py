@@ -20,9 +20,7 @@ from sparsurf.surfaces.mesh import Mesh, build_mesh
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
-STEPS_PER_ANGSTROM = (
-    2**16
-)  # of the positions that are compared, so that rounding on another machine decides nothing
+STEPS_PER_ANGSTROM = 2**16  # of compared positions, so that rounding on another machine decides nothing
 MAX_PENALTY = 5.0  # by which an edge counts as longer
 SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
 

@@ -369,11 +369,8 @@ def _concave_dots(
     for q in range(len(rolling.probes)):
         i, j, k = rolling.triple[q, 0], rolling.triple[q, 1], rolling.triple[q, 2]
         probe_centre = point(rolling.probes, q)
-        to_i, to_j, to_k = (
-            subtract(point(centre, i), probe_centre),
-            subtract(point(centre, j), probe_centre),
-            subtract(point(centre, k), probe_centre),
-        )
+        to_i, to_j = subtract(point(centre, i), probe_centre), subtract(point(centre, j), probe_centre)
+        to_k = subtract(point(centre, k), probe_centre)
         if dot(cross(to_i, to_j), to_k) < 0:
             to_j, to_k = to_k, to_j
         ij, jk, ki = cross(to_i, to_j), cross(to_j, to_k), cross(to_k, to_i)
@@ -387,18 +384,14 @@ def _concave_dots(
             position = add_scaled(probe_centre, probe, unit)
             # Only points beyond that plane can lie inside another probe
             beyond = probe * dot(n, unit) > h
-            if (
-                exact
-                and beyond
-                and _inside_other(position, q, rolling, probe_cells, probe - INSIDE_TOLERANCE)
-            ):
+            within = probe - INSIDE_TOLERANCE
+            if exact and beyond and _inside_other(position, q, rolling, probe_cells, within):
                 n_inside += 1
                 continue
             owner = i
             for other in (j, k):
-                if squared_distance(point(centre, other), position) < squared_distance(
-                    point(centre, owner), position
-                ):
+                to_owner = squared_distance(point(centre, owner), position)
+                if squared_distance(point(centre, other), position) < to_owner:
                     owner = other
             if total == len(rows):
                 rows, atom = doubled(rows), doubled(atom)

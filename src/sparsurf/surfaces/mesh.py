@@ -153,17 +153,14 @@ def _nearest_centres(
     positions: np.ndarray, rolling: Rolling, cells: tuple[Cells, Cells], limit: float, threads: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the distance (n,) to the nearest accessible centre of a probe, at most `limit`, that centre (n, 3) and its kind."""
-    gap, centres, kind = (
-        np.empty(len(positions)),
-        np.zeros((len(positions), 3)),
-        np.zeros(len(positions), np.int8),
-    )
+    n = len(positions)
+    gap, centres, kind = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8)
     probe_cells, atom_cells = cells
     parallel_map(
         lambda a, b: _search_centres(
             positions[a:b], rolling, probe_cells, atom_cells, limit, gap[a:b], centres[a:b], kind[a:b]
         ),
-        len(positions),
+        n,
         threads,
         POSITIONS_PER_TASK,
     )
@@ -358,10 +355,7 @@ def _triangles(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.nda
                                         TETRAHEDRA[t, CROSSED[mask, f, e, 0]],
                                         TETRAHEDRA[t, CROSSED[mask, f, e, 1]],
                                     )
-                                    low, bit = (
-                                        a & b,
-                                        (a ^ b) - 1,
-                                    )  # the bits of one corner include the other's
+                                    low, bit = a & b, (a ^ b) - 1  # one corner's bits include the other's
                                     x, y, z = i + (low & 1), j + (low >> 1 & 1), k + (low >> 2)
                                     before = cut[x, y, z] & ((1 << bit) - 1)
                                     triangles[n + f, e] = first[(x * ny + y) * nz + z] + N_BITS[before]

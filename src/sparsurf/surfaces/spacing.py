@@ -133,10 +133,7 @@ def _search_cubes(
 
 
 def refuse_sparse(
-    points: np.ndarray,
-    d_link: float,
-    name: str,
-    remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger d_link",
+    points: np.ndarray, d_link: float, name: str, remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger d_link"
 ) -> None:
     """Raise InputError if d_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
     if len(points) == 1:

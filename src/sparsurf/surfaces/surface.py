@@ -49,12 +49,8 @@ MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
 MAX_AREA_RATIO = 1.5  # of the sum of areas to its estimate, or the reverse: within .93 and 1.04 on surfaces of all densities
 SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
 MIN_DOTS_TO_JUDGE = 50  # smaller surfaces are not checked for plausibility
-NEIGHBOUR_DISTANCE = (
-    1.8  # Å; neighbours this close belong to the same part of a surface, as a twentieth of the dots do
-)
-MIN_SHARE_OF_ALIKE_NORMALS = (
-    0.8  # neighbours with normals to one side: .97 and more on surfaces, .5 by chance
-)
+NEIGHBOUR_DISTANCE = 1.8  # Å; neighbours this close belong to the same part of a surface
+MIN_SHARE_OF_ALIKE_NORMALS = 0.8  # neighbours with normals to one side: .97 on surfaces, .5 by chance
 # Å, radius of curvature: distance of neighbours over the angle between their normals.
 # It is 1.5 to 2.3 on molecular surfaces of all densities.
 MIN_CURVATURE_RADIUS, MAX_CURVATURE_RADIUS = 0.4, 10.0
@@ -74,15 +70,10 @@ MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
 # Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
 MAX_STRETCH = 1.2
 MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
-MIN_ALIKE_OF_DENSE, MIN_ALIKE_TO_REPORT = (
-    0.85,
-    0.95,
-)  # share of normals beside that do not oppose; .98 on dense surfaces
+MIN_ALIKE_OF_DENSE, MIN_ALIKE_TO_REPORT = 0.85, 0.95  # of normals beside; .98 on dense surfaces
 MAX_DOTS_IN_ONE_PLACE = 9
 N_PARTS, MIN_SPACING_OF_PART = 10, 0.45  # parts of a file; the spacing of each is .64 of that of all or more
-MAX_OUTSIDE_OF_PART = (
-    0.35  # share of dots of a part behind whose normals there is no inside; at most .1 on surfaces
-)
+MAX_OUTSIDE_OF_PART = 0.35  # share of dots of a part with no inside behind their normals; at most .1
 # A surface of this many dots this close (Å) is checked for being closed: the normals of a whole surface sum to .01 of
 # their number, those of half a surface to .07 or more.
 MAX_SPACING_OF_CLOSED, MIN_DOTS_OF_CLOSED = 0.8, 1000
@@ -542,9 +533,7 @@ def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np
     k = min(N_SURROUNDING, len(points) - 1)
     distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
     is_self = around == sample[:, None]
-    is_self[~is_self.any(axis=1), -1] = (
-        True  # if dots coincide, another of them may be returned instead of the dot itself
-    )
+    is_self[~is_self.any(axis=1), -1] = True  # if dots coincide, another may stand for the dot itself
     shape = (len(sample), k)
     return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)
 
@@ -591,9 +580,7 @@ def nearest_neighbours(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarr
     distances, neighbours = np.empty(len(sample)), np.empty(len(sample), int)
     x, y, z = np.ascontiguousarray(points.T)
     for n, i in enumerate(sample):
-        squared = (
-            (x - x[i]) ** 2 + (y - y[i]) ** 2 + (z - z[i]) ** 2
-        )  # a third of the time of a sum over axis 1
+        squared = (x - x[i]) ** 2 + (y - y[i]) ** 2 + (z - z[i]) ** 2  # three times faster than a sum
         squared[i] = np.inf
         neighbours[n] = squared.argmin()
         distances[n] = math.sqrt(squared[neighbours[n]])

@@ -5,16 +5,7 @@ from pathlib import Path
 
 LIBRARY = Path(__file__).parents[1]
 DRAWING = ("report",)  # packages that draw figures and write pages
-NOT_COMPUTING = (
-    *DRAWING,
-    "api",
-    "cli",
-    "workflow",
-    "__init__",
-    "__main__",
-    "compile_kernels",
-    "version",
-)
+NOT_COMPUTING = (*DRAWING, "api", "cli", "workflow", "__init__", "__main__", "compile_kernels", "version")
 
 
 def code_version(*parts: str) -> str:

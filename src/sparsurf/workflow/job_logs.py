@@ -8,9 +8,7 @@ from pathlib import Path
 
 ERROR, WARNING, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
 USED = "USED "  # last line of a job that finished
-FAILED_JOBS = (
-    "_SPARSURF_FAILED_JOBS"  # environment variable: file to which the terminal adds the logs of failed jobs
-)
+FAILED_JOBS = "_SPARSURF_FAILED_JOBS"  # environment variable: file for the paths of the logs of failed jobs
 TAIL_BYTES = 2000
 FULL_DISK_BYTES = 10**6  # free bytes of a disk on which nothing more can be written
 NO_SPACE = "no space is left on the disk"

@@ -281,8 +281,7 @@ class Config(Section):
     proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
     pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
     changes: dict[Name, Two[Conformation]] = key(
-        {},
-        "Forms of a protein to compare residue by residue, such as {opening: [open, tdp43/c2]}.",
+        {}, "Forms of a protein to compare residue by residue, such as {opening: [open, tdp43/c2]}."
     )
     pages: Annotated[list[str], AfterValidator(without_repeats)] = optional(
         "With `sampling: false`: structures that get the files and pages of a study, by name; by default all of at most 10. "

@@ -27,9 +27,8 @@ PADDED_SIDE, MIDDLE = N_NODES[0] + 2 * PAD_NODES, N_NODES[0] // 2
 N_TABLE = 256  # positions of a dot between two nodes in the table of bumps
 # Sum of the bumps at which the dots weigh as much as the wider bumps; one dot at a node gives 0.23.
 HALF_WEIGHT = 0.1
-SPLIT = tuple(
-    comb(BUMP_NODES, k) / 2 ** (BUMP_NODES - 1) for k in range(BUMP_NODES + 1)
-)  # weights of narrow bumps in a wide one
+# Weights of narrow bumps in a wide one
+SPLIT = tuple(comb(BUMP_NODES, k) / 2 ** (BUMP_NODES - 1) for k in range(BUMP_NODES + 1))
 
 
 @cache

@@ -106,10 +106,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
         xlabel="residue (no bar: buried, or missing from a form)",
         ylabel="change of shape and\nfields within 10 Å (sd)",
         xlim=(-0.5, position[-1] + 0.5),
-        ylim=(
-            0,
-            1.15 * np.nan_to_num(table[["total", "total_floor", "total_moved"]].to_numpy(float)).max(),
-        ),  # with room for names
+        ylim=(0, 1.15 * _highest(table).max()),  # with room for names
     )
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
 
@@ -119,15 +116,13 @@ def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
     taken: list[int] = []
     room = NAME_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
     change = table["over_floor"].to_numpy()
-    highest = table[["total", "total_floor", "total_moved"]].max(axis=1).fillna(0).to_numpy()
+    highest = _highest(table)
     top = highest.max(initial=0.0)
     for row in np.argsort(-np.nan_to_num(change), kind="stable")[:N_NAMED]:
         place = int(position[row])
         if change[row] > 1 and all(abs(place - other) >= room for other in taken):
             name, residue, change_here = table[["residue_name", "residue", "total"]].iloc[row]
-            height = (
-                highest[np.abs(position - place) < room / 2].max() + top / 30
-            )  # above its neighbours and their floors
+            height = highest[np.abs(position - place) < room / 2].max() + top / 30  # above its neighbours
             ax.annotate(
                 f"{name}{residue}",
                 (place, change_here),
@@ -138,6 +133,11 @@ def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
                 arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0},
             )
             taken.append(place)
+
+
+def _highest(table: pd.DataFrame) -> np.ndarray:
+    """Return the height of each residue, its change or a floor, (n,)."""
+    return table[["total", "total_floor", "total_moved"]].max(axis=1).fillna(0).to_numpy(float)
 
 
 def _positions(table: pd.DataFrame) -> np.ndarray:

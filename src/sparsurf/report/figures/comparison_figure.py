@@ -39,13 +39,10 @@ def comparison_figure(
     handles = [*_draw_samplers(ax, part), *_draw_references(ax, part)]
     percents = np.unique(part["percent"])
     ax.set(xlabel="dots kept (% of the surface)", ylabel="error Z of the descriptors (0: none)", xscale="log")
-    ax.set_ylim(
-        0, 1.06 * np.nanmax([part["value"].max(), part["high"].max(), part["Z_mean_descriptor"].mean()])
-    )
-    ax.set_xlim(
-        0.88 * min(percents[0], part["n_S_percent"].min()),
-        1.12 * max(percents[-1], part["n_S_percent"].max()),
-    )
+    highest = np.nanmax([part["value"].max(), part["high"].max(), part["Z_mean_descriptor"].mean()])
+    kept = part["n_S_percent"]
+    ax.set(ylim=(0, 1.06 * highest))
+    ax.set_xlim(0.88 * min(percents[0], kept.min()), 1.12 * max(percents[-1], kept.max()))
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xticks(percents, [f"{p:g}" for p in percents])
     _mark_gain(ax, part)

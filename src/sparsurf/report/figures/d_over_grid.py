@@ -23,13 +23,8 @@ if TYPE_CHECKING:
 
     from sparsurf.report.figures.results import Results
 
-BEST: dict[str, Any] = {
-    "marker": "o",
-    "markersize": 4,
-    "markerfacecolor": "white",
-    "markeredgewidth": 0.6,
-    "color": "black",
-}
+BEST: dict[str, Any] = {"marker": "o", "markersize": 4, "markerfacecolor": "white"}
+BEST |= {"markeredgewidth": 0.6, "color": "black"}
 BEST_OF_ALL: dict[str, Any] = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
 N_FINE = 101  # values along each side of an interpolated map
 SIDE = 40.0  # mm, of a map
@@ -61,27 +56,15 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
         best = _maps(figure, grid, f"d_{reading}", (scale, levels), (12, y + 9), side, gap)
         words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}"
         layout.text(figure, 6, y + 0.3, words)
-    _bar(figure, scale, limits, levels, used - 17, 10, pitch * (len(readings) - 1) + side)
+    height = pitch * (len(readings) - 1) + side
+    bar = figure.colorbar(scale, cax=layout.axes(figure, used - 17, 10, 2.5, height))
+    bar.set_label("$d = Z_{tR} - Z_{tS}$ (above 0: better)")
+    bar.ax.set_ylim(limits)
+    bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)  # of the contours
     marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
     handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
     layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
     return figure
-
-
-def _bar(
-    figure: layout.Sheet,
-    scale: ScalarMappable,
-    limits: tuple[float, float],
-    levels: np.ndarray,
-    x: float,
-    y: float,
-    height: float,
-) -> None:
-    """Draw the colour bar of all maps, with the levels of their contours."""
-    bar = figure.colorbar(scale, cax=layout.axes(figure, x, y, 2.5, height))
-    bar.set_label("$d = Z_{tR} - Z_{tS}$ (above 0: better)")
-    bar.ax.set_ylim(limits)
-    bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)
 
 
 def _maps(
@@ -109,13 +92,8 @@ def _maps(
         known = grid[(grid.beta == beta) & grid[column].notna()]
         if best is not None and len(known):
             top = known.iloc[int(known[column].argmax())]
-            mark = BEST_OF_ALL if top.name == best.name else BEST
-            tiles.ax.plot(
-                *tiles.places(0, k, np.array([top.delta]), np.array([top.gamma])).T,
-                **mark,
-                clip_on=False,
-                zorder=3,
-            )
+            mark = (BEST_OF_ALL if top.name == best.name else BEST) | {"clip_on": False, "zorder": 3}
+            tiles.ax.plot(*tiles.places(0, k, np.array([top.delta]), np.array([top.gamma])).T, **mark)
         x, _ = tiles.corner(0, k)
         if len(betas) > 1:
             tiles.ax.text(x + side / 2, -1, f"β = {beta:g}", ha="center", va="bottom")

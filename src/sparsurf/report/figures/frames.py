@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -89,15 +89,8 @@ def _clusters(
     """Draw the frames coloured by cluster, with the chosen ones ringed."""
     colour = np.array(layout.PALETTE)[np.unique(labels, return_inverse=True)[1] % len(layout.PALETTE)]
     ax.scatter(plane[:, 0], plane[:, 1], s=5, c=colour, alpha=0.5, linewidths=0)
-    ax.scatter(
-        plane[chosen, 0],
-        plane[chosen, 1],
-        s=22,
-        c=colour[chosen],
-        edgecolors="black",
-        linewidths=0.8,
-        zorder=3,
-    )
+    ring: dict[str, Any] = {"s": 22, "edgecolors": "black", "linewidths": 0.8, "zorder": 3}
+    ax.scatter(plane[chosen, 0], plane[chosen, 1], c=colour[chosen], **ring)
     share = [f", {100 * e:.0f} % of the variance" for e in explained[:2]] + ["", ""]
     ax.set(xlabel=f"PC 1 (Å){share[0]}", ylabel=f"PC 2 (Å){share[1]}")
     ax.set_title("colours: clusters, ringed: chosen frames")

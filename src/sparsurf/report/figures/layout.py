@@ -30,20 +30,13 @@ if TYPE_CHECKING:
 
     from sparsurf.report.figures.render import Camera
 
-COLUMN, COLUMN_AND_A_HALF, PAGE = (
-    89.0,
-    120.0,
-    183.0,
-)  # mm, of a journal; texts of the second are read at half a page
+COLUMN, COLUMN_AND_A_HALF, PAGE = 89.0, 120.0, 183.0  # mm, of a journal
 MM = 1 / 25.4  # inch
 LETTER_WIDTH = 1.36  # mm, mean width of a letter
 BOLD_LETTER_WIDTH = 1.72  # mm, of a letter of the head
 HEAD_LINE = 3.6  # mm, from line to line of the head
 DPI = 200  # of a png, and of the pictures inside an svg
-PACKED: dict[str, Any] = {
-    "compress_level": 4,
-    "compress_type": 0,
-}  # of a png: smaller and faster than by default
+PACKED: dict[str, Any] = {"compress_level": 4, "compress_type": 0}  # png: smaller and faster
 # Okabe and Ito, Color Universal Design (2008), without black; then four of P. Tol's
 PALETTE = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442"]
 PALETTE += ["#332288", "#882255", "#999933", "#888888"]

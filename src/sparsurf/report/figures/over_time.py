@@ -19,7 +19,6 @@ from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
 WINDOWS = 20  # per trajectory; the moving mean is over one
@@ -47,7 +46,11 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
         ax.tick_params(labelbottom=False)
     rows[-1, 0].set_xlabel(unit)
     title = ", ".join(f"{greek} = {value:g}" for greek, value in zip("αβγδ", combination, strict=True))
-    handles = _ensemble_handles(window)
+    handles = [Line2D([], [], color=PALE if window else DARK, label="each frame")]
+    if window:
+        handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
+    bar: dict[str, Any] = {"color": "black", "marker": "|", "markersize": 6, "linestyle": ""}
+    handles.append(Line2D([], [], **bar, label="mean standard error of a frame's $d$"))
     figure.legend(handles=handles, loc="outside lower left", ncols=3, title=title, alignment="left")
     return layout.fix_layout(figure)
 
@@ -90,15 +93,6 @@ def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], erro
         ax.errorbar(right, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
 
 
-def _ensemble_handles(window: int) -> list[Line2D]:
-    """Return the entries of the legend."""
-    handles = [Line2D([], [], color=PALE if window else DARK, label="each frame")]
-    if window:
-        handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
-    error: dict[str, Any] = {"color": "black", "marker": "|", "markersize": 6, "linestyle": ""}
-    return [*handles, Line2D([], [], **error, label="mean standard error of a frame's $d$")]
-
-
 @styled
 def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str = "") -> Figure:
     """Draw mean R_i of every residue (a column of `over_time`) against time, and its mean and standard deviation."""
@@ -106,18 +100,13 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     time, label = time_axis(over_time)
     n = len(residues)
     figure = layout.sheet(layout.COLUMN, 88, name)
-    scale = ScalarMappable(colors.Normalize(np.nanmin(values), np.nanmax(values)), _colours())
+    colours = colormaps["viridis"].with_extremes(bad=BURIED)
+    scale = ScalarMappable(colors.Normalize(np.nanmin(values), np.nanmax(values)), colours)
     ax = layout.axes(figure, 15, 6, 40, 60)
     half = np.diff(time).mean() / 2 if len(time) > 1 else 0.5
     extent = (time.iloc[0] - half, time.iloc[-1] + half, n - 0.5, -0.5)
-    ax.imshow(
-        values.T,
-        aspect="auto",
-        extent=extent,
-        norm=scale.norm,  # type: ignore[arg-type]
-        cmap=scale.cmap,
-        interpolation="nearest",
-    )
+    shown: dict[str, Any] = {"norm": scale.norm, "cmap": scale.cmap, "interpolation": "nearest"}
+    ax.imshow(values.T, aspect="auto", extent=extent, **shown)
     _name_residues(ax, residues)
     ax.set_xlabel(label)
     ax.xaxis.set_major_locator(MaxNLocator(4))
@@ -132,18 +121,9 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     layout.letter(figure, 57, 1, "B")
     bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 77, 40, 2), orientation="horizontal")
     bar.ax.xaxis.set_major_locator(MaxNLocator(4))
-    layout.text(figure, 60, 75.5, "mean $R_i$ of the residue\n(low: rough, high: flat)" + _grey(values))
+    grey = "\ngrey: buried" if np.isnan(values).any() else ""
+    layout.text(figure, 60, 75.5, "mean $R_i$ of the residue\n(low: rough, high: flat)" + grey)
     return figure
-
-
-def _colours() -> Colormap:
-    """Return the colours of roughness, with grey for buried residues."""
-    return colormaps["viridis"].with_extremes(bad=BURIED)
-
-
-def _grey(values: np.ndarray) -> str:
-    """Explain the grey of buried residues if there are any."""
-    return "\ngrey: buried" if np.isnan(values).any() else ""
 
 
 def _name_residues(ax: Axes, residues: pd.DataFrame) -> None:

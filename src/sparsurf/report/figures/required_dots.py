@@ -26,10 +26,8 @@ if TYPE_CHECKING:
 
     from sparsurf.report.figures.results import Results
 
-FLOORS = {
-    FRESH: "fresh dots of\nthe same surface",
-    "turned": "the molecule rotated",
-}  # of the others their keys
+# Of the others their keys
+FLOORS = {FRESH: "fresh dots of\nthe same surface", "turned": "the molecule rotated"}
 # Kinds of noise floors drawn beside the one that defines what is enough, each at one end; floors.csv has all
 SHOWN = {"frames": "idxmin", "atoms": "idxmax"}
 MEAN_PATCH = "Z_mean_descriptor"  # of best.json
@@ -86,10 +84,8 @@ def read(folder: Path, sampled: bool = True) -> Tables:
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
     mean_patch = results.best.get("references", {}).get(MEAN_PATCH, np.nan)
-    tables = Tables(
-        results.name, results.curves, results.floors, results.required_dots, results.grid, mean_patch
-    )
-    return figure([tables], results.floor)
+    tables = (results.name, results.curves, results.floors, results.required_dots, results.grid)
+    return figure([Tables(*tables, mean_patch)], results.floor)
 
 
 @styled
@@ -120,19 +116,19 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = FULL_R
     for ax in drawing.axes:
         ax.set_ylim(0, top)
     if coded is not None and surfaces[0].grid is not None:
-        drawing.axes[0].set_ylabel("error Z of the descriptors, on the full surface")
-        drawing.axes[0].text(
-            0.98, 0.98, f"on the full surface: {_count(surfaces[0].grid, reading)}", transform=drawing.axes[0].transAxes,
-            ha="right", va="top", color=CLOUD, path_effects=layout.HALO,
-        )  # fmt: skip
+        first = drawing.axes[0]
+        first.set_ylabel("error Z of the descriptors, on the full surface")
+        words = f"on the full surface: {_count(surfaces[0].grid, reading)}"
+        style: dict[str, Any] = {"ha": "right", "va": "top", "color": CLOUD, "path_effects": layout.HALO}
+        first.text(0.98, 0.98, words, transform=first.transAxes, **style)
         ax = drawing.add_subplot(rows, columns, 2)
         _draw_coded(ax, coded, next(iter(panels.values())), floor)
         if np.isfinite(coded.mean_patch):
-            for each in drawing.axes:
-                each.axhline(coded.mean_patch, zorder=0, **MEAN_PATCH_STYLE)
-        ticks = drawing.axes[0].get_xticks()
+            for panel_ax in drawing.axes:
+                panel_ax.axhline(coded.mean_patch, zorder=0, **MEAN_PATCH_STYLE)
+        ticks = first.get_xticks()
         ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        ax.set_xlim(drawing.axes[0].get_xlim())
+        ax.set_xlim(first.get_xlim())
     handles = _legend_handles(panels, floor, READINGS[reading].words, coded)
     if single:
         drawing.legend(handles=handles, loc="outside right upper", labelspacing=0.9, handlelength=2.2)
@@ -148,9 +144,8 @@ def panel_of(tables: Tables, floor: str = FRESH, reading: str = FULL_READING) ->
         key: (rows["n_S_percent"].to_numpy(), rows["Z"].to_numpy())
         for key, rows in curves.groupby(["sampler", "reading"], sort=False)
     }
-    answer = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)].iloc[
-        0
-    ]
+    of_floor = required_dots[required_dots["floor"] == floor]
+    answer = of_floor[of_floor["reading"] == RECOVERED].iloc[0]
     floors: dict[Any, float] = tables.floors.set_index("floor")["Z"].to_dict()
     cloud = (np.empty(0), np.empty(0))
     if grid is not None and f"Z_tS_{reading}" in grid:
@@ -204,19 +199,18 @@ def median_panel(by_name: dict[str, Panel]) -> Panel:
     n, z = (np.concatenate([panel.cloud[k] for panel in panels]) for k in (0, 1))
     step = 1 + len(n) // MAX_COMBINATIONS
     n_answer, z_answer = np.median([panel.answer for panel in panels], axis=0)
-    bounds = {panel.bound for panel in panels}
-    return Panel(
-        (n[::step], z[::step]), lines, floors, (n_answer, z_answer), bounds.pop() if len(bounds) == 1 else ""
-    )
+    bound, *others = {panel.bound for panel in panels}
+    return Panel((n[::step], z[::step]), lines, floors, (n_answer, z_answer), "" if others else bound)
 
 
-def _look(sampler: str, reading: str) -> tuple[str, str]:
-    """Return the colour and the name of a curve."""
+def _look(sampler: str, reading: str) -> tuple[dict[str, Any], str]:
+    """Return the style and the name of a curve."""
+    style = {"linewidth": 1.5, "markersize": 2.5}
     if reading == RECOVERED:
-        return BACK, "the surface recovered\nfrom the same dots"
+        return style | {"color": BACK, "marker": "o"}, "the surface recovered\nfrom the same dots"
     if sampler == "uniform":
-        return UNIFORM, "uniform subset"
-    return AS_THEY_ARE, f"{sampler_label(sampler).split(' (')[0]} dots\nas they are"
+        return style | {"color": UNIFORM}, "uniform subset"
+    return style | {"color": AS_THEY_ARE}, f"{sampler_label(sampler).split(' (')[0]} dots\nas they are"
 
 
 def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
@@ -225,10 +219,10 @@ def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
     ax.scatter(n, z, s=2.5, color=CLOUD, alpha=0.35, linewidths=0)
     lowest, highest = min(n, default=np.inf), np.nanmax([0, *z])
     for key, (x, y, *band) in panel.lines.items():
-        colour = _look(*key)[0]
+        style = _look(*key)[0]
         if band:
-            ax.fill_between(x, band[0], band[1], color=colour, alpha=0.15, linewidth=0)
-        ax.plot(x, y, color=colour, linewidth=1.5, marker="o" if colour == BACK else "", markersize=2.5)
+            ax.fill_between(x, band[0], band[1], color=style["color"], alpha=0.15, linewidth=0)
+        ax.plot(x, y, **style)
         lowest, highest = min(lowest, x.min()), max(highest, np.nanmax(y))
     for name in floors:
         if name in panel.floors:
@@ -253,16 +247,12 @@ def _legend_handles(
         words = "paper's sampling,\nall combinations" + (f",\n{reading}" if coded is None else "")
         handles.append(Line2D([], [], color=CLOUD, marker="o", markersize=3, linestyle="", label=words))
     for key in dict.fromkeys(key for panel in panels.values() for key in panel.lines):
-        colour, words = _look(*key)
-        marker = "o" if colour == BACK else ""
-        handles.append(
-            Line2D([], [], color=colour, linewidth=1.5, marker=marker, markersize=2.5, label=words)
-        )
+        style, words = _look(*key)
+        handles.append(Line2D([], [], label=words, **style))
     bar = any(np.isfinite(panel.interval[0]) for panel in panels.values())
     words = "near the floor, bar: 95 % interval" if bar else "near the floor"
-    handles.append(
-        Line2D([], [], color=BACK, marker="o", mfc="white", markersize=5, linestyle="", label=words)
-    )
+    ring: dict[str, Any] = {"color": BACK, "marker": "o", "mfc": "white", "markersize": 5, "linestyle": ""}
+    handles.append(Line2D([], [], label=words, **ring))
     for name in _floors_of(panels, floor):
         z = next(iter(panels.values())).floors.get(name, np.nan)
         words = FLOORS.get(name, name) + (f": {z:.2f}" if len(panels) == 1 else "")

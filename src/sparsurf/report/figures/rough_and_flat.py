@@ -84,11 +84,9 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
             if first and second:
                 return f"less error than a uniform subset {first}, more {second}"
             return "whether the sampling errs less depends on the roughness"
-    return (
-        f"the sampling errs less on {' and '.join(better)} patches"
-        if better
-        else "a uniform subset errs less everywhere"
-    )
+    if not better:
+        return "a uniform subset errs less everywhere"
+    return f"the sampling errs less on {' and '.join(better)} patches"
 
 
 @styled
@@ -143,12 +141,8 @@ def _patch(
     camera = render.aim(points, render.oblique(points, normals), layout.pixels(PICTURE, PICTURE))
     behind = render.draw_surface(points, normals, render.PALE, camera)
     whole = np.arange(len(points))
-    columns = [
-        ("whole", whole, layout.WHOLE),
-        ("sampled", sampled, layout.SAMPLED),
-        ("uniform", random, layout.RANDOM),
-    ]
-    for k, (name, kept, colour) in enumerate(columns):
+    columns = [("whole", whole, layout.WHOLE), ("sampled", sampled, layout.SAMPLED)]
+    for k, (name, kept, colour) in enumerate([*columns, ("uniform", random, layout.RANDOM)]):
         kept = np.asarray(kept, int)
         scene = render.draw_dots(behind, points[kept], normals[kept], colors.to_rgb(colour))
         ax = layout.axes(figure, x + PICTURE * k, y + 10, PICTURE, PICTURE)
@@ -170,19 +164,15 @@ def _boxes(
 ) -> None:
     """Draw two box plots per bin, whiskers at most 1.5 times the box; fewer than `MIN_VALUES` values are drawn as dots."""
     width = edges[1] - edges[0]
-    for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, BOX_OF_UNIFORM, 0.2)):
-        values = [z[dots][np.isfinite(z[dots])] for dots in chosen.values()]
+    for of_dots, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, BOX_OF_UNIFORM, 0.2)):
+        values = [of_dots[dots][np.isfinite(of_dots[dots])] for dots in chosen.values()]
         centres = [edges[k] + (0.5 + side) * width for k in chosen]
-        few = np.array([len(z_in_bin) < MIN_VALUES for z_in_bin in values])
-        alone = [
-            (np.full(len(z_in_bin), x), z_in_bin)
-            for z_in_bin, x in zip(values, centres, strict=True)
-            if len(z_in_bin) < MIN_VALUES
-        ]
+        few = np.array([len(z) < MIN_VALUES for z in values])
+        alone = [(np.full(len(z), x), z) for z, x, is_few in zip(values, centres, few, strict=True) if is_few]
         if alone:
             ax.plot(*np.concatenate(alone, axis=1), "o", color=colour)
         if not few.all():
-            boxed = [z_in_bin for z_in_bin in values if len(z_in_bin) >= MIN_VALUES]
+            boxed = [z for z, is_few in zip(values, few, strict=True) if not is_few]
             _box_plots(ax, boxed, np.array(centres)[~few], 0.34 * width, colour)
     for edge in edges[1:]:
         ax.axvline(edge, color="#E0E0E0", linewidth=0.4, zorder=0)
@@ -194,24 +184,18 @@ def _boxes(
 
 def _box_plots(ax: Axes, values: list[np.ndarray], centres: np.ndarray, width: float, colour: str) -> None:
     """Draw box plots with five artists in all; `boxplot` takes six for each box."""
-    low, middle, high = np.array([np.quantile(z_in_bin, [0.25, 0.5, 0.75]) for z_in_bin in values]).T
-    reach = 1.5 * (high - low)
-    ends = [
-        (z_in_bin[z_in_bin >= a - r].min(), z_in_bin[z_in_bin <= b + r].max())
-        for z_in_bin, a, b, r in zip(values, low, high, reach, strict=True)
-    ]
+    low, middle, high = np.array([np.quantile(z, [0.25, 0.5, 0.75]) for z in values]).T
+    limits = zip(values, low - 1.5 * (high - low), high + 1.5 * (high - low), strict=True)
+    ends = [(z[z >= lowest].min(), z[z <= highest].max()) for z, lowest, highest in limits]
     bottom, top = np.array(ends).T
     thin: dict[str, Any] = {"color": "black", "linewidth": 0.5}
     ax.bar(centres, high - low, width, low, facecolor=colour, edgecolor="black", linewidth=0.5)
     ax.hlines(middle, centres - width / 2, centres + width / 2, color="black", linewidth=1)
     ax.vlines(np.tile(centres, 2), np.append(bottom, high), np.append(low, top), **thin)
-    ax.hlines(
-        np.append(bottom, top), np.tile(centres - width / 4, 2), np.tile(centres + width / 4, 2), **thin
-    )
-    beyond = [
-        z_in_bin[(z_in_bin < a) | (z_in_bin > b)] for z_in_bin, (a, b) in zip(values, ends, strict=True)
-    ]
-    far = np.repeat(centres, [len(z_in_bin) for z_in_bin in beyond])
+    left, right = np.tile(centres - width / 4, 2), np.tile(centres + width / 4, 2)
+    ax.hlines(np.append(bottom, top), left, right, **thin)
+    beyond = [z[(z < a) | (z > b)] for z, (a, b) in zip(values, ends, strict=True)]
+    far = np.repeat(centres, [len(z) for z in beyond])
     ax.plot(far, np.concatenate(beyond), ".", markersize=2, color=colour)
 
 

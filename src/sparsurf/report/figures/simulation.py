@@ -54,10 +54,8 @@ def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.D
     for ax, column in zip(panels[len(ENERGIES) :], MOTION, strict=True):
         _series(ax, motion["time_ps"].to_numpy() / scale, motion[column], PALETTE[2])
         ax.set_xlabel(f"time of the production ({unit})")
-    handles = [
-        Line2D([], [], color=colour, label=name)
-        for colour, name in zip(PALETTE, STAGES.values(), strict=False)
-    ]
+    colours = dict(zip(STAGES.values(), PALETTE, strict=False))
+    handles = [Line2D([], [], color=colour, label=name) for name, colour in colours.items()]
     handles.append(Line2D([], [], **TARGET, label="target"))
     figure.legend(handles=handles, loc="outside upper left", ncols=4)
     return layout.fix_layout(figure)

@@ -71,26 +71,14 @@ def figure(
     title, back, distance = recovered
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
-    _show(
-        figure,
-        corners,
-        cells - 2,
-        scene,
-        f"{title}\nin the colours of panel {ascii_uppercase[cells - 1]}",
-        layout.DARK,
-    )
+    words = f"{title}\nin the colours of panel {ascii_uppercase[cells - 1]}"
+    _show(figure, corners, cells - 2, scene, words, layout.DARK)
     words = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
     x, y = _cell(figure, corners, cells - 1, words, "black")
     mean = f"mean {np.mean(distance):.3f} Å"
     ends = np.linspace(0, MAX_DISTANCE, 41)
-    layout.histogram(
-        layout.axes(figure, x + 12, y + 14, 44, 32),
-        distance,
-        scale,
-        f"distance (Å; last bar: {MAX_DISTANCE:g} and more)",
-        mean,
-        ends,
-    )
+    label = f"distance (Å; last bar: {MAX_DISTANCE:g} and more)"
+    layout.histogram(layout.axes(figure, x + 12, y + 14, 44, 32), distance, scale, label, mean, ends)
     return figure
 
 

@@ -11,6 +11,7 @@ from sparsurf.patches.readings import FULL_READING, READINGS
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, SAMPLED, styled
 from sparsurf.report.numbers import share
+from sparsurf.sampling.combination import PARAMETERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,14 +20,8 @@ if TYPE_CHECKING:
 MEASURES = {"d": "d: Z of a uniform subset minus Z of the sampling", "Z_tS": "$Z_{tS}$: error of the subset"}
 RUNS: dict[str, Any] = {"color": "#C9CDD2", "linewidth": 5, "solid_capstyle": "round"}
 PUBLISHED: dict[str, Any] = {"marker": "D", "markersize": 4, "linestyle": "", "zorder": 3}
-OTHER: dict[str, Any] = {
-    "marker": "o",
-    "markersize": 3.5,
-    "linestyle": "",
-    "color": DARK,
-    "markerfacecolor": "none",
-    "zorder": 2,
-}
+OTHER: dict[str, Any] = {"marker": "o", "markersize": 3.5, "linestyle": "", "zorder": 2}
+OTHER |= {"color": DARK, "markerfacecolor": "none"}
 
 
 @styled
@@ -38,9 +33,19 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
         _panel(ax, places, rows, name)
         ax.set_xlabel(words)
     panels[0].axvline(0, color="black", linewidth=0.5, zorder=0)
-    panels[0].set_yticks(range(len(rows)), [_label(row) for _, row in rows.iterrows()])
+    names = [
+        f"{share(low)}–{share(high)} %   ({', '.join(f'{value:g}' for value in combination)})"
+        for low, high, *combination in rows[["n_S_low_percent", "n_S_high_percent", *PARAMETERS]].to_numpy()
+    ]
+    panels[0].set_yticks(range(len(rows)), names)
     panels[1].set_yticks([])
-    figure.legend(handles=_handles(places), loc="outside upper left", ncols=4)
+    handles = [
+        Line2D([], [], label=f"{int(places['n_runs'].max())} runs as published", **RUNS),
+        Line2D([], [], color="black", label="published", **PUBLISHED),
+        Line2D([], [], color=SAMPLED, label="published, outside of the runs", **PUBLISHED),
+        Line2D([], [], label=f"ours, {READINGS[FULL_READING].words}", **OTHER),
+    ]
+    figure.legend(handles=handles, loc="outside upper left", ncols=4)
     return layout.fix_layout(figure)
 
 
@@ -54,20 +59,3 @@ def _panel(ax: Axes, places: pd.DataFrame, rows: pd.DataFrame, name: str) -> Non
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
-
-
-def _label(row: pd.Series) -> str:
-    """Name a row by its range of n_S and its combination."""
-    parameters = ", ".join(f"{row[name]:g}" for name in ("alpha", "beta", "gamma", "delta"))
-    return f"{share(row['n_S_low_percent'])}–{share(row['n_S_high_percent'])} %   ({parameters})"
-
-
-def _handles(places: pd.DataFrame) -> list[Line2D]:
-    """Return the entries of the legend."""
-    n = int(places["n_runs"].max())
-    return [
-        Line2D([], [], label=f"{n} runs as published", **RUNS),
-        Line2D([], [], color="black", label="published", **PUBLISHED),
-        Line2D([], [], color=SAMPLED, label="published, outside of the runs", **PUBLISHED),
-        Line2D([], [], label=f"ours, {READINGS[FULL_READING].words}", **OTHER),
-    ]

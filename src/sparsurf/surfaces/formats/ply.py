@@ -32,9 +32,7 @@ BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
 TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
-Element = tuple[
-    str, int, list[tuple[str, ...]]
-]  # name, number, and the name and type (of a list two) of each property
+Element = tuple[str, int, list[tuple[str, ...]]]  # name, number, name and types of each property
 MAX_DIGITS_OF_COUNT = 12  # of vertices in a header; a longer number is damaged
 
 
