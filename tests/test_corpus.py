@@ -264,6 +264,7 @@ def with_items(text, column, change):
     return block.as_string()
 
 
+LONG = [put(line) for line in EXAMPLE.read_text().splitlines() if line.startswith("ATOM")]
 TWIN = every([line for line in of(HEAVY, "213") if line[12:16].split()[0] in ALANINE], residue_name="ALA")
 BRIDGE = "LINK         CG  ALA A   3                 NZ  ALA A   5     1555   1555  1.33\n"
 LACKING = "".join(
@@ -286,6 +287,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "an unknown cap bonded to the first residue.pdb": (
         end(atoms("XYZ", "208", {"C1": (0, -1.33, 0), "O1": (-0.9, -2.1, 0)}), peptide(first=209)), {}, "1 22 5"),
     "a cap behind the chain.pdb": (end(peptide(), atoms("ACE", "0", ACE)), {}, "1 23 5"),
+    "a cap of the number of the first residue.pdb": (end(atoms("ACE", "1", ACE), peptide()), {}, "1 23 5"),
+    "a lipid on the first residue.pdb": (
+        end(peptide(), atoms("MYR", "99", {f"C{k}": (0, -1.33 - 1.5 * k, 0) for k in range(5)})), {}, "1 25 5"),
     "a ligand beside the end of the chain.pdb": (
         end(peptide(), atoms("XYZ", "9", {"C1": (0, -3.4, 0), "O1": (-0.9, -4.5, 0)})), {}, "1 20 4 ~ left out 1 XYZ"),
     # chains and molecules
@@ -303,6 +307,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "chains of two letters.pdb": (end(line[:20] + "AB" + line[22:] for line in HEAVY), {"chains": "AB"}, WHOLE),
     "a chain without its name in some rows.cif": (
         with_items(CIF, "auth_asym_id", lambda k, value: "?" if k % 3 else value), {"chains": "A"}, WHOLE),
+    "no label of the chain in some rows.cif": (
+        with_items(CIF, "label_asym_id", lambda k, value: "." if k % 2 else value), {}, WHOLE),
     "no numbers of the authors in some rows.cif": (
         with_items(with_items(CIF, "label_seq_id", lambda k, _: HEAVY[k][23:26]), "auth_seq_id",
                    lambda k, value: value if k % 4 else "."),
@@ -341,6 +347,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a letter that no residue has.pdb": (PDB, {"altloc": "Q"}, f"{WHOLE} ~ altloc Q changes nothing"),
     # waters, ions, ligands
     "water TP3.pdb": (end(HEAVY, atoms("TP3", "300", WATER), atoms("TP3", "301", WATER, by=(9, 0, 0))), {"ligands": True}, WHOLE),
+    "water SWM4 with a Drude particle.pdb": (
+        end(HEAVY, (line[:17] + "SWM4" + line[21:] for line in atoms("SWM", "300", WATER | {"DOH2": (0, 0, 50)}))),
+        {"ligands": True}, WHOLE),
     "water of an unknown name.pdb": (end(HEAVY, atoms("XYZ", "300", WATER)), {"ligands": True}, WHOLE),
     "ion SOD.pdb": (
         end(HEAVY, atoms("SOD", "300", {"SOD": (0, 0, 50)}, element="")), {"ligands": ["SOD"]}, "1 120 15 ~ radius for NA"),
@@ -367,10 +376,17 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         cif(end(plddt(HEAVY, 0.01))) + "_ma_qa_metric.id 1\n_ma_qa_metric.type pLDDT\n_ma_qa_metric.name pLDDT\n",
         {"plddt": 70}, "1 82 10 ~ scale of 0 to 1"),
     "a crystal of the same B factors.pdb": ("EXPDTA    X-RAY DIFFRACTION\n" + end(plddt(HEAVY)), {"plddt": 70}, WHOLE),
+    "SWISS-MODEL, 0 to 1.pdb": (
+        "EXPDTA    THEORETICAL MODEL (SWISS-MODEL SERVER)\nREMARK   3 GMQE 0.75\n" + end(plddt(HEAVY, 0.01)), {"plddt": 70},
+        "! without pLDDT"),
+    "no B factors.gro": (gro(HEAVY), {"plddt": 70}, "1 119 14 ~ plddt is not applied"),
     "B factors that are no pLDDT.pdb": (PDB, {"plddt": 70}, f"{WHOLE} ~ plddt is not applied"),
     # models
     "models that are copies elsewhere.pdb": (models(HEAVY, COPY), {}, "2 119 14 ~ copies of the first at other places"),
     "an assembly.pdb": (models(HEAVY, COPY), {"assembly": True}, TWICE),
+    "the second model 5 % longer along y.pdb": (
+        models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
+        "2 953 61 ~ longer along y .* in frame 1"),
     "models that repeat.pdb": (models(HEAVY, HEAVY), {}, "2 119 14 ~ 1 frame repeats the one before"),
     "one of two models.pdb": (models(HEAVY, COPY), {"model": 2}, WHOLE),
     "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
@@ -951,6 +967,12 @@ def not_a_number(several):
     return several
 
 
+def boxless(content):
+    """Leave out the boxes of three frames of a TRR file."""
+    parts = (content[k * len(content) // 3 : (k + 1) * len(content) // 3] for k in range(3))
+    return b"".join(part[:32] + bytes(4) + part[36:84] + part[120:] for part in parts)
+
+
 def same(content):
     return content
 
@@ -970,6 +992,7 @@ TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes 
     "nothing": (same, "xtc trr dcd nc h5", lambda content: b"", {}, "! cannot be read"),
     "fewer frames than announced": (same, "dcd", dcd_cut(2, 3), {}, "2 953 61 ~ announces 3 frames, 2 were read .stride 1"),
     "more frames than announced": (same, "dcd", announced(2), {}, "3 953 61 ~ continues after the 2 frames"),
+    "without a box": (same, "trr", boxless, {}, "3 953 61"),
     "the same frame again": (joined(0, 1, 1, 2), "xtc trr dcd nc xyz", same, {}, "3 953 61 ~ 1 frame repeats the one before"),
     "all frames again": (joined(0, 1, 0, 1), "xtc trr dcd nc xyz", same, {}, "4 953 61 ~ its second half repeats the first"),
     "frames there and back": (joined(0, 1, 1, 0), "xtc", same, {}, "3 953 61 ~ repeats the one before"),
@@ -1404,6 +1427,8 @@ SURFACES = {  # content, and the number of dots with the outcome
         ply("binary_little_endian", before=BEFORE,
             table=struct.pack("<fB3iB2i", 0.5, 3, 0, 1, 2, 2, 1, 2) + TABLE.astype("<f4").tobytes()),
         "360"),
+    "two lists of vertices.ply": (
+        ply("ascii", before=VERTEX.format(1)).replace(b"end_header\n", b"end_header\n0 0 0 0 0 1\n"), "! several lists"),
     "faces that do not end.ply": (ply("ascii", before=BEFORE.replace("face 2", "face 9000")), "! cannot be read"),
     "other_end.ply": (ply("binary_little_endian", table=TABLE.astype(">f4").tobytes()), "! dot"),
     "more.ply": (ply("ascii", N), f"! more than the {N} vertices"),

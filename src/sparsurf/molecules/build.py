@@ -35,7 +35,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds, split_label
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
-from sparsurf.molecules.unwrapping import Unwrapping, make_whole
+from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -362,7 +362,7 @@ def molecule_of_trajectory(
     unwrap: list[Unwrapping] = []
 
     def make_frames_whole(xyz: np.ndarray, box: np.ndarray | None) -> np.ndarray:
-        if not whole or box is None or not len(xyz):
+        if not whole or box is None or not len(xyz) or has_no_box(box):
             return xyz
         if not unwrap:
             unwrap.append(Unwrapping(xyz[0], box[0], molecule.residue_index))
@@ -444,7 +444,10 @@ def _report_missing(
     number = np.array([int(split_label(label)[0] or 0) for label in molecule.residue[first].tolist()])
     a, b = residues[:-1], residues[1:]
     gap = (b == a + 1) & (everything.following[a] != b) & (chain[a] == chain[b]) & (number[b] - number[a] > 1)
-    gap &= (kind[a] == "protein") & (kind[b] == "protein") & ~np.isin(chain[a], [*file.sequences])
+    inside = (kind == "protein") & np.isin(
+        np.arange(len(first)), molecule.residue_index[molecule.name == "CA"]
+    )
+    gap &= inside[a] & inside[b] & ~np.isin(chain[a], [*file.sequences])
     if gap.any():
         k = int(np.argmax(gap))
         count = int((number[b] - number[a] - 1)[gap].sum())

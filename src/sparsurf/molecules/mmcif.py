@@ -83,12 +83,14 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
     length = len(values_of["name"])
     columns = {name: values or [""] * length for name, values in values_of.items()}
     columns["chain"] = _filled(columns["chain"], columns["segid"], columns["segid"])
+    residues = [*zip(columns["chain"], columns["number"], strict=True)]
+    columns["segid"] = _filled(columns["segid"], residues, columns["segid"])
     position = columns.pop("position")
-    labels = [at and (segid, at) for segid, at in zip(columns["segid"], position, strict=True)]
-    columns["number"] = _filled(columns["number"], labels, position)
+    positions = [at and (segid, at) for segid, at in zip(columns["segid"], position, strict=True)]
+    columns["number"] = _filled(columns["number"], positions, position)
     numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
-    residues = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
-    malformed = next((label for label in residues if not LABEL.fullmatch(label)), None)
+    labels = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
+    malformed = next((label for label in labels if not LABEL.fullmatch(label)), None)
     if malformed is not None:
         raise InputError(f"{path} has a residue numbered '{malformed}': repair its _atom_site loop.")
     return atom_table(
@@ -97,11 +99,11 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
         | {
             "model": np.where(np.abs(numbers["model"]) < 1e9, numbers["model"], 1).astype(int),
             "hetero": np.array(columns["hetero"]) == "HETATM",
-            "residue": residues,
+            "residue": labels,
             "occupancy": np.nan_to_num(numbers["occupancy"], nan=1.0),
             "b_factor": numbers["b_factor"],
             "element": [element.upper() for element in columns["element"]],
-            "unit": _units(residues, columns["name"]),
+            "unit": _units(labels, columns["name"]),
         }
     )
 

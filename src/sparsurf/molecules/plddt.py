@@ -25,11 +25,13 @@ PREDICTORS = re.compile(
     r"\b((ALPHA|COLAB|ESM|OPEN|OMEGA|UNI|ROSETTA|HELIX|INTELLI|IG)[- ]?FOLD|BOLTZ|CHAI[- ]?(1|2|LAB|DISCOVERY)|"
     r"PROTENIX|PLDDT)"
 )
+OTHER_MODELS = re.compile(r"\b(SWISS[- ]?MODEL|MODELLER|I-?TASSER|PHYRE)")
 OF_PREDICTION = ("TITLE ", "HEADER", "COMPND", "REMARK", "EXPDTA", "METHOD", "PARENT")
 OF_EXPERIMENT = re.compile(
     r"REMARK +([23]\b.*\S|2(00|1[057]|30|4[057])\b)"
 )  # resolution, refinement, collection of data
-NO_EXPERIMENT = re.compile(r"THEORETICAL|MODEL|PREDICT|SILICO|NULL|COMPUTATION|SIMULATION|^\W*$")
+THEORY = re.compile("THEORETICAL|MODEL|PREDICT|SILICO|COMPUTATION|SIMULATION")
+NO_EXPERIMENT = re.compile(rf"{THEORY.pattern}|NULL|^\W*$")
 PREDICTED_CATEGORIES = ("_ma_qa_metric.", "_ma_model_list.", "_ma_data.")
 EXPERIMENTAL_CATEGORIES = (
     "_refine.",
@@ -47,9 +49,12 @@ def origin_of_pdb(lines: list[str], has_box: bool) -> str:
     """Return the origin of a PDB file from the records beside its atoms."""
     methods = [line[10:80].upper() for line in lines if line.startswith("EXPDTA")]
     measured = any(OF_EXPERIMENT.match(line) for line in lines)
-    texts = [line[6:80].upper() for line in lines if line.startswith(OF_PREDICTION)]
-    said = any(map(PREDICTORS.search, texts)) or any(line.startswith("PARENT") for line in lines)
-    return _origin(methods, measured, said, has_box)
+    texts = [
+        "PLDDT" if line.startswith("PARENT") else line[6:80].upper()
+        for line in lines
+        if line.startswith(OF_PREDICTION)
+    ]
+    return _origin(methods, measured, texts, has_box)
 
 
 def origin_of_mmcif(block: cif.Block, has_box: bool) -> str:
@@ -62,15 +67,17 @@ def origin_of_mmcif(block: cif.Block, has_box: bool) -> str:
     measured = any(name in categories for name in EXPERIMENTAL_CATEGORIES)
     items = ("_struct.title", "_software.name", "_entry.id", "_struct.pdbx_model_details")
     texts = [cif.as_string(value).upper() for item in items for value in block.find_values(item)]
-    said = any(PREDICTORS.search(text.replace("_", " ")) for text in texts)
-    return _origin(methods, measured, said, has_box)
+    return _origin(methods, measured, [text.replace("_", " ") for text in texts], has_box)
 
 
-def _origin(methods: list[str], measured: bool, said: bool, has_box: bool) -> str:
-    """Return the origin: what was measured wins over the name of a predictor, and this over a box."""
+def _origin(methods: list[str], measured: bool, texts: list[str], has_box: bool) -> str:
+    """Return the origin: what was measured wins over the name of a predictor, and this over another program and a box."""
+    measured &= not any(map(THEORY.search, methods))
     if measured or any(not NO_EXPERIMENT.search(method) for method in methods):
         return EXPERIMENT
-    return PREDICTED if said else EXPERIMENT if has_box else ""
+    if any(map(PREDICTORS.search, texts)):
+        return PREDICTED
+    return MODEL if any(map(OTHER_MODELS.search, texts)) else EXPERIMENT if has_box else ""
 
 
 def doubtful_residues(

@@ -116,6 +116,8 @@ def read_molecule(
     file = _read_structure(path)
     if trajectory is None and suffix(path) in SELF_CONTAINED:
         trajectory = path
+        if plddt is not None:
+            log.warning("%s: plddt is not applied; such files have no B factors", path)
     if trajectory is None and suffix(path) in TOPOLOGIES:
         raise InputError(f"{path} holds no coordinates: give the trajectory that belongs to it.")
     if model is not None and suffix(path) not in READERS:

@@ -41,7 +41,25 @@ CAPS = frozenset(["ACE", "FOR", "NME", "NMA", "NAC", "NH2", "NHE"])
 NUCLEOTIDES = frozenset(["ADE", "GUA", "CYT", "THY", "URA"]) | {
     sugar + base + end for sugar in ("D", "R", "") for base in "ACGTU" for end in ("", "3", "5")
 }
-WATERS = frozenset(["SOL", "TIP", "TIP2", "TIP3", "TIP4", "TIP5", "T3P", "T4P", "TP3M", "SPC", "SPCE", "OH2"])
+WATERS = frozenset(
+    [
+        "SOL",
+        "TIP",
+        "TIP2",
+        "TIP3",
+        "TIP4",
+        "TIP5",
+        "T3P",
+        "T4P",
+        "TP3M",
+        "SPC",
+        "SPCE",
+        "OH2",
+        "SWM",
+        "SWM4",
+        "SWM6",
+    ]
+)
 # Names of waters that other molecules have as well: they are waters if they hold one oxygen and no other heavy atom
 WATERS_BY_ATOMS = frozenset(
     ["TP3", "TP4", "TP5", "TIP3P", "TIP4P", "TIP5P", "TIPS", "T3H", "T4E", "T5P", "OPC", "OPC3", "OP3", "OP4", "SPF", "SPCF",

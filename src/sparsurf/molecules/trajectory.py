@@ -90,11 +90,9 @@ def read_first_frame(
         raise InputError(
             f"{path} is compressed, which is not supported for trajectories: uncompress it with gunzip."
         )
-    stored = _frames_with_positions(path) if suffix(path) == ".trr" else None
-    if stored is not None and stored[0] > 0:
-        xyz, _, _ = load_frames(path, n_atoms, only=stored[:1])
-    else:
-        xyz, _, _ = load_frames(path, n_atoms, first=True)
+    stored, _ = _frames_with_positions(path)
+    late = () if stored is None or not stored[0] else stored[:1]
+    xyz, _, _ = load_frames(path, n_atoms, first=not len(late), only=late)
     if xyz.shape[1] != n_atoms:
         raise InputError(
             f"{path} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
@@ -116,7 +114,7 @@ def read_frames(
     Frames that repeat the one before are left out, as readers do with those of TRR that have no positions. `change`
     makes other positions of some (F, A, 3), Å, and their boxes (F, 3, 3), or None.
     """
-    stored = _frames_with_positions(path) if suffix(path) == ".trr" else None
+    stored, boxed = _frames_with_positions(path)
     if times is not None:
         time_ps = _times(path, n_atoms, stored)
         number = _frames_at(path, time_ps, times)
@@ -142,7 +140,7 @@ def read_frames(
         moved = _differ_from_before(xyz, before)
         before = xyz[-1:].copy()
         refuse_invalid_coordinates(xyz, path, len(keep))
-        xyz = change(xyz[moved], box[moved].astype(float) * ANGSTROM_PER_NM if len(box) else None)
+        xyz = change(xyz[moved], box[moved].astype(float) * ANGSTROM_PER_NM if len(box) and boxed else None)
         store.append(xyz)
         keep += moved.tolist()
         time_parts.append(time)
@@ -185,12 +183,15 @@ def _frames_at(path: str | os.PathLike[str], time_ps: np.ndarray, times: Sequenc
     return np.flatnonzero(near | (np.arange(len(near)) == 0))
 
 
-def _frames_with_positions(path: str | os.PathLike[str]) -> np.ndarray | None:
-    """Return the numbers of the frames of a TRR file that have positions; None if all have, or a header is damaged.
+def _frames_with_positions(path: str | os.PathLike[str]) -> tuple[np.ndarray | None, bool]:
+    """Return the numbers of the frames of a TRR file that have positions, and whether all these have a box.
 
-    A frame may hold velocities or forces alone. mdtraj returns the positions of the frame before for it.
+    A frame may hold velocities or forces alone. mdtraj returns the positions of the frame before for it, and any numbers
+    for a box that is absent. The numbers are None for another format, if all frames have positions, or a header is damaged.
     """
-    numbers, n_frames, offset = [], 0, 0
+    if suffix(path) != ".trr":
+        return None, True
+    numbers, n_frames, offset, boxed = list[int](), 0, 0, True
     size = existing_file(path).stat().st_size
     with Path(path).open("rb") as file:
         while offset + TRR_HEAD.size <= size:
@@ -199,17 +200,18 @@ def _frames_with_positions(path: str | os.PathLike[str]) -> np.ndarray | None:
             padded = -(-length // 4) * 4
             content = file.read(padded + TRR_SIZES.size)[padded:]
             if magic != TRR_MAGIC or not 0 < length < MAX_TRR_VERSION or len(content) < TRR_SIZES.size:
-                return None
+                return None, boxed
             *sizes, n_atoms, _, _ = TRR_SIZES.unpack(content)
             box, positions = sizes[2], sizes[7]
             double = (positions or sizes[8] or sizes[9]) == 24 * n_atoms or box == 72
             if min(sizes) < 0 or n_atoms <= 0:
-                return None
+                return None, boxed
             if positions:
                 numbers.append(n_frames)
+                boxed &= box > 0
             n_frames += 1
             offset += TRR_HEAD.size + padded + TRR_SIZES.size + 2 * (8 if double else 4) + sum(sizes)
-    return np.array(numbers) if numbers and len(numbers) < n_frames else None
+    return np.array(numbers) if numbers and len(numbers) < n_frames else None, boxed
 
 
 class FrameStore:

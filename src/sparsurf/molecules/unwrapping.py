@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 # any bond (S-S 2.05); a link between second neighbours does no harm.
 MAX_LINK = 2.5
 MIN_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
+FLAT = 1e-6  # share of the volume of the same box at right angles
 MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next to each other
 MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for contacts
 
@@ -45,7 +46,7 @@ class Unwrapping:
 
     def __call__(self, xyz: np.ndarray, box: np.ndarray) -> np.ndarray:
         """Return frames (F, A, 3) with boxes (F, 3, 3), made whole."""
-        if _has_no_box(box):
+        if has_no_box(box):
             return xyz
         vectors = xyz[:, self.links[:, 0]] - xyz[:, self.links[:, 1]]
         if not self.join and not _lattice_vectors(vectors, box).any():
@@ -84,12 +85,15 @@ class Unwrapping:
 
 def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:
     """Return frames (F, A, 3) with boxes (F, 3, 3), made whole, see `Unwrapping`."""
-    return xyz if _has_no_box(box) else Unwrapping(xyz[0], box[0], residue_index, join)(xyz, box)
+    return xyz if has_no_box(box) else Unwrapping(xyz[0], box[0], residue_index, join)(xyz, box)
 
 
-def _has_no_box(box: np.ndarray) -> bool:
-    """Return whether boxes (F, 3, 3) are dummies or no numbers."""
-    return not np.isfinite(box).all() or np.linalg.norm(box, axis=2).min() < MIN_BOX
+def has_no_box(box: np.ndarray) -> bool:
+    """Return whether boxes (F, 3, 3) are dummies, flat or no numbers."""
+    if not np.isfinite(box).all():
+        return True
+    lengths = np.linalg.norm(box, axis=2)
+    return bool((lengths < MIN_BOX).any() or (np.abs(np.linalg.det(box)) < FLAT * lengths.prod(axis=1)).any())
 
 
 def _lattice_vectors(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:

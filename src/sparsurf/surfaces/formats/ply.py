@@ -135,6 +135,8 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
             columns = list(np.array(words[: n * len(names)], float).reshape(n, len(names)).T)
     except (ValueError, IndexError):
         raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
+    if header.count(b"\nelement vertex ") > 1:
+        raise InputError(f"{path} holds several lists of vertices: give a file with one.")
     if has_more and header.count(b"\nelement ") == 1:
         raise InputError(f"{path} holds more than the {n} vertices that its header announces: copy it again.")
     table = dict(zip(names, columns, strict=True))
