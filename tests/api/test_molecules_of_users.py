@@ -67,7 +67,8 @@ def test_atoms_of_another_library_have_the_surface_of_the_file(atoms, dots):
     assert surface.origin.molecule.kind.tolist() == dots.origin.molecule.kind.tolist()
 
 
-def test_every_function_takes_them(atoms, dots, tmp_path):
+def test_every_function_takes_them(dots, tmp_path):
+    atoms = of_gemmi()
     assert np.array_equal(sparsurf.roughness(atoms), sparsurf.roughness(dots))
     assert np.array_equal(sparsurf.descriptors(atoms, [0, 9]), sparsurf.descriptors(dots, [0, 9]))
     kept = sparsurf.sample(atoms, percent=5)
@@ -145,15 +146,6 @@ def test_parts_and_broken_atoms_of_another_library():
     array.coord[3] = np.nan
     with pytest.raises(InputError, match="the AtomArray has coordinates that are not numbers"):
         sparsurf.surface(array)
-
-
-def test_a_molecule_is_taken_by_its_path_wherever_dots_are(dots):
-    assert np.array_equal(sparsurf.roughness(str(PEPTIDE)), sparsurf.roughness(dots))
-    assert sparsurf.residues(PEPTIDE).equals(sparsurf.residues(dots))
-    kept = sparsurf.sample(PEPTIDE, percent=5)
-    assert np.array_equal(kept, sparsurf.minimal(PEPTIDE, percent=5).dots)
-    with pytest.raises(InputError, match="holds atoms: give the dots that surface"):
-        sparsurf.recover(PEPTIDE)  # the whole surface cannot be meant by a few dots
 
 
 def test_what_functions_give_is_shown_in_a_line_and_behaves_like_an_array(dots):

@@ -70,13 +70,6 @@ def test_a_notebook_shows_the_page_of_a_surface_and_a_picture_of_a_large_one(blo
     assert base64.b64decode(picture[1]).startswith(b"\x89PNG")
 
 
-def test_few_dots_are_linked_by_their_own_spacing(blob):
-    dots = Surface(*blob)
-    few = dots[::30]
-    for part in (few, few[:2], few[:1]):
-        assert f"Surface of {len(part):,} dot" in part._repr_html_()
-
-
 def test_show_opens_the_browser_outside_of_a_notebook(blob, tmp_path, monkeypatch, caplog):
     opened = []
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link) or len(opened) == 1)

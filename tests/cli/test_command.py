@@ -7,7 +7,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,7 @@ from conftest import ROOT
 from peptides import peptide
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.batches.tables import write_parquet
-from sparsurf.cli import command, options, surface
+from sparsurf.cli import command, surface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.settings import Settings
@@ -28,10 +27,8 @@ from sparsurf.workflow.config import check_config
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 HABITS = (  # of a machine: environment, and what stands behind the command
-    ("LC_ALL=C", ""),
-    ("NUMBA_NUM_THREADS=0", ">&-"),
-    ("PYTHONWARNINGS=error::ResourceWarning", "2>&-"),
-    ("PYTHONUNBUFFERED=1", "<&- >&- 2>&-"),
+    ("LC_ALL=C PYTHONUNBUFFERED=1", "<&- >&- 2>&-"),
+    ("NUMBA_NUM_THREADS=0 PYTHONWARNINGS=error::ResourceWarning", ">&-"),
 )
 EXAMPLES = sorted(
     {
@@ -60,8 +57,7 @@ def write_run_in_batches(place):
 def folder(tmp_path_factory):
     """A folder with the files that the examples name, small ones."""
     place = tmp_path_factory.mktemp("commands")
-    data = ROOT / "data" / "tdp43"
-    read_molecule(data / "topology.pdb", residues="209-216").write_pdb(place / "protein.pdb")
+    read_molecule(TDP43, residues="209-216").write_pdb(place / "protein.pdb")
     shutil.copy(place / "protein.pdb", place / "run.pdb")
     write_run_in_batches(place)
     (place / "models.pdb").write_text(models(place / "protein.pdb", 3))
@@ -153,26 +149,6 @@ def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, 
     assert colours[-1] == ".color 0.99 0.91 0.14"  # the bright end of viridis
 
 
-def test_recovered_dots_are_scenes_without_a_molecule(folder, tmp_path):
-    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.csv") == 0
-    for suffix, mark in (("pml", "cgo.SPHERE"), ("pdb", "HETATM"), ("bild", ".sphere")):
-        assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / f"dense.{suffix}") == 0
-        text = (tmp_path / f"dense.{suffix}").read_text()
-        assert mark in text and "read_pdbstr" not in text
-
-
-@pytest.mark.parametrize(("interval", "hint"), [((20, 50), False), ((20, 51), True)])
-def test_an_interval_is_reported_and_what_keeps_a_fixed_number(
-    folder, tmp_path, monkeypatch, capsys, interval, hint
-):
-    few = replace(sparsurf.minimal(folder / "protein.pdb", n_dots=40), interval=interval)
-    monkeypatch.setattr("sparsurf.cli.minimal.minimal", lambda *_, **__: few)
-    assert ended("minimal", folder / "protein.pdb", "-o", tmp_path / "few.csv") == 0
-    low, high = (f"{100 * end / few.weight.sum():.1f}" for end in interval)
-    shown = capsys.readouterr().err
-    assert f"95 % interval {low} to {high} %)" in shown and ("--percent" in shown) == hint
-
-
 def test_formats_hold_the_same_dots(folder, tmp_path):
     files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
     for path in files.values():
@@ -205,20 +181,14 @@ def test_cavities_are_reported_and_removed(tmp_path, capsys):
 
 
 CALLS = {  # other values than the defaults
-    "surface": lambda path: sparsurf.surface(path),
-    "surface --density 7 --probe-radius 1.5 --radii bondi": lambda path: sparsurf.surface(
+    "surface --density 7 --probe 1.5 --radii bondi": lambda path: sparsurf.surface(
         path, density=7, probe_radius=1.5, radii="bondi"
     ),
     "minimal --percent 8 --seed 5 --d-link 0.7": lambda path: (
         sparsurf.minimal(path, percent=8, seed=5, d_link=0.7).surface
     ),
-    "minimal --n-dots 90 --sampler poisson": lambda path: (
-        sparsurf.minimal(path, n_dots=90, sampler="poisson").surface
-    ),
     "minimal --max-z 0.9": lambda path: sparsurf.minimal(path, max_z=0.9).surface,
     "minimal --error 0.05": lambda path: sparsurf.minimal(path, error=0.05).surface,
-    "minimal --d-link 0.4": lambda path: sparsurf.minimal(path, d_link=0.4).surface,
-    "recover": lambda path: sparsurf.recover(path),
     "recover --density 7 --reach 1.7": lambda path: sparsurf.recover(path, density=7, reach=1.7),
 }
 
@@ -234,14 +204,9 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
 
 @pytest.mark.parametrize(
     ("words", "options"),
-    [
-        ("", {}),
-        (
-            "--density 1 --probe-radius 1.5 --radii bondi --cavities remove",
-            {"density": 1, "probe_radius": 1.5, "radii": "bondi", "cavities": "remove"},
-        ),
-    ],
-)
+    [("", {}), ("--density 1 --probe 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
+     "radii": "bondi", "cavities": "remove"})],
+)  # fmt: skip
 def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
     path = TDP43 if words else folder / "protein.pdb"  # with a cavity
     assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
@@ -285,14 +250,6 @@ def test_roughness_and_descriptors_are_those_of_the_functions(folder, tmp_path, 
     assert [*table][:5] == ["dot", "x", "y", "z", "z_0_0"] and [*table][-1] == "z_20_20"
 
 
-def test_what_python_writes_is_what_the_command_writes(folder, tmp_path):
-    dots = sparsurf.surface(folder / "protein.pdb")
-    for name in ("dots.csv", "dots.dms"):
-        assert ended("surface", folder / "protein.pdb", "-o", tmp_path / name) == 0
-        sparsurf.write(dots, tmp_path / f"own_{name}")
-        assert (tmp_path / f"own_{name}").read_bytes() == (tmp_path / name).read_bytes()
-
-
 def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folder, tmp_path):
     ends = ("csv", "npz")
     for radius, name in ((6, "first.csv"), *((3, f"second.{end}") for end in ends)):
@@ -315,17 +272,6 @@ def test_small_numbers_of_a_field_are_written(folder, tmp_path):
     assert np.array_equal(few["share"], table["share"][few["dot"]])
 
 
-def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
-    """The models are one molecule, moved along x by 0, 0.3 and 0.6 Å."""
-    for k in (0, 2):
-        call = ["--frame", k, "--fields", "potential", "-o", tmp_path / f"dots_{k}.csv"]
-        assert ended("surface", folder / "models.pdb", *call) == 0
-    first, last = (pd.read_csv(tmp_path / f"dots_{k}.csv") for k in (0, 2))
-    assert np.allclose(last["x"], first["x"].to_numpy() + 0.6, atol=2e-4)
-    assert np.allclose(last["potential"], first["potential"], rtol=2e-3, atol=1e-3)
-    assert first["potential"].std() > 1
-
-
 def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
     import mdtraj
 
@@ -336,14 +282,14 @@ def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
         assert f"has 3 {what}: the first is taken. --frame takes another." in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("how", ["--n-dots 77", "--percent 5"])
-def test_the_kept_dots_stand_for_all(folder, tmp_path, how):
+def test_the_kept_dots_stand_for_all(folder, tmp_path):
     dots = sparsurf.surface(folder / "protein.pdb")
-    assert ended("minimal", folder / "protein.pdb", *how.split(), "-o", tmp_path / "m.csv") == 0
-    table = pd.read_csv(tmp_path / "m.csv")
-    assert len(table) == table["dot"].nunique() == (77 if "dots" in how else round(0.05 * len(dots)))
-    assert table["weight"].sum() == len(dots)
-    assert np.allclose(table[["x", "y", "z"]], dots.points[table["dot"]])
+    for how, n in (("--dots 77", 77), ("--percent 5", round(0.05 * len(dots)))):
+        assert ended("minimal", folder / "protein.pdb", *how.split(), "-o", tmp_path / "m.csv") == 0
+        table = pd.read_csv(tmp_path / "m.csv")
+        assert len(table) == table["dot"].nunique() == n and table["weight"].sum() == len(dots)
+        assert np.allclose(table[["x", "y", "z"]], dots.points[table["dot"]])
+        assert table["spacing"].median() == pytest.approx(np.sqrt(dots.area.sum() / n), rel=0.35)
 
 
 @pytest.mark.parametrize("protein", ["loaded", "still"])
@@ -381,36 +327,16 @@ def test_an_automatic_density_is_no_warning(folder, tmp_path, capfd):
 
 
 def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
-    alone = tmp_path / "alone"
-    alone.mkdir()
-    shutil.copy(folder / "protein.pdb", alone)
-    assert ended("minimal", alone / "protein.pdb", "--percent", 10, "-o", alone / "few.csv") == 0
-    for path in alone.iterdir():
-        if path.name != "few.csv":
-            path.unlink()
-    shutil.move(alone / "few.csv", tmp_path)
-    assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.npz") == 0
+    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.csv") == 0
+    for end in ("npz", "dms"):
+        assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / f"dense.{end}") == 0
     dots, dense = sparsurf.surface(folder / "protein.pdb"), sparsurf.read_surface(tmp_path / "dense.npz")
     few = sparsurf.read_surface(tmp_path / "few.csv")
     assert np.isnan(dense.area).all() and set(dense.atom) == {-1} == set(dense.kind)  # nobody knows
-    assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.dms") == 0
     area = area_of(dense)[0]
     assert sparsurf.read_surface(tmp_path / "dense.dms").area == pytest.approx(area / len(dense), abs=0.0005)
     assert np.allclose(dense.points[: len(few)], few.points) and len(dense) > 0.8 * len(dots)
-    gap = cKDTree(dots.points).query(dense.points)[0]
-    assert gap.mean() < 0.25  # half the distance between neighbouring dots, about
-    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.ply") == 0
-    assert ended("recover", tmp_path / "few.ply", "-o", tmp_path / "of_mesh.npz") == 0
-    of_mesh = sparsurf.read_surface(tmp_path / "of_mesh.npz")  # its dots are rounded otherwise
-    assert np.allclose(of_mesh.points[: len(few)], few.points, atol=1e-3)
-    assert abs(len(of_mesh) - len(dense)) < 0.01 * len(dense)
-
-
-def test_a_ply_of_dots_has_triangles_between_them(folder, tmp_path):
-    assert ended("surface", folder / "protein.pdb", "-o", tmp_path / "x.ply") == 0
-    faces = int((tmp_path / "x.ply").read_bytes()[:600].split(b"element face ")[1].split()[0])
-    wanted = 2 * len(sparsurf.surface(folder / "protein.pdb"))  # of a closed surface 2 V - 4
-    assert faces == pytest.approx(wanted, abs=8)  # a few dots may be left out
+    assert cKDTree(dots.points).query(dense.points)[0].mean() < 0.25  # half the distance between dots, about
 
 
 def test_normals_that_point_inward_are_reported_of(folder, tmp_path, capfd):
@@ -435,41 +361,12 @@ def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
     assert len(pd.read_csv(tmp_path / "o.csv")) == len(sparsurf.surface(own))
 
 
-def test_places_off_the_surface_are_reported(folder, tmp_path, capfd):
-    table = pd.read_csv(folder / "minimal.csv").head(3)
-    table[["x", "y", "z"]] /= 10  # nm
-    table.to_csv(tmp_path / "nm.csv", index=False)
-    assert (
-        ended("recover", folder / "minimal.csv", "--at", tmp_path / "nm.csv", "-o", tmp_path / "z.csv") == 0
-    )
-    assert capfd.readouterr().err.startswith(
-        "sparsurf: warning: --at: 3 of 3 points have no patch, as no dot lies within 6 Å; their descriptors are zeros\n"
-    )
-    assert not pd.read_csv(tmp_path / "z.csv").filter(like="z_").to_numpy().any()
-
-
-def test_a_locale_without_the_letter_shows_another(folder, tmp_path):
-    command_line = [sys.executable, "-m", "sparsurf", "surface", "--help"]
-    own = {
-        "PYTHONPATH": str(ROOT / "src"),
-        "PYTHONIOENCODING": "ascii",
-    }  # not a package that is installed
-    process = subprocess.run(command_line, env=os.environ | own, capture_output=True, check=True)
-    assert b"dots per ?^2" in process.stdout
-
-
 def test_a_frame_of_a_trajectory(folder, tmp_path):
-    data = ROOT / "data" / "tdp43"
-    arguments = ["surface", data / "topology.pdb", "--trajectory", data / "trajectory.xtc"]
-    arguments += ["--residues", "209-212", "-o", tmp_path / "dots.npz"]
-    places = []
-    for frame in (0, 20):
-        assert ended(*arguments, "--frame", frame) == 0
-        places.append(sparsurf.read_surface(tmp_path / "dots.npz").points)
-    molecule = sparsurf.read_molecule(data / "topology.pdb", data / "trajectory.xtc", residues="209-212")
-    for frame, points in zip((0, 20), places, strict=True):
-        assert np.array_equal(points, sparsurf.surface(molecule, frame=frame).points)
-    assert len(places[0]) != len(places[1]) or np.abs(places[0] - places[1]).max() > 0.1
+    path = TDP43.with_name("trajectory.xtc")
+    call = ["surface", TDP43, "--trajectory", path, "--residues", "209-212", "--frame", 20]
+    assert ended(*call, "-o", tmp_path / "dots.npz") == 0
+    wanted = sparsurf.surface(sparsurf.read_molecule(TDP43, path, residues="209-212"), frame=20)
+    assert np.array_equal(sparsurf.read_surface(tmp_path / "dots.npz").points, wanted.points)
 
 
 MISTAKES = [  # one of each kind: the command, its exit code, and what its sentence holds
@@ -499,20 +396,14 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("recover minimal.csv --at minimal.csv --density 2 -o x.csv", 1, "larger --density"),
     ("recover minimal.csv --at minimal.csv --mesh -o x.ply", 1, "--at writes descriptors, --mesh triangles"),
     ("recover minimal.csv --mesh --density 0.01 -o x.ply", 1, "increase the density"),
-    *(
-        (f"roughness dots.csv --{option} -o x.csv", 1, f"--{option.split()[0]} has no meaning for dots.csv")
-        for option in ("trajectory run.pdb", "frame 7", "chains A", "residues 1-9", "selection all", "ligands ZN")
-    ),
-    *(
-        (f"{words} {beyond} -o x.csv", 2, f"{words.split()[-1]}: '{beyond}' must be")
-        for words, beyond in (
-            ("surface protein.pdb --probe-radius", 11), ("surface protein.pdb --probe-radius", 0),
-            ("surface protein.pdb --density", 1e9), ("roughness dots.csv --d-link", "inf"),
-            ("roughness dots.csv --r-patch", 101), ("descriptors dots.csv --r-zernike", 101),
-            ("descriptors dots.csv --every", 0), ("minimal dots.csv --percent", 101), ("minimal dots.csv --seed", -1),
-            ("recover minimal.csv --density", 1e9), ("recover minimal.csv --reach", 10.1),
-        )
-    ),
+    ("roughness dots.csv --chains A -o x.csv", 1, "--chains has no meaning for dots.csv"),
+    ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
+    ("surface protein.pdb --probe 11 -o x.csv", 2, "--probe: '11' must be"),
+    ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' must be"),
+    ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' must be"),
+    ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' must be"),
+    ("minimal dots.csv --seed -1 -o x.csv", 2, "--seed: '-1' must be"),
+    ("recover minimal.csv --reach 10.1 -o x.csv", 2, "--reach: '10.1' must be"),
 ]  # fmt: skip
 
 
@@ -523,12 +414,6 @@ def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, line, code, word
     shown = capsys.readouterr()
     assert shown.out == "" and words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
     assert not list(folder.glob("x.*")) and not list(folder.glob(".sparsurf-*"))
-
-
-def test_every_option_of_structures_is_refused_for_dots():
-    assert {
-        words.split()[2][2:].replace("-", "_") for words, _, told in MISTAKES if "no meaning" in told
-    } == {*options.STRUCTURE_OPTIONS}
 
 
 @pytest.mark.parametrize("words", ["surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
@@ -554,15 +439,10 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
 
 @pytest.mark.parametrize(
     "words",
-    [
-        "roughness over.csv -o over.csv",
-        "roughness over.csv -o link.csv",
-        "surface a.pdb -o ./a.pdb",
-        "surface a.pdb --trajectory over.csv -o over.csv",
-        "recover dots.csv --at over.csv -o over.csv",
-        "surface a.pdb --fields v --table over.csv -o over.csv",
-    ],
-)
+    ["roughness over.csv -o over.csv", "roughness over.csv -o link.csv", "surface a.pdb -o ./a.pdb",
+     "surface a.pdb --trajectory over.csv -o over.csv", "recover dots.csv --at over.csv -o over.csv",
+     "surface a.pdb --fields v --table over.csv -o over.csv"],
+)  # fmt: skip
 def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)
     for name in ("over.csv", "a.pdb", "dots.csv"):
@@ -575,13 +455,9 @@ def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, wor
 
 @pytest.mark.parametrize(
     ("error", "code", "told"),
-    [
-        (KeyboardInterrupt(), 130, "interrupted"),
-        (MemoryError(), 1, "there is not enough memory"),
-        (OSError(2, "No such file", "a.pdb"), 1, "a.pdb: No such file"),
-        (OSError(28, "No space left"), 1, "the output: No space left"),
-    ],
-)
+    [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "there is not enough memory"), (OSError(2,
+     "No such file", "a.pdb"), 1, "a.pdb: No such file"), (OSError(28, "No space left"), 1, "the output: No space left")],
+)  # fmt: skip
 def test_an_end_before_the_end_has_its_code_and_its_sentence(monkeypatch, capsys, error, code, told):
     def work(_):
         logging.getLogger("sparsurf").info("a note")
@@ -639,13 +515,6 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
 def test_a_misspelt_name_is_answered_with_the_nearest(words, hint, capsys):
     assert ended(*words.split()) == 2
     assert hint in " ".join(capsys.readouterr().err.split())
-
-
-def test_every_dot_is_described_the_last_one_too(folder, tmp_path):
-    call = ["descriptors", folder / "minimal.csv", "--d-link", 3, "--every", 1]
-    assert ended(*call, "-o", tmp_path / "z.csv") == 0
-    n = len(pd.read_csv(folder / "minimal.csv"))
-    assert pd.read_csv(tmp_path / "z.csv")["dot"].tolist() == list(range(n))
 
 
 @pytest.mark.parametrize(("variable", "streams"), HABITS)
