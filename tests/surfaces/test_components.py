@@ -12,10 +12,7 @@ from conftest import ROOT
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.components import (
-    ARC_STEP,
-    _distances,
     _n_covered_parts,
-    _positions_along_arcs,
     components_of,
     summarize_components,
     table_of_components,
@@ -24,7 +21,7 @@ from sparsurf.surfaces.components import (
 from sparsurf.surfaces.dot_placement import relative_positions
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, roll
+from sparsurf.surfaces.rolling_probe import roll
 
 
 def shell(n=200, radius=9.0):
@@ -117,41 +114,6 @@ def test_what_bounds_one_patch_of_an_atom_belongs_together():
     sizes = np.append(np.full(len(xyz), 1.9), [4.0, 1.5])
     _, _, table = parts(np.vstack([xyz, [[0, 0, 9], [0, 0, 14]]]), sizes)
     assert table["cavity"].tolist() == [False, True]
-
-
-@pytest.fixture
-def arcs():
-    """Arcs around three atoms, and a function of arcs and shares of the way along them that gives places."""
-    xyz = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [12, 0, 0], [16, 0, 0]])
-
-    def along(arcs, share):
-        phi = arcs[:, PHI_0, None] + share * (arcs[:, PHI_1] - arcs[:, PHI_0])[:, None]
-        flat = [
-            np.cos(phi)[..., None] * arcs[:, None, E1 : E1 + 3],
-            np.sin(phi)[..., None] * arcs[:, None, E2 : E2 + 3],
-        ]
-        return arcs[:, None, T : T + 3] + arcs[:, RADIUS, None, None] * sum(flat)
-
-    return roll(xyz, np.array([1.9, 1.5, 1.2, 1.7, 1.7]) + 1.4).arcs, along
-
-
-def test_places_along_an_arc_are_near_each_other_and_reach_its_ends(arcs):
-    arcs, along = arcs
-    places, arc = _positions_along_arcs(arcs)
-    for k, each in enumerate(arcs):
-        n = int(np.ceil(each[RADIUS] * (each[PHI_1] - each[PHI_0]) / ARC_STEP))
-        np.testing.assert_allclose(
-            places[arc == k], along(arcs[[k]], np.linspace(0, 1, n + 1))[0], atol=1e-12
-        )
-    assert len(arcs) > 2 and (np.diff(arc) >= 0).all()
-
-
-def test_distances_from_arcs_are_those_from_many_places_on_them(arcs):
-    arcs, along = arcs
-    rng = np.random.default_rng(1)
-    places, on = rng.uniform(-3, 6, (40, 3)), along(arcs, np.linspace(0, 1, 4001))
-    expected = [[np.linalg.norm(each - place, axis=1).min() for each in on] for place in places]
-    np.testing.assert_allclose(_distances(places, arcs), expected, atol=2e-3)
 
 
 def test_covered_parts_of_spheres_are_those_of_a_graph(protein):

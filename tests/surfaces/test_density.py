@@ -5,17 +5,14 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
-from peptides import atom_line, peptide, write
-from small_study import run_script
+from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Surface as SurfaceSettings
-from sparsurf.surfaces import dot_placement, molecular_surface
-from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces import molecular_surface
 from sparsurf.surfaces.molecular_surface import (
     density_for_d_link,
     surface_for_d_link,
@@ -66,18 +63,6 @@ def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_pa
     assert not caplog.text
 
 
-def test_a_density_that_is_sought_rolls_the_probe_once(tmp_path, monkeypatch):
-    """Rolling is half of the work; the dots are those of a surface of that density."""
-    molecule, atom_radii = without_hydrogens(tmp_path, 15)
-    rolls, roll = [], dot_placement.roll
-    monkeypatch.setattr(dot_placement, "roll", lambda *args: rolls.append(1) or roll(*args))
-    sought, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
-    assert density > DENSITY and len(rolls) == 1
-    given = surface_of_frame(molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": density}))
-    for name in ("points", "normals", "area", "kind", "atom"):
-        assert np.array_equal(getattr(sought, name), getattr(given, name))
-
-
 def test_a_linking_distance_that_no_density_suits_is_reported(tmp_path):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
     with pytest.raises(
@@ -97,31 +82,6 @@ def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_pat
     monkeypatch.setattr(molecular_surface, "MAX_DENSITY", 0.99 * density)
     with pytest.raises(InputError, match="so short"):
         density_for_d_link(*asked)
-
-
-def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path):
-    (tmp_path / "structures").mkdir()
-    zinc = atom_line("ZN", " ZN", "A", "9", (9, 9, 9), record="HETATM", element="ZN")
-    path = write(tmp_path / "structures" / "c2.pdb", peptide() + zinc + "END\n")
-    rules = SETTINGS.model_copy(update={"radii": "bondi", "probe_radius": 1.2})
-    outputs = {name: tmp_path / f"surface.{name}" for name in ("surface", "structure", "components")}
-    inputs, params = (
-        {"structures": str(tmp_path / "structures")},
-        {"surface": rules.model_dump(), "d_link": 1.0},
-    )
-    run_script("compute_surface", tmp_path, inputs, outputs, params, protein="p", conformation="c2")
-    molecule = read_molecule(path, selection="all")
-    wanted = surface_of_frame(
-        molecule, 0, radii(molecule, "bondi"), rules.model_copy(update={"density": DENSITY})
-    )
-    assert np.array_equal(read_npz(outputs["surface"]).points, wanted.points)
-    alone = wanted.points[wanted.atom == 20] - 9
-    assert np.linalg.norm(alone, axis=1) == pytest.approx(np.full(len(alone), 1.39), abs=1e-6)
-    table = pd.read_csv(outputs["components"])
-    assert table["dots"].sum() == len(wanted) and len(alone) in table["dots"].tolist()
-    component = read_npz(outputs["surface"]).fields["component"]
-    assert np.array_equal(np.bincount(component.astype(int)), table["dots"])
-    assert outputs["structure"].read_bytes() == path.read_bytes()
 
 
 def test_dots_are_placed_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_path, caplog):
@@ -184,20 +144,6 @@ def test_a_median_spacing_need_be_exact_only_above_a_limit(blob):
     short = np.array([*row, [0, 50, 0], [2, 50, 0], [0, 60, 0], [2, 60, 0]])
     assert nearest_distances(short, 1.0, near=0.9)[1:3] == pytest.approx([0.8, 0.8])
     assert spacing(short, 1.0, near=0.9) == spacing(short) == pytest.approx(1.1)
-
-
-def test_only_as_many_distances_are_measured_as_are_needed():
-    points = np.array([[0, 0, 0], [0.5, 0, 0], [9, 0, 0], [9, 9, 0]])
-    np.testing.assert_array_equal(nearest_distances(points, 1.0, 2), [0.5, 0.5, np.inf, np.inf])
-
-
-def test_the_nearest_dot_is_found_beyond_the_edge_of_a_cube():
-    rng = np.random.default_rng(5)
-    for step in (0.3, 1.0, 4.0):
-        dense = step * rng.random((400, 3))
-        sparse = step * (1.5 + 3 * rng.random((60, 3)))  # too far apart for the cubes of the others
-        points = np.concatenate([dense, sparse])
-        np.testing.assert_array_equal(nearest_distances(points), cKDTree(points).query(points, k=2)[0][:, 1])
 
 
 def test_the_area_is_the_sum_of_those_of_the_dots_or_reported_from_their_distances():

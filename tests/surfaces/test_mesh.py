@@ -4,19 +4,15 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
-from conftest import ROOT
-from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.recovery.mesh import _assign_sides, _height, recovered_mesh
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces import mesh as meshes
-from sparsurf.surfaces.mesh import grid_step_for_density, marching_tetrahedra, molecular_mesh
+from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -73,16 +69,6 @@ def test_no_triangle_shrinks_to_a_point_of_the_grid(inside, outside, share):
     assert np.abs(vertices - 1).max(axis=1) == pytest.approx(share)
 
 
-def test_a_plane_is_met_exactly():
-    """Values that are linear: the mesh of a half space lies on its plane."""
-    x, y, z = np.indices((12, 12, 12)) - 5.2
-    inside = np.minimum(4.5 - np.abs([x, y, z]).max(axis=0), 0.3 * x + 0.5 * y - 0.2 * z)
-    vertices, triangles = marching_tetrahedra(inside)
-    closed(triangles, len(vertices))
-    height = (vertices - 5.2) @ [0.3, 0.5, -0.2]
-    assert (np.abs(height) < 1e-9).sum() > 200
-
-
 def test_a_sphere():
     mesh = molecular_mesh(np.ones((1, 3)), np.array([2.0]), step=0.3)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
@@ -96,11 +82,6 @@ def test_a_sphere():
 def test_a_step_is_at_most_half_the_probes_radius():
     one = np.zeros((1, 3)), np.array([1.5])
     assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
-
-
-def test_a_grid_goes_beyond_all_points_alike():
-    low, shape = meshes.grid_around(np.array([[0.0, 0, 0], [1, 2, 3]]), 1.0, 0.5)
-    assert low.tolist() == [-2, -2, -2] and (low + 0.5 * (shape - 1)).tolist() == [3, 4, 5]
 
 
 def test_two_spheres_and_the_saddle_between_them():
@@ -170,55 +151,6 @@ def test_the_recovered_surface_as_a_mesh():
     assert np.array_equal(mesh.vertices.points, again.vertices.points)
 
 
-def test_a_recovered_mesh_is_cut_where_distances_are_known_and_lies_on_the_surface(monkeypatch):
-    k = np.arange(60) + 0.5
-    z, turn = 1 - 2 * k / 60, np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
-    seen = []
-    monkeypatch.setattr(
-        "sparsurf.recovery.mesh.marching_tetrahedra",
-        lambda values: (seen.append(values), marching_tetrahedra(values))[1],
-    )
-    mesh, (dense, outward) = recovered_mesh(3 * unit, unit, step=0.3), recover(3 * unit, unit)
-    low, high = slice(None, -1), slice(1, None)
-    for step in np.ndindex(2, 2, 2):
-        here, there = (
-            seen[0][tuple(way[c] for c in step)] for way in ((slice(None), low), (slice(None), high))
-        )
-        cut = (here > 0) != (there > 0)
-        # rooms inside and outside are filled with 1 and -1
-        assert not np.isin([here[cut], there[cut]], [1, -1]).any()
-    # a third step would move nothing
-    assert np.abs(_height(cKDTree(dense), outward, mesh.vertices.points, 1)[0]).max() < 1e-5
-
-
-def test_rooms_take_the_side_of_their_walls_and_the_corner_is_outside():
-    values, near = np.ones((5, 5, 5)), np.ones((5, 5, 5), bool)
-    values[:, :, 3:] = -1
-    near[1, 1, 1] = near[3, 3, 4] = near[1, 3, 2] = False
-    values[~near] = 0
-    filled, agreed = _assign_sides(values, near)
-    # five walls inside, one outside, of the third room
-    assert filled[1, 1, 1] == 1 and filled[3, 3, 4] == -1 and filled[1, 3, 2] == 1
-    assert not agreed
-    near[1, 3, 2], values[1, 3, 2] = True, 1
-    filled, agreed = _assign_sides(values, near)
-    assert agreed and np.array_equal(filled[near], values[near])
-    near[0, 0, 0] = False
-    filled, agreed = _assign_sides(values, near)
-    assert filled[0, 0, 0] == -1 and not agreed
-
-
-def test_a_place_is_seen_from_the_dots_of_its_own_side():
-    sheet = np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 0.5, 0]])
-    dense, outward = (
-        np.concatenate([sheet, sheet - [0, 0, 0.3]]),
-        np.repeat([[0, 0, 1.0], [0, 0, -1.0]], 3, axis=0),
-    )
-    height, across = _height(cKDTree(dense), outward, np.array([[0.1, 0.1, 0.2]]), 1)
-    assert height == pytest.approx([0.2]) and across == pytest.approx(np.array([[0, 0, 1.0]]))
-
-
 def test_holes_are_closed_and_an_end_is_reported(caplog):
     """Dots of a ball without those of a cap: the inside stays one; a sheet has none."""
     k = np.arange(700) + 0.5
@@ -246,42 +178,3 @@ def test_proteins_close(shared, name):
     back = recovered_mesh(dots.points[kept], dots.normals[kept])
     closed(back.triangles, len(back.vertices))
     assert back.volume == pytest.approx(true.volume, rel=0.015)
-
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    """Meshes as the command line writes them: of a peptide, and of what an eighth of its dots gives back."""
-    place = tmp_path_factory.mktemp("meshes")
-    read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-213").write_pdb(
-        place / "protein.pdb"
-    )
-    calls = [
-        ["surface", "protein.pdb", "--mesh", "-o", "true.ply"],
-        ["minimal", "protein.pdb", "--percent", "12", "-o", "few.csv"],
-        ["recover", "few.csv", "--mesh", "-o", "back.ply"],
-        ["recover", "few.csv", "--mesh", "--density", "15", "-o", "fine.ply"],
-    ]
-    for name, *rest in calls:
-        words = [str(place / word) if "." in word else word for word in rest]
-        assert command.main([name, *words]) == 0
-    return place
-
-
-def test_written_meshes_are_closed(files):
-    found = {}
-    for name in ("true", "back", "fine"):
-        lines = (files / f"{name}.ply").read_text().splitlines()
-        n, m = (int(line.split()[2]) for line in lines if line.startswith("element"))
-        body = lines[lines.index("end_header") + 1 :]
-        points = np.array([line.split()[:3] for line in body[:n]], float)
-        triangles = np.array([line.split() for line in body[n:]], int)[:, 1:]
-        assert len(triangles) == m and closed(triangles, n)[0] <= 2
-        found[name] = volume(points, triangles), n
-    assert found["back"][0] == pytest.approx(found["true"][0], rel=0.02)
-    assert found["fine"][1] > 2 * found["back"][1]
-    assert grid_step_for_density(4 * 5.35) == pytest.approx(grid_step_for_density(5.35) / 2)
-
-
-def test_a_mesh_is_a_ply(files, capsys):
-    assert command.main(["surface", str(files / "protein.pdb"), "--mesh", "-o", str(files / "x.csv")]) == 1
-    assert "cannot be written as '.csv'" in capsys.readouterr().err
