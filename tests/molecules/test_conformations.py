@@ -258,16 +258,10 @@ def test_frames_by_name(moving):
 
 @pytest.mark.parametrize(
     ("keys", "words"),
-    [
-        (
-            {"frames": [5]},
-            r"frames.selection: \[5\] are not among the frames read, 0 to 110 in steps of 10 \(",
-        ),
-        ({"frames": []}, "not among"),
-        ({"clusters": 12}, "frames.clusters: 12 is neither auto nor 1 to"),
-        ({"clusters": 0}, "neither auto nor"),
-    ],
-)
+    [({"frames": [5]}, r"frames.selection: \[5\] are not among the frames read, 0 to 110 in steps of 10 \("),
+     ({"frames": []}, "not among"), ({"clusters": 12}, "frames.clusters: 12 is neither auto nor 1 to"), ({"clusters": 0},
+     "neither auto nor")],
+)  # fmt: skip
 def test_impossible_wishes_are_sentences(moving, keys, words):
     with pytest.raises(InputError, match=words):
         choose_frames(moving, rng=np.random.default_rng(1), **keys)

@@ -10,7 +10,6 @@ from sparsurf.molecules.plddt import PREDICTED, doubtful_residues
 from sparsurf.workflow.config import check_config, proteins
 
 TITLE = "TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION FOR HEMOGLOBIN SUBUNIT ALPHA\nTITLE    2 (P69905)\n"
-EXPERIMENT = "TITLE     STRUCTURE OF ALPHAFOLD'S MODEL\nREMARK 200 STARTING MODEL: ALPHAFOLD PREDICTION\n"
 METRIC = "loop_\n_ma_qa_metric.id\n_ma_qa_metric.name\n_ma_qa_metric.type\n1 {0} {0}\n#\n"
 ITEMS = "group_PDB type_symbol label_atom_id label_comp_id label_asym_id label_seq_id Cartn_x Cartn_y Cartn_z B_iso_or_equiv"
 SCORES = {1: 35.0, 2: 69.99, 3: 70.0, 4: 95.5}
@@ -54,50 +53,23 @@ def test_residues_below_the_bound_are_left_out_of_a_model(tmp_path, kind, caplog
 
 
 @pytest.mark.parametrize(
-    ("head", "scores", "words"),
-    [
-        (EXPERIMENT, SCORES, "plddt is not applied to an experimental structure"),
-        ("EXPDTA    X-RAY DIFFRACTION\nREMARK 1 PREDICTED BY ALPHAFOLD\n", SCORES, "experimental structure"),
-        ("CRYST1   30.000   30.000   30.000  90.00  90.00  90.00\n", SCORES, "experimental structure"),
-        ("", {1: 0, 2: 1, 3: 1, 4: 0}, "plddt is not applied; the file does not say"),  # flags
-        ("", {1: 1, 2: 9, 3: 4, 4: 7}, "plddt is not applied; the file does not say"),  # grades
-        ("", dict.fromkeys(SCORES, 80), "plddt is not applied; the file does not say"),
-    ],
-)
-def test_other_files_stay_as_they_are_and_this_is_said(tmp_path, caplog, head, scores, words):
-    with caplog.at_level("INFO", "sparsurf"):
-        molecule = read_molecule(pdb(tmp_path / "a.pdb", head, scores), plddt=70)
-    assert molecule.n_residues == 4 and molecule.masked_residues is None and words in caplog.text
-
-
-@pytest.mark.parametrize("scale", [1, 100])
-@pytest.mark.parametrize(
     "head",
     ["", "MODEL     1\n", "PARENT N/A\n", "REMARK   1 PREDICTED BY BOLTZ-2\n", "EXPDTA    THEORETICAL MODEL, ESMFOLD\n",
      "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00\n"],
 )  # fmt: skip
-def test_models_of_other_predictors_are_known_by_a_word_or_by_their_b_factors(tmp_path, caplog, head, scale):
-    scores = {residue: score * scale / 100 for residue, score in SCORES.items()}
-    assert set(read_molecule(pdb(tmp_path / "a.pdb", head, scores), plddt=75).residue) == {"4"}
-    assert ("on a scale of 0 to 1" in caplog.text) == (scale == 1)
+def test_models_of_other_predictors_are_known_by_a_word_or_by_their_b_factors(tmp_path, caplog, head):
+    assert set(read_molecule(pdb(tmp_path / "a.pdb", head), plddt=75).residue) == {"4"}
     assert ("they are taken for pLDDT" in caplog.text) == (head[:5] in ("", "MODEL", "CRYST"))
 
 
-@pytest.mark.parametrize("scores", [(0, 0, 0, 0), (80, 80, 80, 80), (20, 30, 120, 10)])
-def test_a_model_whose_b_factors_are_no_plddt_is_refused(tmp_path, scores):
-    path = pdb(tmp_path / "a.pdb", TITLE, dict(enumerate(scores, 1)))
-    assert read_molecule(path).n_residues == 4
-    with pytest.raises(InputError, match=r"a.pdb is a predicted model without pLDDT in its B factors"):
-        read_molecule(path, plddt=70)
-
-
-def test_a_model_with_another_metric_is_refused(tmp_path):
-    path = cif(tmp_path / "a.cif", METRIC.format("QMEANDisCo"))
+def test_a_model_without_plddt_or_without_a_confident_residue_is_refused(tmp_path):
+    for scores in ((0, 0, 0, 0), (80, 80, 80, 80), (20, 30, 120, 10)):
+        path = pdb(tmp_path / "a.pdb", TITLE, dict(enumerate(scores, 1)))
+        assert read_molecule(path).n_residues == 4
+        with pytest.raises(InputError, match=r"a.pdb is a predicted model without pLDDT in its B factors"):
+            read_molecule(path, plddt=70)
     with pytest.raises(InputError, match="without pLDDT"):
-        read_molecule(path, plddt=70)
-
-
-def test_a_model_without_a_confident_residue_is_refused(tmp_path):
+        read_molecule(cif(tmp_path / "a.cif", METRIC.format("QMEANDisCo")), plddt=70)
     with pytest.raises(InputError, match="has no residue with a pLDDT of 96 or more: lower the bound"):
         read_molecule(pdb(tmp_path / "a.pdb", TITLE), plddt=96)
 

@@ -40,11 +40,6 @@ def test_smoothing_keeps_a_constant_and_a_lonely_dot_takes_the_nearest_value():
     assert smooth(points, centres, np.full(2, 0.25), 6.0).tolist() == [0.25] * 4
 
 
-def test_the_published_smoothing_reaches_six_angstrom():
-    points = np.array([[0.0, 0, 0], [5.9, 0, 0], [12.0, 0, 0]])
-    assert smooth(points, np.array([0, 1]), np.array([1.0, 3.0])).tolist() == [2.0, 2.0, 3.0]
-
-
 def test_two_planes_touch_where_they_are_near():
     x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
     lower = np.stack([x.ravel(), y.ravel(), np.zeros(100)], axis=1)

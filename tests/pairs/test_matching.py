@@ -104,12 +104,6 @@ def test_tables_tell_residues_gaps_and_interface(peptides):
     assert row["interface"] == pytest.approx(leucine["interface"].mean())
 
 
-def sorted_pair(found, side, i, partner):
-    """Dots of the first and of the second partner."""
-    mine, other = found.centres[side][i], found.centres[1 - side][partner]
-    return (int(mine), int(other)) if side == 0 else (int(other), int(mine))
-
-
 def test_best_pairs_are_ranked_and_apart(peptides):
     found = matching.match(*peptides)
     table = matching.best_pairs(found, n=20)
@@ -121,11 +115,11 @@ def test_best_pairs_are_ranked_and_apart(peptides):
     near = (cdist(place[0], place[0]) < 6.0) & (cdist(place[1], place[1]) < 6.0)
     assert near.sum() == len(table)  # each with itself only
     # the first of both sides' best matches in a row by distance; what is missing lies near a better one on both sides
-    pairs = [
-        (near.distance[i, 0], *sorted_pair(found, side, i, near.partner[i, 0]))
-        for side, near in enumerate(found.complementary)
-        for i in range(len(near.distance))
-    ]
+    pairs = []
+    for side, near in enumerate(found.complementary):
+        for i, j in enumerate(near.partner[:, 0]):
+            dots = (found.centres[side][i], found.centres[1 - side][j])
+            pairs.append((near.distance[i, 0], *map(int, dots[:: 1 - 2 * side])))
     chosen = []
     for distance, a, b in sorted(pairs):
         at = [peptides[0].surface.points[a], peptides[1].surface.points[b]]
@@ -152,27 +146,6 @@ def test_agreement_is_the_area_of_each_score(peptides):
     contact = matching.contacts(*peptides)
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
-
-
-def test_pairs_of_patches_are_drawn_from_the_whole_contact_and_keep_their_blocks(peptides, monkeypatch):
-    places, drawn = [], []
-    describe_as_ever, area = matching.descriptors_at, matching.bootstrap_auc
-    monkeypatch.setattr(matching, "MAX_CONTACTS", 20)
-    monkeypatch.setattr(
-        matching, "descriptors_at", lambda *given: places.append(given[1]) or describe_as_ever(*given)
-    )
-    monkeypatch.setattr(matching, "bootstrap_auc", lambda *given: drawn.append(given) or area(*given))
-    monkeypatch.setattr(matching, "blocks_of", lambda _, dots: np.arange(len(dots)) // 5)
-    table = matching.contacts(*peptides)
-    assert (table["pairs"] == 20).all()
-    points = peptides[0].surface.points
-    touching = cdist(points, peptides[1].surface.points).min(axis=1) < 3.0
-    dots = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in places[0]]
-    assert touching[dots].all() and dots == sorted(dots)
-    assert dots != np.flatnonzero(touching)[:20].tolist()
-    for _, positive, block, _ in drawn:  # native pairs, then the others of the same first dots
-        assert positive.tolist() == 20 * [True] + 20 * [False]
-        assert block.tolist() == 2 * np.repeat([0, 1, 2, 3], 5).tolist()
 
 
 def test_residues_without_a_chain_are_residues():
@@ -207,24 +180,8 @@ def test_residues_belong_to_their_dots_and_atoms():
     assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
 
 
-def test_without_atoms_there_is_no_protrusion(blobs):
-    found = matching.match(*blobs)
-    table = matching.maps(found, 0)
-    assert "protrusion" not in set(matching.agreement(found, 0, table)["score"])
-
-
 def test_partners_that_do_not_touch_have_no_area():
     far = blob_partner("one"), blob_partner("two", 1100, 6, (100.0, 0, 0))
     found = matching.match(*far)
     assert matching.agreement(found, 0, matching.maps(found, 0)) is None
     assert matching.contacts(*far).empty
-
-
-def test_exchanged_partners_are_native_ones_of_other_dots(peptides, monkeypatch):
-    asked, engine = [], matching.descriptors_at
-    monkeypatch.setattr(matching, "descriptors_at", lambda *given: asked.append(given) or engine(*given))
-    matching.contacts(*peptides)
-    native, anyone, exchanged = (sorted(map(tuple, given[1])) for given in asked if given[0] is peptides[1])
-    assert exchanged == native and anyone != native
-    first, *_, last = (given[1] for given in asked if given[0] is peptides[1])
-    assert not np.array_equal(first, last)

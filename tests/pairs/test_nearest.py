@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
-from scipy.stats import ortho_group
 
 from sparsurf.errors import InputError
-from sparsurf.pairs.nearest import COLUMNS, ROWS, _merge, nearest
+from sparsurf.pairs.nearest import COLUMNS, ROWS, nearest
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +52,6 @@ def test_rounding_errors_do_not_choose_among_copies(vectors):
     assert np.array_equal(np.sort(found.partner, axis=1), np.arange(300)[:, None] + [0, 300])
 
 
-def test_a_turn_of_the_space_changes_nothing(vectors):
-    a, b = (x[:300, :20] for x in vectors)
-    turn = ortho_group.rvs(20, random_state=1)
-    plain, turned = nearest(a, b)[0], nearest(a @ turn, b @ turn)[0]
-    assert np.array_equal(plain.partner, turned.partner)
-    assert np.allclose(plain.distance, turned.distance, rtol=1e-12)
-
-
 def test_threads_change_no_bit(vectors):
     for one, many in zip(nearest(*vectors, k=3), nearest(*vectors, k=3, threads=3), strict=True):
         assert np.array_equal(one.distance, many.distance)
@@ -77,17 +68,3 @@ def test_exchanging_the_sides_exchanges_the_answers(vectors):
 def test_more_nearest_than_patches_is_refused():
     with pytest.raises(InputError, match="3 nearest patches needs at least 3"):
         nearest(np.zeros((5, 2)), np.zeros((2, 2)), k=3)
-
-
-def test_slices_may_come_in_any_order():
-    # two slices found the same distances; whichever is merged first, the lower places win
-    slices = [
-        (np.array([[1.0, 2.0, 2.0]]), np.array([[4, 5, 6]])),
-        (np.array([[1.0, 2.0, 3.0]]), np.array([[7, 2, 8]])),
-    ]
-    for order in ((0, 1), (1, 0)):
-        distances, places = np.full((1, 4), np.inf), np.full((1, 4), np.iinfo(np.int64).max)
-        for k in order:
-            _merge(*slices[k], distances, places)
-        assert distances.tolist() == [[1.0, 1.0, 2.0, 2.0]]
-        assert places.tolist() == [[4, 7, 2, 5]]

@@ -7,13 +7,8 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 
 import naive
-from conftest import make_blob
-from sparsurf.errors import InputError
-from sparsurf.patches import descriptors, index, roughness, subset_patches
 from sparsurf.patches.index import ball, ball_bound, build_index
 from sparsurf.patches.islands import drop_small_islands, patch
-from sparsurf.sampling import published
-from sparsurf.surfaces.spacing import refuse_sparse, spacing
 
 
 @pytest.mark.parametrize("radius, d_link", [(4.0, 0.9), (6.0, 0.75), (2.0, 0.4)])
@@ -117,23 +112,3 @@ def test_two_far_dots_do_not_fill_the_memory_with_cells(far):
     index = build_index(np.array([[0.0, 0, 0], far]), np.tile([0.0, 0, 1], (2, 1)))
     assert len(index.start) < 2e6
     assert patch(index, 1, 6.0).tolist() == [1]
-
-
-def test_a_surface_too_sparse_for_its_linking_distance_is_refused():
-    points, normals = make_blob(400)
-    index = build_index(points, normals, 0.5)
-    with pytest.raises(InputError, match=r"my protein: d_link = 0\.5 Å is below 1\.3 times"):
-        refuse_sparse(index.xyz, 0.5, "my protein")
-    refuse_sparse(index.xyz, 2 * spacing(index.xyz), "my protein")
-
-
-def test_whole_numbers_compile_no_kernels_of_their_own(blob):
-    def compiled(d_link, radius):
-        found = build_index(*blob, d_link)
-        published.build_cover(found, roughness.roughness(found, radius), radius)
-        descriptors.describe(found, blob[0][:2], radius)
-        kernels = (index._link, roughness._roughness, published._sweep, subset_patches.patches_of)
-        return [kernel.signatures for kernel in kernels]
-
-    as_floats = [list(each) for each in compiled(1.0, 3.0)]
-    assert compiled(1, 3) == as_floats and all(as_floats)

@@ -1,6 +1,5 @@
 """Samplers: exact sizes, nestedness, plain references, and the ranking at equal n_S."""
 
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -190,20 +189,6 @@ def test_ranking_on_a1(a1):
         subsets = [SAMPLERS[name](surface, n, np.random.default_rng(k)) for k in range(3)]
         z, _ = surface.distances(subsets, tests, z_tot, "full")
         assert z.mean() == pytest.approx(expected, abs=0.03), name
-
-
-def test_a_million_dots_in_farthest_order(a1):
-    # fifty molecules side by side; 0.4 s for 5 % on one core, 2 minutes are allowed
-    cells = np.stack(np.meshgrid(range(5), range(5), range(2)), axis=-1).reshape(-1, 3)
-    points = np.concatenate([a1.points + (np.ptp(a1.points, axis=0) + 5) * cell for cell in cells])
-    surface = SimpleNamespace(points=points, index=build_index(points, np.tile(a1.normals, (50, 1))))
-    farthest(surface, 2, np.random.default_rng(0))  # compiles
-    begin = time.perf_counter()
-    dots = farthest(surface, len(points) // 20, np.random.default_rng(0))
-    assert time.perf_counter() - begin < 30
-    assert len(np.unique(dots)) == len(points) // 20
-    reach = nearest_kept(points, dots)[1].max()
-    assert np.allclose(np.linalg.norm(points[dots[:-1]] - points[dots[-1]], axis=1).min(), reach, rtol=0.02)
 
 
 def test_index_of_a_tiny_surface_can_be_sampled_whole():
