@@ -47,13 +47,13 @@ def test_what_is_prepared_is_what_was_requested(blob, ready):
 
 REFUSED = {  # what is called with: the dots of the blob, them prepared, or the dots of a peptide
     "blob": [
-        (lambda d: sparsurf.roughness(d, radius=0), "radius is 0; it must be a number, more than 0"),
-        (lambda d: sparsurf.roughness(d, radius=101), "radius is 101"),
-        (lambda d: sparsurf.roughness(d, radius=True), "radius is True"),
+        (lambda d: sparsurf.roughness(d, r_patch=0), "r_patch is 0; it must be a number, more than 0"),
+        (lambda d: sparsurf.roughness(d, r_patch=101), "r_patch is 101"),
+        (lambda d: sparsurf.roughness(d, r_patch=True), "r_patch is True"),
         (lambda d: sparsurf.roughness(d, d_link=float("nan")), "d_link is nan"),
         (lambda d: sparsurf.roughness((d[0].T, d[1].T)), "points has the shape (3, 3000), not (N, 3)"),
         (lambda d: sparsurf.roughness((d[0], 2 * d[1])), "normals are not of unit length"),
-        (lambda d: sparsurf.descriptors(d, [0], radius=-1), "radius is -1"),
+        (lambda d: sparsurf.descriptors(d, [0], r_zernike=-1), "r_zernike is -1"),
         (lambda d: sparsurf.descriptors(d, [[0, 0, np.nan]], d_link=D_LINK), "at: some points have NaN"),
         (lambda d: sparsurf.descriptors(d, [0], up="x", d_link=D_LINK), "up is 'x'; it must be True or False"),
         (lambda d: sparsurf.descriptors(d, [[1, 2], [3]], d_link=D_LINK), "at: give one array"),

@@ -181,7 +181,7 @@ def test_cavities_are_reported_and_removed(tmp_path, capsys):
 
 
 CALLS = {  # other values than the defaults
-    "surface --density 7 --probe 1.5 --radii bondi": lambda path: sparsurf.surface(
+    "surface --density 7 --probe-radius 1.5 --radii bondi": lambda path: sparsurf.surface(
         path, density=7, probe_radius=1.5, radii="bondi"
     ),
     "minimal --percent 8 --seed 5 --d-link 0.7": lambda path: (
@@ -204,7 +204,7 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
 
 @pytest.mark.parametrize(
     ("words", "options"),
-    [("", {}), ("--density 1 --probe 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
+    [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
      "radii": "bondi", "cavities": "remove"})],
 )  # fmt: skip
 def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
@@ -284,7 +284,7 @@ def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
 
 def test_the_kept_dots_stand_for_all(folder, tmp_path):
     dots = sparsurf.surface(folder / "protein.pdb")
-    for how, n in (("--dots 77", 77), ("--percent 5", round(0.05 * len(dots)))):
+    for how, n in (("--n-dots 77", 77), ("--percent 5", round(0.05 * len(dots)))):
         assert ended("minimal", folder / "protein.pdb", *how.split(), "-o", tmp_path / "m.csv") == 0
         table = pd.read_csv(tmp_path / "m.csv")
         assert len(table) == table["dot"].nunique() == n and table["weight"].sum() == len(dots)
@@ -398,7 +398,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("recover minimal.csv --mesh --density 0.01 -o x.ply", 1, "increase the density"),
     ("roughness dots.csv --chains A -o x.csv", 1, "--chains has no meaning for dots.csv"),
     ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
-    ("surface protein.pdb --probe 11 -o x.csv", 2, "--probe: '11' must be"),
+    ("surface protein.pdb --probe-radius 11 -o x.csv", 2, "--probe-radius: '11' must be"),
     ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' must be"),
     ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' must be"),
     ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' must be"),

@@ -16,11 +16,11 @@ CALLS = {  # with which options are combined
 OF_ATOMS = ["--chains A", "--residues 2-4", "--selection backbone", "--ligands LIG", "--frame 1"]
 OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
 OPTIONS = {
-    "surface": [*OF_ATOMS, "--altloc B", "--probe 1.6", "--density 9", "--radii bondi", "--fields hydropathy",
+    "surface": [*OF_ATOMS, "--altloc B", "--probe-radius 1.6", "--density 9", "--radii bondi", "--fields hydropathy",
      "--table scores.csv --fields score", "--fields potential --charges two.pqr", "--mesh"],
     "roughness": [*OF_DOTS, "--r-patch 3"],
-    "descriptors": [*OF_DOTS, "--at 0,5", "--every 30", "--radius 5", "--down", "--descriptor rotation_robust"],
-    "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--dots 50", "--error 0.1", "--max-z 1.5",
+    "descriptors": [*OF_DOTS, "--at 0,5", "--every 30", "--r-zernike 5", "--down", "--descriptor rotation_robust"],
+    "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--error 0.1", "--max-z 1.5",
      "--sampler uniform", "--seed 2"],
     "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }  # fmt: skip
