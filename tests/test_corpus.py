@@ -2,7 +2,7 @@
 
 An outcome is what is measured (of a molecule: frames, atoms, residues and area in Å^2 at one dot per Å^2, as far as the row
 gives them), then ~ and words of the warning if there is one. An outcome of ! and words is a refusal, in one sentence with the
-name of the file. Words are regular expressions. `python tests/test_corpus.py pdb` fuzzes a reader (pip install atheris).
+name of the file. Words are regular expressions.
 """
 
 import gzip
@@ -14,7 +14,6 @@ import re
 import shutil
 import signal
 import struct
-import sys
 import warnings
 import zipfile
 from dataclasses import replace
@@ -30,19 +29,12 @@ from hypothesis import strategies as st
 import sparsurf
 from conftest import ROOT, make_blob
 from peptides import ALANINE, STEP, atom_line, peptide
-from sparsurf.api.inputs import as_dots
+from sparsurf.api.inputs import as_dots, as_molecule
 from sparsurf.cli.command import main
 from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.errors import InputError
 from sparsurf.molecules import geometry
-from sparsurf.molecules.libraries import (
-    from_biopython,
-    from_biotite,
-    from_gemmi,
-    from_mdanalysis,
-    from_mdtraj,
-)
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.molecules.trajectory import count_usable_frames
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -163,7 +155,6 @@ ACE = {"CH3": (1.46, -1.21, 0), "C": (0, -1.33, 0), "O": (-0.9, -2.1, 0)}
 GOOD = peptide() + "END\n"
 SHORT = "\n".join(line[:54] for line in GOOD.split("\n"))
 SEQUENCE = "SEQRES   1 A    9  ALA ALA ALA ALA ALA ALA ALA ALA ALA\n"
-SEVERAL = peptide(["ALA"] * 3)
 NEGATIVE = peptide(["ALA"] * 7, first=-5) + "END\n"
 INSERTED = peptide(["ALA"]) + "".join(
     peptide(["ALA"], origin=STEP * (1 + k)).replace("A   1 ", f"A   1{code}") for k, code in enumerate("ABC")
@@ -296,14 +287,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "two copies of one chain letter, by TER.pdb": (end(HEAVY, "TER\n", COPY), {}, f"{TWICE} ~ called A, B"),
     "two copies of one chain letter, by segments.pdb": (
         end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"chains": "PROB"}, f"{WHOLE} ~ called PROA, PROB"),
-    "two copies of no chain letter.pdb": (end(every(HEAVY, chain=""), every(COPY, chain="")), {}, f"{TWICE} ~ called A, B"),
     "a range in both copies.pdb": (
         end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "209-212"}, "! in PROA, PROB: name one"),
     "a range in one copy.pdb": (
         end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "PROB:209-212"}, "1 37 4 ~ called PROA"),
-    "a ligand of each copy.pdb": (
-        end(HEAVY, "TER\n", COPY, "TER\n", ligand(), ligand(residue="301", at=(70, 0, 0))),
-        {"chains": "B", "ligands": ["LIG"]}, "1 121 15 ~ called A, B"),
     "chains of two letters.pdb": (end(line[:20] + "AB" + line[22:] for line in HEAVY), {"chains": "AB"}, WHOLE),
     "a chain without its name in some rows.cif": (
         with_items(CIF, "auth_asym_id", lambda k, value: "?" if k % 3 else value), {"chains": "A"}, WHOLE),
@@ -337,9 +324,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(without(HEAVY, "209"), of(HEAVY, "209"), every(of(HEAVY, "209"), altloc="A", by=(0.5, 0, 0))), {}, WHOLE),
     "all A behind all B.pdb": (
         end(every(HEAVY, altloc="B", by=(0.3, 0, 0)), every(HEAVY, altloc="A")), {"altloc": "A"}, WHOLE),
-    "B of another residue.pdb": (EITHER, {}, "1 5 1 ~ SER A 1"),
     "B of the highest occupancy.pdb": (EITHER, {"altloc": "highest"}, "1 5 1 ~ THR A 1"),
-    "A that is no letter.pdb": (EITHER, {"altloc": " "}, "! neither first, highest nor one letter"),
     "a second molecule in location A.pdb": (
         end(peptide(["SER"], altloc="A"), peptide(["SER"], altloc="B"), peptide(["ALA"] * 3, first=2, origin=STEP), "TER\n",
             peptide(["GLY"] * 4, origin=(0, 30, 0), altloc="A")), {}, "1 40 8 ~ called A, B"),
@@ -355,16 +340,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(HEAVY, atoms("SOD", "300", {"SOD": (0, 0, 50)}, element="")), {"ligands": ["SOD"]}, "1 120 15 ~ radius for NA"),
     "ion POT of element P.pdb": (
         end(HEAVY, atoms("POT", "300", {"POT": (0, 0, 50)}, element="P")), {"ligands": ["POT"]}, "1 120 15 ~ radius for K"),
-    "two ions of one label.pdb": (
-        end(HEAVY, atoms("SOD", "300", {"SOD": (0, 0, 50)}, element=""), atoms("SOD", "300", {"SOD": (0, 9, 50)}, element="")),
-        {"ligands": ["SOD"]}, "1 121 16 ~ radius for NA"),
-    "a ligand.pdb": (end(HEAVY, ligand()), {"ligands": True}, "1 121 15"),
     "a ligand that is not there.pdb": (end(HEAVY, ligand()), {"ligands": ["XXX"]}, "! XXX"),
     "components of five letters.cif": (
         long_names(cif(end(HEAVY, ligand("L06"), ligand("L07", "301", (60, 0, 0)))), "A1LU6", "A1LU7"),
         {"ligands": ["A1LU7"]}, "1 121 15 ~ left out 1 A1LU6"),
-    "glycan.pdb": (
-        GOOD[:-4] + peptide(["NAG"], first=9, origin=(0, 0, 9)).replace("ATOM  ", "HETATM"), {}, "1 20 4 ~ left out 1 NAG"),
     "heavy-water.pdb": (GOOD[:-4] + atom_line("D1", "DOD", residue="9", record="HETATM", element="D"), {}, "1 20 4"),
     "deuterium.pdb": (
         GOOD[:-4] + atom_line("D", residue="4", place=(1, 1, 1), element="D"), {"hydrogens": "remove"}, "1 20 4"),
@@ -388,37 +367,24 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
         "2 953 61 ~ longer along y .* in frame 1"),
     "models that repeat.pdb": (models(HEAVY, HEAVY), {}, "2 119 14 ~ 1 frame repeats the one before"),
-    "one of two models.pdb": (models(HEAVY, COPY), {"model": 2}, WHOLE),
     "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
     "models.pdb": (models(peptide(), peptide(["ALA"] * 3)), {}, "! models of different atoms .* 20 15.*model"),
-    "names.pdb": (models(peptide(), peptide(["SER"] * 4)), {}, "! models of different atoms .* 20 20.*model"),
-    "ten-models.pdb": (models(*(peptide(["ALA"] * (3 + k % 2)) for k in range(1, 11))), {}, r"! (20 15 ){4}20\)"),
     "fewer models than announced.pdb": (
         "NUMMDL    3\n" + models(peptide(), peptide(origin=(0, 0, 0.5))), {}, "2 20 4 ~ announces 3 models and holds 2"),
     "open-model.pdb": ("MODEL        1\n" + peptide(), {}, "! its last MODEL has no ENDMDL"),
     # incomplete and damaged
-    "no-atoms.pdb": ("REMARK nothing\n", {}, "! holds no atoms"),
     "empty.pdb": ("", {}, "! holds no atoms"),
     "Damaged.PDB": (GOOD.replace("   1.460", "   1x460", 1), {}, "! Line 2 of .* no readable coordinates"),
-    "stars.pdb": (GOOD.replace("   1.460", "********", 1), {}, r"! Line 2 of .* coordinates \('\*{8}   0\.000   0\.000'\)"),
-    "nan.pdb": (GOOD.replace("   1.460", "     nan", 1), {}, "! Line 2 of .* no readable coordinates"),
-    "minus.pdb": (NEGATIVE.replace("  -0.800", "  \u22120.800"), {}, "! Line 5 of .* no readable coordinates"),
     "comma.pdb": (GOOD.replace(".", ","), {}, "! Line 1 of .* no readable coordinates"),
     "short-line.pdb": (GOOD[:40] + "\n" + GOOD, {}, "! Line 1 of .* is cut short"),
     "shifted.pdb": (GOOD.replace("A   1  ", "A   1 1", 1), {}, "! Line 1 of .* not in the columns"),
     "keyword.pdb": (GOOD.replace("ATOM  ", "ATQM  ", 1), {}, "! Line 1 of .* holds an atom but begins with 'ATQM"),
-    "piece.pdb": (GOOD + "ATO\n", {}, "! holds an atom but begins with 'ATO"),
-    "letter.pdb": (GOOD + "H", {}, "! holds an atom but begins with 'H"),
     "tab.pdb": (GOOD.replace("ATOM  ", "ATOM\t", 1), {}, "! Line 1 of .* holds an atom but begins with 'ATOM"),
-    "nameless.pdb": (GOOD.replace(" CA ", "    ", 1), {}, "! Line 2 of .* not in the columns"),
     "number.pdb": (GOOD.replace("A   1 ", "A  1x ", 1), {}, "! Line 1 of .* not in the columns"),
-    "short-joined.pdb": (SHORT.replace("\n", "", 1), {}, "! Line 1 of .* not in the columns"),
-    "joined.pdb": (GOOD.replace("\n", "", 1), {}, "! Line 1 of .* not in the columns"),
     "cut.pdb": (GOOD[:-24], {}, "! cut short: it stops in the middle"),
     "zeros.pdb": (GOOD + "\0", {}, "! damaged or not a text file"),
     "escape.pdb": (GOOD[:-4] + atom_line("C1", "\x1b[3", residue="9", place=(0, 40, 0), record="HETATM"), {}, r"! '\\x1b\[3'"),
     "no-end.pdb": (SEQUENCE + peptide(), {}, "! 4 of the 9 residues .* SEQRES .* no END"),
-    "connected-before.pdb": (SEQUENCE + "CONECT    1    2\n" + peptide(), {}, "! 4 of the 9 residues"),
     "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), {}, "! 20% of the heavy atoms"),
     "backbone.pdb": (
         "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line), {},
@@ -427,22 +393,15 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "ions.pdb": (
         "".join(atom_line("NA  ", "NA", residue=str(i), place=(i, 0, 0), element="NA") for i in range(3)), {},
         "! there is no protein; the file has chains A with 3 NA"),
-    "nine-ions.pdb": (
-        "".join(atom_line("NA  ", f"I{i}", residue=str(i), place=(i, 0, 0), element="NA") for i in range(9)), {},
-        r"! with 1 I0, (1 I\d, ){6}1 I7\.$"),
     "one-place.pdb": (
         re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), {}, "! all atoms at one position"),
     "an atom twice.pdb": (end(HEAVY[:5], HEAVY[4], HEAVY[5:]), {}, "1 120 14 1281.3 ~ 1 atom is repeated in its residue"),
-    "two atoms twice.pdb": (end(HEAVY[:5], HEAVY[3:5], HEAVY[5:]), {}, "1 121 14 1281.3 ~ 2 atoms are repeated in their"),
     "a residue twice under two names.pdb": (
         end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213 A lie in one place; keep one of them"),
-    "a residue twice, the second with a code.pdb": (
-        end(HEAVY[:46], every(TWIN, code="A"), HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213A A lie in one place"),
     "an occupancy above 1.pdb": (
         end(put(HEAVY[0], occupancy="37.00"), HEAVY[1:]), {}, f"{WHOLE} ~ 1 atom has an occupancy outside"),
     "an atom lacks.pdb": (end(HEAVY[:8], HEAVY[9:]), {}, "1 118 14 ~ 1 residue lacks heavy atoms, the first is GLU A 209"),
     "an atom that a bridge replaces.pdb": (BRIDGE + LACKING, {}, "1 24 5"),
-    "two bridges.pdb": (BRIDGE + BRIDGE.replace("3  ", "1  ", 1) + LACKING, {}, "1 24 5"),
     "an atom that a metal does not replace.pdb": (
         BRIDGE.replace(" NZ  ALA A   5", "ZN    ZN A   9") + LACKING, {}, "1 24 5 ~ lacks heavy atoms, the first is ALA A 3"),
     "two atoms and one bridge.pdb": (
@@ -457,7 +416,6 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "is-pdb.cif": (GOOD, {}, "! not a readable mmCIF"),
     "no-loop.cif": ("data_x\n_cell.length_a 10\n", {}, "! holds no atoms"),
     "nan.cif": (TINY.replace("3.0", "nan", 1), {}, "! not numbers"),
-    "unknown.cif": (TINY.replace("3.0", "?", 1), {}, "! not numbers"),
     "cut.cif": (TINY[:-8], {}, "! not a readable mmCIF file .*Wrong number of values"),
     "no-x.cif": (TINY.replace("Cartn_y", "Cartn_q"), {}, "! has no y in its _atom_site"),
     "number.cif": (TINY.replace(" A 1 ", " A one ", 1), {}, "! residue numbered 'one'"),
@@ -465,13 +423,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         "data_x\nloop_\n_struct_asym.id\nA\nB\n" + TINY[7:-1].replace("auth_asym_id", "label_asym_id"), {},
         "! cut short: it has no atoms for B"),
     "plain.cif": (TINY, {}, "1 2 1 ~ lacks heavy atoms"),
-    "uncertain.cif": (TINY.replace("3.0", "3.0(2)"), {}, "1 2 1 ~ lacks heavy atoms"),
     "two blocks.cif": (TINY + TINY.replace("data_x", "data_y"), {}, "1 2 1 ~ 2 data blocks with atoms: the first is read"),
     "reversed.cif": (tiny(-1), {}, "1 20 4"),
     "quoted.cif": (tiny(quote='"'), {}, "1 20 4"),
-    "mac.cif": (tiny(newline="\r"), {}, "1 20 4"),
     "tabs.cif": (tiny(between="\t"), {}, "1 20 4"),
-    "bom.cif": ("\ufeff" + tiny(), {}, "1 20 4"),
     # GRO and others
     "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", {}, "! line 3 has no three coordinates"),
     "count.gro": ("title\nx\n", {}, "! line 2 is not the number of atoms"),
@@ -481,7 +436,6 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "numbers that touch.gro": (gro(GOOD.splitlines()[:20], shift=-2000), {}, "1 20 4"),
     "empty.psf": ("", {}, "! cannot be read"),
     "notes.txt": (GOOD, {}, "! not a structure by its extension: give one of .pdb, .ent, .cif"),
-    "packed.pdb.bz2": (b"BZh", {}, "! not a structure by its extension"),
     # encodings, compression, ends of lines, columns
     "is-not.pdb.gz": (GOOD, {}, "! is named .gz but is not gzip"),
     "cut.pdb.gz": (ZIPPED[:-9], {}, "! cut short or damaged inside its gzip"),
@@ -492,40 +446,29 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "bom.pdb": ("\ufeff" + GOOD, {}, "1 20 4"),
     "mixed.pdb": (b"REMARK \xe9\nREMARK \xc3\xa9\n" + GOOD.encode(), {}, "1 20 4"),
     "crcrlf.pdb": (GOOD.replace("\n", "\r\r\n"), {}, "1 20 4"),
-    "crlf.pdb": (GOOD.replace("\n", "\r\n"), {}, "1 20 4"),
     "mac.pdb": (GOOD.replace("\n", "\r"), {}, "1 20 4"),
     "name.ent": (GOOD, {}, "1 20 4"),
-    "UPPER.PDB": (GOOD, {}, "1 20 4"),
     "a name with blanks, Å and ü.pdb": (GOOD, {}, "1 20 4"),
-    "no-newline.pdb": (GOOD[:-1], {}, "1 20 4"),
     "rstripped.pdb": ("\n".join(line.rstrip() for line in peptide().split("\n")), {}, "1 20 4"),
-    "no-end-no-newline.pdb": (peptide()[:-1], {}, "1 20 4"),
     "disordered.pdb": (SEQUENCE + GOOD, {}, "1 20 4 ~ no coordinates for 5 residues"),
-    "connected.pdb": (SEQUENCE + peptide() + "CONECT10001    2\n", {}, "1 20 4 ~ no coordinates for 5 residues"),
     "one-atom.pdb": (atom_line(), {}, "1 1 1 ~ a single atom"),
     "one-residue.pdb": (peptide(["ALA"]), {}, "1 5 1"),
     "no-chain.pdb": (peptide(chain=" "), {}, "1 20 4"),
     "short-lines.pdb": (SHORT, {}, "1 20 4"),
-    "shorter-lines.pdb": ("\n".join([*GOOD.split("\n")[:18], *SHORT.split("\n")[18:20]]), {}, "1 20 4"),
     "words.pdb": (f"{'AUTHOR':30}   1.000 and.so  and.so  \n" + GOOD, {}, "1 20 4"),
     "no-element.pdb": ("\n".join(line[:66] for line in GOOD.split("\n")), {}, "1 20 4"),
     "remark.pdb": (peptide().replace("ATOM  ", "REMARK") + peptide().replace("ATOM  ", "SIGATM") + GOOD, {}, "1 20 4"),
     "hybrid36.pdb": (GOOD.replace("A   2 ", "AA000 "), {"residues": "A:10000"}, "1 5 1"),
-    "five-digits.pdb": (SEVERAL.replace("A   1    ", "A10001   ", 5), {"residues": "10001"}, "1 5 1"),
     # ranges of residues
     "negative.pdb": (NEGATIVE, {"residues": "A:-5--3,1"}, "1 20 4"),
-    "one.pdb": (NEGATIVE, {"residues": "-5"}, "1 5 1"),
     "backwards.pdb": (NEGATIVE, {"residues": "A:-1--5"}, "! 'A:-1--5' ends before it begins"),
     "dashes.pdb": (NEGATIVE, {"residues": "-5\u2013-1"}, "! chain:first-last"),
-    "open.pdb": (NEGATIVE, {"residues": "A:-5-"}, "! chain:first-last"),
     "codes.pdb": (INSERTED, {"residues": "1A-1B"}, "1 10 2"),
-    "code.pdb": (INSERTED, {"residues": "1C-1A"}, "! ends before it begins"),
     # geometry
     "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
     "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
     "residues in another order, five bonds lost.pdb": (
         reordered(20, [1, 0, 2, 4, 3, *range(5, 20)]), {}, "1 100 20 ~ 5 peptide bonds are missing"),
-    "nine atoms apart.pdb": (spread(9), {}, "1 9 2 ~ lack"),
     "ten atoms apart.pdb": (spread(10), {}, "! only 0% of the bonds that its names imply"),
     "two chains of a crystal.pdb": (peptide() + peptide(chain="B", origin=(0, 300, 0)), {}, "1 40 8"),
 }  # fmt: skip
@@ -592,18 +535,17 @@ def test_each_bad_file_of_the_reference_data_is_refused_or_reported(shared, capl
     ):
         if not path.is_file() or path.suffix in (".sites", ".yaml", ".tsv") or path.name == "grid_full.csv":
             continue
-        is_trajectory = path.parent.name == "traj" or path.name in TOPOLOGIES
-        if is_trajectory and path.name not in ("top.pdb", "top2.pdb"):
-            top = path.with_name(TOPOLOGIES[path.name]) if path.name in TOPOLOGIES else tmp_path / "top.pdb"
-            paths = [top, path]
-        else:
-            paths = [path]
+        paths = [path]
+        if path.name in TOPOLOGIES:
+            paths = [path.with_name(TOPOLOGIES[path.name]), path]
+        elif path.parent.name == "traj" and path.name not in ("top.pdb", "top2.pdb"):
+            paths = [tmp_path / "top.pdb", path]
         read = read_surface if {".csv", ".npz", ".dms"} & set(path.suffixes) else read_molecule
         caplog.clear()
         with caplog.at_level(logging.WARNING, "sparsurf"):
-            said = "" if is_read(read, *paths) else path.name
-        assert (said + caplog.text).isprintable() or "\x1b" not in caplog.text
-        silent |= set() if said + caplog.text else {path.name}
+            if is_read(read, *paths) and not caplog.text:
+                silent.add(path.name)
+        assert "\x1b" not in caplog.text
     assert silent <= SILENT, silent
 
 
@@ -666,19 +608,6 @@ def bond(frame, first, second, length):
     return change
 
 
-def width(size):
-    """Make residue 213 as wide in frame 0."""
-
-    def change(molecule):
-        own, by = molecule.residue == "213", size * 1.2
-        for _ in range(50):
-            moved = shift(0, (213, "CG"), [by, 0, 0])(molecule)
-            by *= size / np.linalg.norm(np.ptp(moved.xyz[0, own], axis=0))
-        return moved
-
-    return change
-
-
 def shaken(molecule):
     return replace(
         molecule, xyz=molecule.xyz + np.random.default_rng(0).normal(0, 0.2 / 3**0.5, molecule.xyz.shape)
@@ -690,32 +619,6 @@ def mixed(molecule):
     rng = np.random.default_rng(5)
     parts = [rng.permutation(np.flatnonzero(molecule.residue_index == k)) for k in range(molecule.n_residues)]
     return replace(molecule, xyz=molecule.xyz[:, np.concatenate(parts)])
-
-
-def flat(molecule):
-    xyz = molecule.xyz.copy()
-    xyz[3, :, 1] = 0.0
-    return replace(molecule, xyz=xyz)
-
-
-def mirrored_up_to(last):
-    """Make D-amino acids of residues 209 to `last`."""
-
-    def change(molecule):
-        xyz = molecule.xyz.copy()
-        for residue in range(209, last + 1):
-            own = [
-                np.flatnonzero((molecule.residue == str(residue)) & (molecule.name == name))
-                for name in ("N", "CA", "C", "CB")
-            ]
-            if all(map(len, own)):
-                n, ca, c, cb = (xyz[:, each[0]] for each in own)
-                across = np.cross(n - ca, c - ca)
-                across /= np.linalg.norm(across, axis=1)[:, None]
-                xyz[:, own[3][0]] -= 2 * ((cb - ca) * across).sum(axis=1)[:, None] * across
-        return replace(molecule, xyz=xyz)
-
-    return change
 
 
 def elements(**changed):
@@ -756,8 +659,6 @@ GEOMETRY = {
     "nothing": (lambda m: m, ""),
     "turned and moved": (lambda m: replace(m, xyz=m.xyz[:, :, [1, 2, 0]] + [900.0, -900, 0]), ""),
     "an atom 30 Å away": (shift(4, (213, "CG"), 30.0), "! GLN 213 .* in frame 4 .atom CG is farthest out"),
-    "a residue of 19.9 Å": (width(19.9), "~ CG of GLN 213 lies"),
-    "a residue of 20.1 Å": (width(20.1), "! GLN 213 is 20 Å wide in frame 0 .atom CG"),
     "nm as Å": (scale(10.0), "! GLU 209 .* in frame 0 .* give lengths in nm"),
     "Å as nm": (scale(0.1), "! bonds are 1 Å or longer"),
     "two parts 6 Å apart": (shift(5, 7, 6.0), "! the bond C-N of .* in frame 5"),
@@ -767,28 +668,19 @@ GEOMETRY = {
     "a bond of 3.1 Å": (bond(3, (214, "CZ"), (214, "OH"), 3.05), "! the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3"),
     "a bond of the backbone 1.3 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.9), "~ bond N-CA of TYR 214 is 1.9 Å long instead of 1.5 Å in frame 4"),
-    "a bond of the backbone 0.7 times as long": (bond(4, (214, "N"), (214, "CA"), 1.02), "~ is 1.0 Å long instead of 1.5"),
     "a bond of the backbone 1.2 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.75), "~ 1.05 times as long as usual along one direction"),
     "atoms of a residue exchanged": (mixed, "! of the bonds that its names imply"),
     "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0"),
-    "0.8 times as long": (scale(0.8), "! backbone are 0.80 times as long as usual in frame 0"),
     "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
-    "whole numbers": (lambda m: replace(m, xyz=m.xyz.round()), "! times as long as usual in frame 0"),
-    "one plane": (flat, "! one plane in frame 3"),
     "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
-    "1.05 times as long": (scale(1.05), "~ differ by 5 %"),
     "1.02 times as long": (scale(1.02), ""),
     "noise of 0.2 Å": (shaken, "~ half of the bonds"),
     "x 1.05 times as long": (scale(1.05, 1, 1), "~ 5 % longer along x than across it"),
-    "z 0.85 times as long": (scale(1, 1, 0.85), "~ times as long as usual along one direction"),
     "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
-    "ten residues mirrored": (residues(10, scale(1, 1, -1)), "~ mirror image"),
     "five residues mirrored from frame 2 on": (
         lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(5)(m)), "~ mirror image, of D-amino acids, in frame 2"),
     "nine residues mirrored": (residues(9, scale(1, 1, -1)), ""),
-    "8 of 13 residues mirrored": (mirrored_up_to(217), "~ mirror image"),
-    "4 of 13 residues mirrored": (mirrored_up_to(212), ""),
     "mirrored without C-beta": (
         lambda m: scale(1, 1, -1)(m).take(np.isin(m.name, ["N", "CA", "C", "O"])), ""),
     "one atom": (lambda m: m.take([4]), "~ a single atom"),
@@ -796,17 +688,14 @@ GEOMETRY = {
     "two atoms of a residue in one place": (bond(0, (213, "CB"), (213, "CG"), 0.0), r"~ lie in one place \(1 such pair\)"),
     "a molecule twice": (doubled((0.67, 0.67, 0.33)), "~ 100 % of its atoms lie inside other residues"),
     "two molecules": (doubled((40, 0, 0)), ""),
-    "a copy that moves": (doubled((60, 0, 0), lambda a, b, k: b + 0.1 * k), ""),
     "a copy that is mirrored later": (doubled((60, 0, 0), lambda a, b, k: b * [1, 1, -1]), "~ B is a mirror image.* in frame 1"),
     "a copy that shrinks later": (
         doubled((60, 0, 0), lambda a, b, k: b.mean(axis=0) + 0.3 * (b - b.mean(axis=0))), "! times as long as usual in frame 1"),
-    "a copy that is stretched later": (doubled((60, 0, 0), lambda a, b, k: b * [1, 1.15, 1]), "~ B are 1.1"),
     "a copy laid on the first later": (doubled((60, 0, 0), lambda a, b, k: a + 0.05), "~ Å apart in frame 1"),
     "all elements C": (lambda m: replace(m, element=np.full(m.n_atoms, "C")), "! N of GLU 209 has the element C"),
     "one wrong element": (elements(_3="O"), "~ GLU 209 has the element O; 1 atom has"),
     "selenium in place of sulfur": (elements(_3="SE"), ""),
     "not a number": (shift(2, (213, "CB"), np.nan), "! not numbers"),
-    "a coordinate of 9.9e4 Å": (shift(2, (213, "CB"), [0, 0, 9.9e4]), "! Å wide in frame 2"),
     "a coordinate of 1.1e5 Å": (shift(2, (213, "CB"), [0, 0, 1.1e5]), "! beyond 1e.05 Å in frame 2"),
 }  # fmt: skip
 
@@ -825,87 +714,48 @@ def test_geometry(example, monkeypatch, caplog, name):
     judge(expected, measure, caplog, "run.xtc")
 
 
-@pytest.mark.parametrize(("names", "usual"), geometry.USUAL_LENGTHS.items())
-@pytest.mark.parametrize(
-    ("share", "count", "expected"), [(1.0, 10, ""), (1.5, 9, ""), (1.1, 10, "~ by 10 %"), (1.2, 10, "! 1.20")]
-)
-def test_ten_bonds_of_a_backbone_tell_its_unit(example, caplog, names, usual, share, count, expected):
-    """As many residues of two atoms, and one atom more; the last frame has bonds of other lengths."""
-    xyz = np.tile(np.random.default_rng(1).normal(size=(count + 1, 1, 3)), (4, 1, 2, 1)) * 30
-    xyz[:, :, 1, 2] += usual
-    xyz[3, :, 1, 2] += (share - 1) * usual
-    index = np.repeat(np.arange(count + 1), 2)[:-1]
-    molecule = replace(
-        example, xyz=xyz.reshape(4, -1, 3)[:, :-1], name=np.array([*names] * (count + 1))[:-1], residue_index=index,
-        frame_number=np.arange(4),
-    )  # fmt: skip
-    judge(
-        expected,
-        lambda: geometry._run([*geometry._checks_of_lengths(molecule, "")], molecule, "a.pdb") or (),
-        caplog,
-        "a.pdb",
-    )
-
-
-@pytest.mark.parametrize(
-    ("places", "gap"),
-    [
-        ([[0, 0, 0]], (0, 0)), ([[0, 0, 0], [0, 7, 0]], (7, 1)), ([[0, 1, 1], [0, 0, 1], [0, 9, 1]], (8, 2)),
-        ([[0, 0, 9], [0, 0, 10], [0, 0, 0]], (9, 2)),
-    ],
-)  # fmt: skip
-def test_the_widest_gap_and_a_place_on_its_emptier_side(places, gap):
-    assert geometry.widest_gap(np.array(places, float)) == gap
-
-
 # ---- objects of other libraries: as the file
 
 
-def as_mdtraj(path):
-    return from_mdtraj(mdtraj.load(str(path), standard_names=False))
-
-
-def as_biotite(path):
-    pdb = pytest.importorskip("biotite.structure.io.pdb")
-    return from_biotite(
-        pdb.PDBFile.read(path).get_structure(model=1, altloc="all", extra_fields=["b_factor", "occupancy"])
+def with_biotite(path):
+    pdb = pytest.importorskip(
+        "biotite.structure.io.pdb", reason="biotite is installed by the extra `interop`"
     )
+    return pdb.PDBFile.read(path).get_structure(model=1, altloc="all", extra_fields=["b_factor", "occupancy"])
 
 
-def as_mdanalysis(path):
-    universe = pytest.importorskip("MDAnalysis").Universe
+def with_mdanalysis(path):
+    universe = pytest.importorskip(
+        "MDAnalysis", reason="MDAnalysis is installed by the extra `interop`"
+    ).Universe
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return from_mdanalysis(universe(str(path)))
+        return universe(str(path))
 
 
-def as_biopython(path):
-    parser = pytest.importorskip("Bio.PDB").PDBParser(QUIET=True)
-    return from_biopython(parser.get_structure("a", str(path)))
+def with_biopython(path):
+    parser = pytest.importorskip("Bio.PDB", reason="Biopython is installed by the extra `interop`").PDBParser
+    return parser(QUIET=True).get_structure("a", str(path))
 
 
-LIBRARIES = [
-    as_mdtraj,
-    as_biotite,
-    as_mdanalysis,
-    as_biopython,
-    lambda path: from_gemmi(gemmi.read_pdb(str(path))),
-]
-OBJECTS = {
-    "example.pdb": (), "hydrogens behind the chain.pdb": (), "a modified residue behind the chain.pdb": ("as_mdanalysis",),
-    "two copies of one chain letter, by segments.pdb": ("as_biotite", "as_biopython"), "A and B of a residue.pdb": ("as_mdtraj",),
-    "water TP3.pdb": (), "an occupancy above 1.pdb": ("as_mdtraj",),
+LIBRARIES = {
+    "mdtraj": lambda path: mdtraj.load(str(path), standard_names=False), "biotite": with_biotite, "MDAnalysis": with_mdanalysis,
+    "Biopython": with_biopython, "gemmi": lambda path: gemmi.read_pdb(str(path)),
+}  # fmt: skip
+OBJECTS = {  # rows of the corpus, and the libraries that leave something out when they read the file
+    "example.pdb": "", "hydrogens behind the chain.pdb": "", "a modified residue behind the chain.pdb": "MDAnalysis",
+    "two copies of one chain letter, by segments.pdb": "biotite Biopython", "A and B of a residue.pdb": "mdtraj",
+    "water TP3.pdb": "", "an occupancy above 1.pdb": "mdtraj",
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("load", LIBRARIES, ids=["mdtraj", "biotite", "MDAnalysis", "Biopython", "gemmi"])
+@pytest.mark.parametrize("library", LIBRARIES)
 @pytest.mark.parametrize("name", OBJECTS)
-def test_objects_of_other_libraries_are_taken_as_their_files(tmp_path, name, load):
-    """But for what a library leaves out when it reads the file."""
+def test_objects_of_other_libraries_are_taken_as_their_files(tmp_path, name, library):
     path = tmp_path / name
     path.write_text(STRUCTURES[name][0])
-    molecule, of_object = read_molecule(path), load(path)
-    if load.__name__ in OBJECTS[name]:
+    molecule, of_object = read_molecule(path), as_molecule(LIBRARIES[library](path))
+    if library in OBJECTS[name]:
         return
     for key in ("name", "residue_name", "chain", "residue", "residue_index", "element", "kind"):
         assert np.array_equal(getattr(of_object, key), getattr(molecule, key)), key
@@ -1027,27 +877,22 @@ def test_trajectories(tmp_path, caplog, name):
     judge(expected, measure, caplog, path.name)
 
 
-@pytest.mark.parametrize("order", "<>")
-@pytest.mark.parametrize("cell", [False, True])
+@pytest.mark.parametrize(("order", "cell"), [("<", False), (">", True)])
 def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, cell):
     def record(content):
         return (length := struct.pack(order + "i", len(content))) + content + length
 
+    path, frame = tmp_path / "a.dcd", cell * record(bytes(48)) + 3 * record(bytes(16))
     for n, count, stride, words in (
         (100, 100, 1, ""), (99, 100, 1, "~ continues after the 99"), (1, 2, 1, "~ continues after the 1 "), (0, 2, 1, ""),
         (101, 100, 1, "~ cut short"), (100, 100, 2, ""), (103, 100, 2, "~ its header announces 103 frames, 50 were read"),
     ):  # fmt: skip
-        head, frame = (
-            b"CORD" + struct.pack(order + "i", n) + bytes(76),
-            cell * record(bytes(48)) + 3 * record(bytes(16)),
-        )
-        path, found = tmp_path / "a.dcd", -(-count // stride)
-        path.write_bytes(
-            record(head) + record(bytes(84)) + record(struct.pack(order + "i", 4)) + count * frame
-        )
+        head = record(b"CORD" + struct.pack(order + "i", n) + bytes(76)) + record(bytes(84))
+        path.write_bytes(head + record(struct.pack(order + "i", 4)) + count * frame)
+        found = -(-count // stride)
         judge(
             f"{found} {words}",
-            lambda path=path, n=found, s=stride: [count_usable_frames(path, 4, n, s)],
+            lambda n=found, s=stride: [count_usable_frames(path, 4, n, s)],
             caplog,
             "a.dcd",
         )
@@ -1065,16 +910,12 @@ def test_times_of_netcdf_are_read_in_their_unit(tmp_path, caplog, unit, expected
         file.Conventions, file.ConventionVersion = "AMBER", "1.0"
         for name, size in (("frame", 0), ("spatial", 3), ("atom", several.n_atoms)):
             file.createDimension(name, size)
-        times, places = (
-            file.createVariable("time", "f4", ("frame",)),
-            file.createVariable("coordinates", "f4", ("frame", "atom", "spatial")),
-        )
+        times = file.createVariable("time", "f4", ("frame",))
+        places = file.createVariable("coordinates", "f4", ("frame", "atom", "spatial"))
         times.units, places.units = unit, "angstrom"
         for k in range(3):
             times[k], places[k] = k, 10 * several.xyz[k]
-    judge(
-        expected, lambda: 1000 * read_molecule(EXAMPLE, tmp_path / "a.nc").time_ps[1:2] / 1000, caplog, "a.nc"
-    )
+    judge(expected, lambda: read_molecule(EXAMPLE, tmp_path / "a.nc").time_ps[1:2], caplog, "a.nc")
 
 
 def test_velocities_between_positions_are_no_frames(tmp_path, caplog):
@@ -1156,58 +997,38 @@ DOTS = {
     "nothing": (lambda p, n: (p, n), ""),
     "turned": (lambda p, n: (p[:, [2, 0, 1]] + 3000, n[:, [2, 0, 1]]), ""),
     "columns of normals exchanged": (lambda p, n: (p, n[:, [1, 0, 2]]), UPRIGHT),
-    "columns of points exchanged": (lambda p, n: (p[:, [1, 0, 2]], n), UPRIGHT),
-    "columns in another order": (lambda p, n: (p, n[:, [2, 1, 0]]), UPRIGHT),
     "one axis mirrored": (lambda p, n: (p, n * [1, 1, -1]), UPRIGHT),
-    "one axis in nm": (lambda p, n: (p * [0.1, 1, 1], n), UPRIGHT),
     "points inexact": (lambda p, n: (p + np.random.default_rng(0).normal(0, 0.5, p.shape), n), UPRIGHT),
     "normals of the next row": (lambda p, n: (p, np.roll(n, -1, axis=0)), "! fit the dots 1 row further down"),
-    "normals of the row before": (lambda p, n: (p, np.roll(n, 1, axis=0)), "! fit the dots 1 row further up"),
     "normals two rows before": (lambda p, n: (p, np.roll(n, 2, axis=0)), "! fit the dots 2 rows further up"),
     "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! {OPPOSE}"),
     "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), "~ times as far apart along one direction"),
-    "one axis shrunk": (lambda p, n: (p * [1, 1, 0.6], n), "~ times as far apart along one direction"),
-    "every 20th flipped": (flipped(0.05), f"~ {OPPOSE}"),
     "every 10th flipped": (flipped(0.1), "! give outward normals"),
     "every 4th flipped": (flipped(0.25), f"! {OPPOSE}: give outward normals"),
     "every 5th random": (random_normals(0.2), f"! {OPPOSE}"),
-    "all random": (random_normals(1.0), f"! {OPPOSE}"),
     "the last inward": (last(0.05, normals_times=-1), "~ some dots around"),
     "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
     "the last in nm": (last(0.1, points_times=0.1), "~ times as close as the others"),
-    "half as long": (lambda p, n: (p / 2, n), LENGTHS),
     "twice as long": (lambda p, n: (2 * p, n), LENGTHS),
-    "five times as long": (lambda p, n: (5 * p, n), LENGTHS),
-    "in Bohr": (lambda p, n: (1.8897 * p, n), LENGTHS),
-    "in pm": (lambda p, n: (100 * p, n), LENGTHS),
     "in nm": (lambda p, n: (p / 10, n), "! lengths seem to be nm"),
-    "half of the dots": (some(0.5), ""),
     "a tenth of the dots": (some(0.1), ""),
     "one dot in fifty": (some(0.02), ""),
-    "a tenth of the dots, inward": (some(0.1, -1), "~ point inwards"),
-    "a tenth of the dots, one axis mirrored": (some(0.1, [-1, 1, 1]), UPRIGHT),
     "the first half, in the order of atoms": (
         lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), "~ do not close around a molecule"),
     "a dot far from the others": (far, r"! lies 49\d\d Å from all other dots"),
     "a heap of dots": (pile, "! lie in one place"),
-    "all in one place": (lambda p, n: (np.tile(p[:1], (len(p), 1)), n), "! lie in one place"),
     "two dots in one place": (lambda p, n: (np.tile(p[:1], (2, 1)), n[:2]), "! lie in one place"),
     "normals of length 0": (lambda p, n: (p, np.where(np.arange(len(n))[:, None] == 5, 0, n)), "! normal of length 0"),
     "normals of length 0.2 to 6": (
         lambda p, n: (p, n * np.random.default_rng(1).uniform(0.2, 6, (len(n), 1))), "~ are scaled to 1"),
     "normals and points exchanged": (lambda p, n: (n, p), "! exchange the columns"),
-    "a ball of 0.2 Å": (ball(50, 0.2), "! lengths seem to be nm"),
     "a ball of 0.35 Å": (ball(900, 0.35), "! lengths seem to be nm"),
     "a ball of 0.5 Å": (ball(900, 0.5), ""),
-    "few dots of a ball of 0.2 Å": (ball(49, 0.2), ""),
-    "a ball of 9 Å": (ball(900, 9.0), ""),
     "a ball of 12 Å": (ball(900, 12.0), "~ dots lie on curves of 12 Å; are lengths in Å?"),
     "a ball of 104 Å": (ball(900, 104.0), ""),
     "a ball without 4 %": (ball(1200, 5.0, 44), r"~ do not close around a molecule \(4 % of the normals do not cancel\)"),
     "a ball without 2.5 %": (ball(1200, 5.0, 30), ""),
-    "a ball without 2.5 %, far away": (ball(1200, 5.0, 30, (0, 0, 3000)), ""),
     "half a ball": (ball(2002, 5.0, 1001), "~ do not close"),
-    "many dots of half a ball": (ball(2000, 5.0, 1000), ""),
     "normals of 170 dots flipped": (lambda *_: flipped(0.5)(*ball(170, 9.0)()), ""),
     "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! {OPPOSE}"),
     "a plane": (
@@ -1271,19 +1092,13 @@ ARRAYS = {  # of an NPZ file: what is changed, and the sum of areas with the out
     "areas in nm^2": (times("area", 0.01), "nan ~ they are left out, and estimated"),
     "areas six times too large": (times("area", 6.0), "! 6.2 times as large as the spacing"),
     "areas 1.4 times too large": (times("area", 1.4), "1793.0"),
-    "areas of 1 for each dot": (lambda columns: columns.update(area=np.ones(len(columns["area"]))), "! times as large"),
     "areas of 0": (times("area", 0.0), "nan ~ all areas are 0; they are estimated"),
     "positions in half precision": (of_type("points", np.float16), "1280.7 ~ float16, which rounds them by up to 0.03 Å"),
     "a negative area": (value_at("area", -0.1), "! dot 6 has a negative area: repair or remove it"),
-    "an area that is nan": (value_at("area", np.nan), "! dot 6 has an area that is NaN"),
     "an area of 1e4": (value_at("area", 1e4), "! dot 6 has an area above"),
-    "an infinite area": (value_at("area", np.inf), "! dot 6 has an area above"),
     "a kind of 3": (value_at("kind", 3), "! dot 6 has a kind other than"),
-    "a kind of -2": (value_at("kind", -2), "! dot 6 has a kind other than"),
     "a kind of 256": (value_at("kind", 256), "! dot 6 has a kind other than"),  # which is 0 in a byte
-    "a kind of 0.5": (value_at("kind", 0.5), "! dot 6 has a kind other than"),
     "an atom of -2": (value_at("atom", -2), "! dot 6 has an atom that is no index"),
-    "an atom of 1.5": (value_at("atom", 1.5), "! dot 6 has an atom that is no index"),
     "a point at -2.1e6": (value_at("points", -2.1e6), r"! dot 6 has a coordinate beyond 2e\+06 Å \(.+, -2.1e\+06, .+\)"),
     "no normals": (left_out("normals"), "! has no normals"),
     "objects": (lambda columns: columns.update(kind=np.array([None] * len(columns["kind"]))), "! a.npz"),
@@ -1340,26 +1155,6 @@ def test_something_else_than_arrays_of_numbers(caplog, name, value, words):
         judge(f"! {words}", lambda: as_dots((given["points"], given["normals"])) and (), caplog, "")
 
 
-def test_entrances_of_other_numbers(dots, caplog):
-    molecule = read_molecule(EXAMPLE, residues="209-222", hydrogens="remove")
-    arrays, masked = (dots.points, dots.normals), np.ma.masked_array(np.arange(9), np.arange(9) > 5)
-    for words, call in (
-        ("masked values", lambda: sparsurf.compare(sparsurf.surface(molecule), masked)),
-        (
-            "negative values",
-            lambda: sparsurf.residues(sparsurf.surface(molecule), kept=[0, 1], weight=[1, -1]),
-        ),
-        ("placed on other atoms", lambda: sparsurf.surface(molecule).to_frame(molecule.take(np.arange(20)))),
-        ("placed on other atoms", lambda: dots.to_frame(replace(molecule, xyz=molecule.xyz + 50))),
-        ("atoms of the dots are unknown", lambda: Surface(*arrays).to_frame(molecule)),
-        (
-            "lie in one place",
-            lambda: sparsurf.minimal((np.tile(dots.points[:1], (3000, 1)), dots.normals[:3000])),
-        ),
-    ):
-        judge(f"! {words}", call, caplog, "")
-
-
 def test_nearest_dots_are_those_of_a_search_over_all(dots):
     points, chosen = dots.points[:300], np.array([0, 5, 299])
     every_distance = np.linalg.norm(points[:, None] - points, axis=2) + np.diag(np.full(300, np.inf))
@@ -1376,7 +1171,6 @@ TABLE = np.column_stack(BLOB)
 ROWS = [[f"{value:.4f}" for value in row] for row in TABLE]
 CSV = "x,y,z,nx,ny,nz\n" + "".join(",".join(row) + "\n" for row in ROWS)
 VERTEX = "element vertex {}\n" + "".join(f"property float {a}\n" for a in ["x", "y", "z", "nx", "ny", "nz"])
-HEAD = "ply\nformat {} 1.0\n" + VERTEX + "end_header\n"
 WORDS = "".join(" ".join(row) + "\n" for row in ROWS)
 BEFORE = "element camera 1\nproperty float view\nelement face 2\nproperty list uchar int vertex_indices\n"
 DMS = "".join(
@@ -1405,7 +1199,6 @@ def numpy_header(text):
 SURFACES = {  # content, and the number of dots with the outcome
     "good.csv": (CSV, "360"),
     "crlf.csv": (CSV.replace("\n", "\r\n"), "360"),
-    "mac.csv": (CSV.replace("\n", "\r"), "360"),
     "bom.csv": ("\ufeff" + CSV, "360"),
     "quoted.csv": (CSV.replace(",", '","').replace("\n", '"\n"')[:-1].join(['"', ""]), "360"),
     "each dot twice.csv": (CSV + CSV[15:], "360 ~ dots that occur twice are removed"),
@@ -1413,13 +1206,11 @@ SURFACES = {  # content, and the number of dots with the outcome
     "semicolons.csv": (CSV.replace(",", ";").replace(".", ","), "! no commas in its header"),
     "header_twice.csv": (CSV + CSV, f"! line {N + 62} "),
     "wide.csv": (CSV + "1," * 2000 + "\n", "! more than 1000 values"),
-    "digits.csv": (CSV[:15] + "9" * 400 + ",2,3,0,0,1\n", "! above 1e308|infinite"),
     **{
         f"value {k}.csv": (CSV.replace(ROWS[9][0], value, 1), "! line 11 ")
-        for k, value in enumerate(("NaN", "n/a", "None", "", "-inf", "1e400", "1.#IND", "0x10", "1_0", "\u22121", "1d0"))
+        for k, value in enumerate(("NaN", "n/a", "", "-inf", "1e400", "0x10", "1_0", "\u22121", "1d0"))
     },
     "page.csv": ("<html><body>404, not found</body></html>", "! needs one column x"),
-    "words.ply": (ply("ascii"), "360"),
     "big.ply": (ply("binary_big_endian", table=TABLE.astype(">f4").tobytes()), "360"),
     "camera and faces first.ply": (
         ply("ascii", before=BEFORE).replace(b"end_header\n", b"end_header\n0.5\n3 0 1 2\n2 1 2\n"), "360"),
@@ -1430,11 +1221,8 @@ SURFACES = {  # content, and the number of dots with the outcome
     "two lists of vertices.ply": (
         ply("ascii", before=VERTEX.format(1)).replace(b"end_header\n", b"end_header\n0 0 0 0 0 1\n"), "! several lists"),
     "faces that do not end.ply": (ply("ascii", before=BEFORE.replace("face 2", "face 9000")), "! cannot be read"),
-    "other_end.ply": (ply("binary_little_endian", table=TABLE.astype(">f4").tobytes()), "! dot"),
     "more.ply": (ply("ascii", N), f"! more than the {N} vertices"),
     "more_bytes.ply": (ply("binary_little_endian", N, TABLE.astype("<f4").tobytes()), "! more than"),
-    "ends.ply": (ply("binary_little_endian", table=TABLE.astype("<f4").tobytes() + b"\n"), "360"),
-    "commas.ply": (ply("ascii", N, WORDS.replace(" ", ",").encode()), "! cannot be read"),
     "good.dms": (DMS, "360 ~ they are left out"),
     "type.dms": (DMS.replace("SC0", "XX0", 1), "! line 1 is a dot of no type"),
     "cut.dms": (DMS[:-12], "! line 360 is not a dot"),
@@ -1442,8 +1230,6 @@ SURFACES = {  # content, and the number of dots with the outcome
     "no array.npz": (member(b"raw bytes"), "! or damaged"),
     "a huge shape.npz": (
         member(numpy_header(b"{'descr': '<f8', 'fortran_order': False, 'shape': (300000000000,), }")), "! or damaged"),
-    "a deep header.npz": (member(numpy_header(b"(" * 117)), "! or damaged"),
-    "no end.npz": (member(b"\x93NUMPY\x01\x00v\x00" + b"{'descr': ".ljust(118)), "! or damaged"),
     "a negative shape.npz": (member(numpy_header(b"{'descr': '<f8', 'fortran_order': False, 'shape': (-1,), }")), "! or damaged"),
 }  # fmt: skip
 
@@ -1558,29 +1344,21 @@ def damaged(content, rng):
     """Return content with one random fault of the kinds that disks, editors and killed copies make."""
     data = bytearray(content)
     start, length = rng.randrange(len(data)), rng.choice([1, 4, 16, 81, 1000])
-    fault = rng.choice(["cut", "flip", "delete", "repeat", "insert", "zero", "header", "digits"])
+    part = slice(start, start + length)
+    fault = rng.choice(["cut", "flip", "delete", "repeat", "insert", "zero", "header"])
     if fault == "cut":
         del data[start:]
     elif fault == "flip":
         for _ in range(rng.choice([1, 5, 50])):
             data[rng.randrange(len(data))] = rng.randrange(256)
-    elif fault == "delete":
-        del data[start : start + length]
     elif fault == "repeat":
-        data[start:start] = data[start : start + length]
-    elif fault == "insert":
-        data[start:start] = rng.randbytes(length)
-    elif fault == "zero":
-        data[start : start + length] = bytes(len(data[start : start + length]))
+        data[start:start] = data[part]
     elif fault == "header":  # where binary formats keep their counts
         data[start % 400 : start % 400 + 4] = rng.choice(
             [b"\xff\xff\xff\x7f", bytes(4), b"\x7f\xff\xff\xff", b"9999"]
         )
     else:
-        for k in [k for k in range(start, min(start + 3000, len(data))) if chr(data[k]).isdigit()][
-            : rng.choice([1, 3])
-        ]:
-            data[k] = rng.choice(b"0123456789-.x *")
+        data[part] = {"delete": b"", "insert": rng.randbytes(length), "zero": bytes(length)}[fault]
     return bytes(data)
 
 
@@ -1601,27 +1379,3 @@ def test_damaged_files_are_read_or_refused(tmp_path, kind):
             is_read(read_molecule, *([path] if kind in ("pdb", "cif", "gro", "h5") else [EXAMPLE, path]))
         )
     assert not all(outcomes)
-
-
-def fuzz(kind, *options):
-    """Fuzz a reader from tests/corpus; stop at another exception, at more than a second, or at more than 1 GB."""
-    import atheris
-
-    path = ROOT / ".cache" / "fuzz" / kind / f"a.{SUFFIXES.get(kind, kind)}"
-    kept = path.parent / "kept"
-    kept.mkdir(parents=True, exist_ok=True)
-    logging.disable()
-    warnings.simplefilter("ignore")
-
-    def read_content(content):
-        path.write_bytes(content)
-        is_read(KINDS[kind], path)
-
-    limits = ("-timeout=1", "-rss_limit_mb=1024", "-max_len=20000")
-    atheris.instrument_all()
-    atheris.Setup([sys.argv[0], *limits, *options, str(kept), str(SEEDS / kind)], read_content)
-    atheris.Fuzz()
-
-
-if __name__ == "__main__":
-    fuzz(*sys.argv[1:])

@@ -18,10 +18,6 @@ PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = ROOT / "data" / "tdp43" / "trajectory.xtc"
 
 
-def of_mdtraj():
-    return pytest.importorskip("mdtraj").load(str(PEPTIDE))
-
-
 def of_biotite():
     pytest.importorskip("biotite", reason="biotite is installed by the extra `interop`")
     from biotite.structure.io.pdb import PDBFile
@@ -29,46 +25,13 @@ def of_biotite():
     return PDBFile.read(str(PEPTIDE)).get_structure(model=1, extra_fields=["b_factor"])
 
 
-def of_mdanalysis():
-    universe = pytest.importorskip(
-        "MDAnalysis", reason="MDAnalysis is installed by the extra `interop`"
-    ).Universe
-    return universe(str(PEPTIDE)).select_atoms("protein")
-
-
-def of_gemmi():
-    return gemmi.read_structure(str(PEPTIDE))
-
-
-def of_biopython():
-    parser = pytest.importorskip("Bio.PDB", reason="Biopython is installed by the extra `interop`").PDBParser
-    return parser(QUIET=True).get_structure("peptide", str(PEPTIDE))
-
-
-MAKERS = [of_mdtraj, of_biotite, of_mdanalysis, of_gemmi, of_biopython]
-
-
-@pytest.fixture(scope="module", params=MAKERS, ids=lambda make: make.__name__)
-def atoms(request):
-    return request.param()
-
-
 @pytest.fixture(scope="module")
 def dots():
     return sparsurf.surface(PEPTIDE)
 
 
-def test_atoms_of_another_library_have_the_surface_of_the_file(atoms, dots):
-    surface = sparsurf.surface(atoms)
-    assert np.array_equal(surface.points, dots.points) and np.array_equal(surface.atom, dots.atom)
-    columns = ["chain", "residue", "residue_name", "atom_name"]
-    own, expected = (one.origin.molecule.labels(one.atom)[columns] for one in (surface, dots))
-    assert own["residue"].equals(expected["residue"]) and own["chain"].equals(expected["chain"])
-    assert surface.origin.molecule.kind.tolist() == dots.origin.molecule.kind.tolist()
-
-
 def test_every_function_takes_them(dots, tmp_path):
-    atoms = of_gemmi()
+    atoms = gemmi.read_structure(str(PEPTIDE))
     assert np.array_equal(sparsurf.roughness(atoms), sparsurf.roughness(dots))
     assert np.array_equal(sparsurf.descriptors(atoms, [0, 9]), sparsurf.descriptors(dots, [0, 9]))
     kept = sparsurf.sample(atoms, percent=5)
@@ -98,21 +61,15 @@ def test_models_and_frames_of_another_library(dots, tmp_path):
         sparsurf.surface(stack, frame=2)
 
 
-MODELS = """\
-MODEL        1
-ATOM      1  N  AALA     5A     11.000  12.000  13.000  0.40  7.00           N
-ATOM      2  N  BALA     5A     11.500  12.000  13.000  0.60  8.00           N
-ATOM      3  CA  ALA     5A     12.400  12.400  13.200  1.00  9.00           C
-HETATM    4  O   HOH     6      30.000  12.400  13.200  1.00  9.00           O
-ENDMDL
-MODEL        2
-ATOM      1  N  AALA     5A     21.000  12.000  13.000  0.40  7.00           N
-ATOM      2  N  BALA     5A     21.500  12.000  13.000  0.60  8.00           N
-ATOM      3  CA  ALA     5A     22.400  12.400  13.200  1.00  9.00           C
+MODEL = """\
+MODEL        {}
+ATOM      1  N  AALA     5A     {}1.000  12.000  13.000  0.40  7.00           N
+ATOM      2  N  BALA     5A     {}1.500  12.000  13.000  0.60  8.00           N
+ATOM      3  CA  ALA     5A     {}2.400  12.400  13.200  1.00  9.00           C
 HETATM    4  O   HOH     6      40.000  12.400  13.200  1.00  9.00           O
 ENDMDL
-END
 """
+MODELS = MODEL.format(1, 1, 1, 1) + MODEL.format(2, 2, 2, 2) + "END\n"
 
 
 @pytest.mark.parametrize("library", ["gemmi", "Biopython"])

@@ -9,7 +9,6 @@ from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study import prepared_surface
 
 
 @pytest.fixture(scope="module")
@@ -33,19 +32,6 @@ def test_points_are_dots_of_the_surface_without_cavities():
     gaps = np.linalg.norm(points[:, None] - points, axis=2) + 9 * np.eye(300)
     area = dots.area.sum() / 300
     assert gaps.min() > 0.7 * np.sqrt(area)  # a square of that area has this side
-
-
-def test_rounding_of_another_machine_changes_no_choice(folder, monkeypatch):
-    molecule = sparsurf.read_molecule(folder / "a.pdb")
-    points = sparsurf.points(molecule, 200)[0]
-    place, random = sparsurf.surfaces.molecular_surface.finish_dots, np.random.default_rng(0)
-
-    def noisy(*arguments):
-        xyz, *others = place(*arguments)
-        return xyz + random.uniform(-1e-13, 1e-13, xyz.shape), *others
-
-    monkeypatch.setattr(sparsurf.surfaces.molecular_surface, "finish_dots", noisy)
-    assert np.abs(sparsurf.points(molecule, 200)[0] - points).max() < 1e-5
 
 
 def test_more_points_than_the_default_density_has_are_placed(folder):
@@ -99,16 +85,3 @@ def test_the_command_writes_the_points_of_one_structure(folder, suffix, tmp_path
     dots = np.load(output)["points"] if suffix == "npz" else sparsurf.read_surface(output).points
     assert np.allclose(dots, sparsurf.points(folder / "a.pdb", 60)[0], atol=1e-4)
     assert command.main(["points", str(folder), "-o", str(output)]) == 1
-
-
-def test_farthest_dots_need_no_roughness(folder, monkeypatch):
-    dots, ready = sparsurf.surface(folder / "a.pdb"), sparsurf.prepare(folder / "a.pdb")
-    expected = ready.roughness
-    asked = []
-    monkeypatch.setattr(prepared_surface, "local_roughness", lambda *_: asked.append(1) or expected)
-    ready = sparsurf.prepare(dots)
-    sparsurf.sample(ready, n_dots=20)
-    assert not asked
-    for seed in (1, 2):
-        sparsurf.sample(ready, n_dots=20, sampler="paper", seed=seed)
-    assert asked == [1]

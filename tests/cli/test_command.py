@@ -135,20 +135,6 @@ def test_version_and_the_list_of_commands(capsys):
     assert all(name in shown for name in command.COMMANDS) and ended() == 2
 
 
-def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, tmp_path):
-    assert ended("minimal", folder / "protein.pdb", "--n-dots", 40, "-o", tmp_path / "few.pml") == 0
-    few = (tmp_path / "few.pml").read_text()
-    assert few.count("(0.840, 0.370, 0.000, ") == 40 and "ATOM      1" in few
-    assert ended("roughness", folder / "protein.pdb", "-o", tmp_path / "rough.bild") == 0
-    lines = (tmp_path / "rough.bild").read_text().splitlines()
-    dots = sparsurf.surface(folder / "protein.pdb")
-    assert sum(line.startswith(".sphere") for line in lines) == len(dots)
-    at = "{:.3f} {:.3f} {:.3f}".format(*dots.points[np.argmax(sparsurf.roughness(dots))])
-    flattest = lines.index(f".sphere {at} 0.3")
-    colours = [line for line in lines[:flattest] if line.startswith(".color")]
-    assert colours[-1] == ".color 0.99 0.91 0.14"  # the bright end of viridis
-
-
 def test_formats_hold_the_same_dots(folder, tmp_path):
     files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
     for path in files.values():

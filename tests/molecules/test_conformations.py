@@ -1,7 +1,6 @@
 """Choice of conformations: superposition, principal components, k-means, silhouette."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import mdtraj
 import numpy as np
@@ -145,13 +144,6 @@ def test_silhouettes_agree_with_the_definition(seed, n_clusters, n_points):
         assert np.allclose(found, naive_silhouette(points, label), atol=1e-12)
 
 
-def test_silhouette_of_two_pairs():
-    """Pairs 1 Å wide and 10 Å apart: a = 1, b = 10.5 at the outer points, 9.5 at the inner ones."""
-    points = np.array([[0.0], [1.0], [10.0], [11.0]])
-    expected = [1 - 1 / 10.5, 1 - 1 / 9.5, 1 - 1 / 9.5, 1 - 1 / 10.5]
-    assert np.allclose(silhouettes(points, [np.array([0, 0, 1, 1])])[0], expected)
-
-
 def test_silhouettes_do_not_depend_on_the_chunks(monkeypatch):
     points = np.random.default_rng(5).normal(size=(500, 2))
     label = np.random.default_rng(6).integers(0, 4, 500)
@@ -183,14 +175,6 @@ def test_example_gives_the_numbers_of_its_description(example):
     assert table.conformation.tolist() == ["c1", "c2"] and table.population.sum() == 1001
     assert table.population.is_monotonic_decreasing
     assert table.time_ps.tolist() == table.frame.tolist()
-
-
-def test_choice_depends_on_the_seed_alone(example):
-    part = replace(
-        example, xyz=example.xyz[::10], time_ps=example.time_ps[::10], frame_number=example.frame_number[::10]
-    )
-    first, again = (choose_frames(part, clusters=6, rng=np.random.default_rng(9)) for _ in range(2))
-    assert first.table.equals(again.table) and np.array_equal(first.label, again.label)
 
 
 def test_choice_does_not_depend_on_where_the_molecule_is(moving):
@@ -236,14 +220,6 @@ def test_up_to_eleven_clusters_are_tried_also_where_they_lie_near():
     assert len(conformations._cluster(near, "auto", rng)[1][1]) == 2
 
 
-def test_heavy_atoms_are_analysed_where_a_chain_has_two_c_alphas():
-    words = {"name": "CA C D CA CA H", "kind": "protein " * 4 + "other protein", "element": "C C D C CA H"}
-    columns = {key: np.array(text.split()) for key, text in words.items()}
-    molecule = SimpleNamespace(n_frames=1, heavy=~np.isin(columns["element"], ["H", "D"]), **columns)
-    heavy = [True, True, False, True, True, False]  # and calcium is no C-alpha atom
-    assert conformations._atoms_to_analyse(molecule).tolist() == heavy
-
-
 def test_frames_by_name(moving):
     rng = np.random.default_rng(1)
     every = choose_frames(moving, frames="all", rng=rng)
@@ -265,24 +241,6 @@ def test_frames_by_name(moving):
 def test_impossible_wishes_are_sentences(moving, keys, words):
     with pytest.raises(InputError, match=words):
         choose_frames(moving, rng=np.random.default_rng(1), **keys)
-
-
-@pytest.mark.parametrize(
-    ("numbers", "words"),
-    [([3], "3 to 3"), ([4, 5], "4 to 5"), ([4, 6, 8], r"4 to 8 in steps of 2 \(frames.stride\)")],
-)
-def test_the_frames_read_are_reported(numbers, words):
-    molecule = SimpleNamespace(frame_number=np.array(numbers), n_frames=len(numbers))
-    with pytest.raises(InputError, match=rf"\[9\] are not among the frames read, {words}\.$"):
-        conformations._selected_frames(molecule, [9])
-
-
-def test_equal_frames_are_one_conformation(shared, caplog):
-    molecule = read_molecule(shared / "data" / "trajectories" / "1vii_3frames.pdb")
-    with caplog.at_level("INFO", "sparsurf"):
-        choice = choose_frames(molecule, rng=np.random.default_rng(1))
-    assert choice.table[["conformation", "frame", "population"]].to_numpy().tolist() == [["c1", 0, 3]]
-    assert "all 3 frames are the same" in caplog.text
 
 
 def test_few_frames(moving, caplog):
@@ -343,13 +301,3 @@ def test_three_c_alphas_are_enough_to_tell_conformations(tmp_path):
     xyz[2:, three.name == "CB"] += 3.0
     moved = replace(three, xyz=xyz, time_ps=np.arange(4.0), frame_number=np.arange(4))
     assert len(choose_frames(moved, rng=np.random.default_rng(1)).table) == 1
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_largest_loading_of_every_component_is_positive(seed):
-    """Components are deviation @ loading, so deviation.T @ projection has the signs of the loadings."""
-    xyz = np.random.default_rng(seed).normal(size=(5, 4, 3))
-    projection, explained = principal_components(xyz)
-    loadings = (xyz - xyz.mean(axis=0)).reshape(5, -1).T @ projection[:, explained > 1e-9]
-    largest = np.abs(loadings).argmax(axis=0)
-    assert (loadings[largest, np.arange(loadings.shape[1])] > 0).all()

@@ -1,7 +1,5 @@
 """What a residue is and which of its locations count: small tables with one answer each."""
 
-import logging
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -304,23 +302,6 @@ def test_mmcif_says_which_residues_a_covalent_bond_beside_the_backbone_joins():
     text = CIF + "loop_\n" + "".join(f"_struct_conn.{item}\n" for item in items) + "\n".join(bonds) + "\n"
     assert read_mmcif(text, "a.cif").crosslinked == {("H", "1"), ("H", "9A")}
     assert read_mmcif(CIF, "a.cif").crosslinked == set()
-
-
-def test_chains_and_residues_narrow_down_ligands_too(tmp_path, caplog):
-    ligands = "".join(
-        atom_line("C1", "LIG", chain, "9", (0, 0, z), record="HETATM") for chain, z in (("A", 5), ("B", 25))
-    )
-    text = peptide(chain="A") + peptide(chain="B", origin=(0, 0, 20)) + ligands + "END\n"
-    path = write(tmp_path / "a.pdb", text)
-    for chains in (["A"], ["B"], ["A", "B"], "A,B"):
-        molecule = read_molecule(path, chains=chains, ligands=["LIG"])
-        wanted = chains if isinstance(chains, list) else ["A", "B"]
-        assert sorted(set(molecule.chain)) == wanted
-        assert (molecule.residue_name == "LIG").sum() == len(wanted)
-        assert molecule.n_atoms == 21 * len(wanted)
-    with caplog.at_level(logging.INFO, "sparsurf"):
-        read_molecule(path, chains=["A"])
-    assert caplog.messages == [f"{path}: left out 1 LIG"]  # of the other chain nothing is said
 
 
 def test_a_ligand_that_is_named_outside_of_the_residues_is_refused(tmp_path):

@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 import naive
 from sparsurf.patches import descriptors
@@ -103,17 +102,6 @@ def test_weights_of_subsets_leave_the_whole_patch_alone(blob, index):
         assert np.allclose(together[1], apart[1], rtol=0, atol=1e-9)
 
 
-def test_distances_are_those_of_the_descriptors(blob, index):
-    points, _ = blob
-    rng = np.random.default_rng(11)
-    tests = points[::200]
-    words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(5)])
-    z_tot, _ = descriptors.describe(index, tests)
-    z, _ = descriptors.evaluate(index, tests, words, 5, "kept")
-    distances, _ = descriptors.evaluate(index, tests, words, 5, "kept", z_tot)
-    assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
-
-
 def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
     points, _ = blob
     rng = np.random.default_rng(14)
@@ -191,24 +179,6 @@ def test_the_order_of_the_dots_changes_nothing(blob):
     ]
     # sums run in another order, and a dot on a pixel's edge may change sides: allow one patch in forty
     assert (np.abs(z[0] - z[1]).max(axis=1) < 1e-9).sum() >= 39
-
-
-def test_a_turn_about_the_mean_normal_keeps_most_of_the_descriptor(blob, index):
-    # |c_nm| would be invariant on a continuous image; 25 x 25 pixels leave a few per cent of the norm
-    points, normals = blob
-    turn = Rotation.from_euler("z", 1.0).as_matrix()
-    turned = build_index(points @ turn.T, normals @ turn.T, D_LINK)
-    z, _ = descriptors.describe(index, points[::100])
-    w, _ = descriptors.describe(turned, points[::100] @ turn.T)
-    assert np.linalg.norm(z - w, axis=1).mean() < 0.12 * np.linalg.norm(z, axis=1).mean()
-
-
-def test_a_translation_keeps_the_descriptor(blob, index):
-    # exact but for rounding and, rarely, a dot on a pixel's edge
-    points, normals = blob
-    moved = build_index(points + 100.0, normals, D_LINK)
-    z, w = (descriptors.describe(i, points[::100] + s)[0] for i, s in ((index, 0.0), (moved, 100.0)))
-    assert (np.abs(z - w).max(axis=1) < 1e-9).mean() > 0.9
 
 
 @settings(max_examples=30, deadline=None)

@@ -7,16 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sparsurf.errors import InputError
 from sparsurf.patches.index import build_index, select_separated
-from sparsurf.sampling import published, samplers
+from sparsurf.sampling import published
 from sparsurf.sampling.samplers import (
     SAMPLERS,
     farthest,
-    get_samplers,
     nearest_kept,
     paper,
-    sampler,
     sampler_label,
     subset_weights,
     tune_alpha,
@@ -58,32 +55,6 @@ def test_the_same_stream_gives_the_same_dots(surface, name):
 def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
     one, two = (SAMPLERS[name](surface, k, np.random.default_rng(seed)) for k in (n, m))
     assert np.array_equal(one[: min(n, m)], two[: min(n, m)])
-
-
-def test_a_sampler_is_one_function(surface, monkeypatch):
-    monkeypatch.setattr("sparsurf.sampling.samplers.SAMPLERS", dict(SAMPLERS))
-
-    @sampler("first dots")
-    def first(surface, n, rng):
-        return np.arange(n)
-
-    @sampler("last dots", nested=True, choosing=True)
-    def last(surface, n, rng, choices):
-        return choices - np.arange(n)
-
-    registered = samplers.SAMPLERS
-    assert registered["first"][1:] == ("first dots", False, False)
-    assert registered["last"][1:] == ("last dots", True, True)
-    assert [sampler_label(name) for name in ("last", "nobody")] == ["last dots", "nobody"]
-    own = get_samplers(["first", "last", "uniform"], "compare.samplers", 9)
-    assert list(own) == ["first", "last", "uniform"]
-    assert len(own["uniform"](surface, 5, np.random.default_rng(1))) == 5
-    assert own["first"](surface, 2, None).tolist() == first(surface, 2, None).tolist() == [0, 1]
-    assert own["last"](surface, 2, None).tolist() == [9, 8]
-    with pytest.raises(
-        InputError, match=r"minimal\.sampler: there is no sampler 'fathest'; the samplers are paper"
-    ):
-        get_samplers(["fathest"], "minimal.sampler")
 
 
 def test_what_a_sampler_is_called():

@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation
 from sparsurf.surfaces.dot_placement import place_dots, roll_probe, sphere_template
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.rolling_probe import PHI_0, roll
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 
 PROBE = 1.4
@@ -269,26 +268,6 @@ def test_two_probes_that_cut_each_other_keep_what_lies_on_their_own_side():
     assert surface.area[concave].sum() == pytest.approx(8 * math.pi * PROBE**2 * left, rel=0.01)
 
 
-def test_arcs_and_fixed_probes_come_in_their_order():
-    rng = np.random.default_rng(4)
-    xyz = rng.uniform(-1, 1, (30, 3)) * [6, 6, 2]
-    rolling = roll(xyz, rng.choice([1.2, 1.5, 1.9], 30) + PROBE)
-    arcs = [
-        (i, *arc)
-        for i, *arc in zip(rolling.pair[:, 0], rolling.pair[:, 1], rolling.arcs[:, PHI_0], strict=True)
-    ]
-    far = {(i, j): np.linalg.norm(xyz[i] - xyz[j]) for i, j in rolling.pair.tolist()}
-    keys = [(i, far[i, j], begin) for i, j, begin in arcs]
-    assert keys == sorted(keys) and len(arcs) > len(far)
-    i, j, k = (xyz[rolling.triple[:, c]] for c in range(3))
-    side = (np.cross(j - i, k - i) * (rolling.probes - i)).sum(axis=1) > 0
-    keys = [
-        (t[0], np.linalg.norm(b - a), np.linalg.norm(c - a), up)
-        for t, a, b, c, up in zip(rolling.triple, i, j, k, side, strict=True)
-    ]
-    assert keys == sorted(keys) and 0 < side.sum() < len(side)
-
-
 @pytest.mark.parametrize("side", [2.0, 3.5, 4.0, 4.6])
 def test_tetrahedron(side):
     xyz = side / math.sqrt(8) * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
@@ -354,29 +333,11 @@ def test_spheres_without_arcs_are_summarised_by_one_dot():
     assert not roll_probe(xyz, radii, PROBE, False).whole.any()
 
 
-def test_engulfed_atom_gives_nothing():
-    surface = molecular_surface([[0, 0, 0], [0.3, 0, 0]], [1.9, 1.2])
-    assert (surface.atom == 0).all()
-    assert surface.area.sum() == pytest.approx(4 * math.pi * 1.9**2, rel=1e-12)
-
-
 def components(points, link=0.7):
     """Label of the connected component of each dot."""
     pairs = cKDTree(points).query_pairs(link, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs), bool), pairs.T), shape=(len(points),) * 2)
     return connected_components(graph, directed=False)[1]
-
-
-def test_cavity_is_kept_and_can_be_counted():
-    """A shell of atoms: an outer surface and one inside, whose normals point to the middle."""
-    xyz = 6.0 * sphere_template(6.0, 1.2)
-    xyz = np.vstack([xyz, [0, 0, -6.0]])
-    surface = molecular_surface(xyz, np.full(len(xyz), 1.7))
-    label = components(surface.points)
-    assert sorted(np.bincount(label) > 100) == [True, True]
-    outwards = (surface.points * surface.normals).sum(axis=1) > 0
-    assert outwards[label == label[np.argmax(np.linalg.norm(surface.points, axis=1))]].all()
-    assert not outwards[label == label[np.argmin(np.linalg.norm(surface.points, axis=1))]].any()
 
 
 def test_template_has_the_rings_of_dms():
