@@ -65,12 +65,18 @@ def study(tmp_path_factory):
     return base / "study"
 
 
+def sphere(n):
+    """Unit vectors spread evenly, (n, 3), with their angles."""
+    k = np.arange(n) + 0.5
+    polar, azimuth = np.arccos(1 - 2 * k / n), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    return unit, polar, azimuth
+
+
 def make_blob(n, seed=5):
     """Dots spread over r = 8 + bumps (Å) with approximate normals, and a small sphere beside it."""
     rng = np.random.default_rng(seed)
-    k = np.arange(n - 60) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * k / len(k)), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    unit, polar, azimuth = sphere(n - 60)
     radius = 8 + 0.8 * np.sin(3 * azimuth) * np.sin(polar) ** 3 + 0.5 * np.cos(5 * polar)
     small = rng.normal(size=(60, 3))
     small /= np.linalg.norm(small, axis=1)[:, None]

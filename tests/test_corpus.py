@@ -27,7 +27,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sparsurf
-from conftest import ROOT, make_blob
+from conftest import ROOT, make_blob, sphere
 from peptides import ALANINE, STEP, atom_line, peptide
 from sparsurf.api.inputs import as_dots, as_molecule
 from sparsurf.cli.command import main
@@ -163,15 +163,8 @@ EITHER = peptide(["SER"], altloc="A", occupancy=0.4) + peptide(["THR"], altloc="
 ZIPPED = gzip.compress(GOOD.encode())
 GRO_LINE = "    1ALA     CA    1   0.100   0.200   0.300\n"
 ITEMS = [
-    "group_PDB",
-    "auth_atom_id",
-    "auth_comp_id",
-    "auth_asym_id",
-    "auth_seq_id",
-    "Cartn_x",
-    "Cartn_y",
-    "Cartn_z",
-]
+    "group_PDB", "auth_atom_id", "auth_comp_id", "auth_asym_id", "auth_seq_id", "Cartn_x", "Cartn_y", "Cartn_z",
+]  # fmt: skip
 TINY = "data_x\nloop_\n" + "".join(f"_atom_site.{item}\n" for item in ITEMS)
 TINY += "ATOM CA ALA A 1 1.0 2.0 3.0\nATOM CB ALA A 1 2.0 2.0 3.0\n"
 LABELS = (
@@ -891,11 +884,8 @@ def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, c
         path.write_bytes(head + record(struct.pack(order + "i", 4)) + count * frame)
         found = -(-count // stride)
         judge(
-            f"{found} {words}",
-            lambda n=found, s=stride: [count_usable_frames(path, 4, n, s)],
-            caplog,
-            "a.dcd",
-        )
+            f"{found} {words}", lambda n=found, s=stride: [count_usable_frames(path, 4, n, s)], caplog, "a.dcd",
+        )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -976,9 +966,7 @@ def some(share, by=1.0):
 
 def ball(n, radius, without=0, places=(0, 0, 0)):
     """Return dots spread evenly over a sphere but for the first ones, which lie around a pole, and their normals."""
-    k = np.arange(without, n) + 0.5
-    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    unit = np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
+    unit = sphere(n)[0][without:]
     return lambda *_: (radius * unit + places, unit)
 
 

@@ -31,13 +31,9 @@ HABITS = (  # of a machine: environment, and what stands behind the command
     ("NUMBA_NUM_THREADS=0 PYTHONWARNINGS=error::ResourceWarning", ">&-"),
 )
 EXAMPLES = sorted(
-    {
-        line.strip()
-        for name in command.COMMANDS
-        for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1].epilog.splitlines()]
-        if line.startswith("  sparsurf ")
-    }
-)
+    {line.strip() for name in command.COMMANDS for line in [*command.EPILOG.splitlines(),
+     *command.build_parser(name)[1].epilog.splitlines()] if line.startswith("  sparsurf ")}
+)  # fmt: skip
 
 
 def write_run_in_batches(place):

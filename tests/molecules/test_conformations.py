@@ -247,11 +247,8 @@ def test_few_frames(moving, caplog):
     """One or two frames are one conformation; three allow two clusters at most."""
     for count, most in ((1, 1), (2, 1), (3, 2)):
         few = replace(
-            moving,
-            xyz=moving.xyz[5 : 5 + count],
-            time_ps=moving.time_ps[:count],
-            frame_number=np.arange(count),
-        )
+            moving, xyz=moving.xyz[5 : 5 + count], time_ps=moving.time_ps[:count], frame_number=np.arange(count),
+        )  # fmt: skip
         choice = choose_frames(few, rng=np.random.default_rng(1))
         assert len(choice.table) == most and (np.ptp(choice.projection) > 0) == (count > 1)
         with pytest.raises(InputError, match=f"1 to {most}"):

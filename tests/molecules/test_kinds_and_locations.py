@@ -262,13 +262,8 @@ def test_the_highest_occupancy_is_not_chosen_among_impossible_ones(occupancy):
 
 def test_mmcif_says_the_box_and_each_place_of_the_sequence_once():
     cell = {
-        "length_a": 30,
-        "length_b": 40,
-        "length_c": 50,
-        "angle_alpha": 70,
-        "angle_beta": 80,
-        "angle_gamma": 100,
-    }
+        "length_a": 30, "length_b": 40, "length_c": 50, "angle_alpha": 70, "angle_beta": 80, "angle_gamma": 100,
+    }  # fmt: skip
     text = CIF.replace("loop_", "".join(f"_cell.{key} {value}\n" for key, value in cell.items()) + "loop_", 1)
     items = "".join(
         f"_pdbx_poly_seq_scheme.{key}\n" for key in ("asym_id", "seq_id", "pdb_strand_id", "mon_id")

@@ -15,18 +15,12 @@ from sparsurf.molecules.pdb import _short_chain_ids, read_pdb
 def molecule():
     """Two frames of five atoms: residues A 1, A 2B and, with the number 1 again, B 1."""
     return Molecule(
-        xyz=np.arange(30.0).reshape(2, 5, 3),
-        time_ps=np.array([10.0, 20.0]),
-        frame_number=np.array([3, 7]),
-        name=np.array(["N", "CA", "N", "CA", "ZN"]),
-        residue_name=np.array(["ALA", "ALA", "GLY", "GLY", "ZN"]),
-        chain=np.array(["A", "A", "A", "A", "B"]),
-        element=np.array(["N", "C", "N", "C", "Q1"]),
-        residue=np.array(["1", "1", "2B", "2B", "1"]),
-        residue_index=np.array([0, 0, 1, 1, 2]),
-        kind=np.array(["protein"] * 4 + ["other"]),
-        b_factor=np.array([1.0, 2, 3, 4, 5]),
-    )
+        xyz=np.arange(30.0).reshape(2, 5, 3), time_ps=np.array([10.0, 20.0]), frame_number=np.array([3, 7]),
+        name=np.array(["N", "CA", "N", "CA", "ZN"]), residue_name=np.array(["ALA", "ALA", "GLY", "GLY", "ZN"]),
+        chain=np.array(["A", "A", "A", "A", "B"]), element=np.array(["N", "C", "N", "C", "Q1"]),
+        residue=np.array(["1", "1", "2B", "2B", "1"]), residue_index=np.array([0, 0, 1, 1, 2]),
+        kind=np.array(["protein"] * 4 + ["other"]), b_factor=np.array([1.0, 2, 3, 4, 5]),
+    )  # fmt: skip
 
 
 def test_numbers_of_atoms_frames_and_residues(molecule):
@@ -74,11 +68,8 @@ def test_one_frame_is_written(molecule, tmp_path):
     molecule.take(molecule.kind == "protein").write_pdb(tmp_path / "x.pdb", 1, np.arange(4.0))
     lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if line.startswith("ATOM")]
     assert [(float(line[30:38]), float(line[60:66])) for line in lines] == [
-        (15, 0),
-        (18, 1),
-        (21, 2),
-        (24, 3),
-    ]
+        (15, 0), (18, 1), (21, 2), (24, 3),
+    ]  # fmt: skip
 
 
 def test_written_atoms_count_from_one_and_chains_end(molecule, tmp_path):
@@ -123,12 +114,7 @@ def test_only_ids_that_do_not_fit_get_other_names_which_is_reported(caplog):
 
 def test_the_ending_of_a_name():
     names = {
-        "a.pdb": ".pdb",
-        "b/A.PDB.GZ": ".pdb",
-        "a.b.cif.gz": ".cif",
-        "a.gz.xtc": ".xtc",
-        "a": "",
-        "a.gz": "",
+        "a.pdb": ".pdb", "b/A.PDB.GZ": ".pdb", "a.b.cif.gz": ".cif", "a.gz.xtc": ".xtc", "a": "", "a.gz": "",
         "a.gz2": ".gz2",
-    }
+    }  # fmt: skip
     assert {name: formats.suffix(name) for name in names} == names

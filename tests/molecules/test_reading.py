@@ -216,12 +216,8 @@ def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_reported(tmp_path, ca
 def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, caplog):
     free = peptide(("GLY",), first=201, origin=(0, 0, 30), record="HETATM")
     others = (
-        ("O", "HOH", "O"),
-        ("O", "HOH", "O"),
-        ("ZN  ", "ZN", "ZN"),
-        ("C1", "NAG", "C"),
-        ("C2", "LIG", "C"),
-    )
+        ("O", "HOH", "O"), ("O", "HOH", "O"), ("ZN  ", "ZN", "ZN"), ("C1", "NAG", "C"), ("C2", "LIG", "C"),
+    )  # fmt: skip
     rest = "".join(
         atom_line(name, residue_name, residue=str(300 + i), place=(i, 9, 9), record="HETATM", element=element)
         for i, (name, residue_name, element) in enumerate(others)

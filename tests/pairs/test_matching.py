@@ -160,18 +160,13 @@ def test_residues_belong_to_their_dots_and_atoms():
     dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
     surface = Surface(dots, np.tile([0.0, 0, 1], (6, 1)), atom=np.array([0, 1, 2, 2, 4, 4]))
     molecule = Molecule(
-        time_ps=np.zeros(1),
-        frame_number=np.zeros(1, int),
-        name=np.array(["N", "CA", "CB", "HB", "CA"]),
-        kind=np.full(5, "protein"),
-        b_factor=np.full(5, np.nan),
+        time_ps=np.zeros(1), frame_number=np.zeros(1, int), name=np.array(["N", "CA", "CB", "HB", "CA"]),
+        kind=np.full(5, "protein"), b_factor=np.full(5, np.nan),
         xyz=np.array([[[0.0, 0, 0], [1, 0, 0], [20, 0, 0], [21, 0, 0], [40, 0, 0]]]),
-        element=np.array(["N", "C", "C", "H", "C"]),
-        residue_index=np.array([0, 0, 1, 1, 2]),
-        chain=np.array(list("AAAAB")),
-        residue=np.array(["1", "1", "2", "2", "1"]),
+        element=np.array(["N", "C", "C", "H", "C"]), residue_index=np.array([0, 0, 1, 1, 2]),
+        chain=np.array(list("AAAAB")), residue=np.array(["1", "1", "2", "2", "1"]),
         residue_name=np.array(["ILE", "ILE", "ARG", "ARG", "GLY"]),
-    )
+    )  # fmt: skip
     partner = partner_of(surface, molecule, "three", d_link=1.5)
     assert partner.residue.tolist() == [0, 0, 1, 1, 2, 2]
     assert partner.heavy_atoms[:, 0].tolist() == [0, 1, 20, 40]

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import naive
+from conftest import sphere
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 
@@ -25,9 +26,7 @@ def test_a_sphere_has_the_analytic_value():
     # cos t = 1 - R^2 / (2 a^2); the mean of the cosine to its axis is (1 + cos t)/2. The dots are a
     # spiral of near-equal areas: ragged edges leave an error of about the dot spacing over R, here 2 %.
     n, a, radius = 20000, 10.0, 4.0
-    k = np.arange(n) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * k / n), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    unit = sphere(n)[0]
     values = roughness(build_index(a * unit, unit), radius)
     assert np.allclose(values, (1 + 1 - radius**2 / (2 * a**2)) / 2, rtol=1e-3)
 

@@ -17,12 +17,9 @@ def test_radial_polynomials_equal_scipy_and_the_formula_of_the_paper(m):
         assert np.allclose(values, eval_jacobi(k, 0, m, 2 * r**2 - 1), atol=1e-12)
         # the paper's sum over powers has coefficients up to 5e8: about 7 digits are left near r = 1
         powers = sum(
-            (-1) ** s
-            * factorial(n - s)
-            / (factorial(s) * factorial(n - k - s) * factorial(k - s))
-            * r ** (n - 2 * s)
+            (-1) ** s * factorial(n - s) / (factorial(s) * factorial(n - k - s) * factorial(k - s)) * r ** (n - 2 * s)
             for s in range(k + 1)
-        )
+        )  # fmt: skip
         assert np.allclose(r**m * values, powers, atol=1e-7)
 
 

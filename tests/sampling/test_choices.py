@@ -3,13 +3,24 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import naive
 from conftest import make_blob
 from sparsurf.patches.index import build_index
 from sparsurf.sampling import published
-from sparsurf.sampling.combination import PUBLISHED_CHOICES, PUBLISHED_ROWS, TABLE_1, Choices
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    PUBLISHED_CHOICES,
+    PUBLISHED_ROWS,
+    TABLE_1,
+    Choices,
+    Combination,
+    combination_labels,
+    join_combinations,
+    split_combinations,
+)
 from sparsurf.sampling.samplers import _at_largest_length, paper, paper_corrected, tune_alpha
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -117,3 +128,19 @@ def test_every_dot_is_as_likely_in_a_uniform_subset():
     rng = np.random.default_rng(2)
     times = sum(np.bincount(published.uniform_subset(10, 3, rng), minlength=10) for _ in range(2000))
     assert np.abs(times - 600).max() < 5 * np.sqrt(2000 * 0.3 * 0.7)
+
+
+def test_text_and_back():
+    one = Combination(0.4, 0.2, 10.0, 0.0)
+    assert str(one) == "(0.4, 0.2, 10, 0)" and Combination.parse(str(one)) == one
+    assert one.keys() == [400000, 200000, 10000000, 0]
+    for text in ("(1, 2, 3)", "(1, 2, 3, 4, 5)"):
+        with pytest.raises(ValueError, match="is not a combination"):
+            Combination.parse(text)
+
+
+def test_fields_of_tables():
+    table = pd.DataFrame(PUBLISHED_ROWS[:2], columns=PARAMETERS).assign(d=1.0)
+    assert combination_labels(table) == ["(0.4, 0.2, 10, 10)", "(1, 0.4, 10, 6)"]
+    assert split_combinations(join_combinations(combination_labels(table))) == combination_labels(table)
+    assert split_combinations(np.nan) == split_combinations("") == []

@@ -50,13 +50,8 @@ def test_closed_form_equals_the_plain_product():
     index, plain = build_index(points, normals, 0.75), naive.cover(points, 4.0, 0.75)
     rough = roughness(index)
     combinations = [
-        (0.6, 0.4, 2, 4),
-        (1, 0, 2, 0),
-        (1, 0, 10, 10),
-        (0.9, 0, 10, 4),
-        (0.3, 0.4, 2, 4),
-        (1, 1, 0, 4),
-    ]
+        (0.6, 0.4, 2, 4), (1, 0, 2, 0), (1, 0, 10, 10), (0.9, 0, 10, 4), (0.3, 0.4, 2, 4), (1, 1, 0, 4),
+    ]  # fmt: skip
     found = published.expected_n_s(published.build_cover(index, rough), combinations)
     above_one = 0
     for combination, expected in zip(combinations, found, strict=True):

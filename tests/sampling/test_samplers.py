@@ -59,12 +59,9 @@ def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
 
 def test_what_a_sampler_is_called():
     labels = {
-        "paper": "paper's sampling",
-        "paper_corrected": "paper's, corrected",
-        "uniform": "uniform subset",
-        "poisson": "Poisson disk",
-        "farthest": "farthest point",
-    }
+        "paper": "paper's sampling", "paper_corrected": "paper's, corrected", "uniform": "uniform subset",
+        "poisson": "Poisson disk", "farthest": "farthest point",
+    }  # fmt: skip
     assert {name: sampler_label(name) for name in labels} == labels
     assert NESTED == ["uniform", "farthest"]
     assert [name for name in SAMPLERS if SAMPLERS[name].choosing] == ["paper", "paper_corrected"]

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 import sparsurf
-from conftest import ROOT
+from conftest import ROOT, sphere
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.components import (
@@ -26,10 +26,7 @@ from sparsurf.surfaces.rolling_probe import roll
 
 def shell(n=200, radius=9.0):
     """Centres spread over a sphere so densely that no probe passes between them."""
-    k = np.arange(n) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * k / n), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
-    return radius * unit
+    return radius * sphere(n)[0]
 
 
 def parts(xyz, sizes):

@@ -1,10 +1,14 @@
 """Meshes: closed and turned outwards whatever the values, with their corners on the surface, readable by others."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+import sparsurf
+from conftest import ROOT, sphere
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.mesh import recovered_mesh
@@ -12,9 +16,12 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import Streams
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces import mesh as meshes
+from sparsurf.surfaces.decimation import decimate
 from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.triangulation import triangulate
 
 ATOMS = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1]])
 RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.7])
@@ -39,6 +46,11 @@ def closed(triangles, n):
 def volume(points, triangles):
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return np.sum(a * np.cross(b, c)) / 6
+
+
+def area(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
 
 
 def by_gauss(dots):
@@ -117,12 +129,40 @@ def test_corners_lie_on_the_surface(xyz, sizes, handles):
 
 
 def test_a_cavity_is_closed_from_within():
-    k = np.arange(60) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * k / 60), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    """Of a shell of atoms, and between a shell of dots and another inside it, whose normals point to their middle."""
+    unit = sphere(60)[0]
     mesh = molecular_mesh(5 * unit, np.full(60, 1.7))
     assert closed(mesh.triangles, len(mesh.vertices)) == (4, 2)
     assert mesh.volume == pytest.approx(by_gauss(molecular_surface(5 * unit, np.full(60, 1.7))), rel=0.02)
+    unit = sphere(600)[0]
+    points = np.concatenate([4 * unit, 2 * unit])
+    triangles = triangulate(Surface(points, np.concatenate([unit, -unit])))
+    assert closed(triangles, 1200) == (4, 2)
+    assert volume(points, triangles) == pytest.approx(4 / 3 * np.pi * (4**3 - 2**3), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("xyz", "sizes", "handles"), [(ATOMS[:3], RADII[:3], 0), (RING, np.full(12, 1.7), 1)]
+)
+def test_triangles_between_dots_close_and_face_outwards(xyz, sizes, handles):
+    """Every dot in use."""
+    dots = molecular_surface(xyz, sizes)
+    triangles = triangulate(dots)
+    assert closed(triangles, len(dots)) == (2 - 2 * handles, 1)
+    assert (
+        0.97 * dots.area.sum() < area(dots.points, triangles) < dots.area.sum()
+    )  # flat triangles on a rounded surface
+    assert volume(dots.points, triangles) == pytest.approx(by_gauss(dots), rel=0.04)
+
+
+def test_triangles_of_a_protein_close(a1):
+    """DMS keeps one dot in a hundred inside other probes: those may be left out, the mesh closes nevertheless."""
+    triangles = triangulate(a1)
+    used, numbered = np.unique(triangles, return_inverse=True)
+    closed(numbered.reshape(-1, 3), len(used))
+    assert len(used) > 0.995 * len(a1) and area(a1.points, triangles) == pytest.approx(
+        a1.area.sum(), rel=0.01
+    )
 
 
 def test_threads_and_places_do_not_matter():
@@ -153,14 +193,13 @@ def test_the_recovered_surface_as_a_mesh():
 
 def test_holes_are_closed_and_an_end_is_reported(caplog):
     """Dots of a ball without those of a cap: the inside stays one; a sheet has none."""
-    k = np.arange(700) + 0.5
-    z, turn = 1 - 2 * k / len(k), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+    unit = sphere(700)[0]
     unit = unit[unit[:, 2] < 0.92]  # a hole of 5 Å, where the recovered surface goes on by half an Å
     mesh = recovered_mesh(6 * unit, unit)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
     assert mesh.volume == pytest.approx(4 / 3 * np.pi * 6**3, rel=0.03)
-    assert not caplog.records
+    radius = np.linalg.norm(mesh.vertices.points[mesh.vertices.points[:, 2] < 4], axis=1)
+    assert np.abs(radius - 6).max() < 0.02 and not caplog.records
     sheet = recovered_mesh(6 * unit[unit[:, 2] < 0], unit[unit[:, 2] < 0])
     closed(sheet.triangles, len(sheet.vertices))
     assert "leave holes wider than 8.0 Å" in caplog.text
@@ -178,3 +217,45 @@ def test_proteins_close(shared, name):
     back = recovered_mesh(dots.points[kept], dots.normals[kept])
     closed(back.triangles, len(back.vertices))
     assert back.volume == pytest.approx(true.volume, rel=0.015)
+
+
+# ---- coarse meshes
+
+
+@pytest.fixture(scope="module")
+def ring():
+    """A torus, and a ball beside it."""
+    return molecular_mesh(np.vstack([RING, [[20, 0, 0]]]), np.full(13, 1.7))
+
+
+def test_a_ring_stays_a_ring_whose_vertices_are_those_of_the_fine_mesh(ring):
+    coarse = decimate(ring, 60)
+    assert closed(coarse.triangles, 60) == (2, 2)
+    fine, kept = (
+        np.hstack([mesh.vertices.points, mesh.vertices.normals]).astype("f4") for mesh in (ring, coarse)
+    )
+    assert {row.tobytes() for row in kept} <= {row.tobytes() for row in fine}
+    with pytest.raises(InputError, match="at least"):
+        decimate(ring, 8)
+    noise = np.random.default_rng(0).uniform(-1e-13, 1e-13, ring.vertices.points.shape)  # of another machine
+    other = replace(ring, vertices=replace(ring.vertices, points=ring.vertices.points + noise))
+    assert np.array_equal(decimate(other, 60).triangles, coarse.triangles)
+
+
+def test_sides_are_about_equally_long_and_close_the_volume():
+    mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", 1024)
+    points, corners = mesh.vertices.points, mesh.triangles
+    sides = np.linalg.norm(points[corners] - points[np.roll(corners, 1, axis=1)], axis=2)
+    assert len(mesh.vertices) == 1024 and (sides < 0.3 * np.median(sides)).mean() < 0.01
+    assert mesh.volume == pytest.approx(7870, rel=0.03)
+
+
+def test_a_density_and_a_number_of_vertices_are_honoured():
+    spheres = ([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5])
+    fine = sparsurf.mesh(spheres, density=3.0)
+    for density in (2.0, 0.5):
+        coarse = sparsurf.mesh(spheres, density=density)
+        assert len(coarse.vertices) == pytest.approx(density * fine.vertices.area.sum(), abs=1)
+    assert len(sparsurf.mesh(spheres, 3 * len(fine.vertices)).vertices) == 3 * len(fine.vertices)
+    with pytest.raises(InputError, match="either n_vertices or density"):
+        sparsurf.mesh(spheres, 100, density=1.0)

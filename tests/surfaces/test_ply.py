@@ -18,15 +18,6 @@ def small():
     return molecular_surface([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2]], [1.9, 1.5, 1.2])
 
 
-@pytest.fixture(scope="module")
-def ring():
-    """Twelve atoms in a circle around a hole: a torus."""
-    turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    return molecular_surface(
-        np.column_stack([5 * np.cos(turn), 5 * np.sin(turn), 0 * turn]), np.full(12, 1.7)
-    )
-
-
 def read_ply(path):
     """Vertices as a dict of columns, and triangles, by the header alone."""
     lines = path.read_text("ascii").splitlines()
@@ -39,19 +30,6 @@ def read_ply(path):
     assert vertices.shape == (n, len(keys)) and len(faces) == m
     assert (faces[:, 0] == 3).all()
     return dict(zip(keys, vertices.T, strict=True)), faces[:, 1:]
-
-
-def loose_edges(faces):
-    """Edges that do not belong to exactly two triangles, and edges that two triangles run along in one direction."""
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    _, edge, times = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
-    balance = np.bincount(edge.ravel(), np.where(directed[:, 0] < directed[:, 1], 1, -1))
-    return int((times != 2).sum()), int((balance != 0).sum())
-
-
-def area_and_volume(points, faces):
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2, (a * np.cross(b, c)).sum() / 6
 
 
 # ---- the file
@@ -255,38 +233,3 @@ def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch, caplog):
 
 
 # ---- the triangles
-
-
-@pytest.mark.parametrize("handles", [0, 1])
-def test_triangles_close_and_face_outwards(small, ring, handles):
-    """Every edge in two triangles that run along it in opposite directions, every dot in use, Euler's V - E + F."""
-    surface = ring if handles else small
-    faces = triangulate(surface)
-    assert loose_edges(faces) == (0, 0)
-    assert len(np.unique(faces)) == len(surface)
-    assert len(surface) - len(faces) / 2 == 2 - 2 * handles
-    area, volume = area_and_volume(surface.points, faces)
-    assert 0.97 * surface.area.sum() < area < surface.area.sum()  # flat triangles on a rounded surface
-    # Gauss: the volume is a third of the sum of area times distance along the normal.
-    exact = (surface.area * (surface.points * surface.normals).sum(axis=1)).sum() / 3
-    assert volume == pytest.approx(exact, rel=0.04)
-    assert volume > 0
-
-
-def test_a_cavity_is_closed_from_within():
-    """A shell of dots inside another, its normals towards its middle."""
-    k = np.arange(600) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * k / 600), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
-    faces = triangulate(Surface(np.concatenate([4 * unit, 2 * unit]), np.concatenate([unit, -unit])))
-    assert loose_edges(faces) == (0, 0)
-    _, volume = area_and_volume(np.concatenate([4 * unit, 2 * unit]), faces)
-    assert volume == pytest.approx(4 / 3 * np.pi * (4**3 - 2**3), rel=0.02)
-
-
-def test_triangles_of_a_protein_close(a1):
-    """DMS keeps one dot in a hundred inside other probes: those may be left out, the mesh closes nevertheless."""
-    faces = triangulate(a1)
-    assert loose_edges(faces) == (0, 0)
-    assert len(np.unique(faces)) > 0.995 * len(a1)
-    assert area_and_volume(a1.points, faces)[0] == pytest.approx(a1.area.sum(), rel=0.01)
