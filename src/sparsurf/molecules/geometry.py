@@ -311,7 +311,7 @@ def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
         yield _check_of_stretch(pairs[chain], usual[chain])
     far, apart = _usual_distances(molecule)
     for chain in _chains_to_judge(molecule, far[:, 0], MIN_DISTANCES):
-        yield _check_of_skew(far[chain], apart[chain])
+        yield from _checks_of_skew(molecule, far[chain], apart[chain])
 
 
 def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> Check:
@@ -331,13 +331,18 @@ def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> Check:
     )
 
 
-def _check_of_skew(pairs: np.ndarray, usual: np.ndarray) -> Check:
-    """Return the check of the distances (L, 2) of one chain along one direction against those along another."""
+def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) -> Iterator[Check]:
+    """Yield the checks of the distances (L, 2) of one chain along one direction against those along another.
+
+    Of later frames, whose bonds vary, only an axis counts, and only in long chains.
+    """
     a, b = pairs.T
 
-    def skew(xyz: np.ndarray) -> np.ndarray:
-        values, _ = _stretch((xyz[:, a] - xyz[:, b]) / usual[:, None])
-        return (values.max(axis=1) / values.min(axis=1) - 1)[:, None]
+    def skew(xyz: np.ndarray, any_direction: bool = True) -> np.ndarray:
+        values, axes = _stretch((xyz[:, a] - xyz[:, b]) / usual[:, None])
+        odd = np.abs(values - np.median(values, axis=1, keepdims=True)).argmax(axis=1)
+        along = np.abs(axes[np.arange(len(odd)), :, odd]).max(axis=1) > NEAR_AXIS
+        return np.where(any_direction | along, values.max(axis=1) / values.min(axis=1) - 1, 0)[:, None]
 
     def direction(found: Finding) -> dict[str, Any]:
         values, axes = (
@@ -351,15 +356,18 @@ def _check_of_skew(pairs: np.ndarray, usual: np.ndarray) -> Check:
             "longer": "longer" if values[odd] > np.median(values) else "shorter",
         }
 
-    return Check(
+    check = Check(
         skew,
         SKEW_TO_WARN,
         "bonds of the chain of {A} are {percent:.0f} % {longer} along {axis} than across it in frame {frame}; "
         "are all lengths in one unit?",
         lambda found: a[:1],
-        first=len(a) < MIN_DISTANCES_OF_FRAMES,
+        first=True,
         more=direction,
     )
+    yield check
+    if len(a) >= MIN_DISTANCES_OF_FRAMES and skew(np.array(molecule.xyz[:1])) <= SKEW_TO_WARN:
+        yield check._replace(measure=lambda xyz: skew(xyz, any_direction=False), first=False)
 
 
 def _checks_of_handedness(molecule: Molecule) -> Iterator[Check]:
