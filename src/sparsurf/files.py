@@ -15,12 +15,14 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from sparsurf.errors import InputError, printable
 
 if TYPE_CHECKING:
     import numpy as np
+
+StrPath: TypeAlias = str | os.PathLike[str]
 
 MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
 GZIP = b"\x1f\x8b"  # how a gzip file begins
@@ -56,9 +58,11 @@ def shorten(text: object) -> str:
     return f"{text[:100]}...{text[-60:]} ({len(text)} characters)"
 
 
-def pluralise(number: int, noun: str) -> str:
-    """Return a number with its noun: '1 residue', '2 residues'."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+def pluralise(number: int, noun: str, verb: str = "") -> str:
+    """Return a number with its noun, and a verb: '1 residue lacks', '2 residues lack'."""
+    words = f"{number} {noun}{'' if number == 1 else 's'}"
+    several = {"is": "are", "has": "have", "": ""}.get(verb) or verb.removesuffix("s")
+    return f"{words} {verb if number == 1 else several}".rstrip()
 
 
 def checksum(path: str | os.PathLike[str]) -> str:

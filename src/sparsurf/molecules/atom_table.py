@@ -6,7 +6,6 @@ The table has one row per atom in the order of the input, and the columns of `CO
 from __future__ import annotations
 
 import logging
-import os
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -16,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.errors import InputError
-from sparsurf.files import pluralise
+from sparsurf.files import StrPath, pluralise
 
 log = logging.getLogger("sparsurf")
 
@@ -203,17 +202,12 @@ def missing_residues(atoms: pd.DataFrame, sequences: dict[str, list[str]]) -> di
     return {chain: (present, full) for chain, (present, full) in counts.items() if present < full}
 
 
-def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str]) -> pd.DataFrame:
-    """Keep one location of every atom of a table with `residue_index`.
+def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: StrPath) -> pd.DataFrame:
+    """Keep one location of every atom of a table with `residue_index`; raise InputError for another `altloc`.
 
     All atoms of a residue keep the same location: the first in the file ('first'), the one of highest mean
     occupancy ('highest') or the requested letter where the residue has it, else the first. An atom that only
     other locations of the residue have is kept too, so that there is no hole.
-
-    Raises
-    ------
-    InputError
-        `altloc` is something else, or is 'highest' and an occupancy is none.
     """
     if not isinstance(altloc, str) or (altloc not in ("first", "highest") and len(altloc.strip()) != 1):
         raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
@@ -261,7 +255,7 @@ def _choose_location(residue: pd.DataFrame, altloc: str) -> np.ndarray:
     return (keep | missing).to_numpy()
 
 
-def refuse_control_characters(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+def refuse_control_characters(atoms: pd.DataFrame, path: StrPath) -> None:
     """Raise InputError if a name has characters that cannot be printed, such as escape codes for a terminal."""
     for column in ("name", "residue_name", "chain", "segid", "element", "residue"):
         damaged = next(
@@ -273,20 +267,19 @@ def refuse_control_characters(atoms: pd.DataFrame, path: str | os.PathLike[str])
             )
 
 
-def report_duplicates(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+def report_duplicates(atoms: pd.DataFrame, path: StrPath) -> None:
     """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
     first_model = atoms[atoms.model == atoms.model.iloc[0]]
     count = int(first_model[["residue_index", "residue_name", "name"]].duplicated().sum())
     if count:
-        words = "is repeated in its residue" if count == 1 else "are repeated in their residues"
-        log.warning("%s: %s %s", path, pluralise(count, "atom"), words)
+        places = "its residue" if count == 1 else "their residues"
+        log.warning("%s: %s repeated in %s", path, pluralise(count, "atom", "is"), places)
 
 
-def report_occupancies(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+def report_occupancies(atoms: pd.DataFrame, path: StrPath) -> None:
     """Warn of occupancies that are no share; they count only where they decide between alternate locations."""
     impossible = ~atoms.occupancy.between(0, 1)
     if impossible.any():
         message = "%s: %s an occupancy outside 0 to 1, such as %g; is another quantity in its column?"
-        count = int(impossible.sum())
-        words = f"{pluralise(count, 'atom')} {'has' if count == 1 else 'have'}"
+        words = pluralise(int(impossible.sum()), "atom", "has")
         log.warning(message, path, words, atoms.occupancy[impossible].iloc[0])

@@ -8,18 +8,15 @@ all frames. Each step logs what it changed.
 from __future__ import annotations
 
 import logging
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from numbers import Integral
-from string import ascii_lowercase, ascii_uppercase, digits
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import pluralise
+from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.atom_table import (
     AtomFile,
     choose_altlocs,
@@ -32,6 +29,7 @@ from sparsurf.molecules.atom_table import (
 from sparsurf.molecules.conformations import superpose
 from sparsurf.molecules.geometry import refuse_invalid_coordinates, residue_label
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.pdb import identifiers
 from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds, split_label
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
@@ -72,7 +70,7 @@ class Everything:
     following: np.ndarray
 
 
-def prepare_table(file: AtomFile, altloc: str, path: str | os.PathLike[str]) -> pd.DataFrame:
+def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> pd.DataFrame:
     """Return the table with its residues gathered and numbered, and one location of every atom."""
     refuse_control_characters(file.atoms, path)
     report_occupancies(file.atoms, path)
@@ -86,7 +84,7 @@ def arrange(
     xyz: np.ndarray,
     row: np.ndarray,
     file: AtomFile,
-    path: str | os.PathLike[str],
+    path: StrPath,
     report: bool = True,
 ) -> Everything:
     """Return all atoms of one model of a prepared table, with the positions xyz (A, 3), Å."""
@@ -214,18 +212,10 @@ def _nearest(members: np.ndarray, others: np.ndarray, index: np.ndarray, xyz: np
     return np.searchsorted(members, index[atoms[nearest]])
 
 
-def identifiers() -> Iterator[str]:
-    """Yield chain identifiers: A to Z, a to z, 0 to 9, then two letters."""
-    letters = ascii_uppercase + ascii_lowercase + digits
-    yield from letters
-    yield from map("".join, product(letters, repeat=2))
-
-
 def molecule_of_models(
     file: AtomFile,
-    path: str | os.PathLike[str],
+    path: StrPath,
     keys: SelectionKeys,
-    *,
     altloc: str = "first",
     model: int | None = None,
     stride: int = 1,
@@ -264,17 +254,13 @@ def molecule_of_models(
     return molecule
 
 
-def _of_model(
-    table: pd.DataFrame, file: AtomFile, path: str | os.PathLike[str], report: bool = True
-) -> Everything:
+def _of_model(table: pd.DataFrame, file: AtomFile, path: StrPath, report: bool = True) -> Everything:
     """Return all atoms of the table of one model."""
     xyz = table[["x", "y", "z"]].to_numpy(float)
     return arrange(table, xyz, np.arange(len(table)), file, path, report)
 
 
-def _select_models(
-    atoms: pd.DataFrame, model: int | None, path: str | os.PathLike[str]
-) -> dict[int, pd.DataFrame]:
+def _select_models(atoms: pd.DataFrame, model: int | None, path: StrPath) -> dict[int, pd.DataFrame]:
     """Return the tables of all models, or of the requested one, by their position in the file."""
     tables = dict(enumerate(table for _, table in atoms.groupby("model", sort=False)))
     if model is None:
@@ -338,15 +324,14 @@ def molecule_of_frames(
 
 def molecule_of_trajectory(
     file: AtomFile,
-    path: str | os.PathLike[str],
-    trajectory: str | os.PathLike[str],
+    path: StrPath,
+    trajectory: StrPath,
     keys: SelectionKeys,
-    *,
     altloc: str = "first",
     model: int | None = None,
     stride: int = 1,
-    times: Sequence[float] | None = None,
     whole: bool = True,
+    times: Sequence[float] | None = None,
 ) -> Molecule:
     """Return the selected atoms of a topology with the frames of a trajectory."""
     atoms = file.atoms
@@ -372,13 +357,13 @@ def molecule_of_trajectory(
     return replace(molecule, xyz=frames.xyz, time_ps=frames.time_ps, frame_number=frames.number)
 
 
-def report_copies(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+def report_copies(molecule: Molecule, path: StrPath) -> None:
     """Warn of models that are the first one at other places, or the one before at the same place."""
     heavy = molecule.xyz[:, molecule.heavy]
     repeated = 1 + np.flatnonzero((molecule.xyz[1:] == molecule.xyz[:-1]).all(axis=(1, 2)))
     if len(repeated):
         message = "%s: %s the one before, the first is frame %d"
-        words = pluralise(len(repeated), "frame") + (" repeats" if len(repeated) == 1 else " repeat")
+        words = pluralise(len(repeated), "frame", "repeats")
         log.warning(message, path, words, molecule.frame_number[repeated[0]])
     if len(heavy) < 2 or heavy.shape[1] < MIN_ATOMS_OF_COPY:
         return
@@ -394,9 +379,7 @@ def report_copies(molecule: Molecule, path: str | os.PathLike[str]) -> None:
         log.warning(message, path, copies.sum() + 1, len(heavy))
 
 
-def select_complete(
-    everything: Everything, path: str | os.PathLike[str], keys: SelectionKeys, file: AtomFile
-) -> np.ndarray:
+def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, file: AtomFile) -> np.ndarray:
     """Select atoms (A,) by the keys; raise InputError if they are a backbone only, warn of what is missing."""
     molecule = everything.molecule
     selected = select_atoms(molecule, path, split=everything.split, **keys)
@@ -415,7 +398,7 @@ def select_complete(
     if len(incomplete):
         atom = incomplete[0]
         label = f"{touched.residue_name[atom]} {touched.chain[atom]} {touched.residue[atom]}"
-        count = pluralise(len(incomplete), "residue") + (" lacks" if len(incomplete) == 1 else " lack")
+        count = pluralise(len(incomplete), "residue", "lacks")
         message = (
             "%s: %s heavy atoms, the first is %s; the surface is dented there: rebuild the missing atoms"
         )
@@ -424,9 +407,7 @@ def select_complete(
     return selected
 
 
-def _report_missing(
-    everything: Everything, residues: np.ndarray, file: AtomFile, path: str | os.PathLike[str]
-) -> None:
+def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile, path: StrPath) -> None:
     """Warn of residues of the sequence without coordinates, or that numbers say are missing within a chain."""
     molecule = everything.molecule
     lacking = {
@@ -450,10 +431,9 @@ def _report_missing(
     gap &= inside[a] & inside[b] & ~np.isin(chain[a], [*file.sequences])
     if gap.any():
         k = int(np.argmax(gap))
-        count = int((number[b] - number[a] - 1)[gap].sum())
         message = (
             "%s: %s missing within its chains, the first between %s and %s; the surface covers the ends there"
         )
-        words = pluralise(count, "residue") + (" is" if count == 1 else " are")
+        words = pluralise(int((number[b] - number[a] - 1)[gap].sum()), "residue", "is")
         ends = (residue_label(molecule, first[r]) for r in (a[k], b[k]))
         log.warning(message, path, words, *ends)

@@ -128,24 +128,9 @@ def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def kmeans(
     points: np.ndarray, n_clusters: int, rng: np.random.Generator, restarts: int = RESTARTS
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Cluster points by k-means (Lloyd) from k-means++ starts, and keep the best of several runs by inertia.
+    """Cluster points (F, d) by k-means (Lloyd) from k-means++ starts: labels (F,), centroids (K, d), inertia.
 
-    Parameters
-    ----------
-    points : (F, d) float
-    n_clusters : int, not more than the distinct points
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    label : (F,) int
-    centroid : (n_clusters, d) float
-    inertia : float, sum of squared distances
-
-    Raises
-    ------
-    InputError
-        A cluster is empty in every run.
+    Raise InputError if a cluster is empty in every run.
     """
     # scipy.cluster and scipy.spatial are imported where needed: superposition alone does not need them.
     from scipy.cluster.vq import ClusterError, kmeans2, vq
@@ -168,17 +153,7 @@ def kmeans(
 
 
 def silhouettes(points: np.ndarray, labels: Sequence[np.ndarray]) -> np.ndarray:
-    """Compute the silhouette of every point (Rousseeuw 1987) for several clusterings.
-
-    Parameters
-    ----------
-    points : (F, d) float
-    labels : sequence of (F,) int, each 0 .. K-1 with K > 1 and no cluster empty
-
-    Returns
-    -------
-    (len(labels), F) float, -1 .. 1; 0 for a point alone in its cluster
-    """
+    """Compute the silhouette (Rousseeuw 1987) of points (F, d) for each clustering, 0 .. K-1 for each point."""
     from scipy.spatial.distance import cdist
 
     members = [np.equal.outer(label, np.arange(label.max() + 1)).astype(float) for label in labels]
@@ -206,18 +181,9 @@ def _silhouette(total: np.ndarray, size: np.ndarray, label: np.ndarray) -> np.nd
 def choose_clusters(
     points: np.ndarray, candidates: Sequence[int], rng: np.random.Generator
 ) -> tuple[pd.DataFrame, dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]]:
-    """Run k-means for every candidate K, and compute the mean silhouette of each.
+    """Run k-means for each candidate K, with its own stream of numbers.
 
-    Parameters
-    ----------
-    points : (F, d) float
-    candidates : sequence of int, K to try
-    rng : numpy.random.Generator; each K has its own stream, so that its result does not depend on the others
-
-    Returns
-    -------
-    table : DataFrame with columns K, silhouette (nan for K = 1), inertia
-    clusterings : dict, K -> (label (F,), centroid (K, d), silhouette (F,))
+    Return the table of K, mean silhouette (nan for K = 1) and inertia, and by K labels, centroids and silhouettes.
     """
     streams = rng.spawn(max(candidates) + 1)
     runs = {k: kmeans(points, k, streams[k]) for k in candidates}
@@ -236,26 +202,11 @@ def choose_frames(
     frames: str | Sequence[int] | None = None,
     rng: np.random.Generator,
 ) -> FrameChoice:
-    """Choose the frames that represent the conformations of a molecule.
+    """Choose the frames that represent the conformations of a molecule; raise InputError if it lacks frames, clusters or atoms.
 
     They are superposed by C-alpha, or by the backbone, or by all heavy atoms, if there are fewer than 3 or they lie on a line.
-
-    Parameters
-    ----------
-    molecule : molecule.Molecule
-    clusters : 'auto', the K of the best mean silhouette among 2..11, or a K. The frames nearest to the
-        centroids are chosen. Frames that do not differ are one conformation.
-    frames : instead of clusters, 'all' or a list of frame numbers
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    FrameChoice
-
-    Raises
-    ------
-    InputError
-        The molecule does not have these frames or this many clusters, or too few atoms are analysed.
+    `clusters` is a K, or 'auto' for that of the best mean silhouette among 2..11: the frames nearest to the centroids are
+    chosen. Frames that do not differ are one conformation. `frames` are instead 'all', or a list of frame numbers.
     """
     projection, explained = _projection(molecule, _atoms_to_analyse(molecule))
     if frames is None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
-from sparsurf.files import as_path
+from sparsurf.files import StrPath, as_path
 
 PDB = (".pdb", ".ent")
 MMCIF = (".cif", ".mmcif")
@@ -21,12 +20,12 @@ TIMED = (".xtc", ".trr", ".nc", ".ncdf", ".netcdf", ".h5", ".hdf5", ".gro")  # t
 IN_NM = (".xtc", ".trr", *SELF_CONTAINED)  # formats whose lengths are nanometres
 
 
-def suffix(path: str | os.PathLike[str]) -> str:
+def suffix(path: StrPath) -> str:
     """Return the extension of a file name, in lower case and without .gz."""
     return Path(as_path(path).name.lower().removesuffix(".gz")).suffix
 
 
-def stem(path: str | os.PathLike[str]) -> str:
+def stem(path: StrPath) -> str:
     """Return the name of a file without .gz and its extension, as it is written."""
     name = as_path(path).name
     return name[: len(name.lower().removesuffix(".gz")) - len(suffix(path))]

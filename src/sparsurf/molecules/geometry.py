@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import logging
 import mmap
-import os
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import pluralise
+from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.formats import IN_NM, suffix
 from sparsurf.molecules.residues import (
     AMINO_ACIDS,
     HEAVY_ATOMS,
     PEPTIDE,
+    atoms_of_residues,
     count_heavy_atoms,
     split_label,
     standard_name,
@@ -44,16 +44,17 @@ MAX_ATOMS_BETWEEN_BONDED = 40  # in the order of a residue's atoms
 # Share of atoms, or of peptide bonds, with a bonded neighbour; at least 0.98 in the same structures
 MIN_BONDED_SHARE = 0.7
 FRAMES_AT_ONCE = 64
-# Å, bonds of backbones; half of them are within 2 % of these lengths in the same structures
+# Å, bonds of backbones: both atoms, and the step to the residue of the second; half of them are within 2 % of these
+# lengths in the same structures
 USUAL_LENGTHS = {
-    ("N", "CA"): 1.46, ("CA", "C"): 1.525, ("C", "O"): 1.23, ("C4'", "C3'"): 1.52, ("P", "O5'"): 1.59,
+    ("N", "CA", 0): 1.46, ("CA", "C", 0): 1.525, ("C", "O", 0): 1.23, ("C4'", "C3'", 0): 1.52, ("P", "O5'", 0): 1.59,
 }  # fmt: skip
 # Median deviation from these lengths that is refused, and that causes a warning: a morph between two conformations may
 # have it. It is at most .015 in 300 structures, and .03 at 300 K.
 DEVIATION_TO_REFUSE, DEVIATION_TO_WARN = 0.15, 0.04
 ODD_BOND = 0.25  # deviation of one bond that causes a warning; of 671 structures one has a bond beyond .18
 CLASH = 1.2  # Å; atoms of two residues are never that close, bonded or not
-# Å, further distances along a chain that depend on bonds and their angles: both atoms, and the step to the residue of the second
+# Å, the same for distances along a chain that depend on bonds and their angles
 USUAL_DISTANCES = {
     ("N", "CA", 0): 1.459, ("CA", "C", 0): 1.525, ("C", "O", 0): 1.232, ("C", "N", 1): 1.331, ("N", "C", 0): 2.463,
     ("CA", "O", 0): 2.399, ("CA", "N", 1): 2.432, ("O", "N", 1): 2.251, ("C", "CA", 1): 2.437, ("CA", "CB", 0): 1.532,
@@ -115,8 +116,8 @@ class Check(NamedTuple):
 
 def refuse_impossible(
     molecule: Molecule,
-    path: str | os.PathLike[str],
-    topology: str | os.PathLike[str] | None = None,
+    path: StrPath,
+    topology: StrPath | None = None,
     whole: bool = True,
     unit: str | None = None,
 ) -> None:
@@ -132,7 +133,7 @@ def refuse_impossible(
         _run([*_checks(molecule, unit, topology)], molecule, path)
 
 
-def _run(checks: list[Check], molecule: Molecule, path: str | os.PathLike[str]) -> None:
+def _run(checks: list[Check], molecule: Molecule, path: StrPath) -> None:
     """Measure all frames; raise InputError by the first check that refuses, warn by the others."""
     findings: dict[int, Finding] = {}
     for begin, part in parts_of(molecule.xyz, FRAMES_AT_ONCE):
@@ -165,7 +166,7 @@ def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]
             xyz._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
 
 
-def _checks(molecule: Molecule, unit: str, topology: str | os.PathLike[str] | None) -> Iterator[Check]:
+def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator[Check]:
     """Yield what is checked, in the order in which it counts."""
     order = f"and atoms in the order of {topology}" if topology else "or repair the file"
     remedy = f"give lengths in {unit}, {order}".replace("{", "{{").replace("}", "}}")
@@ -194,7 +195,7 @@ def _checks(molecule: Molecule, unit: str, topology: str | os.PathLike[str] | No
         "{value:.0f} % of its atoms lie inside other residues; does it hold a molecule twice?",
     )
     broken = np.flatnonzero(distance >= PEPTIDE.max_length)
-    words = pluralise(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
+    words = pluralise(len(broken), "peptide bond", "is")
     far = f"{distance[broken[0]]:.1f} Å apart" if len(broken) else ""
     yield _in_first(
         len(broken), 0, f"{words} missing, the first between {{A}} and {{B}}, {far}", links[broken[:1]]
@@ -244,7 +245,7 @@ def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[Check]:
 
 def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
     """Yield the checks of the median length of the bonds of the backbone, of all chains and of each of several."""
-    pairs, usual = _backbone_bonds(molecule)
+    pairs, usual = _pairs_of(molecule, USUAL_LENGTHS)
     a, b = pairs.T
     if len(a) < MIN_ATOMS_TO_JUDGE:
         return
@@ -292,7 +293,7 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
 
 def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
     """Yield the checks of single bonds of the backbone, and of the bonds of a chain along any direction."""
-    pairs, usual = _backbone_bonds(molecule)
+    pairs, usual = _pairs_of(molecule, USUAL_LENGTHS)
     a, b = pairs.T
     if not len(a):
         return
@@ -309,25 +310,20 @@ def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
     )
     for chain in _chains_to_judge(molecule, a):
         yield _check_of_stretch(pairs[chain], usual[chain])
-    far, apart = _usual_distances(molecule)
+    far, apart = _pairs_of(molecule, USUAL_DISTANCES)
     for chain in _chains_to_judge(molecule, far[:, 0], MIN_DISTANCES):
         yield from _checks_of_skew(molecule, far[chain], apart[chain])
 
 
 def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> Check:
     """Return the check of the bonds (L, 2) of one chain along the direction where they differ most from their usual length."""
-    a, b = pairs.T
-
-    def stretch(xyz: np.ndarray) -> np.ndarray:
-        return _stretch((xyz[:, a] - xyz[:, b]) / usual[:, None])[0]
-
     return Check(
-        lambda xyz: np.abs(stretch(xyz) - 1),
-        STRETCH_TO_WARN if len(a) >= MIN_BONDS_OF_LONG_CHAIN else STRETCH_OF_SHORT_CHAIN,
+        lambda xyz: np.abs(_stretch(xyz, pairs, usual)[0] - 1),
+        STRETCH_TO_WARN if len(pairs) >= MIN_BONDS_OF_LONG_CHAIN else STRETCH_OF_SHORT_CHAIN,
         "bonds of the chain of {A} are {ratio:.2f} times as long as usual along one direction in frame {frame}; "
         "are all lengths in one unit?",
-        lambda found: a[:1],
-        more=lambda found: {"ratio": stretch(found.xyz[None])[0, found.place]},
+        lambda found: [int(pairs[0, 0])],
+        more=lambda found: {"ratio": _stretch(found.xyz[None], pairs, usual)[0][0, found.place]},
     )
 
 
@@ -336,44 +332,46 @@ def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) ->
 
     Of later frames, whose bonds vary, only an axis counts, and only in long chains.
     """
-    a, b = pairs.T
 
-    def skew(xyz: np.ndarray, any_direction: bool = True) -> np.ndarray:
-        values, axes = _stretch((xyz[:, a] - xyz[:, b]) / usual[:, None])
-        odd = np.abs(values - np.median(values, axis=1, keepdims=True)).argmax(axis=1)
-        along = np.abs(axes[np.arange(len(odd)), :, odd]).max(axis=1) > NEAR_AXIS
-        return np.where(any_direction | along, values.max(axis=1) / values.min(axis=1) - 1, 0)[:, None]
+    def skew(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return how much longer bonds are along one direction (F, 1), whether the odd one is longer, and its axis."""
+        values, axes = _stretch(xyz, pairs, usual)
+        from_median = values - np.median(values, axis=1, keepdims=True)
+        odd = np.abs(from_median).argmax(axis=1)
+        frames = np.arange(len(odd))
+        size = np.abs(axes[frames, :, odd])
+        axis = np.where(size.max(axis=1) > NEAR_AXIS, size.argmax(axis=1), 3)
+        return (values.max(axis=1) / values.min(axis=1) - 1)[:, None], from_median[frames, odd] > 0, axis
 
-    def direction(found: Finding) -> dict[str, Any]:
-        values, axes = (
-            each[0] for each in _stretch((found.xyz[None, a] - found.xyz[None, b]) / usual[:, None])
-        )
-        odd = np.abs(values - np.median(values)).argmax()
-        axis = np.abs(axes[:, odd])
+    def along_axes(xyz: np.ndarray) -> np.ndarray:
+        values, _, axis = skew(xyz)
+        return np.where(axis[:, None] < 3, values, 0)
+
+    def words(found: Finding) -> dict[str, Any]:
+        _, longer, axis = skew(found.xyz[None])
         return {
-            "axis": "xyz"[axis.argmax()] if axis.max() > NEAR_AXIS else "one direction",
             "percent": 100 * found.value,
-            "longer": "longer" if values[odd] > np.median(values) else "shorter",
+            "longer": "longer" if longer[0] else "shorter",
+            "axis": ("x", "y", "z", "one direction")[axis[0]],
         }
 
     check = Check(
-        skew,
+        lambda xyz: skew(xyz)[0],
         SKEW_TO_WARN,
         "bonds of the chain of {A} are {percent:.0f} % {longer} along {axis} than across it in frame {frame}; "
         "are all lengths in one unit?",
-        lambda found: a[:1],
+        lambda found: [int(pairs[0, 0])],
         first=True,
-        more=direction,
+        more=words,
     )
     yield check
-    if len(a) >= MIN_DISTANCES_OF_FRAMES and skew(np.array(molecule.xyz[:1])) <= SKEW_TO_WARN:
-        yield check._replace(measure=lambda xyz: skew(xyz, any_direction=False), first=False)
+    if len(pairs) >= MIN_DISTANCES_OF_FRAMES and skew(np.array(molecule.xyz[:1]))[0] <= SKEW_TO_WARN:
+        yield check._replace(measure=along_axes, first=False)
 
 
 def _checks_of_handedness(molecule: Molecule) -> Iterator[Check]:
     """Yield the check of all residues, and of each chain, for being the mirror image of an L-peptide."""
-    atom_of = _atoms_by_name(molecule)
-    atoms = np.stack([atom_of(name) for name in ("N", "CA", "C", "CB")])
+    atoms = np.stack([_atoms_named(molecule, name) for name in ("N", "CA", "C", "CB")])
     atoms = atoms[:, (atoms >= 0).all(axis=0)]
     chain_of = molecule.chain[atoms[1]]
     everything = np.arange(atoms.shape[1])
@@ -414,7 +412,9 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
     step = np.linalg.norm(np.diff(first[ca], axis=0), axis=1)
     twins = np.flatnonzero((step < SAME_RESIDUE) & (np.diff(index[ca]) > 0))[:1]
     heavy = np.flatnonzero(molecule.heavy)
-    same, nearest = _inside_residues(molecule, first, heavy)
+    pairs, length, nearest = _pairs_in_residues(molecule, heavy)
+    names = molecule.name[pairs]
+    same = pairs[(length < SAME_PLACE) & (names[:, 0] != names[:, 1])]
     present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
     complete = ((expected > 0) & (present == expected))[index[heavy]]
     lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))[:1]
@@ -433,9 +433,9 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
         "{A} and {B} lie in one place; keep one of them",
         np.column_stack([ca[twins], ca[twins + 1]]),
     )
-    pairs = pluralise(len(same), "such pair")
+    several = pluralise(len(same), "such pair")
     yield _in_first(
-        len(same), 0, f"{{a}} and {{b}} of {{A}} lie in one place ({pairs}); repair its coordinates", same
+        len(same), 0, f"{{a}} and {{b}} of {{A}} lie in one place ({several}); repair its coordinates", same
     )
     far = f"lies {nearest[lost[0]]:.1f} Å from the nearest atom of its residue" if len(lost) else ""
     yield _in_first(len(lost), 0, f"{{a}} of {{A}} {far}; repair its coordinates", heavy[lost][:, None])
@@ -450,7 +450,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
         )
 
 
-def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str], begin: int = 0) -> None:
+def refuse_invalid_coordinates(xyz: np.ndarray, path: StrPath, begin: int = 0) -> None:
     """Raise InputError if coordinates (F, A, 3), Å, from frame `begin` are NaN, beyond MAX_COORDINATE, or all the same."""
     bad = ~(np.abs(xyz) < MAX_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
@@ -462,7 +462,7 @@ def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str], be
         raise InputError(f"{path} has all atoms at one position: give a file with coordinates.")
 
 
-def _refuse_crowded(xyz: np.ndarray, path: str | os.PathLike[str], unit: str) -> None:
+def _refuse_crowded(xyz: np.ndarray, path: StrPath, unit: str) -> None:
     """Raise InputError if atoms of a frame (A, 3) are closer than bonds allow."""
     sample = xyz[:: -(-len(xyz) // SAMPLED_ATOMS)]
     if len(sample) < MIN_ATOMS_TO_JUDGE:
@@ -490,36 +490,26 @@ def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[n
     A bond (L, 2) joins heavy atoms of a residue closer than MAX_BOND, or is one of the `links` (P, 2) between residues
     that are `linked` (P,).
     """
-    xyz, index, heavy = molecule.xyz[0], molecule.residue_index, molecule.heavy
-    nearest, pairs = np.full(len(xyz), np.inf), [np.empty((0, 2), int)]
-    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(xyz))):
+    pairs, length, nearest = _pairs_in_residues(molecule, np.arange(molecule.n_atoms))
+    bonds = pairs[(length < MAX_BOND) & molecule.heavy[pairs].all(axis=1)]
+    polymer = np.isfinite(nearest) & np.isin(molecule.kind, ["protein", "nucleic"])
+    bonded_lists = nearest[polymer] < MAX_BOND, linked
+    shares = [float(bonded.mean()) for bonded in bonded_lists if len(bonded) >= MIN_ATOMS_TO_JUDGE]
+    return np.concatenate([bonds, links[linked]]), min(shares, default=1.0)
+
+
+def _pairs_in_residues(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find pairs (P, 2) of some atoms (n,) of one residue in the first frame, their distances, and each atom's nearest (n,)."""
+    xyz, index = molecule.xyz[0][atoms], molecule.residue_index[atoms]
+    nearest, pairs, lengths = np.full(len(atoms), np.inf), [np.empty((0, 2), int)], [np.empty(0)]
+    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(atoms))):
         first = np.flatnonzero(index[step:] == index[:-step])
         length = np.linalg.norm(xyz[first + step] - xyz[first], axis=1)
         np.minimum.at(nearest, first, length)
         np.minimum.at(nearest, first + step, length)
-        bonded = (length < MAX_BOND) & heavy[first] & heavy[first + step]
-        pairs.append(np.column_stack([first, first + step])[bonded])
-    polymer = np.isfinite(nearest) & np.isin(molecule.kind, ["protein", "nucleic"])
-    bonded_lists = nearest[polymer] < MAX_BOND, linked
-    shares = [float(bonded.mean()) for bonded in bonded_lists if len(bonded) >= MIN_ATOMS_TO_JUDGE]
-    return np.concatenate([*pairs, links[linked]]), min(shares, default=1.0)
-
-
-def _inside_residues(molecule: Molecule, xyz: np.ndarray, heavy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find pairs (P, 2) of differently named atoms of one residue in one place, and the nearest atom of each heavy one."""
-    index, nearest = molecule.residue_index, np.full(len(heavy), np.inf)
-    same = np.empty((0, 2), int)
-    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(heavy))):
-        a, b = heavy[:-step], heavy[step:]
-        pair = np.flatnonzero(index[a] == index[b])
-        if not len(pair):
-            break
-        length = np.linalg.norm(xyz[a[pair]] - xyz[b[pair]], axis=1)
-        np.minimum.at(nearest, pair, length)
-        np.minimum.at(nearest, pair + step, length)
-        close = pair[(length < SAME_PLACE) & (molecule.name[a[pair]] != molecule.name[b[pair]])]
-        same = np.concatenate([same, np.column_stack([heavy[close], heavy[close + step]])])
-    return same, nearest
+        pairs.append(np.column_stack([atoms[first], atoms[first + step]]))
+        lengths.append(length)
+    return np.concatenate(pairs), np.concatenate(lengths), nearest
 
 
 def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
@@ -541,12 +531,19 @@ def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     return links, np.linalg.norm(molecule.xyz[0][links[:, 0]] - molecule.xyz[0][links[:, 1]], axis=1)
 
 
-def _backbone_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Find the bonds (L, 2) of USUAL_LENGTHS, and their usual lengths (L,)."""
-    atom_of, pairs, usual = _atoms_by_name(molecule), [np.empty((0, 2), int)], []
-    for (first, second), length in USUAL_LENGTHS.items():
-        both = np.column_stack([atom_of(first), atom_of(second)])
-        pairs.append(both[(both >= 0).all(axis=1)])
+def _pairs_of(
+    molecule: Molecule, lengths: dict[tuple[str, str, int], float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the pairs of atoms (L, 2) of a table in residues that are the same or bonded, and their usual lengths (L,)."""
+    names = {name for a, b, _ in lengths for name in (a, b)} | {PEPTIDE.last, PEPTIDE.first}
+    atom_of = {name: _atoms_named(molecule, name) for name in names}
+    last, first = atom_of[PEPTIDE.last][:-1], atom_of[PEPTIDE.first][1:]
+    bonded = np.linalg.norm(molecule.xyz[0][last] - molecule.xyz[0][first], axis=1) < PEPTIDE.max_length
+    bonded &= (last >= 0) & (first >= 0)
+    pairs, usual = [np.empty((0, 2), int)], list[float]()
+    for (a, b, step), length in lengths.items():
+        both = np.column_stack([atom_of[a][:-1], atom_of[b][1:]] if step else [atom_of[a], atom_of[b]])
+        pairs.append(both[(both >= 0).all(axis=1) & (bonded if step else True)])
         usual += [length] * len(pairs[-1])
     return np.concatenate(pairs), np.array(usual)
 
@@ -559,28 +556,12 @@ def _chains_to_judge(
     return [np.flatnonzero(chain == k) for k in np.flatnonzero(count >= least)]
 
 
-def _usual_distances(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Find the pairs of atoms (L, 2) of USUAL_DISTANCES in residues that are bonded, and these distances (L,)."""
-    atom_of, pairs, usual = _atoms_by_name(molecule), [np.empty((0, 2), int)], list[float]()
-    last, first = atom_of(PEPTIDE.last)[:-1], atom_of(PEPTIDE.first)[1:]
-    bonded = np.linalg.norm(molecule.xyz[0][last] - molecule.xyz[0][first], axis=1) < PEPTIDE.max_length
-    bonded &= (last >= 0) & (first >= 0)
-    for (a, b, step), length in USUAL_DISTANCES.items():
-        both = np.column_stack([atom_of(a), atom_of(b)] if not step else [atom_of(a)[:-1], atom_of(b)[1:]])
-        pairs.append(both[(both >= 0).all(axis=1) & (bonded if step else True)])
-        usual += [length] * len(pairs[-1])
-    return np.concatenate(pairs), np.array(usual)
-
-
-def _stretch(bonds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find how many times too long bonds are along three directions (F, 3), and these, as columns (F, 3, 3).
+def _stretch(xyz: np.ndarray, pairs: np.ndarray, usual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find how many times too long bonds (L, 2) are along three directions (F, 3), and these as columns (F, 3, 3).
 
     The symmetric matrix G with u G u = 1 for all bonds u is found by least squares; where no bond determines it, it is 1.
-
-    Parameters
-    ----------
-    bonds : (F, n, 3) float, each divided by its usual length
     """
+    bonds = (xyz[:, pairs[:, 0]] - xyz[:, pairs[:, 1]]) / usual[:, None]
     ratio = np.linalg.norm(bonds, axis=2)
     x, y, z = np.moveaxis(
         np.where((ratio > 1 / MAX_RATIO) & (ratio < MAX_RATIO), 1.0, 0.0)[:, :, None] * bonds, 2, 0
@@ -618,20 +599,13 @@ def _pairs_in_cubes(
     return frame, a, b, distance
 
 
-def _atoms_by_name(molecule: Molecule) -> Callable[[str], np.ndarray]:
-    """Return a function that finds the atom of a name in each residue, (R,) int; -1 if there is none."""
-
-    def atom_of(name: str) -> np.ndarray:
-        """Find the atoms of one name."""
-        index = np.full(molecule.residue_index.max() + 1, -1)
-        atoms = np.flatnonzero(molecule.name == name)
-        index[molecule.residue_index[atoms]] = atoms
-        return index
-
-    return atom_of
+def _atoms_named(molecule: Molecule, name: str) -> np.ndarray:
+    """Find the atom of a name in each residue, (R,) int; -1 if there is none."""
+    index = molecule.residue_index
+    return atoms_of_residues(index, molecule.name == name, index.max() + 1)
 
 
-def _check_elements(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+def _check_elements(molecule: Molecule, path: StrPath) -> None:
     """Raise InputError if the elements of amino acids contradict the first letters of the atom names."""
     known = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
     letters = [name.lstrip("0123456789'*")[:1].upper() for name in molecule.name]
@@ -643,7 +617,7 @@ def _check_elements(molecule: Molecule, path: str | os.PathLike[str]) -> None:
         return
     if wrong.sum() <= SHARE_TO_REPORT * known.sum():
         message = "%s: %s of %s has the element %s; %s an element that contradicts the name"
-        count = pluralise(int(wrong.sum()), "atom") + (" has" if wrong.sum() == 1 else " have")
+        count = pluralise(int(wrong.sum()), "atom", "has")
         log.warning(
             message, path, molecule.name[atom], residue_label(molecule, atom), molecule.element[atom], count
         )

@@ -71,11 +71,15 @@ def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) 
         """Return an attribute of all atoms, or a value for every atom if the topology lacks it."""
         return getattr(group, name) if hasattr(group, name) else np.full(len(group), missing)
 
+    if not hasattr(group.universe, "trajectory"):
+        raise InputError("the Universe has no coordinates: give it a trajectory.")
     step = group.universe.trajectory.ts
+    segids = np.asarray(attribute("segids"), dtype=str)
+    segids = np.where(segids == "SYSTEM", "", segids)  # its name for no segment
     table = _table(
         name=attribute("names"),
         residue_name=attribute("resnames"),
-        chain=attribute("chainIDs") if hasattr(group, "chainIDs") else attribute("segids"),
+        chain=attribute("chainIDs") if hasattr(group, "chainIDs") else segids,
         number=group.resids,
         insertion=attribute("icodes"),
         element=attribute("elements"),
@@ -83,7 +87,7 @@ def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) 
         altloc=attribute("altLocs"),
         occupancy=attribute("occupancies", 1.0),
         b_factor=attribute("tempfactors", np.nan),
-        segid=attribute("segids"),
+        segid=segids,
     )
     box = None if step.dimensions is None else np.asarray(step.triclinic_dimensions, float)[None]
     time = np.array([float(step.data.get("time", np.nan))])  # in ps; structures have none
@@ -98,10 +102,10 @@ def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[Selectio
     rows = [
         (
             number, residue.het_flag == "H", atom.name, residue.name, chain.name, residue.segment, atom.element.name.upper(),
-            atom.altloc.strip("\0"), f"{residue.seqid.num}{residue.seqid.icode.strip()}",
-            atom.occ, *atom.pos.tolist(), atom.b_iso,
+            atom.altloc.strip("\0"), f"{residue.seqid.num}{residue.seqid.icode.strip()}".removeprefix("None"),
+            atom.occ, *atom.pos.tolist(), atom.b_iso, unit,
         )
-        for number, model in enumerate(models, 1) for chain in model for residue in chain for atom in residue
+        for number, model in enumerate(models, 1) for chain in model for unit, residue in enumerate(chain) for atom in residue
     ]  # fmt: skip
     cell = getattr(structure, "cell", None)
     box = box_vectors(cell.a, cell.b, cell.c, cell.alpha, cell.beta, cell.gamma) if cell else None
@@ -120,8 +124,8 @@ def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
                 rows += [
                     (
                         number, hetero != " ", atom.name, residue.resname.strip(), chain.id.strip(), residue.segid.strip(),
-                        (atom.element or "").upper(), atom.altloc.strip(), label, atom.occupancy or 0.0,
-                        *map(float, atom.coord), atom.bfactor,
+                        (atom.element or "").upper(), atom.altloc.strip(), label, 
+                        1.0 if atom.occupancy is None else atom.occupancy, *map(float, atom.coord), atom.bfactor, 0,
                     )
                     for atom in residue.get_unpacked_list()
                 ]  # fmt: skip
@@ -167,7 +171,7 @@ def _built_of_rows(
         raise InputError(f"{name} has no atoms: give one with atoms.")
     columns = (
         "model", "hetero", "name", "residue_name", "chain", "segid", "element", "altloc", "residue", "occupancy",
-        "x", "y", "z", "b_factor",
+        "x", "y", "z", "b_factor", "unit",
     )  # fmt: skip
     atoms = atom_table(**dict(zip(columns, zip(*rows, strict=True), strict=True)))
     molecule = molecule_of_models(AtomFile(atoms, box), name, keys)

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import existing_file
+from sparsurf.files import StrPath, existing_file
 from sparsurf.molecules.formats import ONE_FRAME, suffix
 
 if TYPE_CHECKING:
@@ -51,13 +51,13 @@ BYTES_AT_ONCE = 2**22  # of the positions in one part of a trajectory
 _one_request_at_a_time = threading.Lock()
 
 
-def load_atoms(path: str | os.PathLike[str]) -> list[AtomRow]:
+def load_atoms(path: StrPath) -> list[AtomRow]:
     """Load the atoms of a topology file; raise InputError if it cannot be read."""
     return [tuple(row) for row in json.loads(b"".join(_run(path, "atoms")))]
 
 
 def iterate_frames(
-    path: str | os.PathLike[str],
+    path: StrPath,
     n_atoms: int,
     atoms: np.ndarray | None = None,
     stride: int = 1,
@@ -76,14 +76,14 @@ def iterate_frames(
         yield xyz, time, box
 
 
-def load_frames(path: str | os.PathLike[str], *arguments: Any, **keys: Any) -> Part:
+def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> Part:
     """Load frames as `iterate_frames` does, in one part."""
     parts = zip(*iterate_frames(path, *arguments, **keys), strict=True)
     xyz, time, box = (np.concatenate(arrays) for arrays in parts)
     return xyz, time, box
 
 
-def _run(path: str | os.PathLike[str], task: str, *arguments: Any) -> Iterator[bytes]:
+def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[bytes]:
     """Yield the answers of the other process to a request."""
     if existing_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
         raise InputError(f"{path} needs PyTables: run pip install tables.")

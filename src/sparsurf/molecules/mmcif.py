@@ -6,24 +6,20 @@ Names are those of the authors (auth_...), as in the PDB file of the same entry.
 from __future__ import annotations
 
 import logging
-import os
 import re
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from gemmi import cif
 
 from sparsurf.errors import InputError
-from sparsurf.files import shorten
+from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
 from sparsurf.molecules.plddt import origin_of_mmcif
 from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
-
-if TYPE_CHECKING:
-    pass
 
 log = logging.getLogger("sparsurf")
 
@@ -51,7 +47,7 @@ LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
 NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
 
-def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
+def read_mmcif(text: str, path: StrPath) -> AtomFile:
     """Read the atoms of an mmCIF file; raise InputError if it is none, cut short or damaged, or holds no atoms."""
     try:
         document = cif.read_string(text)
@@ -74,7 +70,7 @@ def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
     )
 
 
-def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
+def _atoms(block: cif.Block, path: StrPath) -> pd.DataFrame:
     """Return the table of atoms of a data block."""
     values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
     absent = sorted(name for name in REQUIRED if not values_of[name])
@@ -124,7 +120,7 @@ def _units(residues: list[str], names: list[str]) -> np.ndarray:
     return np.cumsum(begins)
 
 
-def _report_absent(block: cif.Block, text: str, path: str | os.PathLike[str]) -> None:
+def _report_absent(block: cif.Block, text: str, path: StrPath) -> None:
     """Warn of chains that a file announces and that have no atoms; raise InputError if it ends within a line."""
     present = set(block.find_values("_atom_site.label_asym_id"))
     missing = [row for row in block.find("_struct_asym.", ["id", "?entity_id"]) if row[0] not in present]

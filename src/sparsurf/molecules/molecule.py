@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from string import ascii_letters
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.files import pluralise
+from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.pdb import write_pdb
 from sparsurf.molecules.selection import select_atoms
 
@@ -101,7 +100,7 @@ class Molecule:
         chosen["residue_index"] = np.unique(chosen["residue_index"], return_inverse=True)[1]
         return replace(self, xyz=self.xyz[:, atoms], **chosen)
 
-    def select(self, path: str | os.PathLike[str] = "the molecule", **keys: Any) -> Molecule:
+    def select(self, path: StrPath = "the molecule", **keys: Any) -> Molecule:
         """Return the molecule with only the atoms that `selection.select_atoms` selects by the keys."""
         return self.take(select_atoms(self, path, **keys))
 
@@ -110,9 +109,7 @@ class Molecule:
         at = slice(index, index + 1)
         return replace(self, xyz=self.xyz[at], time_ps=self.time_ps[at], frame_number=self.frame_number[at])
 
-    def write_pdb(
-        self, path: str | os.PathLike[str], frame: int = 0, b_factor: np.ndarray | None = None
-    ) -> None:
+    def write_pdb(self, path: StrPath, frame: int = 0, b_factor: np.ndarray | None = None) -> None:
         """Write one frame as a PDB file of one model, in Å.
 
         Parameters

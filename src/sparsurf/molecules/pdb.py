@@ -9,9 +9,9 @@ cut residue names at three letters and stop at the first END.
 from __future__ import annotations
 
 import logging
-import os
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -22,7 +22,7 @@ import gemmi
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import shorten
+from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors, missing_residues
 from sparsurf.molecules.plddt import origin_of_pdb
 from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, split_label, standard_name
@@ -51,7 +51,7 @@ HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
 FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36**3
 
 
-def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
+def read_pdb(text: str, path: StrPath) -> AtomFile:
     """Read a PDB file, lines ending in '\\n', and refuse a damaged one; MODEL, or END before further atoms, starts a model."""
     if text.lstrip().startswith(("data_", "loop_")):
         raise InputError(f"{path} is an mmCIF file by its content: rename it to .cif.")
@@ -142,7 +142,7 @@ def _has_numbered_lines(lines: list[str]) -> bool:
     return all(line[76:80].strip().isdecimal() for line in lines if line.startswith(ATOM_RECORDS))
 
 
-def _model_number(line: str, used: list[int], path: str | os.PathLike[str]) -> int:
+def _model_number(line: str, used: list[int], path: StrPath) -> int:
     """Return the number of the next model: the one of the record if no other has it, else the next free one."""
     next_free = max(used, default=0) + 1
     number = line[6:14].strip() if line.startswith("MODEL ") else ""
@@ -183,7 +183,7 @@ def _check_end(
     last_atom: int,
     atoms: pd.DataFrame,
     sequences: dict[str, list[str]],
-    path: str | os.PathLike[str],
+    path: StrPath,
 ) -> None:
     """Raise InputError if a file stops within its last atom, or without an END before its sequence is complete."""
     last, before = lines[last_atom - 1].rstrip(), lines[last_atom - 2].rstrip()
@@ -202,22 +202,11 @@ def _check_end(
         )
 
 
-def write_pdb(
-    path: str | os.PathLike[str], xyz: np.ndarray, atoms: Molecule, b_factor: np.ndarray | None = None
-) -> None:
-    """Write one model: ATOM and HETATM lines, TER after each chain, END; the same bytes for the same input.
+def write_pdb(path: StrPath, xyz: np.ndarray, atoms: Molecule, b_factor: np.ndarray | None = None) -> None:
+    """Write one model, xyz (A, 3) in Å: ATOM and HETATM lines, TER after each chain, END; the same bytes for the same input.
 
     Chain ids of more than two letters do not fit: they are renamed, with a warning. Residue names that do not fit get
     three letters, and the names stand in HETNAM records.
-
-    Parameters
-    ----------
-    path : file to write
-    xyz : (A, 3) float, Å
-    atoms : Molecule
-        Its names of atoms, residues and chains.
-    b_factor : (A,) float, optional
-        By default 0.
     """
     chains = _short_chain_ids(atoms.chain)
     b_factor = np.zeros(len(xyz)) if b_factor is None else b_factor
@@ -258,14 +247,19 @@ def _short_chain_ids(chain: np.ndarray) -> list[str]:
     long = [chain_id for chain_id in ids if len(chain_id) > 2]
     if not long:
         return chain.tolist()
-    letters = ascii_uppercase + ascii_lowercase + digits
-    names = [*letters, *map("".join, product(letters, repeat=2))]
-    renamed = dict(zip(long, (name for name in names if name not in ids), strict=False))
+    renamed = dict(zip(long, (name for name in identifiers() if name not in ids), strict=False))
     names_used = shorten(", ".join(f"{old} is {new}" for old, new in renamed.items()))
     log.warning(
         "chains whose ids are too long for a PDB file have other names in its results: %s", names_used
     )
     return [renamed.get(chain_id, chain_id) for chain_id in chain.tolist()]
+
+
+def identifiers() -> Iterator[str]:
+    """Yield chain identifiers: A to Z, a to z, 0 to 9, then two letters."""
+    letters = ascii_uppercase + ascii_lowercase + digits
+    yield from letters
+    yield from map("".join, product(letters, repeat=2))
 
 
 def _decode_number(text: str) -> str | None:

@@ -10,13 +10,13 @@ its values, which are the same for all atoms of a residue.
 from __future__ import annotations
 
 import logging
-import os
 import re
 
 import numpy as np
 from gemmi import cif
 
 from sparsurf.errors import InputError
+from sparsurf.files import StrPath
 
 log = logging.getLogger("sparsurf")
 
@@ -85,7 +85,7 @@ def doubtful_residues(
     residue_index: np.ndarray,
     origin: str,
     bound: float,
-    path: str | os.PathLike[str],
+    path: StrPath,
     polymer: np.ndarray | None = None,
 ) -> np.ndarray | None:
     """Find the atoms (A,) of residues whose mean pLDDT, 0 to 100 or 0 to 1, is below a bound; None if it does not apply.

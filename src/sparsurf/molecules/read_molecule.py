@@ -6,7 +6,6 @@ Input that would give a wrong surface is refused in one sentence. Atoms that are
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import no_warnings, pluralise, read_text
+from sparsurf.files import StrPath, no_warnings, pluralise, read_text
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
 from sparsurf.molecules.conformations import FrameChoice, choose_frames
@@ -41,8 +40,8 @@ READERS = dict.fromkeys(PDB, read_pdb) | dict.fromkeys(MMCIF, read_mmcif)
 
 
 def read_molecule(
-    path: str | os.PathLike[str],
-    trajectory: str | os.PathLike[str] | None = None,
+    path: StrPath,
+    trajectory: StrPath | None = None,
     *,
     selection: str | None = None,
     chains: str | Sequence[str] | None = None,
@@ -123,36 +122,18 @@ def read_molecule(
     if model is not None and suffix(path) not in READERS:
         raise InputError(f"{path} has frames and no models: leave out the model, and name the frame.")
     if trajectory is None:
-        molecule = molecule_of_models(
-            file,
-            path,
-            keys,
-            altloc=altloc,
-            model=model,
-            stride=stride,
-            whole=bool(whole),
-            assembly=bool(assembly),
-        )
+        molecule = molecule_of_models(file, path, keys, altloc, model, stride, bool(whole), bool(assembly))
         if plddt is not None:
             molecule = _without_doubtful(molecule, file.origin, plddt, path)
         refuse_impossible(molecule, path, whole=bool(whole))
         return molecule
-    molecule = molecule_of_trajectory(
-        file,
-        path,
-        trajectory,
-        keys,
-        altloc=altloc,
-        model=model,
-        stride=stride,
-        times=times,
-        whole=bool(whole),
-    )
+    options = altloc, model, stride, bool(whole), times
+    molecule = molecule_of_trajectory(file, path, trajectory, keys, *options)
     refuse_impossible(molecule, trajectory, path if trajectory != path else None, bool(whole))
     return molecule
 
 
-def _read_structure(path: str | os.PathLike[str]) -> AtomFile:
+def _read_structure(path: StrPath) -> AtomFile:
     """Read a structure or topology file."""
     extension = suffix(path)
     if extension in READERS:
@@ -169,9 +150,7 @@ def _read_structure(path: str | os.PathLike[str]) -> AtomFile:
     )
 
 
-def _without_doubtful(
-    molecule: Molecule, origin: str, plddt: float, path: str | os.PathLike[str]
-) -> Molecule:
+def _without_doubtful(molecule: Molecule, origin: str, plddt: float, path: StrPath) -> Molecule:
     """Return a predicted model without the residues of a pLDDT below a bound; warn of their number."""
     polymer = np.isin(molecule.kind, POLYMERS)
     doubtful = doubtful_residues(
@@ -191,7 +170,7 @@ def _without_doubtful(
     return replace(confident, masked_residues=n_masked)
 
 
-def read_study_structure(path: str | os.PathLike[str]) -> Molecule:
+def read_study_structure(path: StrPath) -> Molecule:
     """Read a structure that a study wrote, without warnings: they were given for the file that it came from."""
     with no_warnings():
         return read_molecule(path, selection="all", whole=False)
@@ -221,7 +200,7 @@ def choose_conformations(
     return molecule, choose_frames(molecule, clusters=clusters, frames=frames, rng=rng)
 
 
-def residue_labels(path: str | os.PathLike[str] | None) -> list[str]:
+def residue_labels(path: StrPath | None) -> list[str]:
     """Return the residue of each atom of a study's structure, as 'LEU 212 A'; empty without a path."""
     if not path:
         return []

@@ -131,23 +131,11 @@ def known_kind(residue_name: str) -> str:
 def residue_kinds(
     residue_name: np.ndarray, residue_index: np.ndarray, name: np.ndarray, hetero: np.ndarray, xyz: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Determine the kind of each residue, and the residues that are bonded to each other as in a polymer.
+    """Determine the kind of each residue (R,), and the next residue of the polymer (R,), -1 for none, from arrays of the atoms.
 
     A residue belongs to a polymer if its name implies it and the input does not mark it as a hetero group, or if it is
     bonded to another one as the polymer's residues are, or to the end of a chain by any of its atoms. Modified residues and
     caps are thus included wherever their lines stand, and a free amino acid marked as a hetero group is not.
-
-    Parameters
-    ----------
-    residue_name, name : (A,) str
-    residue_index : (A,) int, 0, 1, 2, ...
-    hetero : (A,) bool, HETATM
-    xyz : (A, 3) float, Å
-
-    Returns
-    -------
-    kind : (R,) str : 'protein', 'nucleic', 'water' or 'other'
-    following : (R,) int, the next residue of the polymer, -1 for none
     """
     first_atom = np.unique(residue_index, return_index=True)[1]
     names = residue_name[first_atom]
@@ -158,7 +146,7 @@ def residue_kinds(
     no_cap = (np.bincount(residue_index) == 1)[residue_index] | _named(name, "HD")  # ions, dummy atoms
     for polymer, linkage in LINKAGES.items():
         atoms = {
-            atom_name: _atoms_of_residues(residue_index, name == atom_name, len(names))
+            atom_name: atoms_of_residues(residue_index, name == atom_name, len(names))
             for atom_name in (*linkage.backbone, linkage.last, linkage.first)
         }
         complete = np.all([atoms[atom_name] >= 0 for atom_name in linkage.backbone], axis=0)
@@ -190,7 +178,7 @@ def _is_connected(xyz: np.ndarray) -> bool:
     return bool(reached.all())
 
 
-def _atoms_of_residues(residue_index: np.ndarray, mask: np.ndarray, n_residues: int) -> np.ndarray:
+def atoms_of_residues(residue_index: np.ndarray, mask: np.ndarray, n_residues: int) -> np.ndarray:
     """Return the last atom of each residue (R,) in a mask (A,); -1 for none."""
     atoms = np.full(n_residues, -1)
     atoms[residue_index[mask]] = np.flatnonzero(mask)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import shorten
+from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.residues import split_label
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ class SelectionKeys(TypedDict, total=False):
 
 def select_atoms(
     molecule: Molecule,
-    path: str | os.PathLike[str],
+    path: StrPath,
     *,
     selection: str | None = None,
     chains: str | Sequence[str] | None = None,
@@ -49,36 +48,13 @@ def select_atoms(
     split: Mapping[str, Sequence[str]] = MappingProxyType({}),
     report: bool = True,
 ) -> np.ndarray:
-    """Select atoms by the user's keys.
+    """Select atoms, (A,) bool, by the keys of `read_molecule`; raise InputError for malformed keys, or if nothing is selected.
 
     Without `selection`, these are the protein residues, or all polymer residues if chains are named (as in 'A:10-52'),
     and the named ligands. With it, these are the atoms of the expression, and the ligands. Chains and residues restrict
-    either.
-
-    Parameters
-    ----------
-    molecule : molecule.Molecule
-    path : named in messages
-    selection : str, mdtraj selection expression, or 'all'
-    chains : list of str, or 'A,B'
-    residues : str or list of str, such as 'A:10-52A,60,B:-5--3': [chain:]first[-last], both ends included,
-        numbers before insertion codes (52 < 52A < 53). A chain applies to the ranges after it, and ranges
-        before any chain apply to all.
-    hydrogens : 'keep' as they are, or 'remove' (with deuterium)
-    ligands : list of residue names to include besides the polymer (cofactors, ions, glycans); True for all but
-        waters and single atoms (ions), False for none
-    split : dict, chains of the input that hold several molecules with the same residue numbers -> their identifiers
-    report : bool, log the residues that are left out
-
-    Returns
-    -------
-    (A,) bool
-
-    Raises
-    ------
-    InputError
-        Malformed keys, nothing selected, residues of which the input has several, or a named ligand outside of the chains
-        and residues.
+    either. In ranges, a chain applies to those after it, and 52 < 52A < 53. `ligands` True is all but waters and ions.
+    `split` are chains of the input that hold several molecules with the same residue numbers, and their identifiers.
+    With `report`, the residues that are left out are logged.
     """
     ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
     in_chains = _in_chains(molecule, path, chains)
@@ -117,9 +93,7 @@ def _remedy_for_nucleic(molecule: Molecule, atoms: np.ndarray, ranges: list[str]
     return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
 
-def _in_chains(
-    molecule: Molecule, path: str | os.PathLike[str], chains: str | Sequence[str] | None
-) -> np.ndarray:
+def _in_chains(molecule: Molecule, path: StrPath, chains: str | Sequence[str] | None) -> np.ndarray:
     """Return the mask (A,) of atoms in the chains."""
     if chains is None:
         return np.ones(len(molecule.chain), bool)
@@ -140,7 +114,7 @@ def _in_chains(
 
 def _in_residues(
     molecule: Molecule,
-    path: str | os.PathLike[str],
+    path: StrPath,
     ranges: list[str] | None,
     report: bool,
     in_chains: np.ndarray,
@@ -223,9 +197,7 @@ def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
     return len(ligands) > 0 if hasattr(ligands, "__len__") else bool(ligands)
 
 
-def _in_ligands(
-    molecule: Molecule, path: str | os.PathLike[str], ligands: bool | str | Sequence[str]
-) -> np.ndarray:
+def _in_ligands(molecule: Molecule, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:
     """Return the mask (A,) of atoms in the ligands."""
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
@@ -243,7 +215,7 @@ def _in_ligands(
 
 def _refuse_ligands_outside(
     molecule: Molecule,
-    path: str | os.PathLike[str],
+    path: StrPath,
     in_ligands: np.ndarray,
     in_chains: np.ndarray,
     in_residues: np.ndarray,
@@ -261,9 +233,7 @@ def _refuse_ligands_outside(
             )
 
 
-def _report_left_out(
-    molecule: Molecule, path: str | os.PathLike[str], selected: np.ndarray, within: np.ndarray
-) -> None:
+def _report_left_out(molecule: Molecule, path: StrPath, selected: np.ndarray, within: np.ndarray) -> None:
     """Log names and numbers of residues within the chains and ranges that are not selected."""
     taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]

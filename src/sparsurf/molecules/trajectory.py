@@ -6,7 +6,6 @@ mdtraj's readers ignore truncated frames, wrong headers and repeated frames. Thi
 from __future__ import annotations
 
 import logging
-import os
 import struct
 import tempfile
 from collections.abc import Callable, Sequence
@@ -18,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.errors import InputError
-from sparsurf.files import existing_file, pluralise
+from sparsurf.files import StrPath, existing_file, pluralise
 from sparsurf.molecules.atom_table import atom_table
 from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
@@ -59,7 +58,7 @@ class Frames:
     box: np.ndarray | None
 
 
-def read_topology(path: str | os.PathLike[str]) -> pd.DataFrame:
+def read_topology(path: StrPath) -> pd.DataFrame:
     """Read the atoms of a topology file (PSF, AMBER parm7/prmtop, GRO or HDF5) as a table with coordinates nan."""
     if suffix(path) == ".gro":
         check_gro(path)
@@ -79,9 +78,7 @@ def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> pd.DataFram
     return atom_table(**table)
 
 
-def read_first_frame(
-    path: str | os.PathLike[str], n_atoms: int, topology_path: str | os.PathLike[str]
-) -> np.ndarray:
+def read_first_frame(path: StrPath, n_atoms: int, topology_path: StrPath) -> np.ndarray:
     """Read the first frame (A, 3), float64, Å; refuse what is no trajectory, or has another number of atoms than the topology."""
     known = TRAJECTORIES + SELF_CONTAINED
     if suffix(path) not in known:
@@ -102,7 +99,7 @@ def read_first_frame(
 
 
 def read_frames(
-    path: str | os.PathLike[str],
+    path: StrPath,
     n_atoms: int,
     atoms: np.ndarray,
     stride: int = 1,
@@ -150,8 +147,7 @@ def read_frames(
     time_ps, number, xyz = time_ps[keep], number[keep], store.frames()
     if n_repeats := len(keep) - len(xyz):
         message = "%s: %s the one before, the first is frame %d: left out"
-        words = pluralise(n_repeats, "frame") + (" repeats" if n_repeats == 1 else " repeat")
-        log.warning(message, path, words, keep.index(False) * stride)
+        log.warning(message, path, pluralise(n_repeats, "frame", "repeats"), keep.index(False) * stride)
     if times is None:
         warn_of_repeats(path, xyz, time_ps)
     if suffix(path) not in TIMED or not (np.diff(time_ps) > 0).all():
@@ -167,14 +163,14 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
     return ~np.append(len(before) > 0 and np.array_equal(xyz[:1], before), repeats)
 
 
-def _times(path: str | os.PathLike[str], n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
+def _times(path: StrPath, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
     """Read the times of all frames with positions, ps; nan where the format has none."""
     time = np.concatenate([part[1] for part in iterate_frames(path, n_atoms, np.array([0]))])
     time = time if stored is None else time[stored]
     return time if suffix(path) in TIMED and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
 
 
-def _frames_at(path: str | os.PathLike[str], time_ps: np.ndarray, times: Sequence[float]) -> np.ndarray:
+def _frames_at(path: StrPath, time_ps: np.ndarray, times: Sequence[float]) -> np.ndarray:
     """Return the numbers of the first frame and of those at some times, ps."""
     distance = np.abs(time_ps[:, None] - np.asarray(times, float)).min(axis=1, initial=np.inf)
     near = distance < TIME_TOLERANCE  # False for nan, of a file without times
@@ -183,7 +179,7 @@ def _frames_at(path: str | os.PathLike[str], time_ps: np.ndarray, times: Sequenc
     return np.flatnonzero(near | (np.arange(len(near)) == 0))
 
 
-def _frames_with_positions(path: str | os.PathLike[str]) -> tuple[np.ndarray | None, bool]:
+def _frames_with_positions(path: StrPath) -> tuple[np.ndarray | None, bool]:
     """Return the numbers of the frames of a TRR file that have positions, and whether all these have a box.
 
     A frame may hold velocities or forces alone. mdtraj returns the positions of the frame before for it, and any numbers
@@ -217,7 +213,7 @@ def _frames_with_positions(path: str | os.PathLike[str]) -> tuple[np.ndarray | N
 class FrameStore:
     """Frames that are appended one part after another; beyond BYTES_IN_MEMORY they lie in a temporary file."""
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: StrPath) -> None:
         self.path, self.parts, self.n_bytes, self.n_frames = path, list[np.ndarray](), 0, 0
         self.file: IO[bytes] | None = None
 
@@ -247,7 +243,7 @@ class FrameStore:
         return np.memmap(self.file, float, "r", shape=(self.n_frames, *self.shape))
 
 
-def count_usable_frames(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: int) -> int:
+def count_usable_frames(path: StrPath, n_atoms: int, n_read: int, stride: int) -> int:
     """Count the complete frames of `n_read`; warn if the header announces another number or the last frame is truncated.
 
     A file that ends within its first frame is refused.
@@ -264,7 +260,7 @@ def count_usable_frames(path: str | os.PathLike[str], n_atoms: int, n_read: int,
     return count
 
 
-def warn_of_repeats(path: str | os.PathLike[str], xyz: np.ndarray, time: np.ndarray) -> None:
+def warn_of_repeats(path: StrPath, xyz: np.ndarray, time: np.ndarray) -> None:
     """Warn if a trajectory (F, A, 3) with times (F,), nan where the file has none, seems to be written twice."""
     half = len(xyz) // 2
     repeated = all(np.array_equal(xyz[k], xyz[half + k]) for k in range(half))
@@ -276,7 +272,7 @@ def warn_of_repeats(path: str | os.PathLike[str], xyz: np.ndarray, time: np.ndar
         log.warning(message, path, time[frame], frame)
 
 
-def check_gro(path: str | os.PathLike[str]) -> None:
+def check_gro(path: StrPath) -> None:
     """Raise InputError, with the line, if the first frame of a GRO file violates the columns of the format."""
     with existing_file(path).open(encoding="latin-1") as file:
         lines = [file.readline() for _ in range(2)]
@@ -303,7 +299,7 @@ def _numbers(text: str) -> list[float]:
         return []
 
 
-def _check_dcd(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: int) -> None:
+def _check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
     """Warn if a DCD file holds fewer or more frames than its header says (a killed run, two joined runs)."""
     with Path(path).open("rb") as file:
         head = file.read(12)
@@ -324,7 +320,7 @@ def _check_dcd(path: str | os.PathLike[str], n_atoms: int, n_read: int, stride: 
         log.warning(message, path, n_announced)
 
 
-def count_complete_frames(path: str | os.PathLike[str], n_atoms: int) -> tuple[int, bool] | None:
+def count_complete_frames(path: StrPath, n_atoms: int) -> tuple[int, bool] | None:
     """Return the number of complete frames of a text trajectory, and whether a truncated one follows; None if it is binary."""
     extension = Path(path).suffix.lower()
     if extension in MDCRD:
@@ -342,7 +338,7 @@ def count_complete_frames(path: str | os.PathLike[str], n_atoms: int) -> tuple[i
     return n_frames, bool(rest)
 
 
-def _has_box(path: str | os.PathLike[str], per_frame: int) -> bool:
+def _has_box(path: StrPath, per_frame: int) -> bool:
     """Return whether the line after the first frame of an mdcrd file holds the three lengths of a box."""
     with Path(path).open("rb") as file:
         lines = [file.readline() for _ in range(per_frame + 2)]
@@ -355,7 +351,7 @@ def _ends_within_a_number(line: bytes) -> bool:
     return len(set(decimals)) > 1
 
 
-def _count_lines(path: str | os.PathLike[str]) -> tuple[int, bytes]:
+def _count_lines(path: StrPath) -> tuple[int, bytes]:
     """Count lines without empty ones at the end; also return the last line if no newline ends it."""
     count, tail = 0, b""
     with Path(path).open("rb") as file:
