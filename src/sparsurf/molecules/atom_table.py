@@ -16,6 +16,7 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, pluralise
+from sparsurf.molecules.residues import MAX_BOND
 
 log = logging.getLogger("sparsurf")
 
@@ -41,28 +42,22 @@ OF_RESIDUE = (
     "unit",
 )  # columns that change where a residue ends
 MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
-MAX_BOND = 2.2  # Å, between atoms of one residue whose lines stand apart (Se-C 1.95)
 MAX_RUNS = 100  # of lines with one label, some of them with the same names, that are joined by bonds
 
 
 @dataclass(frozen=True)
 class AtomFile:
-    """Content of an input without the frames of a trajectory.
+    """Content of an input without the frames of a trajectory."""
 
-    Attributes
-    ----------
-    atoms : DataFrame, the table described above
-    box : (3, 3) float, Å, lattice vectors as rows; None where there is none
-    sequences : dict, residue names of each chain's full sequence, where the file has it
-    crosslinked : set of (chain, residue) that a bond besides the backbone joins to another residue of the polymer
-    origin : see `plddt`
-    """
-
-    atoms: pd.DataFrame
-    box: np.ndarray | None = None
-    sequences: dict[str, list[str]] = field(default_factory=dict)
-    crosslinked: frozenset[tuple[str, str]] = frozenset()
-    origin: str = ""
+    atoms: pd.DataFrame  # the table described above
+    box: np.ndarray | None = None  # (3, 3) float, Å, lattice vectors as rows; None where there is none
+    sequences: dict[str, list[str]] = field(
+        default_factory=dict
+    )  # residue names of each chain, where the file has them
+    crosslinked: frozenset[tuple[str, str]] = (
+        frozenset()
+    )  # (chain, residue) with a bond to another one besides the backbone
+    origin: str = ""  # see `plddt`
 
 
 def atom_table(**columns: Any) -> pd.DataFrame:

@@ -11,7 +11,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,6 +44,13 @@ log = logging.getLogger("sparsurf")
 # alone are 13 %, backbone with C-beta 62 %. The sparsest crystal structure of the reference data has 97 %.
 MIN_HEAVY_ATOM_SHARE = 0.7
 IDENTITY = ("name", "residue_name", "chain", "residue")  # arrays that identify an atom
+OF_ATOMS = (
+    *IDENTITY,
+    "residue_index",
+    "element",
+    "hetero",
+    "segid",
+)  # columns that are the same in most models
 MIN_RESIDUES_TO_JUDGE = 3  # a fragment with fewer residues is accepted as it is
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
 OTHER_PLACE = 1.0  # Å, by which they are apart at least
@@ -52,22 +59,15 @@ MIN_ATOMS_OF_COPY = 10
 
 @dataclass(frozen=True)
 class Everything:
-    """All atoms of a table, in one frame.
-
-    Attributes
-    ----------
-    molecule : Molecule
-    row : (A,) int, position of each atom among those of the table
-    split : dict, chain identifiers of the input that several molecules had -> theirs
-    crosslinked : (A,) bool, whether a bond besides the backbone joins the residue to another of the polymer
-    following : (R,) int, next residue of the polymer, -1 for none
-    """
+    """All atoms of a table, in one frame."""
 
     molecule: Molecule
-    row: np.ndarray
-    split: dict[str, list[str]]
-    crosslinked: np.ndarray
-    following: np.ndarray
+    row: np.ndarray  # (A,) int, position of each atom among those of the table
+    split: dict[str, list[str]]  # chain identifiers of the input that several molecules had -> theirs
+    crosslinked: (
+        np.ndarray
+    )  # (R,) bool, whether a bond besides the backbone joins the residue to another of the polymer
+    following: np.ndarray  # (R,) int, next residue of the polymer, -1 for none
 
 
 def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> pd.DataFrame:
@@ -232,14 +232,14 @@ def molecule_of_models(
     frames = [first.molecule.take(selected)]
     for number in numbers[1:].tolist():  # waters may differ between models; the selected atoms may not
         table = tables[number]
-        if _same_names(table, tables[numbers[0]]):
+        if _same(table, tables[numbers[0]], OF_ATOMS):
             xyz = table[["x", "y", "z"]].to_numpy(float)[first.row[selected]]
             frames.append(replace(frames[0], xyz=xyz[None]))
         else:
             other = _of_model(table, file, path, report=False)
             mask = select_atoms(other.molecule, path, split=other.split, report=False, **keys)
             frames.append(other.molecule.take(mask))
-    if not all(_same_atoms(frame, frames[0]) for frame in frames):
+    if not all(_same(frame, frames[0]) for frame in frames):
         counts = " ".join(str(frame.n_atoms) for frame in frames[:9])
         raise InputError(
             f"{path} has models of different atoms (selected atoms: {counts}): choose one by `model`."
@@ -290,17 +290,9 @@ def _joined(tables: dict[int, pd.DataFrame]) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def _same_names(first: pd.DataFrame, second: pd.DataFrame) -> bool:
-    """Return whether two tables have the same atoms in the same order."""
-    columns = [*IDENTITY, "residue_index", "element", "hetero", "segid"]
-    return len(first) == len(second) and all(
-        np.array_equal(first[name].to_numpy(), second[name].to_numpy()) for name in columns
-    )
-
-
-def _same_atoms(first: Molecule, second: Molecule) -> bool:
-    """Return whether two molecules have the same atoms in the same order."""
-    return all(np.array_equal(getattr(first, key), getattr(second, key)) for key in IDENTITY)
+def _same(first: Any, second: Any, names: Sequence[str] = IDENTITY) -> bool:
+    """Return whether two tables or molecules have the same atoms in the same order."""
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
 
 
 def molecule_of_frames(

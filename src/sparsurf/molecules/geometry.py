@@ -92,25 +92,16 @@ class Finding(NamedTuple):
 class Check(NamedTuple):
     """A measure that a sound molecule keeps below a limit.
 
-    Attributes
-    ----------
-    measure : function from frames (F, A, 3), Å, to values (F, K) at K places
-    limit : float, a larger value is wrong
-    sentence : str, with {value}, {frame}, names {a} and {b} of atoms and {A} and {B} of their residues, and what `more` returns
-    atoms : (K, n) int, one or two atoms of each place, or a function from a Finding to them
-    refuse : bool, whether to raise InputError, or to warn
-    first : bool, whether only the first frame is measured
-    worst : bool, whether the place of the largest value is named, or the first one
-    more : function from a Finding to further words of the sentence
+    `sentence` has {value}, {frame}, names {a} and {b} of atoms and {A} and {B} of their residues, and what `more` returns.
     """
 
-    measure: Callable[[np.ndarray], np.ndarray]
-    limit: float
+    measure: Callable[[np.ndarray], np.ndarray]  # frames (F, A, 3), Å -> values (F, K) at K places
+    limit: float  # a larger value is wrong
     sentence: str
-    atoms: np.ndarray | Callable[[Finding], Sequence[int]] = NO_ATOMS
-    refuse: bool = False
-    first: bool = False
-    worst: bool = True
+    atoms: np.ndarray | Callable[[Finding], Sequence[int]] = NO_ATOMS  # (K, n) int, one or two of each place
+    refuse: bool = False  # or warn
+    first: bool = False  # only the first frame is measured
+    worst: bool = True  # the place of the largest value is named, or else the first one
     more: Callable[[Finding], dict[str, Any]] = lambda found: {}
 
 

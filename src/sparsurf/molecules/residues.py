@@ -99,7 +99,7 @@ PEPTIDE = Linkage(("N", "CA", "C"), "C", "N", 2.0, CAPS)
 PHOSPHODIESTER = Linkage(("C5'", "C3'", "O3'"), "O3'", "P", 2.2)
 LINKAGES = {"protein": PEPTIDE, "nucleic": PHOSPHODIESTER}
 COVALENT = (1.1, 1.75)  # Å, bonds of C, N, O and P; metals are farther away
-MAX_BOND = 2.2  # Å, between heavy atoms of one residue
+MAX_BOND = 2.2  # Å, between atoms of one residue (Se-C 1.95)
 MAX_CAP = 300  # heavy atoms of a residue that may end a chain
 MAX_PAIRS = 1_000_000  # of ends of chains that are compared one by one
 

@@ -42,20 +42,12 @@ BYTES_IN_MEMORY = 2**25  # of frames; more lie in a temporary file
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames of a trajectory.
+    """Frames of a trajectory."""
 
-    Attributes
-    ----------
-    xyz : (F, A, 3) float64, Å
-    time_ps : (F,) float64, ps; nan where the file has no times
-    number : (F,) int, position in the file, from 0
-    box : (F, 3, 3) float64, Å, lattice vectors as rows; None without a box
-    """
-
-    xyz: np.ndarray
-    time_ps: np.ndarray
-    number: np.ndarray
-    box: np.ndarray | None
+    xyz: np.ndarray  # (F, A, 3) float64, Å
+    time_ps: np.ndarray  # (F,) float64, ps; nan where the file has no times
+    number: np.ndarray  # (F,) int, position in the file, from 0
+    box: np.ndarray | None  # (F, 3, 3) float64, Å, lattice vectors as rows; None without a box
 
 
 def read_topology(path: StrPath) -> pd.DataFrame:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.molecules.atom_table import MIN_BOX_VOLUME
+
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
@@ -14,7 +16,6 @@ if TYPE_CHECKING:
 # any bond (S-S 2.05); a link between second neighbours does no harm.
 MAX_LINK = 2.5
 MIN_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
-FLAT = 1e-6  # share of the volume of the same box at right angles
 MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next to each other
 MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for contacts
 
@@ -93,7 +94,10 @@ def has_no_box(box: np.ndarray) -> bool:
     if not np.isfinite(box).all():
         return True
     lengths = np.linalg.norm(box, axis=2)
-    return bool((lengths < MIN_BOX).any() or (np.abs(np.linalg.det(box)) < FLAT * lengths.prod(axis=1)).any())
+    return bool(
+        (lengths < MIN_BOX).any()
+        or (np.abs(np.linalg.det(box)) < MIN_BOX_VOLUME * lengths.prod(axis=1)).any()
+    )
 
 
 def _lattice_vectors(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
