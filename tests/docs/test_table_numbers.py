@@ -21,9 +21,9 @@ AT_10 = "proteins_by_n_s.csv percent=10"
 SHOWN = {
     "README.md": [
         f"from the true one by {{{{ {FARTHEST} | {{distance:.3f}} }}}} Å on average",
-        f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} Å, and its worst point by {{largest:.2f}} }}}} Å.",
+        f"99 % of it by less than {{{{ {FARTHEST} | {{distance_99:.2f}} Å, and its worst point by {{largest:.2f}} }}}} Å (means",
         'deviates by {{ recover_opponents_means.csv "sampler=its corners on the surface" percent=10 | {distance:.3f} }} Å',
-        "{{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie within }} 95 %",
+        "{{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie }} in the",
         f"At {{{{ {ON_LINKS} | {{n_S_percent:.0f}} % of the dots of A1, d of {{combination}} is {D_OF('kept')} }}}} with islands",
         f"It is {{{{ {ON_LINKS} | {D_OF('kept_scaled')} with a link scaled to their spacing, and {D_OF('full')} }}}} with",
         f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
@@ -57,9 +57,9 @@ SHOWN = {
         f"{{{{ paper_ranges.csv reading=kept | | {RANGE} | {{published}} | {{best}} | {D_CV} | {{n_best_set}}"
         f" | {{published_may_be_best}} | {D_OF('kept_scaled')} | }}}}",
         f"{{{{ paper_ranges.csv reading=full | | {RANGE} | {{best}} | {D_CV} | {{published_may_be_best}} | }}}}",
-        "does it: {{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie within }}",
+        "does it: {{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie }}",
         "Z of ten rows ([runs](#table-i)) | {{ fragments_verdict.csv rows=10 | d {d_inside}, Z {Z_inside} of {rows} }}",
-        'uniform subset of as many dots | {{ fragments_inside.csv "surface=A1_dms, other test dots" reading=kept'
+        'as many dots (published: 8 of 10) | {{ fragments_inside.csv "surface=A1_dms, other test dots" reading=kept'
         " | {d_above_0} of {rows} }} |",
         "All {{ fragments_verdict.csv rows=10 | {in_span} values lie between }}",
         "All {{ fragments_verdict.csv rows=10 | {n_won} published combinations won }}",

@@ -385,7 +385,7 @@ def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
         own = tests.assign(p=p)
         return Page(html_of(page | {"places": places, "tests": own, "rows": rows})).text
 
-    words = "9 of 10 published d and 10 of 10 Z lie within 95 % of 3 runs made as published."
+    words = "9 of 10 published d and 10 of 10 Z lie in the middle 95 % of 3 runs made as published."
     assert f"Table I is reproduced as the authors' code does it: {words}" in said(0.5, lost)
     assert f"Table I is not reproduced on this surface: {words}" in said(0.01, lost)
     loses = "it loses to a uniform subset in all ten rows"

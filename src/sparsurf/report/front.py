@@ -387,8 +387,8 @@ def sentence_of_paper(places: pd.DataFrame, tests: pd.DataFrame) -> str:
     d, z = (int(places[f"{name}_inside"].sum()) for name in ("d", "Z_tS"))
     n, word = len(places), "" if is_one_more_run(tests) else "not "
     return (
-        f"As the authors' code does it, Table I is {word}reproduced: {d} of {n} published d and {z} of {n} published Z lie within"
-        f" 95 % of {int(places['n_runs'].max())} runs made as published."
+        f"As the authors' code does it, Table I is {word}reproduced: {d} of {n} published d and {z} of {n} published Z lie in the"
+        f" middle 95 % of {int(places['n_runs'].max())} runs made as published."
     )
 
 
