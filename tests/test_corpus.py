@@ -355,6 +355,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "B factors that are no pLDDT.pdb": (PDB, {"plddt": 70}, f"{WHOLE} ~ plddt is not applied"),
     # models
     "models that are copies elsewhere.pdb": (models(HEAVY, COPY), {}, "2 119 14 ~ copies of the first at other places"),
+    "an assembly of other chain letters.pdb": (models(HEAVY, every(COPY, chain="B")), {}, "! one molecule by `assembly`"),
     "an assembly.pdb": (models(HEAVY, COPY), {"assembly": True}, TWICE),
     "the second model 5 % longer along y.pdb": (
         models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},

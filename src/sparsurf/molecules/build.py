@@ -242,16 +242,13 @@ def molecule_of_models(
     if not all(_same(frame, frames[0]) for frame in frames):
         counts = " ".join(str(frame.n_atoms) for frame in frames[:9])
         raise InputError(
-            f"{path} has models of different atoms (selected atoms: {counts}): choose one by `model`."
+            f"{path} has models of different atoms (selected atoms: {counts}): choose one by `model`, or take all models as "
+            "one molecule by `assembly`."
         )
     xyz = np.concatenate([frame.xyz for frame in frames])
-    refuse_invalid_coordinates(xyz, path)
-    if whole and file.box is not None:  # crystals pass unchanged: nothing there is cut
-        box = np.repeat(file.box[None], len(xyz), axis=0)
-        xyz = make_whole(xyz, box, frames[0].residue_index, join=False)
-    molecule = replace(frames[0], xyz=xyz, time_ps=np.full(len(xyz), np.nan), frame_number=numbers)
-    report_copies(molecule, path)
-    return molecule
+    # crystals pass unchanged: nothing there is cut
+    box = np.repeat(file.box[None], len(xyz), axis=0) if whole and file.box is not None else None
+    return _with_frames(frames[0], Frames(xyz, np.full(len(xyz), np.nan), numbers, box), path, join=False)
 
 
 def _of_model(table: pd.DataFrame, file: AtomFile, path: StrPath, report: bool = True) -> Everything:
@@ -304,8 +301,13 @@ def molecule_of_frames(
     table = prepare_table(file, "first", path)
     first = arrange(table, frames.xyz[0][table.index], table.index.to_numpy(), file, path)
     selected = select_complete(first, path, keys, file)
-    molecule = first.molecule.take(selected)
-    xyz = frames.xyz[:, first.row[selected]]
+    frames = replace(frames, xyz=frames.xyz[:, first.row[selected]])
+    return _with_frames(first.molecule.take(selected), frames, path, join)
+
+
+def _with_frames(molecule: Molecule, frames: Frames, path: StrPath, join: bool) -> Molecule:
+    """Return a molecule with other frames of its atoms, made whole."""
+    xyz = frames.xyz
     refuse_invalid_coordinates(xyz, path)
     if frames.box is not None:
         xyz = make_whole(xyz, frames.box, molecule.residue_index, join)

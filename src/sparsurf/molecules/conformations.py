@@ -36,24 +36,19 @@ ROWS_AT_ONCE = 1024  # of the distance matrix
 class FrameChoice:
     """The chosen conformations, and the frames and clusters that they were chosen from.
 
-    Attributes
-    ----------
-    table : DataFrame, one row per conformation, the columns of frames.csv: conformation (c1, c2, ... by
-        population; f0012 where frames were named), frame (number in the file), time_ps, pc1, pc2 (Å), cluster,
-        population (frames), silhouette; nan where a value is undefined
-    index : (n,) int, positions of the conformations among the molecule's frames
-    projection : (F, 2) float, Å, all frames on the first two components
-    label : (F,) int, cluster of every frame, 1 the most populated; 0 where there was no clustering
-    silhouettes : DataFrame with columns K, silhouette (mean), inertia (Å^2); empty without clustering
-    explained : (k,) float, share of the variance of each component, descending
+    `table` has a row for each conformation and the columns of frames.csv: conformation (c1, c2, ... by population; f0012 where
+    frames were named), frame (number in the file), time_ps, pc1, pc2 (Å), cluster, population (frames), silhouette; nan where
+    a value is undefined. `silhouettes` has K, silhouette (mean) and inertia (Å^2); it is empty without clustering.
     """
 
     table: pd.DataFrame
-    index: np.ndarray
-    projection: np.ndarray
-    label: np.ndarray
+    index: np.ndarray  # (n,) int, positions of the conformations among the molecule's frames
+    projection: np.ndarray  # (F, 2) float, Å, all frames on the first two components
+    label: (
+        np.ndarray
+    )  # (F,) int, cluster of every frame, 1 the most populated; 0 where there was no clustering
     silhouettes: pd.DataFrame
-    explained: np.ndarray
+    explained: np.ndarray  # (k,) float, share of the variance of each component, descending
 
     def tables(self, frame_number: np.ndarray) -> dict[str, pd.DataFrame]:
         """Return the tables frames, silhouette, projection and explained; `frame_number` is that of each frame."""

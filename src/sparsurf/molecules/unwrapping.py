@@ -25,14 +25,8 @@ class Unwrapping:
 
     The links are found once, in the first frame, under the minimum image convention. With `join`, the molecules (chains,
     pieces of a chain with a gap) are also moved next to each other: each is linked by its shortest contact in the first
-    frame, so that a complex stays a complex. Atoms that need not move keep their exact coordinates.
-
-    Parameters
-    ----------
-    xyz : (A, 3) float64, Å
-    box : (3, 3) float64, Å, lattice vectors as rows
-    residue_index : (A,) int, residues in the order of the sequence
-    join : bool
+    frame, so that a complex stays a complex. Atoms that need not move keep their exact coordinates. That frame has the
+    places xyz (A, 3), Å, lattice vectors as rows of `box`, and residues in the order of the sequence.
     """
 
     def __init__(
