@@ -569,43 +569,41 @@ def at(molecule, residue, name):
     return int(np.flatnonzero((molecule.residue == str(residue)) & (molecule.name == name))[0])
 
 
+def moved(place):
+    """Return a change of a molecule by a function that changes its coordinates."""
+
+    def change(molecule):
+        xyz = molecule.xyz.copy()
+        place(molecule, xyz)
+        return replace(molecule, xyz=xyz)
+
+    return change
+
+
 def shift(frame, atom, by):
     """Move an atom, (residue, name), or residues from a number on, in one frame or all."""
 
-    def change(molecule):
-        xyz = molecule.xyz.copy()
+    def place(molecule, xyz):
         xyz[frame, at(molecule, *atom) if isinstance(atom, tuple) else molecule.residue_index >= atom] += by
-        return replace(molecule, xyz=xyz)
 
-    return change
+    return moved(place)
 
 
 def scale(*by, frames=slice(None)):
-    def change(molecule):
-        xyz = molecule.xyz.copy()
+    def place(molecule, xyz):
         xyz[frames] *= by if len(by) > 1 else by[0]
-        return replace(molecule, xyz=xyz)
 
-    return change
+    return moved(place)
 
 
 def bond(frame, first, second, length):
     """Give one bond another length."""
 
-    def change(molecule):
-        a, b = at(molecule, *first), at(molecule, *second)
-        along = molecule.xyz[frame, b] - molecule.xyz[frame, a]
-        return shift(frame, second, along / np.linalg.norm(along) * (length - np.linalg.norm(along)))(
-            molecule
-        )
+    def place(molecule, xyz):
+        a, b = xyz[frame, at(molecule, *first)], xyz[frame, at(molecule, *second)]
+        b += (b - a) * (length / np.linalg.norm(b - a) - 1)
 
-    return change
-
-
-def shaken(molecule):
-    return replace(
-        molecule, xyz=molecule.xyz + np.random.default_rng(0).normal(0, 0.2 / 3**0.5, molecule.xyz.shape)
-    )
+    return moved(place)
 
 
 def mixed(molecule):
@@ -669,7 +667,8 @@ GEOMETRY = {
     "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
     "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
     "1.02 times as long": (scale(1.02), ""),
-    "noise of 0.2 Å": (shaken, "~ half of the bonds"),
+    "noise of 0.2 Å": (
+        moved(lambda m, xyz: np.add(xyz, np.random.default_rng(0).normal(0, 0.2 / 3**0.5, xyz.shape), out=xyz)), "~ half of the bonds"),
     "x 1.05 times as long": (scale(1.05, 1, 1), "~ 5 % longer along x than across it"),
     "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
     "five residues mirrored from frame 2 on": (

@@ -351,12 +351,15 @@ def test_a_named_index_is_written(tmp_path):
         assert held["subset"].tolist() == ["mine"]
 
 
-def test_a_part_of_the_dots_is_no_whole_surface(peptide):
+def test_a_part_of_the_dots_and_moved_ones_are_no_whole_surface(peptide):
     part = peptide.take(peptide.points[:, 0] > peptide.points[:, 0].mean())
     assert "component" not in part.to_frame()
     assert part.to_frame()["atom_name"].tolist() == peptide.origin.molecule.name[part.atom].tolist()
     alone = replace(part, origin=None)  # as of a file
     assert np.array_equal(sparsurf.minimal(part).dots, sparsurf.minimal(alone).dots)
+    moved = replace(peptide, points=peptide.points + 100)
+    assert peptide.placed is peptide.origin and moved.placed is None and peptide.take(slice(9)).placed is None
+    assert sparsurf.mesh(moved).vertices.points.min() > 50
 
 
 def test_what_minimal_gave_is_taken_for_its_dots(blob):
@@ -484,12 +487,6 @@ def test_the_columns_of_dots(tmp_path):
         writing.write_dots(tmp_path / "a.dms", own)
 
 
-def test_dots_that_were_moved_are_no_longer_those_of_the_molecule(peptide):
-    moved = replace(peptide, points=peptide.points + 100)
-    assert peptide.placed is peptide.origin and moved.placed is None and peptide.take(slice(9)).placed is None
-    assert sparsurf.mesh(moved).vertices.points.min() > 50
-
-
 def test_noise_floors_are_those_of_the_rules_that_are_given():
     peptide = sparsurf.read_molecule(PEPTIDE, residues="209-212")
     rules = {"density": 4.0, "probe_radius": 1.6, "radii": "bondi", "d_link": 1.4, "seed": 3}
@@ -510,14 +507,11 @@ def two_frames():
     return replace(moving, xyz=moving.xyz[:2])
 
 
-def test_noise_floors_of_dots_are_those_of_the_frame_they_were_placed_on(two_frames):
+def test_components_and_noise_floors_are_those_of_the_frame(two_frames):
     first, second = (sparsurf.floors(two_frames, frame=frame, seed=3) for frame in (0, 1))
     dots = sparsurf.surface(two_frames, frame=1)
     pd.testing.assert_frame_equal(sparsurf.floors(dots, seed=3), second)
     assert (first["Z"] != second["Z"]).all()
-
-
-def test_components_are_those_of_the_frame(two_frames):
     alone = [replace(two_frames, xyz=two_frames.xyz[[frame]]) for frame in (0, 1)]
     own = [sparsurf.components(molecule)[1] for molecule in alone]
     for frame in (0, 1):

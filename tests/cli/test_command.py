@@ -243,17 +243,6 @@ def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folde
         assert np.allclose(held["roughness"], second, atol=1e-4)
 
 
-def test_small_numbers_of_a_field_are_written(folder, tmp_path):
-    (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
-    call = ["--fields", "share", "--table", tmp_path / "small.csv", "-o"]
-    assert ended("surface", folder / "protein.pdb", *call, tmp_path / "dots.csv") == 0
-    table = pd.read_csv(tmp_path / "dots.csv")
-    assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6)
-    assert ended("minimal", tmp_path / "dots.csv", "--percent", 10, "-o", tmp_path / "few.csv") == 0
-    few = pd.read_csv(tmp_path / "few.csv")
-    assert np.array_equal(few["share"], table["share"][few["dot"]])
-
-
 def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
     import mdtraj
 

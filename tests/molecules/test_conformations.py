@@ -104,16 +104,13 @@ def blobs(rng, sizes, spread=0.2):
     return np.concatenate([c + spread * rng.normal(size=(n, 2)) for c, n in zip(centres, sizes, strict=True)])
 
 
-def test_kmeans_finds_separate_groups():
+def test_kmeans_finds_separate_groups_and_ends_where_centroids_are_means():
     points = blobs(np.random.default_rng(3), [30, 20, 10])
     label, centroid, inertia = kmeans(points, 3, np.random.default_rng(4))
     groups = [set(label[:30]), set(label[30:50]), set(label[50:])]
     assert [len(each) for each in groups] == [1, 1, 1] and len(set.union(*groups)) == 3
     assert np.allclose(centroid[label[0]], points[:30].mean(axis=0))
     assert np.isclose(inertia, sum(np.sum((points[label == k] - centroid[k]) ** 2) for k in range(3)))
-
-
-def test_kmeans_ends_where_each_centroid_is_the_mean_of_its_points():
     points = np.random.default_rng(0).uniform(size=(400, 2))
     label, centroid, inertia = kmeans(points, 11, np.random.default_rng(4), restarts=1)
     assert np.allclose(centroid, [points[label == k].mean(axis=0) for k in range(11)])
@@ -198,16 +195,13 @@ def test_conformations_are_ranked_by_population(moving):
     assert choice.index[2] == 10  # both frames of the pair are as near to their mean: the earlier
 
 
-def test_all_frames_may_be_one_cluster(moving):
-    choice = choose_frames(moving, clusters=1, rng=np.random.default_rng(1))
-    assert choice.table.population.tolist() == [12]
-
-
-def test_auto_takes_the_best_silhouette(moving):
+def test_auto_takes_the_best_silhouette_and_all_frames_may_be_one_cluster(moving):
     choice = choose_frames(moving, rng=np.random.default_rng(1))
     best = choice.silhouettes.K[choice.silhouettes.silhouette.argmax()]
     assert len(choice.table) == best
     assert choice.silhouettes.K.max() <= 11
+    choice = choose_frames(moving, clusters=1, rng=np.random.default_rng(1))
+    assert choice.table.population.tolist() == [12]
 
 
 def test_up_to_eleven_clusters_are_tried_also_where_they_lie_near():

@@ -43,9 +43,6 @@ def test_hetero_groups_belong_to_the_protein_where_a_peptide_bond_says_so():
     assert kinds(("ALA", alone, 0), ("XYZ", bonded, 0), hetero=[False, True]) == ["protein"] * 2
     assert kinds(("XYZ", alone, 0), ("ALA", bonded, 0), hetero=[True, True]) == ["protein"] * 2
     assert kinds(("ALA", alone, 0), ("ALA", bonded, 5), hetero=[False, True]) == ["protein", "other"]
-
-
-def test_a_bond_of_1_33_and_one_of_1_9_are_bonds_one_of_2_1_is_none():
     bonded = {name: np.add(place, STEP) for name, place in ALANINE.items()}  # C-N 1.33 Å
     for longer, kind in ((0.5, "protein"), (0.8, "other")):
         assert kinds(("ALA", ALANINE, 0), ("XYZ", bonded, longer), hetero=[False, True])[1] == kind
@@ -152,12 +149,9 @@ def test_one_location_of_each_atom(altloc, rows, expected):
 # ---- tables
 
 
-def test_residues_are_numbered_from_0_in_each_model():
+def test_residues_are_numbered_in_each_model_and_end_where_their_name_changes():
     text = "".join(f"MODEL {k}\n{peptide(['ALA', 'GLY'])}ENDMDL\n" for k in (1, 2))
     assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == ([0] * 5 + [1] * 5) * 2
-
-
-def test_a_residue_ends_where_its_name_changes_but_between_alternate_locations():
     for first, second, numbers in (
         ("A", "B", [0, 0]), ("", "", [0, 1]), ("", "B", [0, 1]), ("A", "", [0, 1]),
     ):  # fmt: skip
@@ -174,13 +168,10 @@ def test_kinds_by_the_names_of_force_fields_and_of_the_pdb():
         assert {known_kind(name) for name in names.split()} == {kind}
 
 
-def test_a_complete_sequence_lacks_nothing():
+def test_sequences_and_linked_residues_are_read_and_a_complete_one_lacks_nothing():
     atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n", "a.pdb").atoms
     assert missing_residues(atoms, {"A": ["ALA", "GLY"]}) == {}
     assert missing_residues(atoms, {"A": ["ALA", "GLY", "SER"]}) == {"A": (2, 3)}
-
-
-def test_the_sequence_of_each_chain_and_the_linked_residues_are_read_in_their_columns():
     names = "GLY SER THR VAL LEU ILE PHE TYR TRP HIS LYS ARG ASP"
     text = f"SEQRES   1 A   14  {names}  1ABC  83\nSEQRES   2 A   14  GLU\nSEQRES   1 B    1  CYS\n"
     assert read_pdb(text + atom_line() + "END\n", "a.pdb").sequences == {
@@ -203,19 +194,13 @@ def test_hybrid_36_at_its_limits():
             encode_label(label)
 
 
-def test_a_line_that_ends_behind_its_place_has_an_occupancy_of_1_and_no_b_factor():
+def test_lines_of_a_pdb_file_are_read_in_their_columns(tmp_path):
     atoms = read_pdb(atom_line("CA")[:54] + "\n" + atom_line("CB", occupancy=0.5), "a.pdb").atoms
     assert atoms.occupancy.tolist() == [1.0, 0.5] and np.isnan(atoms.b_factor).tolist() == [True, False]
-
-
-def test_numbers_and_elements_that_fill_their_columns():
     full = atom_line("C1", "LIG")[:54] + "100.00-99.991234      FE2+\n"
     atoms = read_pdb(full + atom_line("C2", "LIG", element="Q"), "a.pdb").atoms
     assert atoms.z.tolist() == [0, 0] and atoms.element.tolist() == ["FE", ""]
     assert (atoms.occupancy[0], atoms.b_factor[0]) == (100, -99.99)
-
-
-def test_two_letters_of_a_chain_or_four_of_a_residue(tmp_path):
     wide = "".join(atom_line(name, "ALA", "AB", "1", place) for name, place in ALANINE.items())
     long = "".join(atom_line(name, "HISE", "B", "2", place) for name, place in ALANINE.items())
     assert set(read_pdb(wide, "a.pdb").atoms.chain) == {"AB"}

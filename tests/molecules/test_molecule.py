@@ -23,31 +23,19 @@ def molecule():
     )  # fmt: skip
 
 
-def test_numbers_of_atoms_frames_and_residues(molecule):
+def test_parts_and_labels_of_a_molecule(molecule):
     assert (molecule.n_frames, molecule.n_atoms, molecule.n_residues) == (2, 5, 3)
     assert molecule.residues.to_numpy().tolist() == [["A", "1", "ALA"], ["A", "2B", "GLY"], ["B", "1", "ZN"]]
-
-
-def test_hydrogen_and_deuterium_are_not_heavy(molecule):
     elements = np.array(["H", "C", "D", "HE", "X"])
     assert replace(molecule, element=elements).heavy.tolist() == [False, True, False, True, True]
-
-
-def test_taken_atoms_count_their_residues_again(molecule):
     part = molecule.take(np.array([2, 3, 4]))
     assert part.residue_index.tolist() == [0, 0, 1] and part.name.tolist() == ["N", "CA", "ZN"]
     assert np.array_equal(part.xyz, molecule.xyz[:, [2, 3, 4]]) and part.time_ps.tolist() == [10, 20]
     assert molecule.take(molecule.name == "N").chain.tolist() == ["A", "A"]
-
-
-def test_one_frame_keeps_its_time_and_number(molecule):
     second = molecule.frame(1)
     assert second.xyz.shape == (1, 5, 3) and np.array_equal(second.xyz[0], molecule.xyz[1])
     assert (second.time_ps.tolist(), second.frame_number.tolist()) == ([20], [7])
     assert molecule.frame(0).frame_number.tolist() == [3]
-
-
-def test_labels_of_atoms(molecule):
     labels = molecule.labels(np.array([3, 0]))
     assert list(labels.columns) == ["chain", "residue", "residue_name", "atom_name", "atom"]
     assert labels.to_numpy().tolist() == [["A", "2B", "GLY", "CA", 3], ["A", "1", "ALA", "N", 0]]
@@ -64,15 +52,12 @@ def test_the_topology_has_chains_residues_and_elements(molecule):
     assert [residue.resSeq for residue in nameless.topology.residues] == [0, 2, 1]
 
 
-def test_one_frame_is_written(molecule, tmp_path):
+def test_one_frame_is_written_atoms_from_one_and_with_the_end_of_each_chain(molecule, tmp_path):
     molecule.take(molecule.kind == "protein").write_pdb(tmp_path / "x.pdb", 1, np.arange(4.0))
     lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if line.startswith("ATOM")]
     assert [(float(line[30:38]), float(line[60:66])) for line in lines] == [
         (15, 0), (18, 1), (21, 2), (24, 3),
     ]  # fmt: skip
-
-
-def test_written_atoms_count_from_one_and_chains_end(molecule, tmp_path):
     molecule.write_pdb(tmp_path / "x.pdb")
     first, *others = (tmp_path / "x.pdb").read_text().splitlines()
     assert first == "ATOM      1  N   ALA A   1       0.000   1.000   2.000  1.00  1.00           N"

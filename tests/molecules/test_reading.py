@@ -411,15 +411,6 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 
 
-def test_frames_in_memory_keep_their_times(tmp_path):
-    one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
-    both = mdtraj.Trajectory(np.concatenate([one.xyz, one.xyz + 1]), one.topology, time=[5.0, 25.0])  # nm
-    molecule = from_mdtraj(both)
-    assert molecule.time_ps.tolist() == [5, 25] and molecule.frame_number.tolist() == [0, 1]
-    assert molecule.residue.tolist() == np.repeat(["1", "2", "3", "4"], 5).tolist()
-    assert molecule.xyz[1] - molecule.xyz[0] == pytest.approx(10, abs=1e-4)
-
-
 def test_a_trajectory_in_memory_has_an_atom_and_nanometres(tmp_path):
     given = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
     assert from_mdtraj(given.atom_slice([4])).n_atoms == 1
@@ -482,12 +473,6 @@ def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box(n):
     xyz = np.concatenate([rod, np.add(rod[:1], (5.4, 0, 0))])
     joined = make_whole(xyz[None], (2 * n + 8) * np.eye(3)[None], np.arange(n + 1))[0]
     assert joined[:-1].tolist() == rod.tolist() and joined[-1] == pytest.approx([-4.6, 0, 0])
-
-
-@pytest.mark.parametrize("last", [14.9, np.nan])
-def test_a_box_with_a_side_that_is_no_length_cuts_nothing(last):
-    xyz = np.array([[[0.1, 0, 0], [38.0, 0, 0]]])
-    assert make_whole(xyz, np.diag([40, 40, last])[None], np.zeros(2, int)) is xyz
 
 
 def test_crystals_pass_unchanged(shared):

@@ -251,13 +251,10 @@ def test_forms_share_residues_by_chain_and_number(form):
 
 
 def test_residues_of_one_form_only_are_ranges_that_select_them(form):
-    """Form one has residues 209 to 238."""
+    # Form one has residues 209 to 238.
     trimmed = sparsurf.read_molecule(TOPOLOGY, residues="210-211,214,216-230,239-241")
     assert unmatched_residues(form, form_of(trimmed, "two")) == ("209,212-213,215,231-238", "239-241")
     assert unmatched_residues(form, form) == ("", "")
-
-
-def test_ranges_break_at_gaps_and_chains():
     residues = pd.DataFrame({"chain": list("AAABB"), "residue": ["1", "2", "5A", "6", "7"]})
     assert residue_ranges(residues, np.array([1, 1, 0, 1, 1], bool)) == "A:1-2,B:6-7"
     assert residue_ranges(residues, np.array([0, 1, 1, 1, 0], bool)) == "A:2-5A,B:6"

@@ -32,15 +32,17 @@ def test_means_equal_the_plain_mean(dots):
     assert not some[-1] and np.isnan(means[~some]).all()
 
 
-def test_smoothing_keeps_a_constant_and_a_lonely_dot_takes_the_nearest_value():
+def test_smoothing_and_protrusion_of_known_maps():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [20, 0, 0]])
     centres, values = np.array([0, 2]), np.array([1.0, 5.0])
     assert smooth(points, centres, values, 1.5).tolist() == [1.0, 3.0, 5.0, 5.0]
     assert smooth(points, centres, values, 0.0).tolist() == [1.0, 1.0, 5.0, 5.0]
     assert smooth(points, centres, np.full(2, 0.25), 6.0).tolist() == [0.25] * 4
+    atoms = np.array([[0.0, 0, 0], [3, 0, 0], [10, 0, 0], [30, 0, 0]])
+    assert protrusion(np.array([[0.0, 0, 0], [30, 0, 0]]), atoms).tolist() == [-3.0, -1.0]
 
 
-def test_two_planes_touch_where_they_are_near():
+def test_touching_is_nearer_than_three_angstrom():
     x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
     lower = np.stack([x.ravel(), y.ravel(), np.zeros(100)], axis=1)
     upper = lower[lower[:, 0] >= 5] + [0, 0, 2.5]
@@ -51,9 +53,6 @@ def test_two_planes_touch_where_they_are_near():
     assert np.array_equal(pairs[:, 0], np.flatnonzero(touching))
     above = lower[:, 0][pairs[:, 0]] >= 5
     assert np.allclose(upper[pairs[above, 1]], lower[pairs[above, 0]] + [0, 0, 2.5])
-
-
-def test_a_dot_at_the_very_distance_does_not_touch():
     points, partner = (
         np.array([[0.0, 0, 0], [5, 0, 0], [9, 0, 0]]),
         np.array([[9.0, 2, 0], [0, 3, 0], [5, 2, 0]]),
@@ -62,7 +61,7 @@ def test_a_dot_at_the_very_distance_does_not_touch():
     assert native_pairs(points, partner).tolist() == [[1, 2], [2, 0]]
 
 
-def test_area_of_known_rankings():
+def test_areas_of_rankings():
     labels = np.array([True, True, False, False])
     assert auc(np.array([4.0, 3, 2, 1]), labels) == 1.0
     assert auc(np.array([1.0, 2, 3, 4]), labels) == 0.0
@@ -71,9 +70,6 @@ def test_area_of_known_rankings():
     assert auc(np.array([2e-13, 3e-16, 1e-15, 0]), labels) == 0.5  # rounding errors are ties
     assert auc(np.array([2e-8, 1e-8, 0, 0]), labels) == 1.0
     assert np.isnan(auc(np.arange(4.0), np.ones(4, bool)))
-
-
-def test_area_equals_mann_whitneys_u_and_weights_equal_repeats():
     rng = np.random.default_rng(2)
     score, labels = rng.integers(0, 30, 400).astype(float), rng.random(400) < 0.3
     u = mannwhitneyu(score[labels], score[~labels]).statistic / labels.sum() / (~labels).sum()
@@ -94,22 +90,16 @@ def test_blocks_keep_residues_whole_and_stay_short(dots):
     owner = np.array([block[residue == each][0] for each in np.unique(residue)])
     for each in range(block.max() + 1):
         assert cdist(middles[owner == each], middles[owner == each]).max() <= 12.0
-
-
-def test_a_residue_joins_the_nearest_block():
     # the first lies at 0, the farthest from it at 16 begins the second; 7 stays with 0, 9 goes over
     points = np.array([[0.0, 0, 0], [7, 0, 0], [9, 0, 0], [16, 0, 0]])
     assert blocks_of_residues(points, np.arange(4), 10.0).tolist() == [0, 0, 1, 1]
 
 
-def test_draws_and_dots_without_an_answer_do_not_count():
+def test_draws_without_an_answer_and_single_blocks_do_not_count():
     # two dots: a draw that holds both has the area 1, one that holds one of them twice has none
     score, positive = np.array([1.0, 0.0, np.nan]), np.array([True, False, False])
     found = bootstrap_auc({"score": score}, positive, np.array([0, 1, 1]), np.random.default_rng(0))
     assert found == {"score": (1.0, 1.0, 1.0)}
-
-
-def test_a_single_block_has_no_interval():
     score, positive = {"score": np.array([2.0, 1.0, 0.0])}, np.array([True, False, False])
     area, *interval = bootstrap_auc(score, positive, np.zeros(3, int), np.random.default_rng(0))["score"]
     assert area == 1.0 and np.isnan(interval).all()
@@ -139,11 +129,6 @@ def test_the_interval_is_wider_where_dots_come_in_blocks():
     assert high - low > 3 * (alone_high - alone_low)
     again = bootstrap_auc(score, labels, block, np.random.default_rng(4))["score"]
     assert again == (area, low, high)
-
-
-def test_protrusion_counts_the_atoms_within_ten_angstrom():
-    atoms = np.array([[0.0, 0, 0], [3, 0, 0], [10, 0, 0], [30, 0, 0]])
-    assert protrusion(np.array([[0.0, 0, 0], [30, 0, 0]]), atoms).tolist() == [-3.0, -1.0]
 
 
 def test_means_over_pairs_average_the_sides_first():

@@ -20,6 +20,8 @@ def test_points_on_a_line():
     assert of_a.partner.tolist() == [[0, 1], [2, 1]]
     assert of_b.distance.tolist() == [[1.0, 9.0], [4.0, 6.0], [0.5, 9.5]]
     assert of_b.mean().tolist() == [5.0, 5.0, 5.0]
+    with pytest.raises(InputError, match="3 nearest patches needs at least 3"):
+        nearest(np.zeros((5, 2)), np.zeros((2, 2)), k=3)
 
 
 @pytest.mark.parametrize("k", [1, 4])
@@ -52,19 +54,11 @@ def test_rounding_errors_do_not_choose_among_copies(vectors):
     assert np.array_equal(np.sort(found.partner, axis=1), np.arange(300)[:, None] + [0, 300])
 
 
-def test_threads_change_no_bit(vectors):
+def test_threads_and_the_order_of_the_sides_change_nothing(vectors):
     for one, many in zip(nearest(*vectors, k=3), nearest(*vectors, k=3, threads=3), strict=True):
         assert np.array_equal(one.distance, many.distance)
         assert np.array_equal(one.partner, many.partner)
-
-
-def test_exchanging_the_sides_exchanges_the_answers(vectors):
     forth, back = nearest(*vectors, k=2), nearest(*vectors[::-1], k=2)
     for one, other in zip(forth, back[::-1], strict=True):
         assert np.array_equal(one.partner, other.partner)
         assert np.array_equal(one.distance, other.distance)
-
-
-def test_more_nearest_than_patches_is_refused():
-    with pytest.raises(InputError, match="3 nearest patches needs at least 3"):
-        nearest(np.zeros((5, 2)), np.zeros((2, 2)), k=3)

@@ -129,11 +129,15 @@ def test_the_whole_surface_is_at_distance_zero(blob, index):
         assert np.abs(distances).max() < 1e-9
 
 
-def test_an_empty_patch_and_a_single_dot_are_the_zero_vector(blob, index):
+def test_empty_patches_single_dots_and_dots_one_above_the_other_are_the_zero_vector(blob, index):
     points, _ = blob
     words = descriptors.pack_subsets(index, [[], [17]])
     z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "kept")
     assert sizes.tolist() == [[0, 1]]
+    assert not z.any()
+    points, normals = np.array([[0.0, 0, 0], [0, 0, 1]]), np.tile([0.0, 0, 1], (2, 1))
+    z, sizes = descriptors.describe(build_index(points, normals, 2.0), points)
+    assert sizes.tolist() == [2, 2]
     assert not z.any()
 
 
@@ -145,13 +149,6 @@ def test_normals_that_cancel_turn_a_patch_over_or_not_at_all(up):
     )
     z, _ = descriptors.describe(build_index(points, normals, 9.0), points[:1], up=up)
     assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
-
-
-def test_dots_one_above_the_other_are_the_zero_vector():
-    points, normals = np.array([[0.0, 0, 0], [0, 0, 1]]), np.tile([0.0, 0, 1], (2, 1))
-    z, sizes = descriptors.describe(build_index(points, normals, 2.0), points)
-    assert sizes.tolist() == [2, 2]
-    assert not z.any()
 
 
 def test_threads_and_company_change_nothing(blob, index):

@@ -46,23 +46,17 @@ def test_links_are_the_pairs_closer_than_d_link(blob):
     for p in range(0, len(points), 11):
         row = index.link[index.link_start[p] : index.link_start[p + 1]]
         assert np.array_equal(np.sort(index.dot[row[row < len(points)]]), np.flatnonzero(near[index.dot[p]]))
-
-
-def test_linking_is_strict():
     # two dots exactly d_link apart are not linked (0.5 is exact in binary)
     points, normals = np.array([[0.0, 0, 0], [0.5, 0, 0]]), np.tile([0.0, 0, 1], (2, 1))
     assert len(patch(build_index(points, normals, 0.5), 1, 4.0)) == 1
     assert len(patch(build_index(points, normals, 0.5 + 1e-12), 1, 4.0)) == 2
 
 
-def test_a_tie_goes_to_the_island_with_the_lowest_dot():
+def test_ties_between_islands():
     points = np.array([[0.0, 0, 0], [3.0, 0, 0], [3.1, 0, 0], [0.1, 0, 0]])
     index = build_index(points, np.tile([0.0, 0, 1], (4, 1)), 0.5)
     for i in range(4):
         assert patch(index, i, 4.0).tolist() == [0, 3]
-
-
-def test_a_tie_of_the_largest_is_not_settled_by_smaller_islands():
     # the walk meets dot 0, dot 5, then dots 3 and 4, then dots 1 and 2: two ties
     points = np.array([[0.0, 0, 0], [9, 0, 0], [9.1, 0, 0], [6, 0, 0], [6.1, 0, 0], [3, 0, 0]])
     index = build_index(points, np.tile([0.0, 0, 1], (6, 1)), 0.5)

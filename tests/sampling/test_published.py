@@ -79,24 +79,18 @@ def test_draws_scatter_about_the_closed_form(prepared, alpha, beta, gamma, delta
     assert abs(mean - expected) <= 5 * np.sqrt(expected / 40)
 
 
-def test_zero_to_the_zero_is_one(prepared):
+def test_flat_patches_and_powers_of_zero(prepared):
     # beta = gamma = delta = 0, alpha = 1: every dot of every patch is kept, the centres at r = 0 included
     _, _, cover = prepared
     kept = published.sample(cover, (1, 0, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.dot))
     flat = cover._replace(roughness=np.ones_like(cover.roughness))  # (1 - R)^0
     assert np.array_equal(published.sample(flat, (1, 0, 0, 0), np.random.default_rng(0)), kept)
-
-
-def test_a_flat_patch_keeps_its_centre_alone_where_roughness_counts(prepared):
     _, _, cover = prepared
     flat = cover._replace(roughness=np.ones_like(cover.roughness))
     kept = published.sample(flat, (1, 0.5, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.centre))
     assert published.expected_n_s(flat, [(1, 0.5, 0, 0)])[0] == pytest.approx(len(kept), rel=1e-12)
-
-
-def test_centres_are_always_kept(prepared):
     _, _, cover = prepared
     kept = published.sample(cover, (1e-9, 1, 10, 10), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.centre))
@@ -139,36 +133,24 @@ def test_uniform_subset_has_exactly_n_distinct_dots(n, seed):
     assert requested == 0 or (subset.min() >= 0 and subset.max() < n)
 
 
-def test_a1_has_the_authors_centres(a1_cover):
+def test_centres_counts_and_range_of_a1_are_those_of_the_authors(a1_cover, shared):
     assert len(a1_cover.centre) == 181
-
-
-def test_a1_grid_spans_the_published_range(a1_cover):
     values = [0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2)
     grid = published.parameter_grid(*map(list, values))
     percent = 100 * published.expected_n_s(a1_cover, grid) / a1_cover.n_dots
     assert len(grid) == 1296
     assert 2.4 < percent.min() < 2.8
     assert percent.max() == pytest.approx(99.73, abs=0.005)
-
-
-def test_a1_counts_agree_with_the_authors(a1_cover, shared):
     # three runs of their code per combination, each within 4 standard deviations of the closed form; the variance
     # of a count is at most its mean
     counts = pd.read_csv(shared / "oracle" / "a1_sampling_counts.csv")
     expected = published.expected_n_s(a1_cover, counts[["alpha", "beta", "gamma", "delta"]].to_numpy())
     assert (np.abs(counts["n_S"] - expected) < 4 * np.sqrt(expected)).all()
-
-
-def test_a1_mean_of_many_draws_is_the_closed_form(a1_cover):
     rng = np.random.default_rng(7)
     for combination in [(0.4, 0.2, 10, 10), (1, 0, 6, 0), (0.2, 0, 0, 0)]:
         n = np.array([len(published.sample(a1_cover, combination, rng)) for _ in range(60)])
         error = n.std(ddof=1) / np.sqrt(len(n))
         assert abs(n.mean() - published.expected_n_s(a1_cover, [combination])[0]) < 4 * error
-
-
-def test_a_dot_in_several_patches_has_several_chances(a1_cover):
     # beta = gamma = delta = 0 at alpha .2 keeps 47.9 % of A1 in one draw, not 20 %; the variance of a count is at most
     # N / 4, so one draw scatters by 0.35 points
     percent = 100 * published.expected_n_s(a1_cover, [(0.2, 0, 0, 0)])[0] / a1_cover.n_dots

@@ -95,9 +95,15 @@ def plainly_spread(points, first, n):
     return chosen
 
 
-def test_farthest_equals_the_plain_algorithm(surface):
+def test_farthest_equals_the_plain_algorithm_and_is_nested(surface):
     dots = farthest(surface, 700, np.random.default_rng(1))
     assert dots.tolist() == plainly_spread(surface.points, dots[0], 700)
+    long, short = (farthest(surface, n, np.random.default_rng(2)) for n in (3000, 200))
+    assert np.array_equal(long[:200], short)
+    reach = [
+        np.linalg.norm(surface.points[long[:k]] - surface.points[long[k]], axis=1).min() for k in (5, 50, 500)
+    ]
+    assert reach[0] > reach[1] > reach[2]
 
 
 def test_of_dots_as_far_the_lowest_is_next():
@@ -116,23 +122,11 @@ def test_dots_at_one_place_are_chosen_once_each(n):
     assert len(np.unique(dots)) == n and len(np.unique(dots[:10] // 4)) == min(n, 10)  # every place first
 
 
-def test_farthest_is_nested_and_its_gaps_shrink(surface):
-    long, short = (farthest(surface, n, np.random.default_rng(2)) for n in (3000, 200))
-    assert np.array_equal(long[:200], short)
-    reach = [
-        np.linalg.norm(surface.points[long[:k]] - surface.points[long[k]], axis=1).min() for k in (5, 50, 500)
-    ]
-    assert reach[0] > reach[1] > reach[2]
-
-
-def test_alpha_is_tuned_to_the_requested_number(surface):
+def test_alpha_is_tuned_so_that_the_papers_sampler_keeps_about_n(surface):
     combination = tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 400)
     assert published.expected_n_s(surface.cover, [combination])[0] == pytest.approx(400, abs=0.01)
     assert tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 10**6)[0] == pytest.approx(1.0)
     assert 0 < tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 1)[0] < 1e-6  # fewer than its centres
-
-
-def test_paper_keeps_about_n(surface):
     n = [len(paper(surface, 500, np.random.default_rng(k))) for k in range(20)]
     assert np.mean(n) == pytest.approx(500, abs=4 * np.sqrt(500 / 20))
 

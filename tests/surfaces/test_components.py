@@ -89,15 +89,12 @@ def test_what_cannot_be_is_refused():
         sparsurf.components((shell()[:100], np.full(100, 1.9)), sparsurf.surface(given))
 
 
-def test_a_molecule_in_a_cavity_is_none():
+def test_a_molecule_in_a_cavity_is_none_and_a_hole_opens_it():
     xyz = np.vstack([shell(), [[0.3, 0, 0]]])
     _, _, table = parts(xyz, np.full(201, 1.9))
     assert table["cavity"].tolist() == [False, True, False]
     assert table["area"][2] == pytest.approx(4 * np.pi * 1.9**2, rel=1e-6)
     assert table["volume"][2] == pytest.approx(4 / 3 * np.pi * 1.9**3, rel=0.01)
-
-
-def test_a_hole_in_the_shell_opens_the_cavity():
     xyz = shell()
     xyz = xyz[np.linalg.norm(xyz - [0, 0, 9], axis=1) > 4]
     _, _, table = parts(xyz, np.full(len(xyz), 1.9))

@@ -63,12 +63,22 @@ def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_pa
     assert not caplog.text
 
 
-def test_a_linking_distance_that_no_density_suits_is_reported(tmp_path):
+def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_densest(tmp_path):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
     with pytest.raises(
         InputError, match=r"a: d_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.d_link"
     ):
         surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
+    points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
+    refuse_sparse(points, 1.301, "a")
+    with pytest.raises(
+        InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger d_link\.$"
+    ):
+        refuse_sparse(points, 1.299, "a")
+    with pytest.raises(InputError, match=r"would fall apart; do this\.$"):
+        refuse_sparse(points, 1.299, "a", "do this")
+    with pytest.raises(InputError, match="a: one dot alone makes no patch"):
+        refuse_sparse(points[:1], 1.3, "a")
 
 
 def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_path, monkeypatch):
@@ -102,19 +112,6 @@ def test_atoms_stand_where_a_pdb_file_has_them():
         for each in (xyz, xyz + 0.0004)
     )
     assert np.array_equal(file.points, frame.points)
-
-
-def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
-    points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
-    refuse_sparse(points, 1.301, "a")
-    with pytest.raises(
-        InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger d_link\.$"
-    ):
-        refuse_sparse(points, 1.299, "a")
-    with pytest.raises(InputError, match=r"would fall apart; do this\.$"):
-        refuse_sparse(points, 1.299, "a", "do this")
-    with pytest.raises(InputError, match="a: one dot alone makes no patch"):
-        refuse_sparse(points[:1], 1.3, "a")
 
 
 def test_the_nearest_dot_is_that_of_a_tree(blob):

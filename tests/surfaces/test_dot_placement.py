@@ -136,17 +136,6 @@ def test_every_dot_lies_on_the_surface(reference):
     assert_on_surface(exact, xyz, radii)
 
 
-def test_what_is_removed_lies_inside(reference):
-    """Concave dots of DMS that the exact surface lacks have a nearer accessible centre, and only they."""
-    xyz, radii, _, exact, dms = reference
-    every = np.flatnonzero(dms.kind == CONCAVE)
-    kept = cKDTree(exact.points[exact.kind == CONCAVE]).query(dms.points[every])[0] < 1e-9
-    removed = every[~kept]
-    assert 0.02 < len(removed) / len(every) < 0.08
-    for n in removed[::4]:
-        assert nearer_centre(dms.points[n], xyz, radii + PROBE, PROBE - 1e-10)
-
-
 def test_what_is_removed_from_a_random_heap_lies_inside_and_nothing_else():
     rng = np.random.default_rng(2)
     xyz, radii = rng.uniform(-1, 1, (30, 3)) * [6, 6, 2], rng.choice([1.2, 1.5, 1.9], 30)
@@ -268,16 +257,6 @@ def test_two_probes_that_cut_each_other_keep_what_lies_on_their_own_side():
     assert surface.area[concave].sum() == pytest.approx(8 * math.pi * PROBE**2 * left, rel=0.01)
 
 
-@pytest.mark.parametrize("side", [2.0, 3.5, 4.0, 4.6])
-def test_tetrahedron(side):
-    xyz = side / math.sqrt(8) * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
-    radii = np.full(4, 1.5)
-    surface = molecular_surface(xyz, radii, density=30)
-    assert_on_surface(surface, xyz, radii, most=60)
-    contact = surface.area * (surface.kind == CONTACT)
-    assert contact[surface.atom == 0].sum() == pytest.approx(contact.sum() / 4, rel=1e-6)
-
-
 def lattice(n, spacing):
     return spacing * np.stack(np.meshgrid(*[np.arange(n)] * 3), axis=-1).reshape(-1, 3).astype(float)
 
@@ -388,15 +367,6 @@ def test_rotation_keeps_the_area(reference):
         assert turned.area.sum() == pytest.approx(exact.area.sum(), rel=3e-3)
 
 
-def test_rotation_in_dms_mode(reference):
-    """Areas are counted in dots that do not turn with the molecule: 1 %, as for DMS itself."""
-    xyz, radii, *_, dms = reference
-    turned = molecular_surface(
-        Rotation.random(rng=np.random.default_rng(4)).apply(xyz), radii, reentrant="dms"
-    )
-    assert turned.area.sum() == pytest.approx(dms.area.sum(), rel=0.01)
-
-
 def test_order_of_atoms_does_not_matter(reference):
     xyz, radii, _, exact, _ = reference
     shuffled = np.random.default_rng(5).permutation(len(xyz))
@@ -495,9 +465,3 @@ def test_dms_mode_keeps_the_order_of_dms(reference):
         owners = ours.atom[distance < 0.001][mine] == dms.atom[same[mine]]
         assert owners.mean() > (0.98 if kind == SADDLE else 0.9999)
         assert (np.diff(same[mine][owners]) > 0).all()
-
-
-def test_density_scales_the_number_of_dots(reference):
-    xyz, radii, *_ = reference
-    n = [len(molecular_surface(xyz, radii, density=density)) for density in (DENSITY, 2 * DENSITY)]
-    assert n[1] == pytest.approx(2 * n[0], rel=0.02)

@@ -35,15 +35,12 @@ def read_ply(path):
 # ---- the file
 
 
-def test_what_is_written_is_read(tmp_path, small):
+def test_what_is_written_is_read_and_whole_numbers_in_full(tmp_path, small):
     write_ply(tmp_path / "a.ply", small, np.arange(len(small)), "weight", {"spacing": np.ones(len(small))})
     found = read_surface(tmp_path / "a.ply")
     np.testing.assert_allclose(found.points, small.points, rtol=0, atol=5.1e-5)
     np.testing.assert_allclose(found.normals, small.normals, rtol=0, atol=2e-4)  # of unit length again
     assert (found.kind == -1).all()
-
-
-def test_whole_numbers_are_written_in_full(tmp_path):
     surface, number = Surface(np.eye(3), np.eye(3)), np.array([0, 999_999, 12_345_678])
     columns = {"dot": number, "weight": number / 2, "near": number > 0}
     write_ply(tmp_path / "a.ply", surface, number, "count", columns)

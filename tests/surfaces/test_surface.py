@@ -450,30 +450,24 @@ def test_dms_columns_are_those_of_the_program(shared, tmp_path):
         assert [line[:-22] for line in ours.split("\n")] == [line[:-22] for line in text.split("\n")]
 
 
-def test_dots_of_an_atom_stay_in_their_order_in_a_dms_file(tmp_path):
-    x, atom = 0.1 * np.arange(400), np.arange(400) % 2
-    points = np.column_stack([x, np.zeros((400, 2))])
-    dots = Surface(points, np.tile([0, 0, 1.0], (400, 1)), kind=np.zeros(400), atom=atom)
-    write_dms(tmp_path / "a.dms", dots, ["GLU"] * 2, ["1"] * 2, ["N", "C"], np.zeros((2, 3)))
-    found = read_surface(tmp_path / "a.dms")
-    assert found.points[:, 0] == pytest.approx([*x[::2], *x[1::2]]) and found.atom.tolist() == sorted(atom)
-
-
-def test_dms_needs_atoms_and_kinds(tmp_path):
+def test_dms_needs_atoms_and_kinds_and_areas_do_not_touch_the_types(tmp_path):
     with pytest.raises(InputError, match="atom"):
         write_dms(tmp_path / "a.dms", Surface(np.eye(3), np.eye(3)), ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
     for kind, atom in (([0, 0, 0], [0, 0, 1]), ([0, -1, 0], [0, 0, 0]), ([0, 0, 0], [0, -1, 0])):
         one = Surface(np.eye(3), np.eye(3), kind=kind, atom=atom)
         with pytest.raises(InputError, match="needs the atom and the kind of every dot"):
             write_dms(tmp_path / "a.dms", one, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
-
-
-def test_an_area_is_written_as_none_or_does_not_touch_the_type_of_its_dot(tmp_path):
     for area in (np.full(3, np.nan), np.array([99.999, 100.0, 12345.678])):
         dots = Surface(np.eye(3), np.eye(3), area, kind=[0, 1, 2], atom=[0, 0, 0])
         write_dms(tmp_path / "a.dms", dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
         again = read_surface(tmp_path / "a.dms")
         assert np.array_equal(again.area, area, equal_nan=True) and again.kind.tolist() == [0, 1, 2]
+    x, atom = 0.1 * np.arange(400), np.arange(400) % 2
+    points = np.column_stack([x, np.zeros((400, 2))])
+    dots = Surface(points, np.tile([0, 0, 1.0], (400, 1)), kind=np.zeros(400), atom=atom)
+    write_dms(tmp_path / "a.dms", dots, ["GLU"] * 2, ["1"] * 2, ["N", "C"], np.zeros((2, 3)))
+    found = read_surface(tmp_path / "a.dms")
+    assert found.points[:, 0] == pytest.approx([*x[::2], *x[1::2]]) and found.atom.tolist() == sorted(atom)
 
 
 # ---- all formats
