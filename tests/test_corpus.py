@@ -668,7 +668,8 @@ GEOMETRY = {
     "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
     "1.02 times as long": (scale(1.02), ""),
     "noise of 0.2 Å": (
-        moved(lambda m, xyz: np.add(xyz, np.random.default_rng(0).normal(0, 0.2 / 3**0.5, xyz.shape), out=xyz)), "~ half of the bonds"),
+        moved(lambda m, xyz: np.add(xyz, np.random.default_rng(0).normal(0, 0.2 / 3**0.5, xyz.shape), out=xyz)),
+        "~ half of the bonds"),
     "x 1.05 times as long": (scale(1.05, 1, 1), "~ 5 % longer along x than across it"),
     "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
     "five residues mirrored from frame 2 on": (

@@ -5,7 +5,6 @@ import os
 import re
 from dataclasses import replace
 from operator import attrgetter
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -70,6 +69,11 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.surface(([[1, 2, 3], [4, 5]], [1, 1])), "rows of unequal length"),
         (lambda d: sparsurf.surface(PEPTIDE, radii="x"), "radii is 'x'; it must be "),
         (lambda d: sparsurf.read_surface(b"dots.csv"), "a path is a string or a Path, not bytes"),
+        *((lambda d, f=f: sparsurf.recover(f(d)), "is not a surface: give the path")
+          for f in (list, lambda d: d[:1], lambda d: 3)),
+        (lambda d: sparsurf.recover("a.cif.gz"), "a.cif.gz holds atoms: give the dots that surface() places"),
+        (lambda d: sparsurf.surface(3), "an int is not a molecule"),
+        (lambda d: sparsurf.surface(PEPTIDE, frame=5), "the molecule has one frame, 0: there is no frame 5."),
         (lambda d: sparsurf.components(PEPTIDE, d), "components: the dots are not those of the molecule"),
         *((lambda d, f=f: f(Surface(*d)), f"{f.__name__}: these dots know no molecule; give it, too")
           for f in (sparsurf.fields, sparsurf.residues, sparsurf.components)),
@@ -178,20 +182,13 @@ def test_a_sample_has_the_requested_number(ready):
     )
 
 
-def test_a_number_of_dots_that_was_not_requested_is_reported(ready, dots, tmp_path, caplog, capsys):
+def test_a_number_of_dots_that_was_not_requested_is_reported(ready, caplog):
     n = len(sparsurf.sample(ready, n_dots=1, sampler="paper"))
-    assert n > 1 and caplog.messages == [
-        f"paper keeps {n} dots instead of 1: its number of dots is random, and limited by its combinations"
-    ]
-    for requested in (n, 1.07 * n, 0.95 * n):
+    words = "its number of dots is random, and limited by its combinations"
+    assert n > 1 and caplog.messages == [f"paper keeps {n} dots instead of 1: {words}"]
+    for requested, told in ((n, 1), (1.07 * n, 1), (0.95 * n, 1), (0.9 * n, 2), (1.2 * n, 3)):
         warn_if_number_differs("paper", requested, n)
-    assert len(caplog.messages) == 1
-    warn_if_number_differs("paper", 0.9 * n, n)
-    warn_if_number_differs("paper", 1.2 * n, n)
-    assert len(caplog.messages) == 3
-    ran("minimal", dots, "--n-dots", 1, "--sampler", "paper", "-o", tmp_path / "m.csv")
-    n = len(pd.read_csv(tmp_path / "m.csv"))
-    assert capsys.readouterr().err.startswith(f"sparsurf: warning: paper keeps {n} dots instead of 1: ")
+        assert len(caplog.messages) == told
 
 
 def test_places_without_a_patch_are_reported(blob, caplog):
@@ -264,17 +261,13 @@ def test_a_ball_has_the_dots_that_are_requested():
     assert (sparsurf.surface(pair, probe_radius=1.1, d_link=2.0).kind == 0).all()
 
 
-def test_a_frame_is_taken_by_its_place():
-    frame = SimpleNamespace(n_frames=2)
-    with pytest.raises(InputError, match="a SimpleNamespace is not a molecule"):
-        sparsurf.surface(frame)
-    inputs.check_frame(frame, 1, "it")
+def test_a_frame_is_taken_by_its_place(two_frames):
     for number in (2, -1, 0.0, "x"):
-        with pytest.raises(InputError, match=f"^it has the frames 0 to 1: there is no frame {number}\\.$"):
-            inputs.check_frame(frame, number, "it")
+        with pytest.raises(
+            InputError, match=f"the molecule has the frames 0 to 1: there is no frame {number}\\.$"
+        ):
+            sparsurf.surface(two_frames, frame=number)
     assert len(sparsurf.surface(([[0, 0, 0]], [1.5]), frame=5)) > 0  # spheres have no frames
-    with pytest.raises(InputError, match=r"^the molecule has one frame, 0: there is no frame 5\.$"):
-        sparsurf.surface(PEPTIDE, frame=5)
 
 
 def test_dots_know_their_molecule():
@@ -303,25 +296,19 @@ def test_dots_know_their_molecule():
 
 def test_dots_of_other_atoms_are_refused(tmp_path):
     """Not only those of another frame; a molecule with more atoms around them is no other for fields."""
-    whole = sparsurf.read_molecule(PEPTIDE, residues="209-214")
-    bare = sparsurf.read_molecule(PEPTIDE, residues="209-214", hydrogens="remove")
-    more = sparsurf.read_molecule(PEPTIDE, residues="209-218")
-    moved = replace(bare, xyz=bare.xyz + 1.0)
-    dots = sparsurf.surface(bare)
-    assert sparsurf.residues(
-        dots, sparsurf.read_molecule(PEPTIDE, residues="209-214", hydrogens="remove")
-    ).equals(sparsurf.residues(dots))
-    sparsurf.residues(dots, moved)  # which asks for names only
-    for name, call in {
-        "residues": lambda own: sparsurf.residues(dots, own),
-        "components": lambda own: sparsurf.components(own, dots),
-        "write": lambda own: sparsurf.write(dots, tmp_path / "x.dms", molecule=own),
-        "fields": lambda own: sparsurf.fields(own, dots, ["hydropathy"]),
-    }.items():
-        others = {"residues": [whole, more], "fields": [moved]}.get(name, [whole, more, moved])
+    whole, more = (sparsurf.read_molecule(PEPTIDE, residues=each) for each in ("209-214", "209-218"))
+    bare = whole.select(hydrogens="remove")
+    moved, dots = replace(bare, xyz=bare.xyz + 1.0), sparsurf.surface(bare)
+    for others, name, call in (
+        ([whole, more], "residues", lambda own: sparsurf.residues(dots, own)),
+        ([whole, more, moved], "components", lambda own: sparsurf.components(own, dots)),
+        ([whole, more, moved], "write", lambda own: sparsurf.write(dots, tmp_path / "x.dms", molecule=own)),
+        ([moved], "fields", lambda own: sparsurf.fields(own, dots, ["hydropathy"])),
+    ):
         for own in others:
             with pytest.raises(InputError, match=f"^{name}: the dots were placed on other atoms"):
                 call(own)
+    assert sparsurf.residues(dots, moved).equals(sparsurf.residues(dots))  # which asks for names only
     for own in (whole, more, bare):
         assert len(sparsurf.fields(own, dots, ["hydropathy"])) == len(dots)
     assert not (tmp_path / "x.dms").exists()
@@ -374,18 +361,6 @@ def test_what_minimal_gave_is_taken_for_its_dots(blob):
 def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     made = inputs.as_dots(tuple(map(np.ndarray.tolist, blob)))
     assert np.array_equal(made.points, blob[0]) and inputs.as_dots(made) is made
-    for wrong in (list(blob), (blob[0],), 3):
-        with pytest.raises(InputError, match="is not a surface: give the path"):
-            inputs.as_dots(wrong)
-    for atoms in ("a.pdb", tmp_path / "a.cif.gz"):
-        with pytest.raises(
-            InputError, match=r"a\.(pdb|cif\.gz) holds atoms: give the dots that surface\(\) places"
-        ):
-            inputs.as_dots(atoms)
-    with pytest.raises(InputError, match=r"^an int is not a molecule"):
-        inputs.as_molecule(3)
-    with pytest.raises(InputError, match=r"^a list is not a surface"):
-        inputs.as_dots([])
     names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
     names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}
     assert {name: inputs.is_structure(tmp_path / name) for name in names} == names

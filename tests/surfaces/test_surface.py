@@ -156,36 +156,57 @@ def test_read_published_dms(shared):
 LINE = "GLU  209    N  59.267   39.612   12.138 SS0  0.284  0.839 -0.481 -0.254\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [
-        ("", "no dots"),
-        ("GLU  209    N  58.200   40.310   13.010 A\n", "no dots"),
-        ("<html>\n", "no dots"),
-        (LINE[:51] + "\n", "-n"),
-        (LINE.replace("59.267", "   nan"), "NaN"),
-        (LINE.replace("0.839", "  inf"), "NaN"),
-        (LINE.replace("59.267", "5x.267"), "line 1"),
-        (LINE + LINE[:-8] + "\n", "line 2"),
+REFUSED = {
+    "dots.dms": [
+        ("", "no dots"), ("GLU  209    N  58.200   40.310   13.010 A\n", "no dots"), ("<html>\n", "no dots"),
+        (LINE[:51] + "\n", "-n"), (LINE.replace("59.267", "   nan"), "NaN"), (LINE.replace("0.839", "  inf"), "NaN"),
+        (LINE.replace("59.267", "5x.267"), "line 1"), (LINE + LINE[:-8] + "\n", "line 2"),
         (LINE[:50] + "  0.000  0.000  0.000\n", "length"),
         (LINE + LINE.replace("SS0", "XX0"), "line 2 is a dot of no type SC, SS or SR"),
         (LINE + LINE[:40], "is cut short: line 2 is not a complete dot or atom"),
     ],
-)
-def test_bad_dms_is_one_sentence(tmp_path, text, word):
-    path = written(tmp_path, text)
-    with pytest.raises(InputError, match=word) as error:
-        read_surface(path)
-    assert str(path) in str(error.value)
-    assert "\n" not in str(error.value)
+    "dots.csv": [
+        ("x,y,z\n1,2,3\n", "column nx"), ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
+        ("x,y,z,nx,ny,nz,q,q\n1,2,3,0,0,1,4,5\n", "has the column 'q' twice; remove or rename one"),
+        ("x,y,z,nx,ny,nz,frame,frame,a,a\n1,2,3,0,0,1,1,1,4,5\n", "has the column 'a' twice"),
+        (f"x,y,z,nx,ny,nz,{'a' * 200_000}\n1,2,3,0,0,1,0\n", "it is damaged"), ("x,y,z,nx,ny,nz\n", "no dots"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0: remove it"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
+        ("x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,\n1,2,4,0,0,1,-inf\n", "line 3 has an infinite q: put NaN"),
+        ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,.2\n1,2,4,0,0,1,-.2\n", "line 3 has a negative or infinite area: repair"),
+        ("Weight,x,y,z,nx,ny,nz\n3,1,2,3,0,0,1\n\ninf,1,2,4,0,0,1\n", "line 4 has a negative or infinite weight"),
+        ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,?\n1,2,4,0,0,1,-1\n", "line 3 has a negative or infinite area"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
+        ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),
+        ('x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,"a\nb"\n1,2,,0,0,1,c\n', "has NaN"),
+        ("x;y;z;nx;ny;nz\n1;2;3;0;0;1\n", "no commas in its header: put commas between columns"),
+    ],
+    "places.csv": [
+        ("", "holds no dots; expected a DMS file, a CSV"), ("x,y,z\n", "holds no points."),
+        ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."), ("x\ty\tz\n1\t2\t3\n", "no commas in its header"),
+        ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
+        ("x,y,z\n1,2,3\n1,,3\n", "line 3 has no three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,here\n", "line 2 has no three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,inf\n", "line 2 has no three numbers x, y and z: repair it"),
+    ],
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("start", "x"), [("GLU  209    N-142.569", -142.569), ("GLU  26A    N-1142.569", -1142.569)]
+    ("name", "text", "word"), [(name, *row) for name, rows in REFUSED.items() for row in rows]
 )
-def test_numbers_that_touch_each_other_are_read_by_columns(tmp_path, start, x):
-    found = read_surface(written(tmp_path, f"{start}-1002.178 -945.519 SC0  0.284  0.839 -0.481 -0.254\n"))
-    assert found.points.tolist() == [[x, -1002.178, -945.519]]
+def test_a_bad_file_is_one_sentence(tmp_path, name, text, word):
+    path = written(tmp_path, text, name)
+    with pytest.raises(InputError, match=word) as error:
+        (read_points if name == "places.csv" else read_surface)(path)
+    assert str(path) in str(error.value) and "\n" not in str(error.value)
+
+
+def test_numbers_that_touch_each_other_are_read_by_columns(tmp_path):
+    for start, x in (("GLU  209    N-142.569", -142.569), ("GLU  26A    N-1142.569", -1142.569)):
+        text = f"{start}-1002.178 -945.519 SC0  0.284  0.839 -0.481 -0.254\n"
+        assert read_surface(written(tmp_path, text)).points.tolist() == [[x, -1002.178, -945.519]]
 
 
 def test_words_between_single_blanks_are_read_and_remarks_passed_over(tmp_path):
@@ -228,28 +249,6 @@ def test_read_csv(tmp_path, text):
     np.testing.assert_array_equal(surface.points, [[1.5, 2, 3], [-10, 2, 3]])
     np.testing.assert_allclose(surface.normals, [[0, 0, 1], [0.6, 0, 0.8]], atol=1e-15)
     assert (surface.atom == -1).all() and np.array_equal(read_points(tmp_path / "a.csv"), surface.points)
-
-
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [("x,y,z\n1,2,3\n", "column nx"), ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
-     ("x,y,z,nx,ny,nz,q,q\n1,2,3,0,0,1,4,5\n", "has the column 'q' twice; remove or rename one"),
-     ("x,y,z,nx,ny,nz,frame,frame,a,a\n1,2,3,0,0,1,1,1,4,5\n", "has the column 'a' twice"),
-     (f"x,y,z,nx,ny,nz,{'a' * 200_000}\n1,2,3,0,0,1,0\n", "it is damaged"), ("x,y,z,nx,ny,nz\n", "no dots"),
-     ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0: remove it"),
-     ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
-     ("x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,\n1,2,4,0,0,1,-inf\n", "line 3 has an infinite q: put NaN"),
-     ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,.2\n1,2,4,0,0,1,-.2\n", "line 3 has a negative or infinite area: repair"),
-     ("Weight,x,y,z,nx,ny,nz\n3,1,2,3,0,0,1\n\ninf,1,2,4,0,0,1\n", "line 4 has a negative or infinite weight"),
-     ("x,y,z,nx,ny,nz,area,area\n1,2,3,0,0,1,1,-inf\n", "line 2 has a negative or infinite area"),
-     ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,?\n1,2,4,0,0,1,-1\n", "line 3 has a negative or infinite area"),
-     ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
-     ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"), ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n",
-     "end no row with a comma"), ('x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,"a\nb"\n1,2,,0,0,1,c\n', "has NaN")],
-)  # fmt: skip
-def test_bad_csv_is_one_sentence(tmp_path, text, word):
-    with pytest.raises(InputError, match=word):
-        read_surface(written(tmp_path, text, "a.csv"))
 
 
 @pytest.mark.parametrize("last", [["0.12", "0.1234"], ["0.12"], ["0.123", "0.12"], ["0.1234", "0.12"]])
@@ -319,37 +318,11 @@ def test_normals_far_from_unit_length_are_scaled_and_reported(tmp_path, caplog):
         caplog.clear()
 
 
-@pytest.mark.parametrize("sign", [";", "\t", " ; ", '";"'])
-def test_columns_without_commas_are_reported(tmp_path, sign):
-    path = written(tmp_path, "X,Y,Z,nx,ny,nz\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
-    words = "a.csv has no commas in its header: put commas between columns, and points into numbers.$"
-    for read in (read_surface, read_points):
-        with pytest.raises(InputError, match=words):
-            read(path)
-
-
 def test_places_need_no_normals_and_keep_their_order(tmp_path):
     rows = "Z,name,x,y\n3,a,1,2\n9,b,7,8\n3,c,1,2\n"
     assert read_points(written(tmp_path, rows, "a.csv")).tolist() == [[1, 2, 3], [7, 8, 9], [1, 2, 3]]
     dots = written(tmp_path, LINE, "a.dms")
     assert np.array_equal(read_points(dots), read_surface(dots).points)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "holds no dots; expected a DMS file, a CSV"),
-        ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."),
-        ("x,y,z\n", "holds no points."),
-        ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
-        ("x,y,z\n1,2,3\n1,,3\n", "line 3 has no three numbers x, y and z: repair it"),
-        ("x,y,z\n1,2,here\n", "line 2 has no three numbers x, y and z: repair it"),
-        ("x,y,z\n1,2,inf\n", "line 2 has no three numbers x, y and z: repair it"),
-    ],
-)
-def test_what_holds_no_places_is_one_sentence(tmp_path, text, words):
-    with pytest.raises(InputError, match=words):
-        read_points(written(tmp_path, text, "a.csv"))
 
 
 # ---- npz
