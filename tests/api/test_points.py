@@ -58,16 +58,13 @@ def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path):
         assert np.array_equal(alone[0], points) and np.array_equal(alone[1], normals)
 
 
-def test_a_folder_without_structures_or_with_one_name_twice_is_refused(folder, tmp_path):
+def test_folders_of_structures(folder, tmp_path):
     with pytest.raises(InputError, match="holds no structure"):
         list(sparsurf.points_of(tmp_path))
     for name in ("a.pdb", "a.ent"):
         (tmp_path / name).write_text((folder / "a.pdb").read_text())
     with pytest.raises(InputError, match="one name"):
         list(sparsurf.points_of(tmp_path))
-
-
-def test_the_command_writes_a_table_of_all_structures(folder, tmp_path):
     pytest.importorskip("pyarrow")
     output = tmp_path / "points.parquet"
     assert command.main(["points", str(folder), "-n", "40", "-o", str(output)]) == 0

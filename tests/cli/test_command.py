@@ -123,12 +123,14 @@ def test_the_help_fits_a_terminal_and_explains_every_option(name, capsys):
     assert all(action.help for action in parsers[-1]._actions if action.dest != "command")
 
 
-def test_version_and_the_list_of_commands(capsys):
+def test_the_version_and_an_automatic_density_without_a_warning(folder, tmp_path, capfd):
     assert ended("--version") == 0
-    assert capsys.readouterr().out == f"sparsurf {sparsurf.__version__}\n"
+    assert capfd.readouterr().out == f"sparsurf {sparsurf.__version__}\n"
     assert ended("--help") == 0
-    shown = capsys.readouterr().out
+    shown = capfd.readouterr().out
     assert all(name in shown for name in command.COMMANDS) and ended() == 2
+    assert ended("surface", folder / "protein.pdb", "-q", "-o", tmp_path / "all.csv") == 0
+    assert capfd.readouterr() == ("", "")
 
 
 def test_formats_hold_the_same_dots(folder, tmp_path):
@@ -290,11 +292,6 @@ def test_without_a_size_the_surface_comes_back_within_two_hundredths_of_an_angst
         return np.delete(distance_to_recovered(dots.points, few.points, few.normals, 1, 20.0), kept).mean()
 
     assert error(kept) == pytest.approx(0.02, rel=0.1) and error(kept[: len(kept) // 2]) > 0.03
-
-
-def test_an_automatic_density_is_no_warning(folder, tmp_path, capfd):
-    assert ended("surface", folder / "protein.pdb", "-q", "-o", tmp_path / "all.csv") == 0
-    assert capfd.readouterr() == ("", "")
 
 
 def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):

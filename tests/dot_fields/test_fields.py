@@ -147,12 +147,14 @@ def test_a_hydrogen_stands_opposite_to_both_neighbours_of_its_atom():
     assert places[-1] == pytest.approx(own + away / np.linalg.norm(away)) and charges[-1] == 0.4
 
 
-def test_hydrogens_of_the_file_stay_where_they_are():
+def test_the_table_has_ions_and_hydrogens_of_the_file_stay():
     serine = [(1, "SER", name, place) for name, place in zip(("CA", "CB", "OG"), BENT, strict=True)]
     far, own = (1, "SER", "HB2", BENT[2] + [-1.5, -1.0, 0]), (1, "SER", "HG", BENT[2] + [0, 0, 0.96])
     assert len(table_charges(made(*serine, far))[0]) == 2 + 6  # CA, OG and a ring of its hydrogen
     places, charges = table_charges(made(*serine, far, own))
     assert len(places) == 3 and places[-1].tolist() == own[3].tolist() and charges[-1] == 0.49
+    # Its name, NA, is no missing value.
+    assert _table()["NA", "NA"] == (1.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(("gap", "bridged"), [(2.0, True), (3.0, False)])
@@ -345,8 +347,3 @@ def test_a_column_called_like_a_field_and_an_unknown_field_are_refused(tmp_path,
         sparsurf.fields(molecule, dots, ("bfactor",), table=path)
     with pytest.raises(InputError, match="hydropathy, potential"):
         sparsurf.fields(molecule, dots, ("colour",))
-
-
-def test_sodium_is_an_ion_of_the_table():
-    """Its name, NA, is no missing value."""
-    assert _table()["NA", "NA"] == (1.0, 0.0, 0.0)

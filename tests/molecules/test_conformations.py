@@ -279,14 +279,11 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
         chosen(tmp_path, one, selection=[0, 2], trajectory=tmp_path / "p.xtc")
 
 
-def test_molecules_without_enough_c_alphas(shared):
+def test_molecules_with_few_c_alphas(shared, tmp_path):
     choice = choose_frames(
         read_molecule(shared / "data" / "trajectories" / "ala2.h5"), rng=np.random.default_rng(1)
     )
     assert len(choice.table) >= 2 and choice.explained.sum() == pytest.approx(1)
-
-
-def test_three_c_alphas_are_enough_to_tell_conformations(tmp_path):
     three = read_molecule(write(tmp_path / "a.pdb", peptide(3 * ["ALA"])))
     xyz = np.repeat(three.xyz, 4, axis=0)
     xyz[2:, three.name == "CB"] += 3.0

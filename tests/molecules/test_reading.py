@@ -137,7 +137,7 @@ def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     assert (read_pdb(path.read_text(), path).atoms.b_factor == 12.5).all()
 
 
-def test_written_structures_read_back_equal(shared, tmp_path):
+def test_real_structures_agree_with_their_twins_and_pass_unchanged(shared, tmp_path):
     for path in sorted((shared / "data" / "structures").iterdir()):
         if "ribosome" in path.name:
             continue
@@ -146,6 +146,9 @@ def test_written_structures_read_back_equal(shared, tmp_path):
         back = read_molecule(tmp_path / "back.pdb")
         assert equal_names(back, molecule), path.name
         assert np.array_equal(back.xyz[0], np.round(molecule.xyz[-1], 3)), path.name
+    for name in ("1ubi.pdb", "1BD2.cif.gz", "1hvr_dimer_ligand_CSO.pdb", "7etn_tiny.cif.gz", "4cup.cif"):
+        path = shared / "data" / "structures" / name
+        assert np.array_equal(read_molecule(path).xyz, read_molecule(path, whole=False).xyz)
 
 
 def test_end_and_model_separate_frames(tmp_path):
@@ -193,11 +196,17 @@ def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path
     assert molecule.xyz[:, 0, 0].tolist() == expected
 
 
-def test_a_chain_may_have_no_name(tmp_path):
+def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
     nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
     assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
     with pytest.raises(InputError, match=r"b\.pdb has one chain, without a name: leave out `chains`\.$"):
         read_molecule(nameless, chains="A")
+    path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9)))
+    with pytest.raises(InputError, match=r"'99' is not in .*a\.pdb, which has A 1 to 4, B 98 to 101"):
+        read_molecule(path, residues="A:3,99")
+    path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
+    assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
+    assert residue_labels(None) == []
 
 
 def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_reported(tmp_path, caplog):
@@ -236,12 +245,6 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
         read_molecule(path, ligands=["HEM"])
 
 
-def test_residues_are_named_at_every_atom(tmp_path):
-    path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
-    assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
-    assert residue_labels(None) == []
-
-
 @pytest.mark.parametrize(
     ("residues", "expected"),  # in one chain or, if they are named, in two
     [
@@ -263,12 +266,6 @@ def test_residue_ranges(tmp_path, residues, expected):
     molecule = read_molecule(write(tmp_path / "a.pdb", text), residues=residues)
     found = zip(molecule.chain.tolist(), molecule.residue.tolist(), strict=True)
     assert list(dict.fromkeys(" ".join(each) if twice else each[1] for each in found)) == expected
-
-
-def test_a_range_that_only_another_chain_has_is_a_sentence(tmp_path):
-    path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9)))
-    with pytest.raises(InputError, match=r"'99' is not in .*a\.pdb, which has A 1 to 4, B 98 to 101"):
-        read_molecule(path, residues="A:3,99")
 
 
 @pytest.mark.parametrize(
@@ -473,9 +470,3 @@ def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box(n):
     xyz = np.concatenate([rod, np.add(rod[:1], (5.4, 0, 0))])
     joined = make_whole(xyz[None], (2 * n + 8) * np.eye(3)[None], np.arange(n + 1))[0]
     assert joined[:-1].tolist() == rod.tolist() and joined[-1] == pytest.approx([-4.6, 0, 0])
-
-
-def test_crystals_pass_unchanged(shared):
-    for name in ("1ubi.pdb", "1BD2.cif.gz", "1hvr_dimer_ligand_CSO.pdb", "7etn_tiny.cif.gz", "4cup.cif"):
-        path = shared / "data" / "structures" / name
-        assert np.array_equal(read_molecule(path).xyz, read_molecule(path, whole=False).xyz)

@@ -148,11 +148,15 @@ def test_agreement_is_the_area_of_each_score(peptides):
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
 
 
-def test_residues_without_a_chain_are_residues():
+def test_partners_without_chains_or_contact():
     names = ("propensity_smoothed", "propensity_k_smoothed", "similarity_smoothed")
     dots = pd.DataFrame({"chain": [np.nan] * 2, "residue": "1", "residue_name": "ALA", "interface": [0, 1]})
     table = matching.by_residue(dots.assign(partner=1, **{name: [1.0, 3.0] for name in names}))
     assert table[["dots", "propensity_smoothed", "interface"]].to_numpy().tolist() == [[2, 2, 0.5]]
+    far = blob_partner("one"), blob_partner("two", 1100, 6, (100.0, 0, 0))
+    found = matching.match(*far)
+    assert matching.agreement(found, 0, matching.maps(found, 0)) is None
+    assert matching.contacts(*far).empty
 
 
 def test_residues_belong_to_their_dots_and_atoms():
@@ -173,10 +177,3 @@ def test_residues_belong_to_their_dots_and_atoms():
     residues = pd.DataFrame({"chain": ["A", "B"], "residue": ["2", "1"], "value": [7.0, 9.0]})
     shown = matching.on_atoms(molecule, residues, "value", -1.0)
     assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
-
-
-def test_partners_that_do_not_touch_have_no_area():
-    far = blob_partner("one"), blob_partner("two", 1100, 6, (100.0, 0, 0))
-    found = matching.match(*far)
-    assert matching.agreement(found, 0, matching.maps(found, 0)) is None
-    assert matching.contacts(*far).empty

@@ -151,7 +151,7 @@ def test_normals_that_cancel_turn_a_patch_over_or_not_at_all(up):
     assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
 
 
-def test_threads_and_company_change_nothing(blob, index):
+def test_threads_company_and_the_order_of_the_dots_change_nothing(blob, index):
     # bit-identical with more threads; and a subset's result does not depend on the subsets beside it but for
     # the last digits of the matrix product
     points, _ = blob
@@ -165,9 +165,6 @@ def test_threads_and_company_change_nothing(blob, index):
         index, points[:100], descriptors.pack_subsets(index, subsets[5:6]), 1, "kept"
     )
     assert np.allclose(alone[:, 0], one[:, 5], atol=1e-12)
-
-
-def test_the_order_of_the_dots_changes_nothing(blob):
     points, normals = blob
     order = np.random.default_rng(13).permutation(len(points))
     z = [

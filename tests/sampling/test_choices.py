@@ -67,15 +67,12 @@ def test_where_a_choice_cannot_keep_n_the_next_that_can_takes_its_place(surface,
     assert np.array_equal(dots, published.sample(cover, tune_alpha(cover, WIDE, n), np.random.default_rng(5)))
 
 
-def test_where_no_choice_can_keep_n_the_one_that_comes_nearest_is_taken(surface):
+def test_where_no_choice_can_keep_n_the_nearest_is_taken_and_covers_differ(surface):
     choices = Choices(np.array([0.0, 90.0, 95.0]), np.array([SHORT, LONG, SHORT]))
     dots = paper(surface, 2000, np.random.default_rng(5), choices)
     assert np.array_equal(
         dots, published.sample(surface.cover, tune_alpha(surface.cover, LONG, 2000), np.random.default_rng(5))
     )
-
-
-def test_the_two_covers_of_the_papers_sampler_differ(surface):
     choices = Choices(np.array([0.0]), np.array([WIDE]))
     one, two = (f(surface, 900, np.random.default_rng(5), choices) for f in (paper, paper_corrected))
     assert not np.array_equal(one, two)

@@ -94,7 +94,7 @@ def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_pat
         density_for_d_link(*asked)
 
 
-def test_dots_are_placed_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_path, caplog):
+def test_atoms_stand_where_a_pdb_file_has_them_and_densities_are_the_same_elsewhere(tmp_path, caplog):
     molecule, sizes = without_hydrogens(tmp_path, 3)
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
     for settings in (SETTINGS, SETTINGS.model_copy(update={"density": 2.0})):
@@ -103,9 +103,6 @@ def test_dots_are_placed_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_p
         assert all(record.levelno < logging.WARNING for record in caplog.records)
         wanted = surface_for_d_link(molecule, 1, sizes, settings, 0.5, "a")[0]
         assert np.array_equal(generate(atoms).points, wanted.points)
-
-
-def test_atoms_stand_where_a_pdb_file_has_them():
     xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS.model_copy(update={"density": DENSITY})
     file, frame = (
         surface_of_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), settings)

@@ -341,9 +341,13 @@ def test_duplicates_are_removed_with_a_warning(caplog):
     )
 
 
-def test_atoms_that_nearly_coincide_all_stay(caplog):
+def test_atoms_that_nearly_coincide_or_lie_far_apart(caplog):
     surface = molecular_surface([[0, 0, 0], [0.04, 0, 0]], [1.7, 1.7])
     assert set(surface.atom) == {0, 1} and not caplog.records
+    # The box between them costs nothing.
+    xyz, radii = np.array([[0, 0, 0], [1.5, 0, 0]]), np.array([1.7, 1.5])
+    both = molecular_surface(np.vstack([xyz, xyz + 9e5]), np.tile(radii, 2))
+    assert len(both) == pytest.approx(2 * len(molecular_surface(xyz, radii)), abs=4)
 
 
 @pytest.mark.parametrize("shift", [[10.0, -20.0, 30.5], [1234.567, 0.001, -777.7]])
@@ -392,13 +396,6 @@ def test_any_few_spheres(atoms):
     assert_on_surface(surface, xyz, radii, most=10)
     assert (np.linalg.norm(surface.points[:, None] - xyz, axis=2) >= radii - 1e-6).all()
     assert len(molecular_surface(xyz, radii, reentrant="dms")) > 0
-
-
-def test_one_molecule_beside_another_far_away():
-    """The box between them costs nothing."""
-    xyz, radii = np.array([[0, 0, 0], [1.5, 0, 0]]), np.array([1.7, 1.5])
-    both = molecular_surface(np.vstack([xyz, xyz + 9e5]), np.tile(radii, 2))
-    assert len(both) == pytest.approx(2 * len(molecular_surface(xyz, radii)), abs=4)
 
 
 # ---- the program DMS

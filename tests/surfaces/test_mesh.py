@@ -91,11 +91,6 @@ def test_a_sphere():
     assert mesh.volume == pytest.approx(32 / 3 * np.pi, rel=1e-2) and mesh.volume < 32 / 3 * np.pi
 
 
-def test_a_step_is_at_most_half_the_probes_radius():
-    one = np.zeros((1, 3)), np.array([1.5])
-    assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
-
-
 def test_two_spheres_and_the_saddle_between_them():
     """Volume by its closed form: two cut balls and the room under the arc of the probe between them."""
     d, r, p = 3.0, 1.7, 1.4
@@ -165,15 +160,14 @@ def test_triangles_of_a_protein_close(a1):
     )
 
 
-def test_threads_and_places_do_not_matter():
+def test_threads_places_and_the_widest_step_of_a_grid(monkeypatch):
     one, two = (molecular_mesh(ATOMS, RADII, threads=t) for t in (1, 2))
     assert np.array_equal(one.vertices.points, two.vertices.points)
     moved = molecular_mesh(ATOMS + 64.0, RADII)
     assert np.array_equal(moved.triangles, one.triangles)
     assert moved.vertices.points - 64 == pytest.approx(one.vertices.points, abs=1e-9)
-
-
-def test_a_grid_that_is_too_fine_is_refused(monkeypatch):
+    one = np.zeros((1, 3)), np.array([1.5])
+    assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
     monkeypatch.setattr(meshes, "MAX_GRID_POINTS", 1000)
     with pytest.raises(InputError, match="Å would have"):
         molecular_mesh(ATOMS, RADII)

@@ -52,14 +52,11 @@ def written(tmp_path, text, name="surface.dms"):
 # ---- the object
 
 
-def test_surface_fills_in_what_is_unknown():
+def test_surface_fills_in_what_is_unknown_and_copies_what_is_given():
     surface = Surface(np.zeros((2, 3)), [[0, 0, 1], [1, 0, 0]])
     assert len(surface) == 2 and np.isnan(surface.area).all()
     assert surface.kind.tolist() == surface.atom.tolist() == [-1, -1]
     assert [getattr(surface, name).dtype.str for name in FIELDS] == ["<f8", "<f8", "<f8", "|i1", "<i4"]
-
-
-def test_a_surface_keeps_its_numbers_when_the_arrays_that_it_was_made_of_change():
     given = {"points": np.zeros((2, 3)), "normals": np.eye(3)[:2], "area": np.ones(2)}
     given |= {"kind": np.ones(2, np.int8), "atom": np.ones(2, np.int32)}
     surface = Surface(**given)
@@ -264,13 +261,17 @@ def test_a_last_number_of_fewer_decimals_than_all_others_is_cut_short(tmp_path, 
         read_surface(written(tmp_path, text, "a.csv"))
 
 
-def test_dots_of_one_frame_are_read_and_those_of_more_are_not(tmp_path):
+def test_dots_of_frames_and_places_of_tables(tmp_path):
     path = written(tmp_path, "x,y,z,nx,ny,nz,frame\n1,2,3,0,0,1,5\n1,2,4,0,0,1,5\n", "a.csv")
     assert len(read_surface(path)) == 2
     path.write_text(path.read_text().replace("4,0,0,1,5", "4,0,0,1,6"))
     with pytest.raises(InputError, match="holds the dots of 2 frames"):
         read_surface(path)
     assert read_points(path).tolist() == [[1, 2, 3], [1, 2, 4]]
+    rows = "Z,name,x,y\n3,a,1,2\n9,b,7,8\n3,c,1,2\n"
+    assert read_points(written(tmp_path, rows, "a.csv")).tolist() == [[1, 2, 3], [7, 8, 9], [1, 2, 3]]
+    dots = written(tmp_path, LINE, "a.dms")
+    assert np.array_equal(read_points(dots), read_surface(dots).points)
 
 
 @pytest.mark.parametrize("row", ['"two\nlines",1', "\n  \nplain,1", '"three\n\nlines",1'])
@@ -318,13 +319,6 @@ def test_normals_far_from_unit_length_are_scaled_and_reported(tmp_path, caplog):
         caplog.clear()
 
 
-def test_places_need_no_normals_and_keep_their_order(tmp_path):
-    rows = "Z,name,x,y\n3,a,1,2\n9,b,7,8\n3,c,1,2\n"
-    assert read_points(written(tmp_path, rows, "a.csv")).tolist() == [[1, 2, 3], [7, 8, 9], [1, 2, 3]]
-    dots = written(tmp_path, LINE, "a.dms")
-    assert np.array_equal(read_points(dots), read_surface(dots).points)
-
-
 # ---- npz
 
 
@@ -342,11 +336,19 @@ def test_npz_returns_the_same_surface(tmp_path, small):
     }
 
 
-def test_npz_has_the_same_bytes_at_any_time(tmp_path, small, monkeypatch):
+def test_npz_has_the_same_bytes_at_any_time_and_fields_of_a_file_are_added(tmp_path, small, monkeypatch):
     write_npz(tmp_path / "a.npz", small)
     monkeypatch.setattr("time.time", lambda: 2e9)
     write_npz(tmp_path / "b.npz", small)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    dots = Surface(np.eye(3), np.eye(3), fields={"own": [1, 2, 3]})
+    np.savez(tmp_path / "a.npz", charge=np.array([0.1, 0.2, 0.3]))
+    assert with_fields(dots, None) is dots
+    fields = with_fields(dots, tmp_path / "a.npz").fields
+    assert {name: each.tolist() for name, each in fields.items()} == {
+        "own": [1, 2, 3],
+        "charge": [0.1, 0.2, 0.3],
+    }
 
 
 @pytest.mark.parametrize(
@@ -375,17 +377,6 @@ def test_no_program_within_an_npz_is_run(tmp_path, read):
     with pytest.raises(ValueError, match=r"allow_pickle|pickle"):
         read(tmp_path / "a.npz")
     assert not (tmp_path / "made").exists()
-
-
-def test_fields_of_a_file_stand_besides_those_of_the_dots(tmp_path):
-    dots = Surface(np.eye(3), np.eye(3), fields={"own": [1, 2, 3]})
-    np.savez(tmp_path / "a.npz", charge=np.array([0.1, 0.2, 0.3]))
-    assert with_fields(dots, None) is dots
-    fields = with_fields(dots, tmp_path / "a.npz").fields
-    assert {name: each.tolist() for name, each in fields.items()} == {
-        "own": [1, 2, 3],
-        "charge": [0.1, 0.2, 0.3],
-    }
 
 
 # ---- for other programs
