@@ -124,13 +124,13 @@ def test_the_help_fits_a_terminal_and_explains_every_option(name, capsys):
 
 
 def test_the_version_and_an_automatic_density_without_a_warning(folder, tmp_path, capfd):
+    assert ended("surface", folder / "protein.pdb", "-q", "-o", tmp_path / "all.csv") == 0
+    assert capfd.readouterr() == ("", "")
     assert ended("--version") == 0
     assert capfd.readouterr().out == f"sparsurf {sparsurf.__version__}\n"
     assert ended("--help") == 0
     shown = capfd.readouterr().out
     assert all(name in shown for name in command.COMMANDS) and ended() == 2
-    assert ended("surface", folder / "protein.pdb", "-q", "-o", tmp_path / "all.csv") == 0
-    assert capfd.readouterr() == ("", "")
 
 
 def test_formats_hold_the_same_dots(folder, tmp_path):
