@@ -275,6 +275,7 @@ def test_dots_know_their_molecule():
     molecule = sparsurf.read_molecule(PEPTIDE, residues="209-214")
     how = {"probe_radius": 1.5, "radii": "bondi"}
     dots = sparsurf.surface(molecule, **how)
+    assert len(sparsurf.surface(molecule, d_link=0.3)) > 1.5 * len(dots)
     few, own = sparsurf.minimal(dots), sparsurf.minimal(molecule, **how)
     assert np.array_equal(few.dots, own.dots) and few.table.equals(own.table)
     assert sparsurf.residues(dots).equals(sparsurf.residues(dots, molecule))
