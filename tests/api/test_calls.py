@@ -202,6 +202,12 @@ def test_places_without_a_patch_are_reported(blob, caplog):
     assert sparsurf.descriptors(blob, [5], d_link=D_LINK).any() and len(caplog.messages) == 1
 
 
+def test_the_largest_z_of_a_subset_is_that_of_its_link(blob):
+    few = sparsurf.minimal(blob, max_z=1.0, d_link=D_LINK)
+    z = sparsurf.compare(sparsurf.prepare(blob, d_link=D_LINK), few.dots)["Z"].iloc[0]
+    assert z == pytest.approx(1.0, abs=0.1)
+
+
 def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
     half = np.arange(0, 3000, 2)
     table = sparsurf.compare(ready, {"half": half, "all": np.ones(3000, bool)}, test_dots=50)
