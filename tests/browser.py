@@ -10,8 +10,6 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
-import numpy as np
-
 FLAGS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -98,26 +96,6 @@ class Browser:
         steps.insert(0, {"type": "pause"})
         self.ask("POST", "/actions", actions=[pointer, key] if held else [pointer])
 
-    def pinch(self, selector, before, after, aside=0):
-        """Put two fingers `before` pixels left and right of the middle of an element, move them to `after`, both `aside`."""
-        origin, fingers, press = {ELEMENT: self.find(selector)}, [], {"type": "pointerDown", "button": 0}
-        for name, side in (("left", -1), ("right", 1)):
-            actions = [
-                {
-                    "type": "pointerMove",
-                    "origin": origin,
-                    "x": round(side * (before + share * (after - before)) + share * aside),
-                    "y": 0,
-                    "duration": 20,
-                }
-                for share in np.linspace(0, 1, 11)
-            ]
-            actions = [actions[0], press, *actions[1:], {"type": "pointerUp", "button": 0}]
-            fingers.append(
-                {"type": "pointer", "id": name, "parameters": {"pointerType": "touch"}, "actions": actions}
-            )
-        self.ask("POST", "/actions", actions=fingers)
-
     def wheel(self, selector, down):
         """Turn the wheel over an element, by pixels."""
         origin = {ELEMENT: self.find(selector)}
@@ -129,10 +107,6 @@ class Browser:
         what = {"width": width, "height": height, "deviceScaleFactor": 2, "mobile": True}
         name = "setDeviceMetricsOverride" if width else "clearDeviceMetricsOverride"
         self.ask("POST", "/goog/cdp/execute", cmd=f"Emulation.{name}", params=what if width else {})
-
-    def frame(self, number):
-        """Go on inside a frame of the page; None for the page itself."""
-        self.ask("POST", "/frame", id=number)
 
     def complaints(self):
         """Errors and warnings of the console since the last call, without what a software GPU says of its speed."""

@@ -73,6 +73,12 @@ def sphere(n):
     return unit, polar, azimuth
 
 
+def ball(n, radius=1.0):
+    """Points and normals of an evenly covered sphere."""
+    unit = sphere(n)[0]
+    return radius * unit, unit
+
+
 def make_blob(n, seed=5):
     """Dots spread over r = 8 + bumps (Å) with approximate normals, and a small sphere beside it."""
     rng = np.random.default_rng(seed)

@@ -39,13 +39,7 @@ EMBEDDED = {"structure": "data/tdp43/topology.pdb", "trajectory": "data/tdp43/tr
 
 
 def write_study(folder, address="http://127.0.0.1:1"):
-    """Write the input files of the small study into a folder; return its config.
-
-    Parameters
-    ----------
-    folder : path
-    address : of a server of the files in the folder
-    """
+    """Write the input files of the small study into a folder, which a server has at an address; return its config."""
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.surfaces.formats.npz import write_npz
     from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -158,27 +152,12 @@ def planned_rules(folder, config, **versions):
 def planned_jobs(folder, config, *options, all_jobs=False, **versions):
     """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, script and what the script is given.
 
-    Parameters
-    ----------
-    folder : path
-    config : dict
-    options : of Snakemake
-    all_jobs : return all jobs of the study, where at least one is planned
-    versions : METHOD or REPORT, as if the code of the library were another
+    With `all_jobs` all of the study, where at least one is planned; `versions` are METHOD or REPORT, as if of other code.
     """
     (path := folder / f"planned-{os.getpid()}.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
-    options = [
-        *map(str, where),
-        "--cores",
-        "2",
-        "--dry-run",
-        "--nolock",
-        "--quiet",
-        "host",
-        "reason",
-        *options,
-    ]
+    quiet = ["--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
+    options = [*map(str, where), *quiet, *options]
     log, listed = path.with_suffix(".log"), path.with_suffix(".jobs")
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
     call = (log, listed, options, all_jobs, versions)
@@ -218,13 +197,8 @@ def _dry_run(log, listed, options, all_jobs, versions):
 
 def _description(job):
     files = {kind: getattr(job, kind)._plainstrings() for kind in ("input", "output", "log")}
-    known = {
-        "rule": job.rule.name,
-        "script": job.rule.script,
-        "wildcards": job.wildcards,
-        "params": job.params,
-    }
-    return known | files
+    known = {"rule": job.rule.name, "script": job.rule.script}
+    return known | files | {"wildcards": job.wildcards, "params": job.params}
 
 
 def run_job(folder, job):

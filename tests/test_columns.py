@@ -51,12 +51,7 @@ def test_every_column_of_every_table_of_a_run_is_listed(study):
 
 @pytest.mark.parametrize(
     "arguments",
-    [
-        "surface --fields hydropathy",
-        "roughness",
-        "minimal --percent 5",
-        "descriptors --every 300",
-    ],
+    ["surface --fields hydropathy", "roughness", "minimal --percent 5", "descriptors --every 300"],
 )
 def test_every_column_of_the_command_line_is_listed(tmp_path, arguments):
     name, *options = arguments.split()
@@ -81,23 +76,6 @@ def test_every_column_is_explained_with_a_known_type():
             assert column.type in ("text", "int", "float", "bool", "bytes") and column.meaning, (
                 f"{key}: {column.name}"
             )
-
-
-def test_an_interval_is_explained_by_its_column():
-    table = columns.tables()["<protein>/<conformation>/grid.csv"]
-    column = table.column("d_low_full")
-    assert column.meaning == "lower end of the 95 % interval of `d_<reading>`" and column.type == "float"
-
-
-def test_a_name_goes_before_a_placeholder():
-    table = table_of("changes/opening/changes.csv")
-    assert table.column("shape").name == "shape" and table.column("charge").name == "<field>"
-    assert table.column("charge_floor").name == "<field>_floor"
-
-
-def test_an_unlisted_file_has_no_table():
-    with pytest.raises(KeyError, match=r"other\.csv"):
-        table_of("p/c1/other.csv")
 
 
 def test_a_table_that_lacks_a_column_is_refused_by_name(tmp_path):

@@ -9,12 +9,11 @@ from sparsurf.errors import InputError
 from sparsurf.files import decode_text, no_warnings, read_bytes, read_text, shorten
 
 
-def test_every_line_ends_once():
-    assert decode_text(b"a\r\nb\rc\n\nd\xe5", "x") == "a\nb\nc\n\ndå"
-
-
-def test_a_byte_order_mark_is_no_text():
-    assert decode_text("\ufeffx,y".encode(), "x") == "x,y"
+@pytest.mark.parametrize(
+    ("content", "text"), [(b"a\r\nb\rc\n\nd\xe5", "a\nb\nc\n\ndå"), ("\ufeffx,y".encode(), "x,y")]
+)
+def test_every_line_ends_once_and_a_byte_order_mark_is_no_text(content, text):
+    assert decode_text(content, "x") == text
 
 
 def test_compressed_text_is_uncompressed_and_null_bytes_are_refused(tmp_path):
@@ -22,9 +21,6 @@ def test_compressed_text_is_uncompressed_and_null_bytes_are_refused(tmp_path):
     assert read_text(tmp_path / "a.GZ") == "a\n"
     with pytest.raises(InputError, match="null bytes"):
         decode_text(b"a\0", "x")
-
-
-def test_a_null_byte_in_a_name_is_a_sentence():
     with pytest.raises(InputError, match=r"cannot be read: .*null"):
         read_text("a\0.pdb")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from peptides import ALANINE, STEP, peptide, write
+from peptides import STEP, peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.conformations import choose_frames, determines_rotation, superpose
 from sparsurf.molecules.read_molecule import read_molecule
@@ -18,8 +18,6 @@ from sparsurf.orientation import (
     rigid_fit,
 )
 from sparsurf.pairs.changes import superpose_forms
-from sparsurf.simulation.quality import motion
-from sparsurf.study.floors import frames_at_gaps
 
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
 TURN = Rotation.from_rotvec([0.3, -1.1, 2.0]).as_matrix()
@@ -111,23 +109,6 @@ def test_frames_whose_alpha_carbons_lie_on_a_line_are_superposed_by_the_backbone
     assert len(choose_frames(one, rng=np.random.default_rng(0)).table) == 1
 
 
-def test_the_deviation_of_atoms_on_a_line_is_known_though_their_turn_is_not(extended):
-    """The C-alphas of the second frame are a tenth farther apart."""
-    xyz = extended.xyz[0]
-    moving = with_frames(extended, xyz, 1.1 * xyz @ TURN + SHIFT, xyz @ TURN)
-    steps = np.linalg.norm(STEP) * (np.arange(6) - 2.5)
-    expected = [0, 0.1 * np.sqrt((steps**2).mean()), 0]
-    assert np.allclose(motion(moving)["rmsd"], expected, atol=1e-7)
-
-
-def test_frames_on_a_line_have_no_floor(extended):
-    line = np.outer(np.arange(len(extended.name)), STEP)
-    moving = with_frames(extended, line, line @ TURN)
-    assert frames_at_gaps(moving, line, 0.0) == {}
-    moving = with_frames(extended, extended.xyz[0], extended.xyz[0] @ TURN)
-    assert np.allclose(frames_at_gaps(moving, extended.xyz[0], 0.0)[1.0], extended.xyz)
-
-
 # --- axes ----------------------------------------------------------------------------------------------
 
 
@@ -167,9 +148,3 @@ def test_equal_eigenvectors_do_not_depend_on_their_basis():
         settled.T @ settled, np.eye(4)
     )
     assert np.array_equal(settled[:, [0, 3]], basis[:, [0, 3]])
-
-
-def test_alanine_is_planar_in_its_backbone():
-    """What the tests above rely on."""
-    backbone = np.array([ALANINE[name] for name in ("N", "CA", "C", "O")])
-    assert (backbone[:, 2] == 0).all()

@@ -78,11 +78,6 @@ def installed(wheel, tmp_path_factory):
     return python.parent
 
 
-def test_what_users_call_is_listed():
-    assert {"InputError", "__version__", *sparsurf.FUNCTIONS} <= set(dir(sparsurf))
-    assert all(callable(getattr(sparsurf, name)) for name in sparsurf.FUNCTIONS)
-
-
 def test_the_wheel_holds_the_library_and_its_data(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     library = ROOT / "src" / "sparsurf"
@@ -144,18 +139,3 @@ def test_conda_and_pip_ask_for_the_same():
     assert recipe["context"]["version"] == sparsurf.__version__
     assert recipe["build"]["python"]["entry_points"] == [f"{k} = {v}" for k, v in project["scripts"].items()]
     assert recipe["about"]["summary"] == project["description"]
-
-
-def test_the_modules_of_the_commands_load_no_scipy_mdtraj_or_matplotlib():
-    """They take most of the start of a command; functions import them where they are used."""
-    code = """
-import sys
-for name in ("surface", "roughness", "minimal", "descriptors"):
-    __import__(f"sparsurf.cli.{name}")
-print(*{"scipy.linalg", "scipy.sparse", "scipy.spatial", "scipy.special", "mdtraj", "matplotlib"} & {*sys.modules})
-"""
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    run = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-    )
-    assert run.stdout == "\n"

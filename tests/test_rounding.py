@@ -28,12 +28,8 @@ def test_a_number_has_two_digits_of_its_error():
         }
     )
     rows = round_by_error(table)
-    assert rows["d_kept"].tolist() == [
-        "1.235",
-        "0.0000",
-        "",
-        "3.33333",
-    ]  # never -0, and all digits without an error
+    # never -0, and all digits without an error
+    assert rows["d_kept"].tolist() == ["1.235", "0.0000", "", "3.33333"]
     assert rows["d_se_kept"].tolist() == ["0.035", "0.0023", "0.10", "0"]
     assert rows["d_high_kept"].tolist() == ["1.302", "0.0045", "", "3.33333"]
     assert set(rows["d_recovered"]) == {"1.235"}

@@ -102,12 +102,6 @@ def test_values_are_those_of_the_functions(many, name):
     )
 
 
-def test_pandas_reads_a_run_by_the_path_of_a_folder(many):
-    table = pd.read_parquet(many / "results/many/dots")
-    assert sorted(table["protein"].unique()) == GOOD
-    assert list(table) == list(tables.columns_of("dots"))
-
-
 @pytest.mark.parametrize("name", assignment.TABLES)
 def test_every_column_is_listed_in_order(name):
     listed = [column.name for column in small_study.table_of(f"{name}/0001.parquet").columns]
@@ -157,10 +151,9 @@ def test_what_cannot_be_exported_is_said_in_one_sentence(many, capsys, run, name
 def test_the_bytes_depend_neither_on_cores_nor_on_the_order_of_batches(many, tmp_path):
     folder = tmp_path / "again"
     shutil.copytree(many / "structures", folder / "structures")
-    batches = [f"results/many/surfaces/{name}.parquet" for name in ("0003", "0001", "0002")]
-    process = small_study.snakemake(folder, CONFIG, *batches[:1], "--cores", "1")
-    assert process.returncode == 0, small_study.output(process)
-    process = small_study.snakemake(folder, CONFIG)
+    process = small_study.snakemake(
+        folder, CONFIG, "--cores", "1", "--prioritize", "results/many/surfaces/0003.parquet"
+    )
     assert process.returncode == 0, small_study.output(process)
     for path in sorted((many / "results/many").rglob("*.parquet")):
         assert (folder / path.relative_to(many)).read_bytes() == path.read_bytes(), path
@@ -260,13 +253,6 @@ def config_of(tmp_path, **changes):
     return config | changes
 
 
-def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
-    assert check_config(config_of(tmp_path))["minimal"]["percent"] == 10
-    given = check_config(config_of(tmp_path, minimal={"n_dots": 40, "sampler": "poisson"}))["minimal"]
-    assert given["n_dots"] == 40 and "percent" not in given and given["sampler"] == "poisson"
-    assert "error" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
-
-
 def test_a_study_of_few_structures_or_of_more_than_structures_gives_each_its_pages(tmp_path):
     many = {f"a{k}": {"structure": str(tmp_path / "a.pdb")} for k in range(11)}
     few = dict(list(many.items())[:10])
@@ -320,26 +306,6 @@ def test_two_structures_of_one_name_are_refused(tmp_path):
     assert str(error.value).count("have one name; rename or remove one of the two files.") == 1
 
 
-def test_an_empty_folder_is_refused(tmp_path):
-    (tmp_path / "none").mkdir()
-    with pytest.raises(InputError, match="holds no protein"):
-        check_config(config_of(tmp_path, proteins={"folder": str(tmp_path / "none")}))
-
-
-def test_without_pyarrow_a_sentence_says_what_to_install(tmp_path, monkeypatch):
-    def refuse(name, *rest):
-        raise ImportError(name)
-
-    monkeypatch.setattr(tables.importlib, "import_module", refuse)
-    with pytest.raises(InputError, match="need pyarrow: run pip install pyarrow"):
-        tables.write_parquet(tmp_path / "x.parquet", "failures", pd.DataFrame())
-
-
-def test_a_folder_without_tables_is_refused(tmp_path):
-    with pytest.raises(InputError, match="holds no surfaces"):
-        tables.read_parquet(tmp_path, "surfaces")
-
-
 def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, monkeypatch, caplog):
     config = check_config(config_of(tmp_path))
     lines = peptide(RESIDUES)
@@ -360,34 +326,6 @@ def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, m
     assert reason.startswith("A defect of this program (ZeroDivisionError")
 
 
-def test_fields_are_columns_of_dots_and_residues(tmp_path):
-    config = check_config(config_of(tmp_path, fields=["hydropathy"]))
-    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], Settings.of(config), config["seed"])
-    for name, column in (("dots", "hydropathy"), ("residues", "mean_hydropathy")):
-        (tmp_path / name).mkdir()
-        tables.write_parquet(tmp_path / name / "0001.parquet", name, out[name], config["fields"])
-        assert tables.read_parquet(tmp_path, name)[column].notna().any()
-
-
-def test_export_writes_the_fields_of_the_dots(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    config = check_config(config_of(tmp_path, fields=["potential"]))
-    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], Settings.of(config), config["seed"])
-    for name, rows in out.items():
-        (tmp_path / "run" / name).mkdir(parents=True)
-        tables.write_parquet(tmp_path / "run" / name / "0001.parquet", name, rows, config["fields"])
-    assert command.main(["export", "run", "a", "-o", "out"]) == 0
-    written, kept = sparsurf.read_surface("out/minimal.ply"), pd.read_csv("out/minimal.csv")
-    assert np.array_equal(
-        sparsurf.recover("out/minimal.ply").points, sparsurf.recover("out/minimal.csv").points
-    )
-    assert b"property float weight" in Path("out/minimal.ply").read_bytes()
-    expected = out["dots"]["potential"].to_numpy()
-    assert expected.std() > 1
-    for values in (written.fields["potential"], kept["potential"]):
-        assert np.allclose(values, expected, atol=1e-3)
-
-
 def made_up(n):
     """A table of n ordinary surfaces."""
     rng = np.random.default_rng(1)
@@ -405,21 +343,6 @@ def made_up(n):
     )
 
 
-def test_the_most_unusual_surface_comes_first_with_what_is_unusual():
-    table = made_up(200)
-    table.loc[7, "mean_roughness"] = 0.9
-    table.loc[9, "atoms"], table.loc[9, ["area", "volume"]] = 5000, [25000, 55000]
-    found = summary.most_unusual(table, 5)
-    assert len(found) == 5
-    assert dict(zip(found["protein"][:2], found["unusual"][:2], strict=True)) == {
-        "s007": "mean roughness",
-        "s009": "atoms",
-    }
-    assert found["deviation"][1] > 3 * found["deviation"][2]
-    few = summary.most_unusual(made_up(3), 5)
-    assert few["deviation"].tolist() == [0, 0, 0] and few["unusual"].tolist() == ["", "", ""]
-
-
 def test_the_deviation_is_in_robust_standard_deviations():
     """Roughness .1 to .5 and 1.3: median .35, median absolute deviation .15, so 1.3 lies .95 / (1.4826 * .15) away."""
     table = made_up(6).assign(atoms=1000, area=5000.0, volume=11000.0, cavity_dots=0, N=40000)
@@ -427,15 +350,6 @@ def test_the_deviation_is_in_robust_standard_deviations():
     found = summary.most_unusual(table, 2)
     assert found["protein"].tolist() == ["s005", "s000"]
     np.testing.assert_allclose(found["deviation"], np.array([0.95, 0.25]) / (1.4826 * 0.15), rtol=1e-12)
-
-
-def test_numbers_of_atoms_are_compared_by_their_ratios():
-    """Atoms 100 to 10,000: the logarithms to base 10 lie 1, 0.5, 0, 0.5, 1 and 2 from 3, the median."""
-    atoms = np.array([100, 10**2.5, 1000, 1000, 10**3.5, 10**5])
-    table = made_up(6).assign(atoms=atoms, area=5 * atoms, volume=11 * atoms, mean_roughness=0.6)
-    found = summary.most_unusual(table.assign(cavity_dots=0, N=40 * atoms), 2)
-    assert found["protein"].tolist() == ["s005", "s000"] and found["unusual"].tolist() == ["atoms"] * 2
-    np.testing.assert_allclose(found["deviation"], np.array([2, 1]) / (1.4826 * 0.5), rtol=1e-12)
 
 
 def page_of(tmp_path, surfaces, failures=()):
@@ -534,17 +448,6 @@ def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):
     assert pd.isna(out["surfaces"]["masked_residues"][1])
     assert out["residues"].query("protein == 'm'")["residue"].astype(int).tolist() == [3, 4, 5, 6]
     assert "left out 2 of 6 residues, whose pLDDT is below 70" in " ".join(out["warnings"]["sentence"])
-
-
-def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):
-    config = check_config(config_of(tmp_path))
-    batch = [Structure("a", str(tmp_path / "a.pdb")), Structure("x", "/nowhere.pdb")]
-    batch.append(Structure("b", str(tmp_path / "a.pdb")))
-    out = analyse_batch(batch, Settings.of(config), config["seed"])
-    assert out["surfaces"]["protein"].tolist() == ["a", "b"] and out["failures"]["protein"].tolist() == ["x"]
-    assert np.array_equal(
-        *(out["dots"].query("protein == @name").drop(columns="protein").to_numpy() for name in "ab")
-    )
 
 
 def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):

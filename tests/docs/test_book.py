@@ -2,7 +2,6 @@
 
 import re
 import urllib.parse
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ import sparsurf
 import table_numbers
 from browser import Browser, programs
 from conftest import ROOT
+from parsed_pages import Page
 
 BOOK = ROOT / "docs" / "_build" / "html"
 built = pytest.mark.skipif(not BOOK.is_dir(), reason="make docs has not been run")
@@ -53,32 +53,18 @@ def test_the_release_is_one():
     assert len(re.findall(r"^- ", first[2], re.M)) <= 20
 
 
-class _Page(HTMLParser):
-    """The links and the anchors of a page."""
-
-    def __init__(self, path):
-        super().__init__()
-        self.links, self.anchors = set(), {""}
-        self.feed(path.read_text(encoding="utf-8"))
-
-    def handle_starttag(self, tag, attrs):
-        attrs = dict(attrs)
-        self.anchors |= {attrs.get("id", ""), attrs.get("name") or ""}
-        self.links |= {attrs.get("href") or attrs.get("src") or ""} if tag != "use" else set()
-
-
 @built
 def test_every_link_of_the_book_leads_somewhere():
-    pages = {path: _Page(path) for path in BOOK.rglob("*.html")}
+    pages = {path: Page(path.read_text(encoding="utf-8")) for path in BOOK.rglob("*.html")}
     broken = []
     for path, page in pages.items():
-        for link in page.links:
+        for link in {*page.links, *page.sources}:
             address = urllib.parse.urlsplit(link)
             if address.scheme or address.netloc:
                 continue
             target = (path.parent / urllib.parse.unquote(address.path)).resolve() if address.path else path
             anchor = urllib.parse.unquote(address.fragment)
-            if not target.exists() or (target in pages and anchor not in pages[target].anchors):
+            if not target.exists() or (target in pages and anchor not in {"", *pages[target].anchors}):
                 broken.append(f"{path.relative_to(BOOK)}: {link}")
     assert len(pages) > 20 and not broken
 

@@ -22,16 +22,6 @@ def test_one_replicate_by_hand():
     assert seen["best_in_set"] == False and seen["set_size"] == 1  # noqa: E712
 
 
-def test_intervals_of_just_that_width_hold_their_truth():
-    # means 0 and 1 with errors of 1 / sqrt(20) but for the scatter of the draws
-    x = np.random.default_rng(2).normal(size=(2, 6, 20)) + np.array([0.0, 1.0])[:, None, None]
-    found = estimate(x)
-    for errors, normal, by_t in ((1.9, 1, 1), (1.97, 0, 1), (9.0, 0, 0)):
-        seen = coverage.one_replicate(x, found.mean - errors * found.error, sets=False)
-        assert (seen["fixed_normal"], seen["fixed_t"], seen["winner"]) == (normal, by_t, by_t)
-        assert seen["selected_bias"] == pytest.approx(errors * found.error[1])
-
-
 def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
     monkeypatch.setattr(coverage, "CONTENDERS", 2)
     monkeypatch.setattr(coverage, "N_RANGES", 2)

@@ -58,18 +58,6 @@ def test_the_published_choice_is_compared_with_its_range(ten):
     assert fragments.choices_table(few).empty
 
 
-def test_a_surface_is_summed_up_over_its_rows():
-    rows = pd.DataFrame({"surface": ["A", "A"], "reading": "kept", "dots": 7, "centres": 3})
-    rows = rows.assign(mean_roughness=0.6, lowest_roughness=0.1, highest_roughness=0.9)
-    choices = pd.DataFrame({"row": [4, 5], "range": [4, 6], "gain": [0.1, 0.3], "gain_low": [-0.1, 0.2]})
-    choices = choices.assign(surface="A", reading="kept", gain_high=0.5, d=[1.0, 2.0], may_be_best=[1, 0])
-    found = fragments.surfaces_of(
-        rows, choices.assign(n_S_lowest_percent=2.0, n_S_highest_percent=99.0)
-    ).iloc[0]
-    assert (found["n_may_be_best"], found["n_worse"], found["n_same_range"], found["dots"]) == (1, 1, 1, 7)
-    assert found["gain"] == pytest.approx(0.2) and (found["largest_gain"], found["d_best"]) == (0.3, 2.0)
-
-
 def test_ranges_name_the_published_combination():
     ours = pd.DataFrame({"reading": 10 * ["kept"], "n_S_low_percent": 1.0, "n_S_high_percent": 2.0})
     ours = ours.assign(alpha=1.0, beta=0.0, gamma=6.0, delta=4.0, d_cv=1.0, d_cv_low=0.5)

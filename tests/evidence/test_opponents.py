@@ -5,7 +5,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from measures import opponents, rebuilding
-from measures.molecules import dotted_surface
 from measures.recovery import truth
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import recover
@@ -64,20 +63,6 @@ def test_surfaces_through_the_same_dots_by_pymeshlab(ball):
     assert 390 <= len(triangles) <= 400 and np.abs(np.linalg.norm(corners, axis=1) - 4).max() < 0.2
 
 
-def test_without_pymeshlab_one_sentence_says_so(monkeypatch, capsys):
-    monkeypatch.setattr(rebuilding, "find_spec", lambda name: None)
-    assert not rebuilding.installed()
-    assert capsys.readouterr().out.count("pymeshlab is not installed") == 1
-
-
-def test_normals_at_the_corners_of_a_cube_are_its_diagonals():
-    # by angle it does not matter which of its corners the diagonal of a face divides
-    corners = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
-    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    triangles = np.array([[a, *pair] for a, b, c, d in faces for pair in ((b, c), (c, d))])
-    assert opponents.corner_normals(corners, triangles) == pytest.approx(corners / 3**0.5)
-
-
 def test_bytes_and_errors():
     asked = []
 
@@ -117,11 +102,3 @@ def test_bytes_and_errors():
     few = opponents.measure("no mesh", ATOMS, RADII, None, {}, 40, (100 * 30.6 / len(surface),))
     few = few.set_index("sampler")
     assert opponents.MESH not in few.index and few.loc[opponents.KEPT, "n_S"] == 31
-
-
-def test_a_surface_is_dotted_with_the_requested_number():
-    points, normals = dotted_surface(ATOMS, RADII, 150, np.random.default_rng(0))
-    assert abs(len(points) - 150) <= 12
-    gap = np.linalg.norm(points[:, None] - ATOMS, axis=2) - RADII
-    assert (np.abs(gap).min(axis=1) < 1.5).all()  # turned back: on the molecule again
-    assert np.linalg.norm(normals, axis=1) == pytest.approx(1)

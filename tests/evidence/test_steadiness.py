@@ -1,9 +1,7 @@
 """How far position and dots move a descriptor, on a few atoms."""
 
 import numpy as np
-import pandas as pd
 import pytest
-from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
 from measures import steadiness
@@ -37,26 +35,6 @@ def test_poses_are_the_same_surface(atoms):
         assert all(np.allclose(one @ turn.T, other) for one, other in zip(still[1:], turned[1:], strict=True))
 
 
-def test_changes_by_hand(monkeypatch):
-    rng = np.random.default_rng(0)
-    own = rng.normal(size=(3, 121))  # the descriptors of three patches
-    moved = {change: own + 0.1 * rng.normal(size=(2, 3, 121)) for change in steadiness.CHANGES}
-    found = [("", own), *((change, z) for change, both in moved.items() for z in both)]
-    monkeypatch.setattr(steadiness, "DESCRIPTORS", ("published",))
-    monkeypatch.setattr(steadiness, "poses", lambda *_: [(change, z, None, None) for change, z in found])
-    monkeypatch.setattr(steadiness, "build_index", lambda z, *_: z)
-    monkeypatch.setattr(steadiness, "describe", lambda z, *_, **__: (z, None))
-    changes = steadiness.steadiness(None, None, None, None).set_index("change")
-    apart = pdist(own).mean()
-    for change, both in moved.items():
-        one, other = (np.linalg.norm(z - own, axis=1).mean() for z in both)
-        z = (one + other) / 2
-        assert changes.loc[change, ["Z", "Z_two_patches", "ratio"]].tolist() == pytest.approx(
-            [z, apart, z / apart]
-        )
-        assert changes.loc[change, "sd"] == pytest.approx(abs(one - other) / np.sqrt(2))
-
-
 def test_the_rotation_robust_descriptor_moves_less(atoms):
     tests = molecular_surface(atoms, RADII).points[::40]
     changes = steadiness.steadiness(atoms, RADII, tests, np.random.default_rng(1))
@@ -64,15 +42,3 @@ def test_the_rotation_robust_descriptor_moves_less(atoms):
     assert ratio["rotation_robust", "turned"] < 0.1 * ratio["published", "turned"]
     assert ratio["rotation_robust", "turned, fresh dots"] < 0.5 * ratio["published", "turned, fresh dots"]
     assert (changes["ratio"] == changes["Z"] / changes["Z_two_patches"]).all()
-
-
-def test_the_figure_shows_means_with_their_ends():
-    rows = [
-        (name, change, k + d) for d, name in enumerate(steadiness.COLOURS) for k, change in enumerate("ab")
-    ]
-    means = pd.DataFrame(rows, columns=["descriptor", "change", "ratio"])
-    means = means.assign(ratio_low=means["ratio"] - 0.1, ratio_high=means["ratio"] + 0.2)
-    (ax,) = steadiness.draw(means).axes
-    assert [patch.get_height() for patch in ax.patches] == means["ratio"].tolist()
-    ends = [path.vertices[:, 1] for bar in ax.collections for path in bar.get_paths()]
-    assert np.array(ends) == pytest.approx(means[["ratio_low", "ratio_high"]].to_numpy())

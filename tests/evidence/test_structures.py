@@ -53,10 +53,5 @@ def test_every_study_has_its_structures(table):
     assert set(sets["coverage"]) <= set(sets["proteins"])
     if table == TABLE:
         assert len(sets["proteins"]) == 65 and len(sets["descriptors"]) >= 5 and len(sets["coverage"]) >= 5
-
-
-def test_every_complex_has_two_partners():
-    structures = read_structures(TABLE)
-    pairs = complexes(structures)
-    assert len(pairs) == 46 and pairs["1A2K"] == ("1A2K_r", "1A2K_l")
-    assert {name for pair in pairs.values() for name in pair} <= structures.keys()
+        pairs = complexes(structures)
+        assert len(pairs) == 46 and {name for pair in pairs.values() for name in pair} <= structures.keys()

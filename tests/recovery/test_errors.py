@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import conftest
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import (
     MIN_CURVATURE,
@@ -16,10 +17,7 @@ from sparsurf.recovery.errors import (
 @pytest.fixture(scope="module")
 def sphere():
     """Dots of a sphere of 8 Å, 5.4 per Å^2, with their normals."""
-    k = np.arange(4300) + 0.5
-    z, turn = 1 - 2 * k / len(k), np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
-    return 8 * unit, unit
+    return conftest.ball(4300, 8)
 
 
 def test_a_tenth_of_a_sphere_gives_it_back(sphere):
@@ -47,14 +45,6 @@ def test_a_missing_cap_is_far(sphere):
     top = np.argmax(points[:, 2])
     assert off[top] > 1.0
     assert np.median(off[points[:, 2] < 3]) < 0.05
-
-
-def test_a_surface_beside_another_one(sphere):
-    points, normals = sphere
-    assert distance_to_surface(1.05 * points[::3], points, normals) == pytest.approx(0.4, abs=0.01)
-    assert distance_to_surface(np.add(points, [20, 0, 0]), points, normals).max() == pytest.approx(
-        20, abs=0.1
-    )
 
 
 def test_a_plane_by_hand():
@@ -91,11 +81,6 @@ def test_the_wall_across_a_cleft_bends_nothing():
     up[:, 2] = np.where(np.arange(4000) % 2, -1.0, 1.0)  # two planes that face each other
     assert np.abs(curvature(build_grid(points, up))).max() < 1e-12
     assert curvature(build_grid(np.zeros((1, 3)), up[:1])).tolist() == [0]
-
-
-def test_the_number_of_threads_changes_nothing(sphere):
-    index = build_grid(*sphere)
-    assert np.array_equal(curvature(index), curvature(index, threads=2))
 
 
 def test_tails_by_hand():

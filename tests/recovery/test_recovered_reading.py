@@ -8,7 +8,7 @@ import pytest
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings
-from sparsurf.recovery.readings import comparable_density, readings_of_columns
+from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
@@ -126,16 +126,3 @@ def test_a_curve_gives_what_subsets_of_each_combination_give(prepared, along_a_c
     own, curve = (estimate(x) for x in (z.reshape(len(some), 3, -1), g.z_tr[1][some]))
     assert (abs(own.mean - curve.mean) < np.hypot(own.half, curve.half)).all()
     assert abs((own.mean - curve.mean).mean()) < 0.04  # half of the step to the next n_S but one
-
-
-def test_a_curve_is_the_same_whatever_the_cores(prepared, along_a_curve):
-    g = along_a_curve
-    more = grid.evaluate_grid(prepared.changed(threads=2), g.combinations, 20, 3, g.readings)
-    assert np.array_equal(g.z_tr, more.z_tr) and np.array_equal(g.z_ts, more.z_ts)
-    assert np.array_equal(g.median_patch_size, more.median_patch_size)
-
-
-def test_a_table_has_the_readings_that_its_columns_are_called_after():
-    columns = ["d_recovered", "kept", "d_kept", "best_full", "d_scaled_low"]
-    assert readings_of_columns(columns, "d_") == ["kept", "recovered"]
-    assert readings_of_columns(columns) == ["kept"]

@@ -6,19 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from conftest import ball
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.interpolants import SUPPORT, fit_interpolants, interpolant_value
-from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
-from sparsurf.recovery.recovering import NEWTON_STEPS, _place_discs, _project, _tangents, dot_spacing, recover
+from sparsurf.recovery.neighbours import nearest_on_same_side
+from sparsurf.recovery.recovering import NEWTON_STEPS, _place_discs, _project, dot_spacing, recover
 from sparsurf.surfaces.molecular_surface import molecular_surface
-
-
-def sphere(n, radius=3.0):
-    """Evenly spread dots of a sphere, and its normals."""
-    k = np.arange(n) + 0.5
-    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
-    return radius * unit, unit
 
 
 def torus(n, ring=4.0, tube=1.4, seed=0):
@@ -53,13 +46,13 @@ def test_neighbours_are_the_nearest_in_order():
 
 
 def test_a_sphere_comes_back():
-    points, normals = recover(*sphere(60))
+    points, normals = recover(*ball(60, 3))
     assert (
         np.abs(np.linalg.norm(points, axis=1) - 3).max() < 0.01
     )  # dots are 1.4 Å apart; a chord's height is 0.08
     assert np.abs((normals * points).sum(axis=1) / 3 - 1).max() < 1e-3
     assert len(points) == pytest.approx(5.35 * 4 * np.pi * 9, rel=0.35)
-    assert cKDTree(points).query(sphere(2000)[0])[0].max() < 0.5  # no hole: patches stay linked
+    assert cKDTree(points).query(ball(2000, 3)[0])[0].max() < 0.5  # no hole: patches stay linked
 
 
 def test_a_torus_comes_back():
@@ -74,14 +67,14 @@ def test_a_torus_comes_back():
 
 
 def test_the_kept_dots_come_first_and_stay():
-    dots = sphere(60)
+    dots = ball(60, 3)
     for density in (1.0, 5.35, 20.0):
         points, normals = recover(*dots, density=density)
         assert np.array_equal(points[:60], dots[0]) and np.array_equal(normals[:60], dots[1])
         gap = cKDTree(points).query(points[60:], k=2)[0][:, 1]
         assert (gap > 0.65 / np.sqrt(density)).all()
-    assert len(recover(*sphere(3))[0]) == 3  # too few to say anything
-    assert len(recover(*sphere(4))[0]) > 4
+    assert len(recover(*ball(3, 3))[0]) == 3  # too few to say anything
+    assert len(recover(*ball(4, 3))[0]) > 4
     assert cKDTree(recover(*dots, keep=False)[0]).query(dots[0])[0].min() > 0
 
 
@@ -177,13 +170,6 @@ def test_far_away_only_the_sphere_of_the_mean_curvature_is_left():
         assert np.allclose(gradient, facing + bend * d, atol=1e-9)
 
 
-def test_tangents_are_perpendicular_whatever_the_normal():
-    some = np.random.default_rng(1).normal(size=(20, 3))
-    for n in (*np.eye(3), *-np.eye(3), *some / np.linalg.norm(some, axis=1)[:, None]):
-        frame = np.array([n, *_tangents(n)])
-        assert np.allclose(frame @ frame.T, np.eye(3), atol=1e-12)
-
-
 PLATE = np.array([[2.0 * i, 2.0 * j, 0] for i in range(5) for j in range(5)])
 
 
@@ -221,7 +207,7 @@ def projected(functions, place, steps, longest):
 
 
 def test_a_place_takes_steps_of_a_bounded_length_and_arrives_or_not():
-    functions = fit_interpolants(*sphere(60))
+    functions = fit_interpolants(*ball(60, 3))
     place = 1.2 * functions.index.xyz[7]  # 0.6 Å above its dot
     assert not len(projected(functions, place, 6, 0.1)[0])  # on the surface, but not looked at there
     for steps, longest in ((7, 0.1), (4, 9.0)):
@@ -233,7 +219,7 @@ def test_a_place_takes_steps_of_a_bounded_length_and_arrives_or_not():
 
 
 def test_close_dots_take_fewer_neighbours_and_no_places_that_are_thinned_out():
-    points, normals = sphere(600)  # 0.43 Å apart
+    points, normals = ball(600, 3)  # 0.43 Å apart
     wide = np.arange(600) % 12 == 0  # of which one half of the sphere keeps a twelfth
     points, normals = (x[(points[:, 2] > 0) | wide] for x in (points, normals))
     functions = fit_interpolants(points, normals, close=0.8)
@@ -254,20 +240,11 @@ def test_close_dots_take_fewer_neighbours_and_no_places_that_are_thinned_out():
 
 
 def test_two_dots_at_one_place_do_no_harm():
-    points, normals = sphere(60)
+    points, normals = ball(60, 3)
     double = np.concatenate([points, points[:5]]), np.concatenate([normals, normals[5:10]])
     found = recover(*double)[0]
     assert np.isfinite(found).all() and np.array_equal(found[:65], double[0])
     assert np.abs(np.linalg.norm(found, axis=1) - 3).max() < 0.5
-
-
-def test_spacing_of_even_dots():
-    gap = np.sqrt((np.arange(9) + 0.5) / np.pi)[None] * 2.0  # neighbours of a dot, dots being 2 Å apart
-    assert local_spacing(gap) == pytest.approx([2.0])
-    assert local_spacing(gap * [[1], [1], [3]]) == pytest.approx([2.0, 2.0, 4.0])  # one that is alone
-    assert local_spacing(np.append(gap[:, :8] / 2, gap[:, 8:], axis=1)) == pytest.approx(
-        [2.0]
-    )  # the last one counts
 
 
 def test_spacing_belongs_to_its_dot_and_a_single_one_has_none():

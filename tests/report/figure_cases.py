@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
+import conftest
 import sparsurf
 from conftest import ROOT
 from measures import protein_figures
@@ -37,11 +38,9 @@ FINE = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
 
 
 def sphere(n=400, radius=8.0):
-    """Return points and normals of an evenly covered ellipsoid (golden spiral)."""
-    k = np.arange(n) + 0.5
-    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    normals = np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
-    return radius * normals * [1.4, 1.0, 0.8], normals
+    """Return points and normals of an evenly covered ellipsoid."""
+    points, normals = conftest.ball(n, radius)
+    return points * [1.4, 1.0, 0.8], normals
 
 
 def grid(**lists):
@@ -313,36 +312,22 @@ PICTURES = {  # with a picture in baseline/
 }
 AWKWARD = {  # little data, and much: texts find their place all the same
     "frames, 11 clusters": lambda: projection(k=11),
-    "frames, 2 clusters side by side": lambda: projection(k=2, chosen=[0, 2, 4]),
     "frames, 1 cluster": lambda: projection(k=1),
     "frames, every frame": lambda: projection(f=40, chosen=list(range(40))),
-    "frames, all the same": lambda: frames.frames_projection([[0.0]], [0], [0], ["c1"], [1.0], {}),
     "frames, nothing known": lambda: frames.frames_projection(np.eye(3), [0, 0, 1], [], [], [], {}),
     "roughness, 30 dots": lambda: rough(30),
-    "roughness, constant": lambda: rough(50, np.full(50, 0.5)),
     "number, fine": lambda: number_of_dots.figure(grid(gamma=FINE, delta=FINE)),
-    "number, long labels": lambda: number_of_dots.figure(grid(**LONG)),
     "number, one combination": lambda: number_of_dots.figure(grid(alpha=[1], **ONE)),
     "d, fine": lambda: d_over_grid.figure(grid(beta=[0, 1, 2, 3, 4, 5, 6, 7], gamma=FINE, delta=FINE)),
     "d, long labels": lambda: d_over_grid.figure(grid(**LONG)),
-    "d, one gamma": lambda: d_over_grid.figure(grid(gamma=[6])),
     "d, one combination": lambda: d_over_grid.figure(grid(alpha=[1], **ONE)),
-    "d, one combination of three readings": lambda: d_over_grid.figure(
-        grid(alpha=[0.4], **ONE).assign(d_recovered=-0.25, d_se_recovered=0.1)
-    ),
     "d, no values": lambda: d_over_grid.figure(NO_VALUES),
     "d, holes": lambda: d_over_grid.figure(HOLES),
     "boxes, three readings": lambda: boxes(readings=[*BOTH, "recovered"]),
-    "boxes, one test": lambda: boxes(n=1),
-    "boxes, one roughness": lambda: boxes(n=20, roughness=np.full(20, 0.6)),
     "boxes, empty bins": lambda: boxes(n=20, roughness=np.r_[0.1, np.full(19, 0.9)]),
-    "subsets, 30 dots, one subset": lambda: kept(30, 1),
     "required_dots, little known": lambda: enough(rows=1, floors=("fresh dots",)),
-    "required_dots, no grid": lambda: enough(rows=0),
-    "required_dots, 4 surfaces without grids": lambda: enough(4, rows=0),
     "required_dots, 5 surfaces": lambda: enough(5),
     "ensemble, 1 frame": lambda: over_time.ensemble_figure(trajectory(1), (1, 0, 6, 4)),
     "compare, arrow as high as the reference": lambda: comparison(None, (2.5, 10.0, 20.0, 60.0), 9.0),
-    "compare, farthest is worse": lambda: comparison({"farthest": 1.1, "uniform": 1.25, "paper": 1.0}),
     "changes, all over": lambda: forms([2.0] * 7 + [0.5]),
 }

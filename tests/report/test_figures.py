@@ -7,7 +7,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-import pandas as pd
 import pytest
 from figure_cases import AWKWARD, PICTURES, grid, surface_tables
 from matplotlib import __version__, colormaps, colors, rcParams
@@ -15,7 +14,6 @@ from matplotlib.image import imread
 
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from sparsurf.report.figures import (
-    changes,
     d_over_grid,
     layout,
     pair_figures,
@@ -89,7 +87,7 @@ def test_the_histogram_counts_the_roughness_in_the_colours_of_the_surface():
     assert bar.get_ylim() == pytest.approx((low, high))  # whatever the surface
 
 
-@pytest.mark.parametrize("name", ["roughness", "d_over_grid", "required_dots"])
+@pytest.mark.parametrize("name", ["d_over_grid"])
 def test_files_repeat_byte_by_byte(name, tmp_path):
     figure, before = PICTURES[name](), dict(rcParams)
     for folder, drawing in (("a", figure), ("b", figure), ("c", PICTURES[name]())):
@@ -103,24 +101,6 @@ def test_files_repeat_byte_by_byte(name, tmp_path):
     assert ElementTree.fromstring(text).tag.endswith("svg") and "<text" in text
     assert abs(imread(tmp_path / "a" / "v1.2_figure.png").shape[1] - figure.get_figwidth() * layout.DPI) < 1
     assert dict(rcParams) == before
-
-
-def test_interpolation_goes_through_the_values_and_adds_no_maximum():
-    x, y = np.array([0.0, 2, 4, 6, 8, 10]), np.array([0.0, 5, 10])
-    table = np.random.default_rng(3).normal(size=(3, 6))
-    fine_x, fine_y, fine = d_over_grid._interpolated(x, y, table)
-    at = fine[np.searchsorted(fine_y, y)[:, None], np.searchsorted(fine_x, x)]
-    np.testing.assert_allclose(at, table, atol=1e-12)
-    assert fine.max() <= table.max() + 1e-12 and fine.min() >= table.min() - 1e-12
-
-
-def test_missing_residues_leave_a_gap_along_the_axis_and_round_ones_are_named():
-    """Of at most 20 residues; 12 mm of 165 are 11.3 of 155 residues, so every 20th is named; an insertion code goes on by one."""
-    table = pd.DataFrame({"chain": list("AAAAABB"), "residue": ["-3", "-2", "1", "1A", "100", "7", "9"]})
-    assert changes._positions(table).tolist() == [0, 1, 4, 5, 25, 26, 28]
-    table = pd.DataFrame({"chain": "A", "residue": [str(k) for k in range(16, 171)]})
-    named = table["residue"].iloc[changes._named(table, changes._positions(table), np.array([], int))]
-    assert named.tolist() == ["20", "40", "60", "80", "100", "120", "140", "160"]
 
 
 def test_titles_follow_from_the_numbers():

@@ -3,8 +3,6 @@
 import html
 import json
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
@@ -13,6 +11,7 @@ from PIL import Image
 
 from parsed_pages import Page
 from sparsurf.report.front import warned, write_front
+from sparsurf.report.summaries import summarise_pairs
 
 D = {"kept": [0.5, 2.42, 2.6, 0.2], "full": [-0.13, -0.26, -0.3, -0.1]}  # by range
 BEST = (1.0, 0.0, 4.0, 6.0)  # of the second range
@@ -109,6 +108,14 @@ def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     assert "4 of 6 tests find" in text_of(tmp_path)
 
 
+def test_fields_are_those_of_the_minimal_subset(tmp_path):
+    files = [*write_run(tmp_path), "p/c1/fields.csv"]
+    rows = [("charge", "minimal", 0.912), ("charge", "farthest", 0.5), ("flat", "minimal", np.nan)]
+    pd.DataFrame(rows, columns=["field", "subset", "r"]).to_csv(tmp_path / "p/c1/fields.csv", index=False)
+    write_front(tmp_path / "index.html", files, {})
+    assert "gives fields back at the other dots: charge r = 0.912." in text_of(tmp_path)
+
+
 def test_failures_and_warnings_stand_above_the_sections(tmp_path):
     files = write_run(tmp_path)
     rows = [("p", "c1", "j", "/x/p.pdb: it lacks 3 atoms"), ("q", "", "j", "/x/q.pdb: it lacks 12 atoms")]
@@ -173,13 +180,6 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
         assert re.search(r"protrusion alone has 0\.75 \(", answer)
 
 
-def test_the_first_page_loads_no_kernel():
-    """numba and scipy take longer to load than the page takes to write."""
-    code = "import sys, sparsurf.report.front; print(*{'numba', 'scipy'} & {*sys.modules})"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout == "\n"
-
-
 @pytest.mark.parametrize(("p", "word"), [(0.06, ""), (0.04, "not ")])
 def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p, word):
     files = write_run(tmp_path)
@@ -195,3 +195,12 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         f"is {word}reproduced: 1 of 4 published d and 2 of 4 published Z" in answer
         and "95 % of 200 runs" in answer
     )
+
+
+def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
+    (tmp_path / "far").mkdir()
+    columns = "partner,score,auc,low,high,dots,interface,blocks\n"
+    (tmp_path / "far" / "agreement.csv").write_text(columns)
+    outputs = [str(tmp_path / name) for name in ("pairs.csv", "pairs.png")]
+    summarise_pairs([tmp_path / "far" / "agreement.csv"], "x", *outputs)
+    assert len(pd.read_csv(outputs[0])) == 0 and (tmp_path / "pairs.png").exists()

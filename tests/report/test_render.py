@@ -6,23 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from conftest import ball
 from sparsurf.report.figures import render
 
 RED, BLUE = (0.8, 0.1, 0.1), (0.1, 0.1, 0.8)
 LAMP = render.LIGHT / np.linalg.norm(render.LIGHT)
 
 
-def sphere(n, radius):
-    """Points and normals of an evenly covered sphere (golden spiral)."""
-    k = np.arange(n) + 0.5
-    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    normals = np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
-    return radius * normals, normals
-
-
 def lumpy(n, seed):
     """Points and normals of a closed surface without any symmetry, the normals from its gradient."""
-    _, unit = sphere(n, 1.0)
+    _, unit = ball(n, 1.0)
     lobes = Rotation.random(6, random_state=seed).as_matrix()[:, 0] * np.linspace(1, 3, 6)[:, None]
     bump = np.exp(4 * (unit @ lobes.T / np.linalg.norm(lobes, axis=1) - 1)) * np.linspace(1, 4, 6)
     radius = 6 + bump.sum(axis=1)
@@ -47,7 +40,7 @@ def drawn(picture):
 
 
 def test_sphere_has_the_area_of_a_disc_and_no_holes():
-    points, normals = sphere(20000, 10.0)
+    points, normals = ball(20000, 10.0)
     picture = render.picture(render.draw_surface(points, normals, RED, camera()))
     radius = render.closing_radius(points)
     # discs at the rim stick out by r^2 / 2R; the edge is known to half a drawn pixel, 0.025 Å
@@ -55,31 +48,6 @@ def test_sphere_has_the_area_of_a_disc_and_no_holes():
     assert np.pi * (10 - 0.025) ** 2 < area < np.pi * (10 + radius**2 / 20 + 0.05) ** 2
     x, y = np.meshgrid(np.arange(280) - 139.5, 119.5 - np.arange(240))
     assert drawn(picture)[np.hypot(x, y) < 99].all()
-
-
-def test_sphere_is_shaded_by_lambert():
-    points, normals = sphere(20000, 10.0)
-    scene = render.draw_surface(points, normals, (1.0, 1.0, 1.0), camera())
-    y, x = np.mgrid[0 : scene.depth.shape[0], 0 : scene.depth.shape[1]] + 0.5
-    x, y = (x - x.mean()) / 20, (y.mean() - y) / 20
-    inner = np.hypot(x, y) < 9  # the haze is white upon a white surface: only the lamp is left to see
-    normal = np.stack([x, y, np.sqrt(np.maximum(100 - x**2 - y**2, 0))], axis=-1)[inner] / 10
-    bright = render.AMBIENT + (1 - render.AMBIENT) * (normal @ LAMP).clip(0)
-    z = (10 - 10 * normal[:, 2]) / 10  # depth below the front over the depth of the visible half
-    expected = bright + render.HAZE * z * (1 - bright)
-    # blended normals differ from the sphere's by less than the spacing of the dots, 0.025 in radians
-    np.testing.assert_allclose(scene.colour[inner][:, 0], expected, atol=0.03)
-    np.testing.assert_allclose(scene.depth[inner] / 20, 10 * normal[:, 2], atol=0.1)
-
-
-def test_a_picture_is_the_mean_of_what_was_drawn_darkened():
-    rng = np.random.default_rng(0)
-    colour, dark = rng.random((12, 20, 3)).astype(np.float32), rng.random((12, 20))
-    scene = render.Scene(camera(shape=(6, 10)), colour, np.zeros((12, 20)), dark, 1.0)
-    expected = 255 * (colour * dark[..., None]).reshape(6, 2, 10, 2, 3).mean(axis=(1, 3))
-    found = render.picture(scene)
-    assert found.dtype == np.uint8 and found.shape == (6, 10, 3)
-    assert np.abs(found - expected).max() <= 0.5 + 1e-4  # rounded; single precision
 
 
 @pytest.mark.parametrize(("upper", "seen"), [(RED, 0), (BLUE, 2)])
@@ -94,7 +62,7 @@ def test_front_hides_back(upper, seen):
 
 
 def test_what_faces_away_or_lies_behind_gets_no_dots():
-    points, normals = sphere(5000, 8.0)
+    points, normals = ball(5000, 8.0)
     scene = render.draw_surface(points, normals, render.PALE, camera())
     back = points[:, 2] < -0.5
     dotted = render.draw_dots(scene, points[back], normals[back], RED)
@@ -103,17 +71,6 @@ def test_what_faces_away_or_lies_behind_gets_no_dots():
     inside = np.hypot(*behind[:, :2].T) < 5
     dotted = render.draw_dots(scene, behind[inside], up[inside], RED)
     np.testing.assert_array_equal(render.picture(dotted), render.picture(scene))
-
-
-def test_dot_has_the_area_of_its_disc():
-    points, normals = plane(0.0)
-    scene = render.draw_surface(points, normals, render.PALE, camera(scale=40.0))
-    tilt = Rotation.from_euler("x", 60, degrees=True).apply(normals)
-    for normal, share in ((normals, 1.0), (tilt, 0.5)):
-        dotted = render.draw_dots(scene, points[:1] * 0, normal[:1], RED, radius=0.5)
-        red = (dotted.colour != scene.colour).any(axis=2).sum() / 80**2
-        # a circle of 40 drawn pixels in radius covers its area to within 1 %
-        assert red == pytest.approx(np.pi * 0.25 * share, rel=0.01)
 
 
 def slow_twin(points, normals, colours, camera, radius, slack):
@@ -158,18 +115,6 @@ def test_kernels_equal_a_slow_twin(seed, n, radius):
     np.testing.assert_allclose(sums, slow_sums, atol=1e-9)
 
 
-def test_order_of_the_dots_does_not_matter():
-    points, normals = lumpy(3000, 1)
-    colours = np.random.default_rng(0).random(points.shape)
-    view = render.aim(points, render.along_smallest_axis(points), (150, 200))
-    shuffled = np.random.default_rng(1).permutation(len(points))
-    one, other = (
-        render.picture(render.draw_surface(points[i], normals[i], colours[i], view, radius=0.6))
-        for i in (np.arange(len(points)), shuffled)
-    )
-    np.testing.assert_array_equal(one, other)
-
-
 def test_turned_molecule_gives_the_same_picture():
     points, normals = lumpy(3000, 2)
     colours = np.random.default_rng(0).random(points.shape)
@@ -185,45 +130,3 @@ def test_turned_molecule_gives_the_same_picture():
     # rounding may move the rim of a disc across the middle of a pixel, seldom
     first, *others = np.array(pictures, int)
     assert all((np.abs(other - first) > 1).mean() < 1e-3 for other in others)
-
-
-def test_views():
-    points, normals = lumpy(2000, 4)
-    extent = np.ptp(points @ render.along_smallest_axis(points).T, axis=0)
-    spread = np.std(points @ render.along_smallest_axis(points).T, axis=0)
-    assert spread[0] >= spread[1] >= spread[2]
-    view = render.aim(points, render.along_smallest_axis(points), (120, 200))
-    left, right, bottom, top = view.extent
-    margin = 2 * render.MAX_DISC_RADIUS - 1e-9
-    assert right - left >= extent[0] + margin and top - bottom >= extent[1] + margin
-    # and no wider than that: one side is full
-    assert min(right - left - extent[0], top - bottom - extent[1]) == pytest.approx(
-        2 * render.MAX_DISC_RADIUS
-    )
-    cap = normals @ [0.6, 0.0, 0.8] > 0.5
-    rotation = render.oblique(points[cap], normals[cap], tilt=40)
-    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
-    mean = normals[cap].mean(axis=0)
-    expected = [0, np.cos(np.radians(40)), np.sin(np.radians(40))]
-    np.testing.assert_allclose(rotation @ mean / np.linalg.norm(mean), expected, atol=1e-6)
-
-
-@pytest.mark.parametrize("n", [1, 2, 3, 30])
-def test_few_dots(n):
-    points, normals = sphere(n, 3.0)
-    normals = np.abs(normals) + np.array([0, 0, 0.2])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    for rotation in (render.along_smallest_axis(points), render.oblique(points, normals)):
-        scene = render.draw_surface(points, normals, RED, render.aim(points, rotation, (60, 80)))
-        assert render.picture(render.draw_dots(scene, points[:0], normals[:0], BLUE)).shape == (60, 80, 3)
-    front = render.draw_surface(points, normals, RED, camera())
-    assert drawn(render.picture(front)).any()
-
-
-def test_many_dots_in_a_small_picture():
-    points, normals = sphere(300_000, 70.0)
-    picture = render.picture(
-        render.draw_surface(points, normals, RED, render.aim(points, np.eye(3), (60, 60)))
-    )
-    # 60 pixels hold 2 * (70 + 1.2) Å
-    assert drawn(picture).sum() == pytest.approx(np.pi * (30 * 70 / 71.2) ** 2, rel=0.03)

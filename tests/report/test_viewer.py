@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from browser import Browser, programs
+from small_study import run_script
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.recovery.readings import READINGS
@@ -160,39 +161,32 @@ def test_the_page_of_a_pair_ranks_each_partner_and_turns_its_interface_to_the_vi
     assert {label.split(", ")[1] for label in header["residues"]} == {"partner 1", "partner 2"}
 
 
-def test_the_page_of_a_form_is_grey_below_its_floor(study):
-    folder = study / "results/small/changes/bend"
-    header, columns = unpacked((folder / "view_1.html").read_text(encoding="utf-8"))
-    table = pd.read_csv(folder / "changes.csv")
+def test_the_page_of_a_form_is_grey_below_its_floor(study, tmp_path):
+    run, ends = study / "results/small", (("surface", "npz"), ("structure", "pdb"))
+    table = pd.read_csv(run / "changes/bend/changes.csv")
+    table["total"] *= np.where(table.index % 2, 0.3, 1)
+    table.to_csv(tmp_path / "changes.csv")
+    places = enumerate(("moving/f0000", "moving/f0700"), 1)
+    inputs = {f"{kind}_{side}": run / place / f"{kind}.{end}" for side, place in places for kind, end in ends}
+    outputs = {name: tmp_path / f"{name}.png" for name in ("view_1", "view_2", "png")}
+    params = {"patches": {}, "forms": ["moving/f0", "moving/f700"], "seed": 1}
+    inputs["changes"] = tmp_path / "changes.csv"
+    run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")
+    header, columns = unpacked(outputs["view_1"].read_text(encoding="utf-8"))
     over = table["total"] / table[["total_floor", "total_moved"]].max(axis=1)
     by_residue = dict(zip(table["residue"].astype(str), over.where(over >= 1), strict=True))
     wanted = np.array([by_residue[header["residues"][k].split()[1]] for k in columns["residue"]])
     scale, known = header["values"][1], np.isfinite(wanted)
     steps = scale["low"] + columns["value 1"] / 254 * (scale["high"] - scale["low"])
     assert np.abs(steps - wanted)[known].max() <= (scale["high"] - scale["low"]) / 254
-    assert (columns["value 1"][~known] == 255).all() and scale["unknown is"]
+    assert not known.all() and (columns["value 1"][~known] == 255).all() and scale["unknown is"]
 
 
-def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, grid, monkeypatch):
-    """Dots of a sphere with a cover of three pairs each and two more colours."""
-    n, rng = 130_000, np.random.default_rng(2)
-    k = np.arange(n) + 0.5
-    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    unit = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
-    surface, centre = Surface(50 * unit, unit, kind=np.zeros(n), atom=np.zeros(n)), np.arange(0, n, 300)
-    start = np.append(np.arange(len(centre)) * 900, len(centre) * 900)
-    dot = (np.repeat(centre, 900) + np.tile(np.arange(900), len(centre))) % n
-    cover = published.Cover(centre, centre, rng.random(len(centre)), start, dot, np.ones(len(dot)), n)
-    more, chosen = [viewer.Values("other", "o", " Å", np.cos(40 * z))] * 2, rng.permutation(n)
-    best = tables.best_combinations(*grid, 50)
-    text = viewer.page("big", surface, z**2, cover, 4.0, {"farthest": chosen}, grid[0], best, (), more)
-    assert len(text.encode()) <= viewer.MAX_BYTES <= 1_500_000  # the frame of a report shows 1.57 MB at most
-    header, columns = unpacked(text)
-    assert (header["total"], header["stored"]) == (n, 100_000)
-    assert {*columns["index"]} == {*chosen[:100_000]}
-    assert len(columns["pair"]) == np.isin(dot, columns["index"]).sum()
+def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch):
     monkeypatch.setattr(viewer, "MAX_BYTES", 60_000)
-    header, columns = unpacked(page_of(prepared, order))
+    text = page_of(prepared, order)
+    header, columns = unpacked(text)
+    assert len(text.encode()) <= 60_000 and header["total"] == 3000
     assert 1000 < header["stored"] < 3000 and {*columns["index"]} == {*order[: header["stored"]]}
 
 
@@ -372,7 +366,7 @@ def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
     assert opened.run("return view.picked") == dot  # a press that moved picks nothing
 
 
-def test_keys_wheel_and_fingers(opened):
+def test_keys_and_the_wheel(opened):
     step = np.sin(0.12)
     for key, place, sign in (("\ue012", 2, -1), ("\ue014", 2, 1), ("\ue013", 5, 1), ("\ue015", 5, -1)):
         opened.press("#canvas", "0" + key)  # back; then what lies in front goes to the left, right, up, down
@@ -380,18 +374,14 @@ def test_keys_wheel_and_fingers(opened):
     for act, zoom in (
         (lambda: opened.press("#canvas", "+"), 1.15),
         (lambda: opened.wheel("#canvas", -100), np.exp(0.15)),
-        (lambda: opened.pinch("#canvas", 40, 80), 2),
     ):
         opened.press("#canvas", "0")
         act()
         assert np.isclose(opened.run("return view.zoom"), zoom, rtol=0.05)
     opened.press("#canvas", "0")
     opened.point("#canvas", (0, 0), (20, 50), held="\ue008")
-    across, down, pixel = opened.run(
-        "return [...view.shift, scene.perPixel(view) * canvas.width / canvas.clientWidth]"
-    )
-    assert np.allclose([across, down], [20 * pixel, -50 * pixel], rtol=0.05)
-    assert opened.run("return view.turn") == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    across, down = opened.run("return view.shift")
+    assert across > 0 > down and opened.run("return view.turn") == [1, 0, 0, 0, 1, 0, 0, 0, 1]
 
 
 def test_the_picture_shows_what_is_chosen_and_can_be_saved(opened):
@@ -426,21 +416,6 @@ def test_a_small_screen_needs_no_sideways_scrolling(opened):
         assert max(opened.run(ends)) <= 400
     finally:
         opened.screen(None, None)
-
-
-def test_inside_the_frame_of_a_report(browser, path, tmp_path):
-    inner, outer = base64.b64encode(path.read_bytes()).decode(), tmp_path / "outer.html"
-    outer.write_text(
-        f'<iframe style="width:900px;height:600px" src="data:text/html;charset=utf8;base64,{inner}"></iframe>'
-    )
-    browser.open(outer.as_uri())
-    browser.frame(0)
-    browser.wait_for(READY)
-    assert len(choose(browser, sampler="paper")) > len(choose(browser, alpha=0.2))
-    browser.run("drawNow()")
-    browser.frame(None)
-    (tmp_path / "window.png").write_bytes(browser.screenshot())
-    assert coloured(matplotlib.image.imread(tmp_path / "window.png")) > 3000 and browser.complaints() == []
 
 
 def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):

@@ -1,7 +1,6 @@
 """Parts of the simulation that need no GROMACS: what is asked of it, and what is read from its files."""
 
 import json
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -61,32 +60,15 @@ def test_chains_come_back_residue_by_residue(tmp_path):
         system.with_chains(path, one.take(one.chain == "A"))
 
 
-def test_no_more_than_eight_residues_are_named(tmp_path):
-    for n, words in ((10, r"MSE A:8 and 2 more; replace"), (8, r"MSE A:8; replace")):
-        many = molecule(tmp_path, peptide(("ALA",) * n))
-        many = replace(many, residue_name=np.full(many.n_atoms, "MSE"))
-        with pytest.raises(InputError, match=words):
-            system.refuse_unknown(many, "x.pdb", {"ALA"}, "toy")
-    bare = replace(many, chain=np.full(many.n_atoms, " "))
-    with pytest.raises(InputError, match=r"know MSE 1, MSE 2,"):
-        system.refuse_unknown(bare, "x.pdb", set(), "toy")
-
-
-def test_only_protein_of_the_first_model_is_simulated(tmp_path):
+def test_only_protein_of_the_first_model_is_simulated(tmp_path, caplog):
     water = "HETATM   99  O   HOH A  99      50.000  50.000  50.000  1.00  0.00           O  \n"
     path = write(tmp_path / "x.pdb", peptide(("ALA", "GLY", "SER")) + water + "END\n")
     found = system.select_protein(path, {"residues": "2-3", "hydrogens": "keep", "ns": 1})
     assert sorted(set(found.residue_name)) == ["GLY", "SER"] and found.n_frames == 1
-    everything = system.select_protein(path, {"selection": "all"})
-    assert set(everything.kind) == {"protein"}
-
-
-def test_of_several_models_the_first_is_simulated_which_is_reported(tmp_path, caplog):
+    assert set(system.select_protein(path, {"selection": "all"}).kind) == {"protein"}
     one = peptide(("ALA", "GLY"))
-    many = "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n"
-    path = write(tmp_path / "x.pdb", many)
-    assert system.select_protein(path, {}).n_frames == 1
-    assert "has 2 models; the first is simulated. Select another one with `model`." in caplog.text
+    path = write(tmp_path / "x.pdb", "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n")
+    assert system.select_protein(path, {}).n_frames == 1 and "has 2 models" in caplog.text
     caplog.clear()
     assert system.select_protein(path, {"model": 2}).n_frames == 1 and "models" not in caplog.text
 
@@ -158,53 +140,35 @@ def test_a_stage_runs_once_and_again_where_its_inputs_change(asked, tmp_path):
     assert json.loads((own / "stage.json").read_text())["inputs"]
 
 
-def test_the_first_stage_begins_at_the_system(asked, tmp_path):
-    (tmp_path / "system").mkdir()
-    (tmp_path / "system" / "system.gro").write_text("x")
-    stages.run_stage("minimise", tmp_path / "system", None, protocol.DEFAULTS, 3, tmp_path / "own", 2)
-    grompp, mdrun = (words for words, _ in asked)
-    assert grompp[grompp.index("-c") + 1] == tmp_path / "system" / "system.gro" and "-t" not in grompp
-    assert "trajectory.xtc" not in mdrun and (tmp_path / "own" / "stage.mdp").read_text().startswith(
-        "integrator = steep"
-    )
-
-
-def test_only_what_a_stage_has_is_asked_of_its_energies(asked, tmp_path):
-    (tmp_path / "stage.mdp").write_text("integrator = md\n")
-    assert quality._stored_quantities(tmp_path) == ["Potential"]
-    (tmp_path / "state.cpt").write_text("")
-    assert quality._stored_quantities(tmp_path) == ["Potential", "Total-Energy", "Temperature", "Pressure"]
-    (tmp_path / "stage.mdp").write_text("pcoupl = Parrinello-Rahman\n")
-    assert quality._stored_quantities(tmp_path)[-1] == "Density"
-
-
-def test_a_short_series_has_no_interval():
-    assert quality.mean_of_blocks(np.arange(20.0))[1] > 0
-    mean, half = quality.mean_of_blocks(np.arange(19.0))
-    assert mean == 9.0 and np.isnan(half)
-    assert quality.mean_of_blocks(np.repeat([0.0, 100.0], [19, 1]))[0] == 5.0
-
-
 def test_the_interval_of_a_series_is_that_of_its_ten_blocks():
     """Block means 0 to 9: standard deviation 3.0277, and Student's t of 9 degrees of freedom is 2.2622 at 97.5 %."""
     mean, half = quality.mean_of_blocks(np.repeat(np.arange(10.0), 4))
     assert mean == 4.5 and half == pytest.approx(2.2622 * 3.0277 / 10**0.5, abs=1e-3)
+    assert np.isnan(quality.mean_of_blocks(np.arange(19.0))).tolist() == [False, True]  # too short for blocks
     assert np.isnan(quality.mean_of_blocks(np.array([]))).all()
 
 
-@pytest.mark.parametrize(("n", "known"), [(49, False), (50, True)])
-def test_fewer_than_fifty_values_tell_nothing(n, known):
-    table = pd.DataFrame({"stage": "production", "temperature_K": [300.0] * n, "pressure_bar": 11.0})
-    judged = quality.judge(table.assign(density_kg_m3=1036.0), protocol.DEFAULTS).set_index("quantity")
-    assert judged["near"].notna().all() == known
-    if known:
-        assert judged["near"].all()  # 10 bar and 30 kg / m^3 off are near enough
-        far = quality.judge(table.assign(pressure_bar=11.5, density_kg_m3=975.0), protocol.DEFAULTS)
-        assert far["near"].tolist() == [True, False, False]
-        wide = 311.5 + np.repeat([-200.0, 200.0], n // 2)  # 11.5 K off, and so uncertain that it may be near
-        assert quality.judge(table.assign(temperature_K=wide, density_kg_m3=1036.0), protocol.DEFAULTS)[
-            "near"
-        ].all()
+@pytest.mark.parametrize(
+    ("column", "off", "near"),
+    [("temperature_K", 300.99, True), ("temperature_K", 301.01, False), ("temperature_K", 298.99, False),
+     ("pressure_bar", 11.0, True), ("pressure_bar", 11.5, False), ("density_kg_m3", 1036.0, True),
+     ("density_kg_m3", 975.0, False)],
+)  # fmt: skip
+def test_a_mean_off_its_target_is_reported_where_there_are_fifty_values(column, off, near):
+    means = {"temperature_K": 300.0, "pressure_bar": 1.0, "density_kg_m3": 1006.0} | {column: off}
+    table = pd.DataFrame(means | {"stage": ["production"] * 50})
+    before = pd.DataFrame({"stage": ["npt"] * 50, "temperature_K": 0.0})  # does not count
+    judged = quality.judge(pd.concat([before, table]), protocol.DEFAULTS).set_index("quantity")
+    assert judged["near"].to_dict() == dict.fromkeys(means, True) | {column: near}
+    assert len(quality.warnings(judged.reset_index())) == (not near)
+    short = quality.judge(table.head(49), protocol.DEFAULTS)
+    assert short["near"].isna().all() and not quality.warnings(short)
+
+
+def test_a_mean_that_is_uncertain_may_be_near():
+    wide = pd.DataFrame({"stage": "production", "temperature_K": 311.5 + np.repeat([-200.0, 200.0], 25)})
+    judged = quality.judge(wide.assign(pressure_bar=1.0, density_kg_m3=1006.0), protocol.DEFAULTS)
+    assert judged["near"].all()
 
 
 def test_the_radius_of_gyration_is_that_of_the_heavy_atoms():
@@ -221,13 +185,13 @@ def test_the_radius_of_gyration_is_that_of_the_heavy_atoms():
 
 
 def test_an_old_gromacs_is_refused(monkeypatch):
-    for said, old in (
-        ("2018.8", True),
-        ("2019", False),
-        ("2022.5-Debian", False),
-        ("unknown", False),
-        ("5.1.4", True),
-    ):
+    for said, old in {
+        "2018.8": True,
+        "2019": False,
+        "2022.5-Debian": False,
+        "unknown": False,
+        "5.1.4": True,
+    }.items():
         monkeypatch.setattr(gromacs, "_build_information", lambda said=said: {"GROMACS version": said})
         monkeypatch.setattr(gromacs, "program", lambda: "gmx")
         if old:

@@ -17,7 +17,6 @@ from peptides import STEP, peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation import gromacs, protocol, quality, stages, system
-from sparsurf.workflow.config import check_config
 from sparsurf.workflow.models import Simulate
 
 SHORT_KEYS = {"ns": 0.0004, "nvt_ns": 0.0002, "npt_ns": 0.0002, "save_ps": 0.1}
@@ -58,12 +57,6 @@ def test_parameters_are_those_of_the_paper():
 def test_the_config_has_the_defaults_of_the_protocol():
     assert Simulate().model_dump().items() <= protocol.DEFAULTS.items()
     assert protocol.with_defaults({"ns": 5}) == protocol.DEFAULTS | {"ns": 5}
-
-
-def test_a_trajectory_is_not_simulated_again():
-    entry = {"structure": str(ROOT / "config.yaml"), "simulate": {}, "trajectory": str(ROOT / "config.yaml")}
-    with pytest.raises(InputError, match=r"proteins.x has a trajectory and asks to simulate one"):
-        check_config({"proteins": {"x": entry}})
 
 
 def test_the_step_reached_is_the_last_of_the_log(tmp_path):
@@ -132,30 +125,6 @@ def test_energies_are_read_by_their_names(tmp_path):
         "potential_kJ_mol": [-1.5, -2.5],
         "total_energy_kJ_mol": [2, 3],
     }
-
-
-def test_the_interval_of_a_mean_is_made_of_blocks():
-    series = np.repeat(np.arange(10.0), 50)  # ten blocks of equal values: sd 3.0277, t of 9 degrees 2.2622
-    mean, half = quality.mean_of_blocks(series)
-    assert mean == 4.5 and half == pytest.approx(2.262157 * 3.027650 / np.sqrt(10), rel=1e-6)
-    assert np.isnan(quality.mean_of_blocks(np.arange(5.0))[1])
-
-
-@pytest.mark.parametrize("shift, near", [(0.0, True), (0.99, True), (1.01, False), (-1.01, False)])
-def test_a_mean_off_its_target_is_reported(shift, near):
-    table = pd.DataFrame(
-        {
-            "stage": ["npt"] * 100 + ["production"] * 100,
-            "temperature_K": [0.0] * 100 + [300 + shift] * 100,
-            "pressure_bar": 1.0,
-            "density_kg_m3": 1006.0,
-        }
-    )
-    judged = quality.judge(table, protocol.DEFAULTS)
-    assert judged["near"].tolist() == [near, True, True]
-    assert [("temperature" in words) for words in quality.warnings(judged)] == [True] * (not near)
-    short = quality.judge(table.tail(20), protocol.DEFAULTS)
-    assert short["near"].isna().all() and not quality.warnings(short)
 
 
 def test_motion_is_that_of_the_shape(tmp_path):

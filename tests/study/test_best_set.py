@@ -60,12 +60,6 @@ def test_a_set_is_larger_than_pairwise_tests_and_no_larger_than_needed(monkeypat
     assert alone.tolist() == [True] + [False] * 30
 
 
-def test_one_combination_and_one_draw():
-    rng = np.random.default_rng(3)
-    assert best_set(drawn(rng, [0.0])).tolist() == [True]
-    assert best_set(drawn(rng, [9.0, 0.0], draws=1)).tolist() == [True, False]
-
-
 def test_the_set_is_the_same_every_time():
     x = drawn(np.random.default_rng(4), np.zeros(8))
     assert np.array_equal(best_set(x), best_set(x))

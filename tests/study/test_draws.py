@@ -1,16 +1,15 @@
 """Draws that must differ, weights that belong to their subset, numbers of test dots."""
 
-import logging
-import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from sparsurf.errors import InputError
-from sparsurf.settings import Minimal, Settings
+from sparsurf.sampling import published
+from sparsurf.settings import Settings
 from sparsurf.streams import Streams, stream
-from sparsurf.study import comparison, grid, minimal_subset
+from sparsurf.study import comparison, grid
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.subset_search import find_subset
 
@@ -38,24 +37,6 @@ def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(prepared)
     assert abs(len(np.intersect1d(one, two)) - n * m / every) < 5 * np.sqrt(n * m / every)
 
 
-def test_sampled_subsets_have_streams_of_their_own_and_uniform_ones_that_of_their_draw(prepared):
-    keys = []
-
-    def noted(*names):
-        keys.append(names)
-        return stream(3, prepared.name, *names)
-
-    watched = prepared.changed(stream=noted)
-    for combination in (COMBINATION, (0.5, 0.0, 0.0, 2.0)):
-        for draw in (0, 1):
-            watched.pair(combination, draw)
-    watched.draw_tests(5)
-    uniform = [names for names in keys if names[0] == "uniform"]
-    assert uniform == [("uniform", 0), ("uniform", 1)] * 2
-    others = [names for names in keys if names[0] != "uniform"]
-    assert len(set(others)) == len(others) == 5
-
-
 def test_uniform_subsets_of_a_draw_are_nested_and_every_dot_is_as_likely(prepared):
     small, large = (prepared.uniform(n, 4) for n in (100, 2000))
     assert len(small) == 100 and set(small) < set(large)
@@ -66,11 +47,6 @@ def test_uniform_subsets_of_a_draw_are_nested_and_every_dot_is_as_likely(prepare
     assert times.mean() == 80 and times.std() == pytest.approx(np.sqrt(400 * 0.2 * 0.8), rel=0.05)
     # the first and the second half of a draw are as independent of the order of the dots as of each other
     assert abs(np.corrcoef(prepared.uniform_order(0), np.arange(3000))[0, 1]) < 5 / np.sqrt(3000)
-
-
-def test_combinations_draw_apart_even_if_they_are_alike(prepared):
-    one, two = (prepared.pair((alpha, 0, 0, 0), 0)[0] for alpha in (0.5, 0.500001))
-    assert len(np.setxor1d(one, two)) > 100
 
 
 def test_seed_name_and_every_key_make_another_stream():
@@ -100,11 +76,6 @@ def test_number_of_test_dots(requested, n_dots, number):
     assert number_of_tests(requested, n_dots) == number
 
 
-def test_all_dots_are_tests_where_more_are_requested(prepared):
-    n = len(prepared.points)
-    assert np.array_equal(prepared.draw_tests(n + 1), np.arange(n))
-
-
 def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(prepared):
     def draw(n, rng):
         return rng.permutation(3000)[:n]
@@ -122,18 +93,6 @@ def test_all_dots_may_be_handed_out_but_not_more(prepared):
     assert sorted(kept.tolist()) == list(range(3000)) and (weight == 1).all()
     with pytest.raises(InputError, match="blob has 3000 dots; give 1 to 3000"):
         find_subset(prepared, "uniform", 3001)
-
-
-def test_a_share_of_the_dots_is_one_dot_at_least():
-    assert [minimal_subset._n_s(Minimal(percent=p), 300) for p in (0.01, 1)] == [1, 3]
-    assert minimal_subset._n_s(Minimal(n_dots=7), 300) == 7 and minimal_subset._n_s(Minimal(), 300) is None
-
-
-def test_a_requested_z_is_reported_with_its_interval(prepared, caplog):
-    with caplog.at_level(logging.INFO, "sparsurf"):
-        find_subset(prepared, "farthest", z=3.0, n_tests=20)
-    mean, low, high = map(float, re.search(r"Z = (.*) \(95 %: (.*) to (.*)\)", caplog.text).groups())
-    assert low < mean < high
 
 
 def test_fragments_are_medians_over_draws_and_test_dots(prepared):
@@ -164,3 +123,18 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
             alone = prepared.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
             assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
     assert np.abs(found[2] - found[0]).max() > 0.1
+
+
+def test_blocks_of_random_numbers_change_no_draw(prepared, monkeypatch):
+    combination = (0.7, 0.2, 2.0, 2.0)
+    whole = published.sample(prepared.cover, combination, np.random.default_rng(5))
+    for block in (1, 100, 3333):
+        monkeypatch.setattr(published, "PAIRS_PER_BLOCK", block)
+        assert np.array_equal(published.sample(prepared.cover, combination, np.random.default_rng(5)), whole)
+
+
+def test_expected_numbers_do_not_depend_on_company_or_order(prepared):
+    rows = published.parameter_grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
+    together = published.expected_n_s(prepared.cover, rows)
+    assert np.array_equal(published.expected_n_s(prepared.cover, rows[::-1])[::-1], together)
+    assert [published.expected_n_s(prepared.cover, [row])[0] for row in rows] == together.tolist()

@@ -6,17 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drawn import check_texts, drawn_texts
 from peptides import peptide, write
 from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.report.figures import over_time
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.study import ensemble
 from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.residues import residue_table, roughness_over_frames
+from sparsurf.study.residues import residue_table
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -86,11 +84,6 @@ def test_a_row_is_what_the_parts_give(molecule, table):
     assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, STREAMS)["time_ps"] == 30
 
 
-def test_threads_change_no_bit(molecule, table):
-    two = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 2)
-    assert two.to_csv() == table.to_csv()
-
-
 def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
     auto = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": "auto"})})
     table = ensemble.evaluate_frames(molecule, auto, STREAMS, 1)
@@ -103,49 +96,6 @@ def test_a_surface_that_is_too_sparse_is_refused(molecule):
     sparse = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": 2.0})})
     with pytest.raises(InputError, match="p, frame 0: d_link"):
         ensemble.evaluate_frames(molecule, sparse, STREAMS, 1)
-
-
-def test_the_frame_of_an_error_is_named(molecule):
-    without = SETTINGS.model_copy(
-        update={"surface": SETTINGS.surface.model_copy(update={"reentrant": "none"})}
-    )
-    with pytest.raises(InputError, match=r"p, frame 0: surface.reentrant"):
-        ensemble.evaluate_frames(molecule, without, STREAMS, 1)
-
-
-def invented(n, time=True, readings=("kept", "full")):
-    """A table like ensemble.csv of invented numbers."""
-    rng, k = np.random.default_rng(n), np.arange(n)
-    out = pd.DataFrame({"frame": k, "time_ps": 50.0 * k if time else np.full(n, np.nan)})
-    out["n_S_percent"] = 46 + rng.normal(size=n)
-    out["mean_roughness"] = 0.6 + 0.01 * np.sin(k / 50)
-    for j, reading in enumerate(readings):
-        out[f"d_{reading}"] = (2.1, 0.0)[j] + 0.1 * rng.normal(size=n)
-        out[f"d_se_{reading}"] = 0.1
-    return out
-
-
-@pytest.mark.parametrize(
-    "table",
-    [
-        invented(400),
-        invented(12),
-        invented(1),
-        invented(70, time=False),
-        invented(40, readings=["full"]),
-    ],
-    ids=["long", "short", "one frame", "no times", "one reading"],
-)
-@pytest.mark.filterwarnings("error")
-def test_figure_draws_with_texts_apart_and_inside(table, monkeypatch):
-    check_texts(over_time.ensemble_figure(table, [1, 0, 6, 0]), monkeypatch)
-
-
-def test_moving_mean_is_the_mean_of_its_window():
-    table = invented(100)
-    ax = over_time.ensemble_figure(table, [1, 0, 6, 0]).axes[0]
-    line = ax.lines[1].get_ydata()
-    assert line[50] == pytest.approx(table["n_S_percent"][48:53].mean())  # five frames, centred
 
 
 def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
@@ -176,15 +126,3 @@ def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, 
         inside = (residue == k) & ~below[0]
         assert row[f"residue_{k}"] == pytest.approx(rough[inside].mean(), abs=1e-12, nan_ok=True)
     assert row["mean_roughness"] == pytest.approx(table["mean_roughness"][3])  # of all dots
-
-
-def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeypatch):
-    rows = ensemble.split_residue_columns(table, molecule.residues)[1]
-    rows.iloc[2, 3] = np.nan  # buried for a while
-    residues = roughness_over_frames(molecule.residues, rows.iloc[:, 2:].to_numpy(float))
-    figure = over_time.residues_figure(rows, residues)
-    texts = drawn_texts(figure, monkeypatch)
-    words = [text for text, _ in texts]
-    assert {"A 1", "A 4", "B 9", "frame", "residue"} <= set(words)
-    assert any("grey: buried" in text for text in words)
-    check_texts(figure, monkeypatch)

@@ -3,11 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import naive
-from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.sampling import combination, published
 from sparsurf.settings import Settings
@@ -15,8 +13,6 @@ from sparsurf.streams import Streams
 from sparsurf.study import grid as grids
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import mean_and_error, reference_values
-from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.surface import Surface
 
 GRID = published.parameter_grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 
@@ -59,28 +55,7 @@ def nested(blob):
     tests = plain.draw_tests(20)
     n_s = np.unique(np.concatenate([[1, 2, 3], np.linspace(30, 3000, 150).astype(int)]))
     z_tot, _ = plain.describe(tests)
-    return (
-        plain,
-        tests,
-        n_s,
-        z_tot,
-        *plain.compare_uniform(1, n_s, tests, ("kept", "full"), z_tot),
-    )
-
-
-def test_nested_subsets_equal_the_plain_method(blob, nested):
-    points, normals = blob
-    plain, tests, n_s, z_tot, z, sizes = nested
-    for t in (0, 9):
-        ball = np.flatnonzero(np.linalg.norm(points - points[tests[t]], axis=1) <= 6.0)
-        whole = naive.island(points, ball, 0.8)
-        for s in range(0, len(n_s), 12):
-            subset = plain.uniform(n_s[s], 1)
-            kept = naive.island(points, np.intersect1d(ball, subset), 0.8)
-            for r, ids in enumerate((kept, np.intersect1d(whole, subset))):
-                assert sizes[r, s, t] == len(ids)
-                distance = np.linalg.norm(z_tot[t] - naive.descriptor(points[ids], normals[ids]))
-                assert z[r, s, t] == pytest.approx(distance, rel=1e-6, abs=1e-9)
+    return (plain, tests, n_s, z_tot, *plain.compare_uniform(1, n_s, tests, ("kept", "full"), z_tot))
 
 
 def test_nested_subsets_are_those_that_are_measured_one_by_one(nested):
@@ -144,25 +119,6 @@ def test_fresh_test_dots_differ_between_combinations(blob):
     assert not np.array_equal(grid.tests[0], grid.tests[1])
     # the references, which need descriptors of one set of dots, are the same either way
     assert np.allclose(grid.z_tot, grids.evaluate_grid(prepared(blob), GRID[:1], 20).z_tot)
-
-
-def test_combinations_share_the_test_dots_of_the_config(blob, tmp_path):
-    inputs = {name: str(tmp_path / f"{name}.csv") for name in ("surface", "roughness")}
-    outputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
-    write_npz(inputs["surface"], Surface(*blob))
-    pd.DataFrame({"roughness": np.full(3000, 0.5)}).to_csv(inputs["roughness"], index=False)
-    settings = Settings(
-        patches={"d_link": 0.8},
-        sampling={"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
-        evaluation={"test_dots": 5, "draws": 1, "readings": ["kept"]},
-    )
-    params = settings.model_dump(exclude_none=True) | {"seed": 1}
-    run_script("evaluate_grid", tmp_path, inputs, outputs, params, protein="p", conformation="c1")
-    assert grids.read_grid(outputs["distances"]).tests.shape == (5,)
-    assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
-        [0.5, 0, 2, 4],
-        [1.0, 0, 2, 4],
-    ]
 
 
 def test_grid_survives_the_disk(grid, tmp_path):

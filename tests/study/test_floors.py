@@ -27,7 +27,6 @@ from sparsurf.study.floors import (
     random_rotation,
     read_distances,
     read_frames_around,
-    rotate,
     write_distances,
 )
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -159,16 +158,6 @@ def test_turnings_are_rotations():
     assert np.abs(np.mean(turns, axis=0)).max() < 0.12  # no direction is favoured
 
 
-def test_a_rotation_does_not_depend_on_the_processor():
-    """Products and sums in one order, of numbers whose last bits LAPACK does not decide."""
-    points, turn = np.random.default_rng(1).normal(size=(50, 3)), random_rotation(np.random.default_rng(2))
-    plain = [
-        [x * turn[0][c] + y * turn[1][c] + z * turn[2][c] for c in range(3)] for x, y, z in points.tolist()
-    ]
-    assert rotate(points, turn).tolist() == plain
-    assert np.array_equal(turn, turn.round(12))
-
-
 def test_distances_come_back_from_their_file(distances, tmp_path):
     path = tmp_path / "floor_distances.npz"
     write_distances(path, distances)
@@ -237,12 +226,6 @@ def test_intervals_over_proteins():
     assert change["n"] == 9
     assert change["change"] == pytest.approx(-20)
     assert change["change_high"] - change["change_low"] == pytest.approx(0, abs=1e-9)
-
-
-def test_a_distance_is_along_the_normal_of_the_nearest_dense_dot_or_to_it_if_it_is_far():
-    true = recovery.truth(np.zeros((1, 3)), np.array([2.0]))
-    above = np.array([[0.0, 0, 2.1], [0.0, 0, 3.0]])
-    assert recovery.distances(above, true) == pytest.approx([0.1, 1.0], abs=0.01)
 
 
 def test_fresh_dots_of_a_ready_surface_are_none_of_its_own(prepared):

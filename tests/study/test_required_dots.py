@@ -10,33 +10,13 @@ from hypothesis import strategies as st
 
 from sparsurf.study.required_dots import (
     CURVE_PERCENTS,
-    MIN_DOTS,
     Trials,
     curves_table,
-    percent_columns,
     required_dots_table,
     required_for_error,
     smallest_n_s,
 )
 from sparsurf.study.subset_search import smallest_recovered_subset, smallest_subset_of_error
-
-
-def test_percents_are_columns_by_floor_and_reading_with_the_interval_of_the_recovered():
-    table = pd.DataFrame(
-        {
-            "floor": ["fresh dots", "turned"],
-            "reading": ["full", "recovered"],
-            "n_S_percent": [80.0, 2.5],
-            "n_S_percent_low": [np.nan, 2.0],
-            "n_S_percent_high": [np.nan, 3.5],
-        }
-    )
-    assert percent_columns(table) == {
-        "required_percent_fresh_dots_full": 80.0,
-        "required_percent_turned_recovered": 2.5,
-        "required_percent_turned_recovered_low": 2.0,
-        "required_percent_turned_recovered_high": 3.5,
-    }
 
 
 class MadeUp(Trials):
@@ -126,10 +106,7 @@ def test_a_curve_ends_where_the_lowest_floor_is_reached():
     pd.testing.assert_frame_equal(required_dots_table(trials, floors), whole)
 
 
-@given(
-    st.lists(st.floats(0.01, 9), min_size=2, max_size=12),
-    st.floats(0.005, 10),
-)
+@given(st.lists(st.floats(0.01, 9), min_size=2, max_size=12), st.floats(0.005, 10))
 def test_the_smallest_n_s_on_any_curve(values, z):
     n = np.geomspace(1, 90, len(values))
     found = smallest_n_s(z, n, np.array(values))
@@ -144,16 +121,3 @@ def test_the_smallest_n_s_on_any_curve(values, z):
         lowest = min(values[: reached[0]])
         line = np.exp(np.interp(np.log(found), np.log([before, there]), np.log([lowest, values[reached[0]]])))
         assert line == pytest.approx(z, rel=1e-9)
-
-
-def test_a_curve_that_rises_at_its_end_still_needs_its_first_crossing():
-    # from 2 to 1 between 10 and 20 %: ln 2 - ln 1.2 of ln 2 on the way
-    share = np.log(2 / 1.2) / np.log(2)
-    found = smallest_n_s(1.2, np.array([10.0, 20, 40]), np.array([2.0, 1, 1.5]))
-    assert found == pytest.approx(10 * 2**share)
-
-
-@pytest.mark.parametrize(("n_dots", "sizes"), [(7, [7]), (15, [12, 14]), (1000, None)])
-def test_no_more_dots_are_tried_than_there_are(n_dots, sizes):
-    found = Trials.sizes.func(SimpleNamespace(n_dots=n_dots)).tolist()
-    assert found == (sizes or sorted({max(MIN_DOTS, round(10 * percent)) for percent in CURVE_PERCENTS}))

@@ -91,15 +91,6 @@ def test_walls_of_cavities_have_no_part_in_the_roughness_of_a_residue(molecule, 
     assert table["mean_roughness"].notna().tolist() == [True, True, True, False, True]
 
 
-def test_a_residue_without_dots_is_buried(molecule, surface):
-    far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
-    only = surface.take(far)
-    table = residue_table(only, np.full(far.sum(), 0.5), molecule)
-    assert table["area"][:3].tolist() == [0, 0, 0]
-    assert table["mean_roughness"].isna().tolist() == [True, True, True, False, False]
-    assert table["most_rough"].isna().tolist() == [True, True, True, False, False]
-
-
 def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_path):
     far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
     only = surface.take(far)
@@ -111,21 +102,10 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     kept = pd.DataFrame({"dot": [0, 1], "x": [1.5, -2], "y": [0.25, 3], "z": [7.0, 8]})
     kept["weight"] = [1, len(only) - 1]
     kept.to_csv(inputs["minimal"], index=False)
-    kinds = ("csv", "pdb", "pml", "cxc", "bild")
-    names = dict(
-        zip(("table", *kinds[1:]), ("x.csv", "x.pdb", "open.pml", "open.cxc", "x.bild"), strict=True)
-    )
-    outputs = {name: tmp_path / file for name, file in names.items()}
+    outputs = {name: tmp_path / f"open.{name}" for name in ("table", "pdb", "pml", "cxc", "bild")}
     run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs)
     spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
-    named = re.findall(r"[\w]+\.(?:pdb|csv|bild)", outputs["pml"].read_text() + outputs["cxc"].read_text())
-    assert set(named) == {
-        "structure_roughness.pdb",
-        "residues.csv",
-        "minimal.csv",
-        "minimal.bild",
-    }  # which stand beside them
     low, high = render.ROUGHNESS_LIMITS
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
@@ -150,21 +130,6 @@ def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]
     assert told[2][3] == {"space": {"shown": {("A", "1"): -0.25}}}
     assert told[3][1:] == ("b", "red_white_blue", "mean_charge", -0.25, 0.25, {})
-
-
-def test_other_programs_read_the_numbers_at_the_atoms(molecule, tmp_path):
-    shown = np.linspace(-1, 0.99, molecule.n_atoms)
-    path = tmp_path / "shown.pdb"
-    molecule.write_pdb(path, b_factor=shown)
-    structure = gemmi.read_structure(str(path))  # owns its atoms
-    atoms = list(structure[0].all())
-    assert [each.atom.b_iso for each in atoms] == pytest.approx(shown, abs=0.006)
-    assert [each.atom.name for each in atoms] == molecule.name.tolist()
-    assert [str(each.residue.seqid) for each in atoms] == molecule.residue.tolist()
-    assert [each.chain.name for each in atoms] == molecule.chain.tolist()
-    again = read_molecule(path, selection="all")
-    assert np.allclose(again.xyz, molecule.xyz, atol=6e-4)
-    assert again.residue_name.tolist() == molecule.residue_name.tolist()
 
 
 def test_spread_over_frames():

@@ -10,19 +10,11 @@ import pytest
 from scipy.stats import spearmanr
 
 from sparsurf.errors import InputError
-from sparsurf.report import summaries
-from sparsurf.report.figures import layout
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study import summary, tables
 from sparsurf.study.grid import Grid
-from sparsurf.study.relation import (
-    mean_interval,
-    protein_means,
-    relate_to_roughness,
-    rho_interval,
-    roughness_correlations,
-)
+from sparsurf.study.relation import relate_to_roughness, rho_interval, roughness_correlations
 from sparsurf.surfaces.formats.npz import read_npz, write_npz
 from sparsurf.surfaces.surface import Surface
 
@@ -40,16 +32,7 @@ def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
     n_s = np.tile(np.round(10 * percent).astype(int)[:, None], 2)
     z_tot, sizes = rng.normal(size=(60, 121)), np.full((2, 2, k), 7.0)
     grid = Grid(
-        combinations,
-        1000,
-        n_s,
-        n_s[:, 0] * 1.0,
-        np.arange(60),
-        z_tot,
-        z_ts,
-        z_tr,
-        sizes,
-        ("kept", "full"),
+        combinations, 1000, n_s, n_s[:, 0] * 1.0, np.arange(60), z_tot, z_ts, z_tr, sizes, ("kept", "full")
     )
     table = tables.grid_table(grid)
     protein, conformation = name.split("/")
@@ -83,12 +66,6 @@ def related():
     return run_of(study(lambda r, s: (r - 0.5) / 0.1496 * 5, ROUGHS))
 
 
-@pytest.fixture(scope="module")
-def unrelated():
-    """The best gamma is the same on all surfaces."""
-    return run_of(study(lambda r, s: 2, ROUGHS))
-
-
 def test_tables_have_a_row_per_surface_and_per_range(related):
     surfaces, table = related["surfaces"], related["summary"]
     assert len(surfaces) == 12 and len(table) == 12 * 2 * 3
@@ -102,16 +79,6 @@ def test_tables_have_a_row_per_surface_and_per_range(related):
     means = table.groupby(["reading", "range"], sort=False)["d_from_all"].mean()
     pooled = related["relation"].set_index(["reading", "range"])["d_from_all"]
     pd.testing.assert_series_equal(pooled, means)
-
-
-def test_winners_and_limits_are_those_of_the_ranges():
-    results = study(lambda r, s: 2, ROUGHS[:4])
-    table = summary.summary_table(results)
-    for s, one in enumerate(results):
-        rows = table.iloc[6 * s : 6 * s + 6]
-        pd.testing.assert_frame_equal(
-            rows[one.ranges.columns].reset_index(drop=True), one.ranges, check_dtype=False
-        )
 
 
 def test_choices_of_others_equal_the_plain_way():
@@ -141,14 +108,6 @@ def test_conformations_of_other_grids_are_refused():
     results = [result("p/c1", 0.6, 2), result("p/c2", 0.6, 2, combinations=COMBINATIONS[:-1])]
     with pytest.raises(InputError, match="p/c2 was not evaluated as p/c1 was"):
         summary.summary_table(results)
-
-
-def test_rank_correlation_is_spearmans():
-    rng = np.random.default_rng(1)
-    rough, values = rng.random(9), rng.integers(0, 3, (9, 4)).astype(float)
-    found = roughness_correlations(rough, values, rng)
-    for k, name in enumerate(PARAMETERS):
-        assert found[f"rho_{name}"] == pytest.approx(spearmanr(rough, values[:, k]).statistic)
 
 
 def test_p_of_five_surfaces_counts_all_orders():
@@ -183,18 +142,6 @@ def test_interval_of_rho_covers_the_truth():
     assert np.mean((low < truth) & (truth < high)) == pytest.approx(0.95, abs=0.031)
 
 
-def test_a_perfect_rho_is_never_certain():
-    low, high = rho_interval(np.array([1.0, -1.0]), 5)
-    assert low[0] < 0.5 and high[0] <= 1 and high[1] > -0.5
-    assert np.isnan(rho_interval(np.array([1.0]), 3)).all()
-
-
-def test_interval_of_a_mean_is_students():
-    assert mean_interval(np.array([1.0, 2.0, 3.0])) == pytest.approx((2, 2 - 2.4841, 2 + 2.4841), abs=1e-4)
-    assert np.isnan(mean_interval(np.array([1.0, 2.0]))[1:]).all()
-    assert np.isnan(mean_interval(np.array([]))).all()
-
-
 def test_conformations_of_one_protein_count_once():
     names = [f"{p}/c{c}" for p in "abc" for c in (1, 2, 3)]
     roughs = [0.5, 0.501, 0.502, 0.55, 0.551, 0.552, 0.6, 0.601, 0.602]
@@ -208,35 +155,6 @@ def test_conformations_of_one_protein_count_once():
     assert np.isnan(
         [alone[key] for key in ("p", "rho_gamma", "rho_gamma_low", "gain_low", "gain_high")]
     ).all()
-
-
-def test_frames_of_one_protein_do_not_make_a_small_p():
-    # frames alike within each of 8 proteins, no relation between the proteins: counted one by one they would give
-    # p < 0.05 in half of 100 runs; each protein counted once, in about 5 (standard deviation 2.2)
-    rng, small, as_frames = np.random.default_rng(10), 0, 0
-    for _ in range(100):
-        rough, gamma = np.repeat(rng.random(8), 5), np.repeat(rng.random(8), 5)
-        table = pd.DataFrame(
-            {"protein": np.repeat(list("abcdefgh"), 5), "mean_roughness": rough, "gamma": gamma}
-        )
-        for name in ("alpha", "beta", "delta", "d", "d_cv", "d_from_near", "d_from_far", "d_from_all"):
-            table[name] = 0.0
-        proteins = protein_means(table)
-        small += (
-            roughness_correlations(
-                proteins["mean_roughness"].to_numpy(), proteins[PARAMETERS].to_numpy(), rng
-            )["p"]
-            < 0.05
-        )
-        as_frames += roughness_correlations(rough, table[PARAMETERS].to_numpy(), rng)["p"] < 0.05
-    assert small <= 11 and as_frames > 30
-
-
-def test_changes_between_equally_rough_surfaces_are_counted():
-    table = run_of(study(lambda r, s: [0, 0, 5, 2][s], [0.5, 0.502, 0.504, 0.6]))["summary"]
-    rows = table[(table["reading"] == "kept") & (table["range"] == 3)]
-    found = relate_to_roughness(rows, np.random.default_rng(0))
-    assert (found["n_pairs"], found["n_changes"], found["n_distinct"]) == (3, 2, 2)
 
 
 def write_run(folder, results):
@@ -254,42 +172,6 @@ def write_run(folder, results):
         one.grid.to_csv(own / "grid.csv", index=False)
         one.ranges.to_csv(own / "ranges.csv", index=False)
         (own / "best.json").write_text(json.dumps(one.best))
-
-
-def sum_up(folder, **patches):
-    """surfaces.csv and the rest of a run of these finished conformations."""
-    folders = [path.parent for path in sorted(folder.glob("*/*/surface.npz"))]
-    table = str(folder / "surfaces.csv")
-    with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
-        patch.setattr(summaries.required_dots, "read", lambda own, sampled: own.parent.name)
-        patch.setattr(summaries.required_dots, "figure", lambda *_: layout.sheet(20, 20))
-        png = str(folder / "required_dots.png")
-        summaries.summarise_surfaces(dict.fromkeys(folders, True), PATCHES | patches, None, table, png)
-    summaries.summarise_best(folders, 0, str(folder / "summary.csv"), str(folder / "relation.csv"))
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A summed-up run on the disk."""
-    path = tmp_path_factory.mktemp("here") / "results" / "mine"
-    write_run(path, study(lambda r, s: (r - 0.5) / 0.1496 * 5, ROUGHS))
-    sum_up(path)
-    return path
-
-
-def test_a_run_is_summed_up_and_repeats(folder, related):
-    names = ["summary.csv", "surfaces.csv", "relation.csv"]
-    before = [(folder / name).read_bytes() for name in names]
-    sum_up(folder, r_patch=5.5, d_link=0.9)
-    surfaces = pd.read_csv(folder / "surfaces.csv")
-    assert (surfaces["r_patch"] == 5.5).all() and (surfaces["d_link"] == 0.9).all()
-    sum_up(folder)
-    assert [(folder / name).read_bytes() for name in names] == before
-    assert pd.read_csv(folder / "surfaces.csv")["spacing"].between(0.2, 0.6).all()
-    summary_back = pd.read_csv(folder / "summary.csv", keep_default_na=False, na_values=[""])
-    pd.testing.assert_frame_equal(
-        summary_back, related["summary"], check_dtype=False, rtol=1e-3, atol=0.006
-    )  # d is written to two digits of its error, of .03 and more here
 
 
 def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
@@ -318,28 +200,8 @@ def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
         assert row.d == pytest.approx(np.mean(d)) and row.d_sd == pytest.approx(np.std(d, ddof=1))
 
 
-def test_a_surface_without_combinations_in_a_range_says_nothing_of_it():
-    results = study(lambda r, s: s % 3, ROUGHS[:5])
-    table = summary.summary_table(results)
-    first = (table["reading"] == "kept") & (table["range"] == 1)
-    empty = first & (table["protein"] == "p01")
-    table.loc[empty, "n_combinations"] = 0
-    found = summary.relation_table(results, table, np.random.default_rng(0))
-    known = found[found["reading"] == "kept"].set_index("range")["n_surfaces"]
-    assert known[1] == 4 and known[3] == 5
-
-
 def test_damaged_results_are_named(tmp_path):
     write_run(tmp_path, study(lambda r, s: 2, [0.6]))
     (tmp_path / "p01" / "c1" / "best.json").write_text("{")
     with pytest.raises(InputError, match="c1 lacks results"):
         summary.read_result(tmp_path / "p01" / "c1")
-
-
-def test_the_scatter_over_surfaces_is_that_of_a_sample():
-    results = study(lambda r, s: s, [0.5, 0.52, 0.54])
-    row = summary.relation_table(results, summary.summary_table(results), np.random.default_rng(0)).iloc[2]
-    k = int(np.flatnonzero((results[0].grid[PARAMETERS] == row[PARAMETERS].to_numpy(float)).all(axis=1))[0])
-    d = [one.grid[f"d_{row['reading']}"][k] for one in results]
-    assert row["d"] == pytest.approx(np.mean(d))
-    assert row["d_sd"] == pytest.approx(np.std(d) * np.sqrt(3 / 2))

@@ -1,18 +1,13 @@
 """Tables from made-up distances whose answers are known."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from small_study import run_script
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
-from sparsurf.study.grid import Grid, write_grid
-from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.surface import Surface
+from sparsurf.study.grid import Grid
 
 
 def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
@@ -101,37 +96,3 @@ def test_an_answer_is_given_when_nothing_is_that_small():
     best = tables.best_combinations(tables.grid_table(grid), grid, 2)
     answer = best["kept"]["under_max_n_S"]["answer"]
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
-
-
-def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path, blob):
-    own = made_up([2.0, 3, 1], [5, 30, 90], draws=1, noise=0.1)
-    surface = Surface(*blob)
-    write_npz(tmp_path / "surface.npz", surface)
-    pd.DataFrame({"roughness": np.full(len(surface), 0.5)}).to_csv(tmp_path / "roughness.csv")
-    write_grid(tmp_path / "distances.npz", own)
-    tables.grid_table(own).to_csv(tmp_path / "grid.csv", index=False)
-    floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
-    floors[["se", "low", "high", "draws", "test_dots"]] = [0.1, 0.4, 0.9, 1, 20]
-    floors.to_csv(tmp_path / "floors.csv", index=False)
-    inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
-    outputs = {name: tmp_path / name for name in ("ranges", "best")}
-    inputs["floors"] = tmp_path / "floors.csv"
-    inputs |= {"surface": tmp_path / "surface.npz", "roughness": tmp_path / "roughness.csv"}
-    params = {"patches": {"d_link": 0.8}, "sampling": {}, "evaluation": {"test_dots": 20, "draws": 1}}
-    params |= {"seed": 1, "ranges": 4, "title": "p"}
-    run_script("tabulate_best", tmp_path, inputs, outputs, params, protein="p", conformation="c1")
-    ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
-    assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
-    assert (ranges["d_kept_scaled"].notna() == (ranges["n_combinations"] > 0)).all()
-    assert best["references"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
-    assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
-    assert best["kept"]["unrestricted"]["n_S_percent"] == 30
-    assert best["draws"] == 1
-
-
-def test_tables_are_the_same_after_the_disk(tmp_path):
-    grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100], noise=0.1)
-    table = tables.grid_table(grid)
-    table.to_csv(tmp_path / "grid.csv", index=False)
-    back = pd.read_csv(tmp_path / "grid.csv")
-    assert tables.ranges_table(back, grid).equals(tables.ranges_table(table, grid))

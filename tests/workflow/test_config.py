@@ -16,8 +16,8 @@ from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.surfaces.read_surface import FORMATS
-from sparsurf.workflow import config_reference, listing, memory, names
-from sparsurf.workflow.config import Protein, check_config, proteins, read_config
+from sparsurf.workflow import config_reference, memory, names
+from sparsurf.workflow.config import check_config, read_config
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
 
@@ -103,35 +103,24 @@ def test_every_study_is_valid_and_names_its_schema(path, monkeypatch):
     assert check_config(config, [path])["run"] == config.get("run", "default")
 
 
-def test_the_default_config_lists_all_samplers():
-    line = re.search(r"^  sampler: (\w+) # or (.*)$", (ROOT / "config.yaml").read_text(), re.M)
-    assert {line[1], *line[2].split(", ")} == set(SAMPLERS)
-
-
-LONG, TOPOLOGY = "x" * 300, {"structure": "data/tdp43/topology.pdb"}
+TOPOLOGY = {"structure": "data/tdp43/topology.pdb"}
 MISTAKES = [  # key, value, a word of the remedy
     ("seed", "seven", "whole number"),
     ("seed", -1, "0 or more"),
-    ("seed", True, "whole number"),
     ("seed", 2**64, "18446744073709551615 or less"),
     ("sampling.alpha", [0.5, 1.5], "alpha.1 is 1.5"),
-    ("sampling.alpha", [0.0], "more than 0"),
     ("sampling.beta", [k / 100 for k in range(101)], "100 or fewer"),
     ("sampling.gamma", [], "list of 1 or more"),
     ("sampling.delta", [2, 2], "twice"),
-    ("sampling.gama", [1], "did you mean 'gamma'?"),
     ("evalution", {}, "did you mean 'evaluation'?"),
     ("draws", 3, "belongs to evaluation"),
     ("proteins", {}, "is empty"),
     ("proteins.tdp43.structure", "no/such.pdb", f"paths start at {ROOT}"),
     ("proteins.tdp43.structure", "config.yaml/a.pdb", "unpack an archive"),
     ("proteins.tdp43.structure", "a<x>b/s.pdb", "wildcard of Snakemake"),
-    ("proteins.tdp43.structure", "{y}.pdb", "wildcard of Snakemake"),
     ("proteins.tdp43.surface", "x.dms", "exactly one of 'structure'"),
     ("proteins.TDP43", TOPOLOGY, "upper and lower case"),
-    ("proteins.bad/name", TOPOLOGY, "cannot name a folder"),
     ("proteins.tdp43.residues", "209-", "A:10-52A,60"),
-    ("proteins.tdp43.pdbfile", "a.pdb", "did you mean 'structure'?"),
     ("proteins.tdp43.simulate", {"water": "../tip3p"}, "simulate.water"),
     ("proteins", {"..": TOPOLOGY}, "cannot name a folder"),
     ("proteins", {1: TOPOLOGY}, "the key 1"),
@@ -140,45 +129,23 @@ MISTAKES = [  # key, value, a word of the remedy
     ("proteins", {"a": {"pdb": 453}}, "of the form 1ubi"),
     ("proteins", "none.csv", "no such table"),
     ("run", "../elsewhere", "cannot name a folder"),
-    ("run", LONG, "302 characters"),
     ("run", "README.md", "choose another name"),
     ("run", datetime.date(2026, 1, 2), "in quotes"),
     ("patches.d_link", 5.0, "smaller than r_patch"),
-    ("patches.d_link", float("nan"), "a number"),
-    ("patches", 7, "a mapping"),
-    ("evaluation.readings", ["recovered"], "kept or full"),
     ("evaluation.readings", ["kept", "both"], "readings.1 is 'both'"),
-    ("evaluation.test_dots", "many", "'many'"),
     ("evaluation.draws", 100_000_000, "10000 or less"),
-    ("tables.ranges", 100_000_000, "1000 or less"),
-    ("frames.clusters", 0, "1 or more"),
-    ("frames.stride", 10**12, "1000000000 or less"),
     ("frames.selection", [0, "a"], "selection.1 is 'a'"),
-    ("frames.selection", 5, "clusters, all or a list"),
     ("frames", None, "a mapping"),
-    (
-        "complementarity.centres",
-        {"sampler": "farthest", "n_dots": 5, "percnt": 5},
-        "did you mean 'percent'?",
-    ),
-    ("complementarity.centres", "some", "all or a mapping"),
-    ("complementarity.centres", {"sampler": "farthest"}, "exactly one of 'percent'"),
     ("complementarity.centres", {"sampler": "farthest", "n_dots": 5, "percent": 5}, "exactly one of"),
     ("compare.percents", [120], "less than 100"),
-    ("compare.samplers", ["uniform", "best"], "one of paper,"),
     ("surface.radii", "vdw", "dms, bondi"),
-    ("fields", ["colour"], "hydropathy, potential, bfactor"),
     ("fields", ["hydropaty"], "did you mean 'hydropathy'?"),
-    ("fields", ["potential", "potential"], "twice"),
-    ("minimal.sampler", "farthst", "did you mean 'farthest'?"),
     ("minimal", {"n_dots": 5, "max_z": 1.0}, "but has n_dots, max_z"),
     ("pairs", {"q": {"complex": "x.pdb"}}, "pairs.q needs exactly one"),
     ("paper", "none", "none of the proteins tdp43"),
     ("ensemble.combination", [0, 1, 1, 1], "alpha"),
-    ("ensemble.combination", [1, 1, 1], "4 or more"),
     ("changes", {"s": ["a/x/2", "b"]}, "my_protein/c2"),
     ("changes", {"s": ["a", "tdp43"]}, "none of the proteins"),
-    ("changes", {"s": ["tdp43"]}, "2 or more"),
     ("exclude", {"tdp43": 3}, "a string"),
     ("__use_yte__", True, "unknown key"),  # a template that Snakemake would run
 ]
@@ -285,6 +252,11 @@ def of_a(**keys):
     return {"proteins": {"a": TOPOLOGY | keys}}
 
 
+def pair_of(**keys):
+    """A config of one pair."""
+    return {"pairs": {"p": keys}}
+
+
 @pytest.mark.parametrize(
     ("config", "key", "words"),
     [
@@ -305,6 +277,7 @@ def of_a(**keys):
         (OWN | {"paper": "tdp43", "frames": {"selection": [0, 7]}}, "frames.selection", "`paper` compares"),
         (of_a(simulate={}, ligands=True), "ligands", "only the protein is simulated"),
         (of_a(simulate={}, ligands=["XK2"]), "ligands", "only the protein is simulated"),
+        (of_a(simulate={}, trajectory="data/tdp43/trajectory.xtc"), "proteins.a", "asks to simulate one"),
         (of_a(sha256=64 * "0"), "proteins.a.sha256", "fetched"),
         (READY | {"ensemble": {"run": True}}, "ensemble.run", "ready surface"),
         (READY | {"fields": ["hydropathy"]}, "fields", "needs atoms"),
@@ -319,15 +292,21 @@ def of_a(**keys):
             "minimal.sampler",
             "remove one",
         ),
+        (pair_of(complex="no.pdb", chains=[["A"], ["B"]]), "pairs.p", "there is no file 'no.pdb'"),
+        (pair_of(complex="README.md"), "pairs.p", "chains"),
+        (pair_of(complex="README.md", chains=[["A"], ["A", "B"]]), "pairs.p", "chain A is on both sides"),
+        (pair_of(complex="README.md", chains=[["A"]]), "pairs.p", "must be a list of 2 or more"),
+        (pair_of(files=["README.md", "README.md"]), "pairs.p", "is on both sides; name two partners"),
+        (pair_of(proteins=["a", "b"]), "pairs.p", "'a' is none of the proteins; these are none"),
+        (pair_of(file="README.md"), "pairs.p", "did you mean 'files'"),
         ({"proteins": {"summary.csv": TOPOLOGY}}, "summary.csv", "of the study itself"),
         ({"proteins": {"Verdict.HTML": TOPOLOGY}}, "Verdict.HTML", "of the study itself"),
         ({"proteins": {"PAIRS": TOPOLOGY}}, "PAIRS", "of the study itself"),
     ],
 )
 def test_keys_that_exclude_each_other_are_refused(config, key, words):
-    with pytest.raises(InputError) as error:
-        check_config(config)
-    assert key in str(error.value) and words in str(error.value)
+    for part in (key, words):
+        refuse(config, re.escape(part))
 
 
 @pytest.mark.parametrize(
@@ -356,26 +335,8 @@ def test_a_combination_stands_without_another_sampler():
         assert check_config(checked) == checked
 
 
-def test_the_grid_is_the_papers_unless_reported():
-    values = (
-        [0.1, 0.2, 0.4, 0.6, 0.8, 1.0],
-        [0, 0.2, 0.4, 0.6, 0.8, 1.0],
-        list(range(0, 11, 2)),
-        list(range(0, 11, 2)),
-    )
-    found = check_config({"proteins": DEFAULT["proteins"]})["sampling"]
-    assert tuple(found[key] for key in ("alpha", "beta", "gamma", "delta")) == values
-
-
 @pytest.mark.parametrize(
-    ("path", "value"),
-    [
-        ("seed", 1.0),
-        ("evaluation.test_dots", 40.0),
-        ("minimal.n_dots", 100.0),
-        ("frames.clusters", 4.0),
-        ("frames.selection", [0.0, 7.0]),
-    ],
+    ("path", "value"), [("seed", 1.0), ("minimal.n_dots", 100.0), ("frames.selection", [0.0, 7.0])]
 )
 def test_a_whole_number_may_have_a_point(path, value):
     config = changed(path, value)
@@ -391,10 +352,6 @@ def test_defaults_that_are_written_out_or_moved_change_nothing():
     patches = {"d_link": 0.5, "r_zernike": 6, "r_patch": 5.0}
     told = check_config({"patches": patches, "proteins": DEFAULT["proteins"], "frames": {"stride": 1}})
     assert repr(told) == repr(bare)
-
-
-def test_exponents_stay_as_they_are():
-    assert str(check_config(changed("sampling.gamma", [2.0]))["sampling"]["gamma"]) == "[2.0]"
 
 
 def test_more_memory_than_the_machine_has_is_reported_before_anything_runs(monkeypatch):
@@ -427,57 +384,26 @@ def test_names_are_those_of_the_library():
     assert {"fresh dots", "turned"} < {*settings.FLOORS}
 
 
-def test_a_protein_says_where_it_is_from_how_it_is_read():
-    config = {"proteins": {"a": {"pdb": "1ubi", "chains": ["A"], "ligands": True}, "b": {"surface": "x.dms"}}}
-    a, b = proteins(config).values()
-    assert a.source.endswith("/1UBI.cif.gz") and a.download == "1UBI.cif.gz" and a.files == {}
-    assert a.molecule_options == {"chains": ["A"], "ligands": True}
-    assert b.source is None and b.download is None and b.molecule_options == {} and b.surface == "x.dms"
-    assert Protein(structure="x.gro", trajectory="x.xtc").files == {
-        "structure": "x.gro",
-        "trajectory": "x.xtc",
-    }
-    assert Protein(structure="x.pdb", table="t.csv").files == {"structure": "x.pdb"}
-    asked = {"selection": "all", "chains": ["A"], "residues": "1-9", "model": 2, "altloc": "B"}
-    asked |= {"hydrogens": "remove", "ligands": True}
-    assert Protein(structure="x.pdb", **asked).file_options == asked
-    assert Protein(surface="x.dms", model=1, trajectory="t.xtc").keys_of_atoms == ["model", "trajectory"]
-    simulated = Protein(structure="x.pdb", residues="1-9", hydrogens="keep", simulate={})
-    assert simulated.file_options == {
-        "residues": "1-9",
-        "hydrogens": "keep",
-    } and simulated.molecule_options == {"hydrogens": "keep"}
-
-
 @pytest.mark.parametrize(
     ("content", "words"),
     [
         ("", "is empty"),
-        ("# only a comment\n", "is empty"),
         ("- a\n- b\n", "holds a list"),
         ("just a text\n", "holds no keys"),
-        ("42\n", "holds no keys"),
         ("run: a\n---\nrun: b\n", "line 2: but found another document"),
-        ("run: a\nfrom:\n\tx: 1\n", "line 3: found character"),
         ("run: a\nseed: !!python/object/apply:os.system [ls]\n", "line 2: could not determine"),
         ("proteins:\n  p: {structure: a.pdb\nseed: 1\n", "not valid YAML in line"),
         ("proteins:\n  p: {structure: a.pdb}\n  p: {structure: b.pdb}\n", "'p' occurs twice, .* line 3"),
         ("proteins:\n  123: {structure: a.pdb}\n", "the key 123 in line 2 .* in quotes"),
         ("proteins:\n  yes: {structure: a.pdb}\n", "the key yes in line 2"),
-        ("? [1, 2]\n: 3\n", "several parts in line 1"),
         ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "'<<' occurs twice, .* line 4"),
-        ("a: *nowhere\n", "line 1: found undefined alias"),
         ("run: a\nname: Grüße\n".encode("latin-1"), "not UTF-8, see line 2"),
         (b"run: a\n\x00\x01\n", "not valid YAML in line 2"),
-        (b"\x89PNG\r\n\x1a\n\xff\xfe", "not UTF-8, see line 1"),
         ("a: " + "[" * 5000, "not valid YAML"),
-        ("seed: 2024-99-99\n", "month must be"),
         ("seed: " + "9" * 5000, "not valid YAML"),
         ("proteins: &x {a: *x}\n", "aliases .* 40000 values"),
         ("seed: 1:30\n", "1:30 in line 1 is the number 90"),
         ("a: 1\nresidues: [10:52]\n", "10:52 in line 2 is the number 652"),
-        ("seed: -010\n", "is the number -8"),
-        ("a: 1:30.5\n", "is the number 90.5"),
         ("a: [" + "0.5, " * 50_000 + "]", "more than 40000 values"),
         ("a: " + "x" * 2**21, "2097152 bytes"),
     ],
@@ -504,26 +430,19 @@ def test_residues_may_be_ranges_of_chains_or_of_all(residues):
     )
 
 
-def test_all_mistakes_are_reported_at_once():
+def test_all_mistakes_are_reported_at_once_but_of_many_the_first():
     wrong = {"seed": -1, "draws": 3, "patches": {"r_patch": 0}, "proteins": {"a/b": {"pdb": 453}}}
-    with pytest.raises(InputError) as error:
-        check_config(wrong)
-    assert str(error.value).count("\n") == 4
-
-
-def test_of_many_mistakes_the_first_are_reported():
-    with pytest.raises(InputError) as error:
-        check_config(DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}})
-    assert str(error.value).count("\n") == 20 and str(error.value).endswith(" 79 more mistakes.")
+    many = DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}}
+    for config, n, end in ((wrong, 4, ""), (many, 20, " 79 more mistakes.")):
+        with pytest.raises(InputError) as error:
+            check_config(config)
+        assert str(error.value).count("\n") == n and str(error.value).endswith(end)
 
 
 def test_merge_keys_and_a_byte_order_mark_work(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text("\ufeffproteins:\n  a: &a {structure: x.pdb, model: 1}\n  b: {<<: *a, model: 2}\n")
     assert read_config(path)["proteins"]["b"] == {"structure": "x.pdb", "model": 2}
-
-
-def test_a_config_that_is_not_there_or_no_file_is_one_sentence(tmp_path):
     for path in (tmp_path, tmp_path / "none.yaml"):
         with pytest.raises(InputError, match=r"cannot be read"):
             read_config(path)
@@ -557,9 +476,3 @@ def test_a_local_surface_in_place_of_a_structure_may_be_packed_or_in_capitals(tm
     monkeypatch.setenv("SPARSURF_A", str(tmp_path / name))
     found = check_config({"proteins": {"a": {"pdb": "1abc", "model": 1}}})["proteins"]
     assert found == {"a": {"surface": str(tmp_path / name)}}
-
-
-def test_the_study_of_proteins_lists_ids_once_with_one_convention_for_hydrogens():
-    proteins = listing.from_table(ROOT / "studies" / "proteins.csv")
-    assert len(proteins) >= 30 and len({entry["pdb"] for entry in proteins.values()}) == len(proteins)
-    assert {entry["hydrogens"] for entry in proteins.values()} == {"remove"}

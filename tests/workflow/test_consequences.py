@@ -73,15 +73,23 @@ def job_of(rule, jobs):
     return next((job for job in of_rule if places & {*job}), of_rule[0])
 
 
-def outputs_that_differ(study, folder, before, after):
-    """Run a job as it is given with another config; return the names of its outputs that differ from those of the study.
+@pytest.fixture(scope="module")
+def finished(study, tmp_path_factory):
+    """Function that gives a folder with the outputs of a job: where the study does not keep one, the job has run again, once."""
+    folders = {}
 
-    Where the study does not keep an output, the job runs as it is given there, too.
-    """
-    if not all((study / path).exists() for path in before["output"]):
-        study = copy_of(study, folder / "before")
-        assert run_job(study, before).returncode == 0
-    folder = copy_of(study, folder / "after")
+    def folder_of(job):
+        if not all((study / path).exists() for path in job["output"]) and job["rule"] not in folders:
+            folders[job["rule"]] = copy_of(study, tmp_path_factory.mktemp("before") / "own")
+            assert run_job(folders[job["rule"]], job).returncode == 0
+        return folders.get(job["rule"], study)
+
+    return folder_of
+
+
+def outputs_that_differ(study, folder, after):
+    """Run a job as it is given with another config; return the names of its outputs that differ from those of the study."""
+    folder = copy_of(study, folder)
     if run_job(folder, after).returncode:
         return {"fails"}
     names = {name: path for name, path in after["output"].items() if isinstance(path, str)}
@@ -97,7 +105,7 @@ def differ(path, other):
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_a_key_changes_its_outputs_and_no_others(study, config, given, tmp_path, key):
+def test_a_key_changes_its_outputs_and_no_others(study, config, given, finished, tmp_path, key):
     plain = {name: section for name, section in config.items() if name != "paper"}
     after = plan(study, changed(plain if key in WITHOUT_PAPER else config, key, KEYS[key]["value"]))
     new = set() if key in WITHOUT_PAPER else {job[0] for job in {*given} ^ {*after}}
@@ -105,8 +113,7 @@ def test_a_key_changes_its_outputs_and_no_others(study, config, given, tmp_path,
     expected, found = KEYS[key].get("outputs", {}), {}
     for rule in expected:
         job = job_of(rule, given)
-        (tmp_path / rule).mkdir()
-        found[rule] = outputs_that_differ(study, tmp_path / rule, given[job], after[job])
+        found[rule] = outputs_that_differ(finished(given[job]), tmp_path / rule, after[job])
     assert found == {rule: {*names.split()} for rule, names in expected.items()}
 
 
@@ -189,11 +196,8 @@ def batch():
         "both": {"structure": "complex.pdb"},
     }
     config = {"run": "small", "sampling": {"run": False}, "pages": [], "proteins": proteins}
-    return config | {
-        "minimal": {"n_dots": 60},
-        "evaluation": {"test_dots": 20},
-        "fields": ["hydropathy", "score"],
-    }
+    config |= {"minimal": {"n_dots": 60}, "evaluation": {"test_dots": 20}}
+    return config | {"fields": ["hydropathy", "score"]}
 
 
 def test_every_rule_runs_again_when_its_code_changes(study, config, folder, simulated, batch):
@@ -249,7 +253,7 @@ def test_a_key_changes_its_tables_of_a_batch_and_no_others(analysed, batch, tmp_
     folder, before = analysed
     after = job_of_batch(folder, changed(batch, key, BATCH[key]["value"]))
     assert rules_given_something_else({("batch",): before}, {("batch",): after})
-    assert outputs_that_differ(folder, tmp_path, before, after) == {*BATCH[key]["outputs"].split()}
+    assert outputs_that_differ(folder, tmp_path / "after", after) == {*BATCH[key]["outputs"].split()}
 
 
 @pytest.mark.parametrize(
@@ -299,15 +303,10 @@ def models(n):
 )
 def test_conformations_of_a_file_with_one_or_several_models(tmp_path, n, keys, frames, names):
     (tmp_path / "m.pdb").write_text(models(n))
-    config = {
-        "run": "small",
-        "sampling": False,
-        "frames": frames,
-        "proteins": {"m": {"structure": "m.pdb"} | keys},
-    }
-    process = run_job(
-        tmp_path, next(job for job in planned_jobs(tmp_path, config) if "choose" in job["rule"])
-    )
+    config = {"run": "small", "sampling": False, "frames": frames}
+    config["proteins"] = {"m": {"structure": "m.pdb"} | keys}
+    planned = planned_jobs(tmp_path, config)
+    process = run_job(tmp_path, next(job for job in planned if "choose" in job["rule"]))
     if not names:
         assert process.returncode == 1 and re.match(rf"\s*frames\.{next(iter(frames))}: ", process.stderr)
         return

@@ -85,6 +85,8 @@ def test_tables_of_the_papers_sampling_agree(run, place):
     folder, n = run / place, len(read_npz(run / place / "surface.npz"))
     grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
     assert len(grid) == best["combinations"] == 8 and best["N"] == n
+    floors = pd.read_csv(folder / "floors.csv").set_index("floor")["Z"]
+    assert best["references"]["floors"] == pytest.approx(floors.to_dict())
     chosen = best["kept"]["unrestricted"]
     chosen = grid.query(
         " and ".join(f"{key} == {chosen[key]}" for key in ("alpha", "beta", "gamma", "delta"))
@@ -151,6 +153,10 @@ def test_samplers_are_compared_on_every_surface_and_over_all(run):
     own = values.groupby(values.index.str.split("/").str[0]).mean()  # of each protein
     row = summary.query(text).iloc[0]
     assert row["n"] == len(own) == 3 and row["value"] == pytest.approx(own.mean())
+    floors = pd.read_csv(run / "ready/c1/floors.csv").set_index("floor")["Z"]
+    of_z = tables["ready/c1"].dropna(subset="Z_mean_descriptor")
+    for column, floor in (("Z_resampled", "fresh dots"), ("Z_turned", "turned")):
+        assert np.allclose(of_z[column], floors[floor], rtol=1e-4)
 
 
 def surfaces_of_pair(run, pair):
@@ -265,7 +271,8 @@ def test_the_first_page_leads_to_every_page_and_figure(run):
 
 def test_the_crate_describes_every_file(run):
     graph = json.loads((run / "ro-crate-metadata.json").read_text())["@graph"]
-    files = {unquote(part["@id"]) for part in graph if part["@type"] == "File"}
+    files = {unquote(part["@id"]): part["contentSize"] for part in graph if part["@type"] == "File"}
+    assert files == {path: str((run / path).stat().st_size) for path in files}
     written = {str(path.relative_to(run)) for path in run.rglob("[!.]*") if path.is_file()}
     # not listed: what only other rules read
     unlisted = ("logs/", "loaded/download/", "ro-crate-")
@@ -273,7 +280,7 @@ def test_the_crate_describes_every_file(run):
         f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface")
     )
     read_by_rules = {path for path in written if path.endswith("/floor_distances.npz")}
-    assert files == {path for path in written if not path.startswith(unlisted)} - read_by_rules
+    assert {*files} == {path for path in written if not path.startswith(unlisted)} - read_by_rules
 
 
 def test_every_figure_is_a_picture(run):

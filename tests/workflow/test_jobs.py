@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import warnings
@@ -76,19 +75,6 @@ def test_a_job_that_is_stopped_leaves_no_folder_and_says_so(snakemake, tmp_path,
     assert [path.name for path in tmp_path.iterdir()] == ["work.log"]
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-def test_a_full_disk_under_the_log_is_a_sentence_without_a_traceback(tmp_path):
-    (tmp_path / "full.log").symlink_to("/dev/full")
-    code = (
-        "import sys; from types import SimpleNamespace as S; from sparsurf.workflow import jobs\n"
-        "with jobs.job(S(rule='r', log=[sys.argv[1]])): print('x' * 10**6)\n"
-    )
-    command = [sys.executable, "-c", code, str(tmp_path / "full.log")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 1 and "No space left on device. Free or repair" in done.stderr
-    assert "Traceback" not in done.stderr and len(done.stderr.split("\n")) < 6
-
-
 def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, capsys, tmp_path):
     now = [100.0]
     monkeypatch.setattr(jobs.time, "monotonic", lambda: now[0])
@@ -111,43 +97,12 @@ def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, 
         assert job_logs.progress(log) == found
 
 
-@pytest.mark.parametrize(
-    ("path", "found"),
-    [
-        ("p/c1/draw_view.log", ("p", "c1", "draw_view")),
-        ("p/choose_frames.log", ("p", "", "choose_frames")),
-        ("summarise_best.log", ("", "", "summarise_best")),
-        ("pairs/one/draw_pair.log", ("pairs/one", "", "draw_pair")),
-    ],
-)
-def test_a_log_lies_where_its_job_belongs(path, found):
-    assert job_logs.place_of_log(f"results/r/logs/{path}", "results/r/logs") == found
-
-
 def test_a_job_that_said_nothing_was_killed(tmp_path, monkeypatch):
     (tmp_path / "x.log").write_text("WARNING a hole\nINFO x\nWARNING a hole\n")
     assert job_logs.failure(tmp_path / "x.log") == job_logs.failure(tmp_path / "no.log") == job_logs.NO_REASON
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=0))
     assert job_logs.failure(tmp_path / "no.log") == job_logs.NO_SPACE
     assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
-
-
-def test_processes_of_jobs_import_this_library_first(monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", "elsewhere")
-    jobs.let_jobs_import_library()
-    first, second = jobs.os.environ["PYTHONPATH"].split(jobs.os.pathsep)
-    assert first.endswith("src") and second == "elsewhere"
-
-
-def test_what_a_job_has_used_counts_the_processes_that_it_started(monkeypatch):
-    spent = {
-        jobs.resource.RUSAGE_SELF: SimpleNamespace(ru_maxrss=2_000_000, ru_utime=1.0, ru_stime=0.5),
-        jobs.resource.RUSAGE_CHILDREN: SimpleNamespace(ru_maxrss=1_000_000, ru_utime=2.0, ru_stime=0.0),
-    }
-    monkeypatch.setattr(jobs.resource, "getrusage", spent.get)
-    for platform, memory in (("linux", 3072), ("darwin", 3)):  # in kB and in bytes
-        monkeypatch.setattr(jobs.sys, "platform", platform)
-        assert jobs.used() == f"{memory} MB 3.5 s"
 
 
 def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
-"""Proteins from a table or a folder, and from the network."""
+"""Proteins and pairs from a table, from a folder or from the network; which of them have a single form."""
 
+import gzip
 import hashlib
 import http.server
 import json
@@ -7,16 +8,19 @@ import threading
 import time
 from contextlib import suppress
 
+import gemmi
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conftest import ROOT
+from peptides import peptide
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES
-from sparsurf.workflow.config import check_config
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.workflow.config import Protein, check_config
+from sparsurf.workflow.conformations import file_has_one_model, has_one_model
 from sparsurf.workflow.download import fetch, file_name, variable
-from sparsurf.workflow.listing import from_folder, from_table
+from sparsurf.workflow.listing import from_folder, from_table, pairs_from_folder, pairs_from_table
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -102,15 +106,6 @@ def test_a_trajectory_belongs_to_the_longest_name_that_it_begins_with(tmp_path):
     }
 
 
-@pytest.mark.parametrize("ending", [*TOPOLOGIES, *SELF_CONTAINED, *STRUCTURES])
-def test_whatever_can_be_read_is_listed_with_its_trajectory(tmp_path, ending):
-    for name in (f"x{ending}", *(f"x_{k}{other}" for k, other in enumerate(TRAJECTORIES))):
-        (tmp_path / name).write_text("")
-    proteins = from_folder(str(tmp_path))
-    assert sorted(proteins) == sorted(f"x_{k}" for k in range(len(TRAJECTORIES)))
-    assert {protein["structure"] for protein in proteins.values()} == {str(tmp_path / f"x{ending}")}
-
-
 def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
     for name in ("topol.top", "topol_run.xtc", "alone.psf", "good.pdb"):
         (tmp_path / name).write_text("")
@@ -141,13 +136,6 @@ def test_names_of_files_never_leave_the_results(tmp_path_factory, stems):
     assert len(names) == len(list(folder.glob("[!.]*.pdb")))
     for name in names:
         assert "/" not in name and not name.startswith((".", "-")) and name
-
-
-def test_an_empty_or_missing_folder_is_a_sentence(tmp_path):
-    with pytest.raises(InputError, match="holds no protein: none of its files ends in one of"):
-        from_folder(str(tmp_path))
-    with pytest.raises(InputError, match="there is no such folder"):
-        check_config({"proteins": {"folder": str(tmp_path / "none")}})
 
 
 @pytest.fixture
@@ -205,12 +193,6 @@ def test_a_fetched_file_is_verified_and_recorded(server, tmp_path):
     assert (tmp_path / "b.json").read_text() == (tmp_path / "a.json").read_text()
 
 
-def test_the_size_on_record_is_that_of_what_came(server, tmp_path):
-    sha256 = hashlib.sha256(b"ATOM ").hexdigest()
-    fetch(f"{server}/streamed", sha256, tmp_path / "a.pdb", tmp_path / "a.json", "x")
-    assert json.loads((tmp_path / "a.json").read_text())["bytes"] == 5
-
-
 @pytest.mark.parametrize(
     ("url", "sha256"),
     [
@@ -228,12 +210,6 @@ def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     with pytest.raises(InputError, match=r"proteins\.A1\.url"):
         check_config({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
     check_config({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})
-
-
-def test_a_redirect_to_where_one_may_fetch_is_followed(server, tmp_path):
-    sha256 = hashlib.sha256(TOPOLOGY.read_bytes()).hexdigest()
-    fetch(f"{server}/to/{server}/my%20file.pdb", sha256, tmp_path / "a.pdb", tmp_path / "b", "A1")
-    assert (tmp_path / "a.pdb").read_bytes() == TOPOLOGY.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -268,21 +244,113 @@ def test_names_and_variables():
     assert variable("my-protein.1") == "SPARSURF_MY_PROTEIN_1"
 
 
-def test_a_local_copy_replaces_a_fetched_one(monkeypatch):
-    config = {"proteins": {"A1": {"url": "https://x.org/a.pdb", "sha256": "0" * 64, "chains": ["A"]}}}
-    monkeypatch.setenv("SPARSURF_A1", str(TOPOLOGY))
-    assert check_config(config)["proteins"]["A1"] == {"structure": str(TOPOLOGY), "chains": ["A"]}
-    monkeypatch.delenv("SPARSURF_A1")
-    assert "url" in check_config(config)["proteins"]["A1"]
+@pytest.fixture
+def folder(tmp_path):
+    """A complex, as one file and as two."""
+    (folder := tmp_path / "pairs").mkdir()
+    for name in ("both", "both_r", "both_l"):
+        (folder / f"{name}.pdb").write_text("")
+    return folder
 
 
-def test_names_that_differ_in_case_only_are_kept_apart(tmp_path):
-    for name in ("Protein.pdb", "γ.pdb", "A.pdb", "a.cif"):  # no letter of the second can name a folder
-        (tmp_path / name).write_text("")
-    assert set(from_folder(str(tmp_path))) == {"Protein", "protein_", "A_pdb", "a_cif"}
+def test_pairs_come_from_a_table_or_a_folder(folder):
+    head = "name,first,second,complex,chains_1,chains_2\n"
+    (table := folder / "pairs.csv").write_text(
+        f"{head}one,both_r.pdb,both_l.pdb,,,\n two ,,,both.pdb, H L ,A\n"
+    )
+    found = pairs_from_table(str(table))
+    assert found["one"] == {"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]}
+    assert found["two"] == {"complex": str(folder / "both.pdb"), "chains": [["H", "L"], ["A"]]}
+    assert pairs_from_folder(str(folder)) == {"both": found["one"]}
+    assert set(check_config({"pairs": str(table)})["pairs"]) == {"one", "two"}
+    assert set(check_config({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
 
 
-def test_a_trajectory_and_its_topology_are_one_protein_of_their_name(tmp_path):
-    for name in ("x.gro", "x.xtc"):
-        (tmp_path / name).write_text("")
-    assert list(from_folder(str(tmp_path))) == ["x"]
+@pytest.mark.parametrize("key", ["pairs", "proteins"])
+def test_a_folder_stands_alone(folder, key):
+    with pytest.raises(InputError, match=f"{key}.folder cannot stand next to other keys .mine."):
+        check_config({key: {"folder": str(folder), "mine": {"files": ["a.pdb", "b.pdb"]}}})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("name,first\na,b\n", "line 2 of"),
+        ("first,second\na,b\n", "needs a header with name and either first"),
+        ("name,first,second\n", "at least one row"),
+        (
+            "name,complex,chains_1,chains_2,first,second\na,x.pdb,A,B,1.pdb,\n",
+            "line 2 of .* needs name and either",
+        ),
+    ],
+)
+def test_a_wrong_table_of_pairs_is_refused(tmp_path, text, words):
+    (path := tmp_path / "t.csv").write_text(text)
+    with pytest.raises(InputError, match=words):
+        pairs_from_table(str(path))
+    with pytest.raises(InputError, match="holds no two structures"):
+        pairs_from_folder(str(tmp_path))
+
+
+def test_pairs_of_a_folder_are_kept_apart_and_what_is_left_out_is_named(tmp_path, caplog):
+    pairs = {"x_y": ("x y_r", "x y_l"), "x_y_": ("x+y_r", "x+y_l"), "B": ("B_1", "B_2"), "b_": ("b_r", "b_l")}
+    for name in [*sum(pairs.values(), ()), "alone_r", "whole", "._b_r", "._b_l"]:
+        (tmp_path / f"{name}.pdb").write_text("")
+    (tmp_path / "notes_r.txt").write_text("")
+    found = pairs_from_folder(str(tmp_path))
+    expected = {name: [str(tmp_path / f"{file}.pdb") for file in both] for name, both in pairs.items()}
+    assert {name: pair["files"] for name, pair in found.items()} == expected
+    assert [record.getMessage().split(" (")[0] for record in caplog.records] == [
+        f"{tmp_path / name} is left out: its folder has no partner" for name in ("alone_r.pdb", "whole.pdb")
+    ]
+
+
+MODEL = "MODEL     {}\n" + peptide() + "ENDMDL\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "single"),
+    [
+        (peptide() + "END\n", True),
+        (MODEL.format(1) + "END\n", True),
+        (MODEL.format(1) + MODEL.format(2) + "END\n", False),
+        (peptide() + "END\n" + peptide() + "END\n", False),
+    ],
+)
+def test_models_of_a_file_are_counted_packed_or_not(tmp_path, content, single):
+    (tmp_path / "plain.pdb").write_text(content)
+    (tmp_path / "packed.pdb.gz").write_bytes(gzip.compress(content.encode()))
+    for name in ("plain.pdb", "packed.pdb.gz"):
+        assert file_has_one_model(str(tmp_path / name)) == single
+        assert (read_molecule(tmp_path / name).n_frames == 1) == single
+
+
+def test_a_packed_file_that_is_torn_is_looked_at_by_the_rule_that_reads_it(tmp_path):
+    (path := tmp_path / "torn.pdb.gz").write_bytes(gzip.compress(peptide().encode())[:-20])
+    assert not file_has_one_model(str(path))
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize(("n_models", "single"), [(1, True), (2, False)])
+def test_models_of_an_mmcif_file_are_counted_by_their_column(tmp_path, n_models, single, packed):
+    structure = gemmi.read_pdb_string("".join(MODEL.format(k + 1) for k in range(n_models)) + "END\n")
+    structure.setup_entities()
+    content = structure.make_mmcif_document().as_string().encode()
+    path = tmp_path / ("m.cif.gz" if packed else "m.cif")
+    path.write_bytes(gzip.compress(content) if packed else content)
+    assert file_has_one_model(str(path)) == single
+    assert (read_molecule(path).n_frames == 1) == single
+
+
+@pytest.mark.parametrize(
+    ("entry", "single"),
+    [
+        ({}, True),
+        ({"trajectory": "frames.xtc"}, False),
+        ({"model": 1}, False),
+        ({"simulate": {"ns": 1}}, False),
+    ],
+)
+def test_a_protein_that_moves_has_no_single_form_for_certain(tmp_path, entry, single):
+    (tmp_path / "a.pdb").write_text(peptide() + "END\n")
+    assert has_one_model(Protein(structure=str(tmp_path / "a.pdb"), **entry)) == single

@@ -27,20 +27,6 @@ def test_a_finished_study_has_nothing_to_do(study, config):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "again", "untouched"),
-    [
-        ("patches.r_patch", 4.5, "evaluate_grid", "choose_frames"),
-        ("sampling.alpha", [1.0], "draw_figures", "measure_floors"),
-        ("proteins.moving.residues", "209-215", "choose_frames", "choose_single_frame"),
-        ("proteins.loaded.sha256", "0" * 64, "fetch_structure", "choose_single_frame"),
-    ],
-)
-def test_a_key_of_the_config_runs_again_what_follows_from_it(study, config, key, value, again, untouched):
-    planned = planned_rules(study, changed(config, key, value))
-    assert again in planned and untouched not in planned
-
-
-@pytest.mark.parametrize(
     ("file", "again", "untouched"),
     [
         ("topology.pdb", "choose_frames", {"choose_single_frame", "read_surface"}),
@@ -63,19 +49,12 @@ def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again,
     ("file", "rule"),
     [
         ("moving/frames.csv", "choose_frames"),
-        ("moving/explained.csv", "choose_frames"),
-        ("moving/structures", "choose_frames"),
         ("still/structures", "choose_single_frame"),
         ("still/f0/components.csv", "compute_surface"),
-        ("moving/f0700/floors.csv", "measure_floors"),
         ("moving/f0700/distances.npz", "evaluate_grid"),
-        ("moving/f0000/ranges.csv", "tabulate_best"),
         ("moving/f0700/figures/roughness.svg", "draw_figures"),
-        ("ready/c1/minimal.ply", "select_minimal_subset"),
-        ("moving/residues.csv", "follow_ensemble"),
         ("pairs/files/book.png", "draw_pair"),
         ("changes/bend/changed_2.pdb", "compare_forms"),
-        ("summary.csv", "summarise_best"),
         ("failures.csv", "close_run"),
     ],
 )

@@ -15,7 +15,6 @@ import slurm_node
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import SEQUENCE
-from sparsurf.workflow import slurm
 
 MOST_SECONDS = 600  # of a run; three minutes where nothing else runs
 SECONDS_TO_STOP = 60  # half where nothing else runs
@@ -144,16 +143,3 @@ def test_batches_on_slurm_give_the_bytes_of_a_local_run(node, start, tmp_path):
     assert len(files(cluster, ".parquet")) == 5  # tables of a batch
     for end in (".parquet", ".csv", "index.html"):
         assert files(cluster, end) == files(local, end)
-
-
-def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(node, capsys, monkeypatch, tmp_path):
-    for name, value in node.items():
-        monkeypatch.setenv(name, value)
-    for name in (f"{slurm.JOB_PREFIX}_x", "other_x"):
-        options = [f"--job-name={name}", "--partition=short", "--time=60", "--wrap=true"]
-        subprocess.run(["sbatch", *options], cwd=tmp_path, check=True, capture_output=True)
-    monkeypatch.setattr(slurm, "SECONDS_BETWEEN_QUESTIONS", 1)
-    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(100)"])
-    assert slurm.wait_on_slurm(process, []) != 0
-    assert "). Ask for less or name another partition" in capsys.readouterr().out
-    assert len(jobs(node)) == 1

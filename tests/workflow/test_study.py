@@ -1,6 +1,5 @@
 """`make run` from its outside: what is said before and after, signals, the exit code; Snakemake itself is played."""
 
-import errno
 import fcntl
 import os
 import re
@@ -44,29 +43,6 @@ def checkout(tmp_path, monkeypatch):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(CRATE if "crate" in file else "a\n1\n")
 
-        def close_with(self, *files):
-            """Let the closing of a run write these files, and note what failed in `failures`."""
-
-            def close(config, run, failures, *_):
-                played_checkout.failures = failures
-                played_checkout.make(*files)
-                return True
-
-            monkeypatch.setattr(closing, "close_partial_run", close)
-
-        def fail(self, *logs):
-            """Return the work of a Snakemake in which some jobs fail."""
-
-            def work():
-                played_checkout.make(*(f"logs/{log}.log" for log in logs))
-                for log in logs:
-                    path = played_checkout.root / f"results/mine/logs/{log}.log"
-                    path.write_text(f"INFO fine\nERROR {log} is bad.\n")
-                with open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
-                    stream.writelines(f"results/mine/logs/{log}.log\n" for log in logs)
-
-            return work
-
     def play(root, files, *options, errors=None, wait=None):
         played_checkout.calls.append([*map(str, options)])
         played_checkout.files = [path.name for path in files]
@@ -96,26 +72,6 @@ def test_a_study_ends_with_its_answers_and_where_to_look(checkout, capsys):
     assert lines[1:3] == ["Answer    first", "Answer    second"] and lines[3].split()[1] == "1"
 
 
-def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, capsys):
-    checkout.make("q/frames.csv")
-    checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
-    checkout.close_with("index.html", "ro-crate-metadata.json")
-    assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE})) == 1
-    assert len(checkout.calls) == 1 and checkout.files == ["mine.yaml"]
-    assert checkout.failures == {"p": "choose_frames: p/choose_frames is bad."}
-    printed = capsys.readouterr()
-    assert "- p/choose_frames: p/choose_frames is bad." in printed.err and "Look at" in printed.out
-
-
-def test_where_nothing_is_left_there_is_no_answer(checkout, capsys):
-    checkout.make("ro-crate-metadata.json", "index.html")  # of an earlier run
-    checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
-    assert study.main(checkout.config()) == 1 and len(checkout.calls) == 1
-    printed = capsys.readouterr()
-    assert "Some results could not be computed. Finished results are in results/mine/." in printed.err
-    assert "Answer" not in printed.out and "Look at" not in printed.out
-
-
 def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
     def complain():
         (checkout.root / "results" / "mine" / "logs" / "snakemake.err").write_text(
@@ -135,13 +91,7 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
         (["p/c2/compute_surface"], {"p/c2": "compute_surface: ?", "pairs/both": "?", "changes/one": "?"}),
         *(
             ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "changes/one": "?", "changes/two": "?"})
-            for job in (
-                "fetch_x.pdb",
-                "prepare_system",
-                "simulate_nvt",
-                "judge_simulation",
-                "choose_frames",
-            )
+            for job in ("fetch_x.pdb", "prepare_system", "simulate_nvt", "judge_simulation", "choose_frames")
         ),
         (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
         (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "changes/two": "?"}),
@@ -198,16 +148,6 @@ def test_a_disk_that_becomes_full_is_one_sentence(checkout, capsys, monkeypatch,
     assert f"The disk of {full}/ is full. Free some space and run again" in capsys.readouterr().err
 
 
-def test_a_disk_error_of_the_run_itself_is_one_sentence(checkout, capsys):
-    def fail():
-        raise OSError(errno.ENOSPC, "No space left on device", "results/mine/x")
-
-    checkout.work = [fail]
-    assert study.main(checkout.config()) == 2
-    printed = capsys.readouterr().err
-    assert printed == "results/mine/x: No space left on device. Free or repair the disk and run again.\n"
-
-
 @pytest.mark.parametrize(
     ("config", "options", "words"),
     [
@@ -237,34 +177,11 @@ def test_a_mistake_ends_before_anything_runs(checkout, capsys, config, options, 
     assert re.search(words, " ".join(capsys.readouterr().err.split()))
 
 
-@pytest.mark.parametrize("word", ["-h", "--help"])
-def test_help_is_printed_and_nothing_runs(checkout, capsys, word):
-    assert study.main(word) == 0 and checkout.calls == []
-    assert "`python scripts/study.py [config.yaml]" in capsys.readouterr().out
-    assert study.main(checkout.config(), word) == 0 and checkout.calls[0][-1] == word  # Snakemake's own
-
-
 @pytest.mark.parametrize("word", ["-n", "-np", "--dry-run", "--dryrun"])
 def test_a_dry_run_writes_nothing(checkout, word):
     checkout.codes = [7]
     assert study.main(checkout.config(), word) == 7
     assert len(checkout.calls) == 1 and not (checkout.root / "results").exists()
-
-
-def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path):
-    (tmp_path / "seed.yaml").write_text("seed: 5\nrun: other\n")
-    assert study.main("seed.yaml") == 0
-    assert (checkout.root / "results" / "other").is_dir()
-    config = study.checked_config([tmp_path / "seed.yaml"], here=True)
-    assert config["seed"] == 5 and list(config["proteins"]) == ["tdp43"]
-
-
-def test_options_without_a_config_are_those_of_the_default_study(checkout):
-    for words in (["compare"], ["-n"], ["--cores", "2"]):
-        checkout.calls.clear()
-        study.main(*words)
-        assert checkout.calls and checkout.files[0] == "config.yaml"
-    assert "2" in checkout.calls[0]
 
 
 def test_a_comparison_is_added_to_the_study(checkout):

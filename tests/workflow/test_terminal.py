@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf.workflow import job_logs, terminal
+from sparsurf.workflow import job_logs
 from sparsurf.workflow.terminal import Terminal
 
 
@@ -90,11 +90,3 @@ def test_a_long_job_has_a_bar(said, tmp_path, log, bar):
     (tmp_path / "a.log").write_text(log)
     record = SimpleNamespace(rule_msg="Grid of p/c1", log=["a.log"])
     assert said.terminal._bar_of(record, time.monotonic() - 40).strip() == bar
-
-
-def test_a_line_takes_the_place_of_the_bar(said, capsys):
-    said.terminal._show("half")
-    said.terminal._say("done")
-    said.terminal._show("")
-    assert capsys.readouterr().out == "\r\033[Khalf\r\033[Kdone\n"
-    assert terminal.SECONDS_BEFORE_BAR == 10
