@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
+from sparsurf.molecules.atom_table import COLUMNS, AtomFile, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.mdtraj_process import atom_rows
@@ -27,6 +27,19 @@ if TYPE_CHECKING:
     from MDAnalysis import AtomGroup, Universe
 
 
+# Columns of the table, and the attributes of atoms that hold them
+BIOTITE = {
+    "name": "atom_name", "residue_name": "res_name", "chain": "chain_id", "number": "res_id", "insertion": "ins_code",
+    "element": "element", "hetero": "hetero", "altloc": "altloc_id", "occupancy": "occupancy", "b_factor": "b_factor",
+    "segid": "segment_id",
+}  # fmt: skip
+MDANALYSIS = {
+    "name": "names", "residue_name": "resnames", "chain": "chainIDs", "number": "resids", "insertion": "icodes",
+    "element": "elements", "hetero": "record_types", "altloc": "altLocs", "occupancy": "occupancies",
+    "b_factor": "tempfactors", "segid": "segids",
+}  # fmt: skip
+
+
 def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a trajectory of mdtraj; its nanometres become Å. Selection keys as in `read_molecule`."""
     xyz = _positions(trajectory.xyz, "the trajectory") * ANGSTROM_PER_NM
@@ -40,24 +53,7 @@ def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) ->
 def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert an AtomArray or AtomArrayStack of biotite, whose models become frames; altlocs if it was read with altloc="all"."""
     xyz = _positions(atoms.coord, "the AtomArray")
-    known = set(atoms.get_annotation_categories())
-
-    def annotation(name: str, missing: Any = "") -> Any:
-        return getattr(atoms, name) if name in known else np.full(xyz.shape[1], missing)
-
-    table = _table(
-        name=atoms.atom_name,
-        residue_name=atoms.res_name,
-        chain=atoms.chain_id,
-        number=atoms.res_id,
-        insertion=annotation("ins_code"),
-        element=annotation("element"),
-        hetero=annotation("hetero", False),
-        altloc=annotation("altloc_id"),
-        occupancy=annotation("occupancy", 1.0),
-        b_factor=annotation("b_factor", np.nan),
-        segid=annotation("segment_id"),
-    )
+    table = _table(atoms, BIOTITE, xyz.shape[1])
     box = None if atoms.box is None else np.broadcast_to(np.asarray(atoms.box, float), (len(xyz), 3, 3))
     frames = Frames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), box)
     return _built(table, frames, "the AtomArray", "Å", False, keys)
@@ -66,29 +62,11 @@ def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys
 def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert an AtomGroup, or all atoms of a Universe, of MDAnalysis at the current frame of their trajectory."""
     group = atoms.atoms
-
-    def attribute(name: str, missing: Any = "") -> Any:
-        """Return an attribute of all atoms, or a value for every atom if the topology lacks it."""
-        return getattr(group, name) if hasattr(group, name) else np.full(len(group), missing)
-
     if not hasattr(group.universe, "trajectory"):
         raise InputError("the Universe has no coordinates: give it a trajectory.")
     step = group.universe.trajectory.ts
-    segids = np.asarray(attribute("segids"), dtype=str)
-    segids = np.where(segids == "SYSTEM", "", segids)  # its name for no segment
-    table = _table(
-        name=attribute("names"),
-        residue_name=attribute("resnames"),
-        chain=attribute("chainIDs") if hasattr(group, "chainIDs") else segids,
-        number=group.resids,
-        insertion=attribute("icodes"),
-        element=attribute("elements"),
-        hetero=np.asarray(attribute("record_types"), dtype=str) == "HETATM",
-        altloc=attribute("altLocs"),
-        occupancy=attribute("occupancies", 1.0),
-        b_factor=attribute("tempfactors", np.nan),
-        segid=segids,
-    )
+    names = MDANALYSIS | ({} if hasattr(group, "chainIDs") else {"chain": "segids"})
+    table = _table(group, names, len(group))
     box = None if step.dimensions is None else np.asarray(step.triclinic_dimensions, float)[None]
     time = np.array([float(step.data.get("time", np.nan))])  # in ps; structures have none
     frames = Frames(_positions(group.positions, "the AtomGroup"), time, np.array([0]), box)
@@ -143,14 +121,23 @@ def _positions(xyz: Any, name: str) -> np.ndarray:
     return xyz
 
 
-def _table(**columns: Any) -> pd.DataFrame:
-    """Return the table of `atom_table` from arrays (A,), with the insertion code apart from the number."""
-    columns = {name: np.asarray(values) for name, values in columns.items()}
+def _table(source: Any, names: dict[str, str], n_atoms: int) -> pd.DataFrame:
+    """Return the table of `atom_table` from arrays (A,) of an object by their names there, some of which it may lack."""
+    columns = {
+        column: np.asarray(
+            getattr(source, name) if hasattr(source, name) else [COLUMNS.get(column, "")] * n_atoms
+        )
+        for column, name in names.items()
+    }
     numbers, codes = (columns.pop(name).tolist() for name in ("number", "insertion"))
     residue = [f"{number}{str(code).strip()}" for number, code in zip(numbers, codes, strict=True)]
     texts = ("name", "residue_name", "chain", "segid", "altloc", "element")
     columns |= {name: np.char.strip(columns[name].astype(str)) for name in texts}
     columns["altloc"] = np.where(columns["altloc"] == ".", "", columns["altloc"])
+    for name in ("chain", "segid"):
+        columns[name] = np.where(columns[name] == "SYSTEM", "", columns[name])  # MDAnalysis' name for none
+    if columns["hetero"].dtype != bool:
+        columns["hetero"] = columns["hetero"].astype(str) == "HETATM"
     return atom_table(**columns | {"element": np.char.upper(columns["element"]), "residue": residue})
 
 
