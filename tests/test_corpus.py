@@ -360,6 +360,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "the second model 5 % longer along y.pdb": (
         models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
         "2 953 61 ~ longer along y .* in frame 1"),
+    "an assembly of frames.gro": (gro(HEAVY), {"assembly": True}, "! it takes all models of a structure"),
     "models that repeat.pdb": (models(HEAVY, HEAVY), {}, "2 119 14 ~ 1 frame repeats the one before"),
     "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
     "models.pdb": (models(peptide(), peptide(["ALA"] * 3)), {}, "! models of different atoms .* 20 15.*model"),
@@ -1280,10 +1281,14 @@ def test_paths(tmp_path, caplog, name, kind):
     judge(f"! {words}", lambda: READERS[kind](path) and (), caplog, path.name)
 
 
+KEYS = ["altloc", "hydrogens", "ligands", "chains", "residues", "selection", "model", "stride"]
+
+
 @pytest.mark.parametrize(
-    "key", ["altloc", "hydrogens", "ligands", "chains", "residues", "selection", "model", "stride"]
-)
-@pytest.mark.parametrize("value", [np.zeros(3), 2.5, b"x", {"a": 1}])
+    ("key", "value"),
+    [(key, value) for key in KEYS for value in (np.zeros(3), 2.5, b"x", {"a": 1})]
+    + [("plddt", value) for value in ("70", -1, 101, np.nan, [70])] + [("times", value) for value in (["a"], b"x", {"a": 1})],
+)  # fmt: skip
 def test_a_key_of_a_wrong_type(caplog, key, value):
     judge("!", lambda: read_molecule(EXAMPLE, **{key: value}) and (), caplog, "")
 

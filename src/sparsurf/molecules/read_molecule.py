@@ -8,12 +8,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import StrPath, no_warnings, pluralise, read_text
+from sparsurf.files import StrPath, no_warnings, pluralise, read_text, shorten
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
 from sparsurf.molecules.conformations import FrameChoice, choose_frames
@@ -30,7 +31,7 @@ from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb
-from sparsurf.molecules.plddt import doubtful_residues
+from sparsurf.molecules.plddt import MAX_PLDDT, doubtful_residues
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys
 from sparsurf.molecules.trajectory import read_topology
 
@@ -99,7 +100,14 @@ def read_molecule(
     for name, value in (("whole", whole), ("assembly", assembly)):
         if not isinstance(value, bool | np.bool_):
             raise InputError(f"{name} is {value!r}; it must be True or False.")
-    if assembly and (trajectory is not None or model is not None):
+    if plddt is not None and not _is_plddt(plddt):
+        raise InputError(f"plddt is {plddt!r}; it must be a number from 0 to 100.")
+    if times is not None:
+        try:
+            times = np.atleast_1d(np.asarray(times, float)).tolist()
+        except (TypeError, ValueError):
+            raise InputError(f"times is {shorten(repr(times))}; it must be a list of numbers, ps.") from None
+    if assembly and (trajectory is not None or model is not None or suffix(path) not in READERS):
         raise InputError(
             "assembly: it takes all models of a structure; leave out the trajectory and the model."
         )
@@ -131,6 +139,11 @@ def read_molecule(
     molecule = molecule_of_trajectory(file, path, trajectory, keys, *options)
     refuse_impossible(molecule, trajectory, path if trajectory != path else None, bool(whole))
     return molecule
+
+
+def _is_plddt(value: Any) -> bool:
+    """Return whether a value is a number from 0 to 100."""
+    return isinstance(value, Real) and not isinstance(value, bool) and 0 <= float(value) <= MAX_PLDDT
 
 
 def _read_structure(path: StrPath) -> AtomFile:
