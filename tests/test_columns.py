@@ -51,14 +51,13 @@ def test_every_column_of_every_table_of_a_run_is_listed(study):
 
 @pytest.mark.parametrize(
     "arguments",
-    ["surface --fields hydropathy", "roughness", "minimal --percent 5", "descriptors --every 300"],
+    ["surface --fields hydropathy", "roughness", "residues", "minimal --percent 5", "descriptors --every 300"],
 )
 def test_every_column_of_the_command_line_is_listed(tmp_path, arguments):
     name, *options = arguments.split()
     file = str(ROOT / "data/tdp43/topology.pdb")
-    assert command.main(
-        [name, file, "--residues", "209-216", *options, "-q", "-o", str(tmp_path / "out.csv")]
-    ) in (0, None)
+    cut = ["--selection", "residue 209 to 216"]
+    assert command.main([name, file, *cut, *options, "-q", "-o", str(tmp_path / "out.csv")]) in (0, None)
     check(columns.tables()[f"sparsurf {name}"], tmp_path / "out.csv")
 
 

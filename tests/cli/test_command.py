@@ -3,10 +3,12 @@
 import importlib.util
 import logging
 import os
+import re
 import shlex
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -104,13 +106,14 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
         pytest.importorskip("pyarrow")
     folder = shutil.copytree(folder, tmp_path / "own")  # an example overwrites what others read
     monkeypatch.chdir(folder)
-    words = line.split("|")[0].split(">")[0].split()[1:]
+    words = shlex.split(line.split("|")[0].split(">")[0])[1:]
     assert ended(*words) == 0
     shown = capfd.readouterr()
     told = [each for each in shown.err.splitlines() if not each.startswith("Compiling")]
     if "-o" in words:
         out = words[words.index("-o") + 1]
-        assert all(each.startswith("wrote ") for each in told) and (out == "-") == (told == [])
+        begins = ("wrote ", "The surface recovered", "Its Z is")
+        assert all(each.startswith(begins) for each in told) and (out == "-") == (told == [])
         assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
 
 
@@ -242,6 +245,18 @@ def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folde
         assert np.allclose(held["roughness"], second, atol=1e-4)
 
 
+def test_small_numbers_of_a_field_are_written(folder, tmp_path):
+    (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
+    dots = sparsurf.surface(folder / "protein.pdb")
+    values = sparsurf.fields(dots, "share", table=tmp_path / "small.csv")
+    sparsurf.write(replace(dots, fields={"share": values["share"].to_numpy()}), tmp_path / "dots.csv")
+    table = pd.read_csv(tmp_path / "dots.csv")
+    assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6)
+    assert ended("minimal", tmp_path / "dots.csv", "--percent", 10, "-o", tmp_path / "few.csv") == 0
+    few = pd.read_csv(tmp_path / "few.csv")
+    assert np.array_equal(few["share"], table["share"][few["dot"]])
+
+
 def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
     import mdtraj
 
@@ -322,13 +337,42 @@ def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
         assert ended("surface", folder / "protein.pdb", *words, "-o", tmp_path / "o.csv") == 1
         assert "expected one argument" not in capfd.readouterr().err
     assert ended("surface", folder / "protein.pdb", "--residues", "-3-212", "-o", tmp_path / "o.csv") == 0
-    own = read_molecule(folder / "protein.pdb", residues="209-212")
-    assert len(pd.read_csv(tmp_path / "o.csv")) == len(sparsurf.surface(own))
+    assert set(pd.read_csv(tmp_path / "o.csv")["residue"]) == {*range(209, 213)}
+
+
+def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_path):
+    """Their dots, roughness, descriptors and area are those of the surface of all atoms; a selection cuts it."""
+    path, own = folder / "protein.pdb", ["--residues", "211-212"]
+    dots = sparsurf.surface(path)
+    inside = np.flatnonzero(dots.to_frame()["residue"].isin(["211", "212"]))
+    for name in ("surface", "roughness", "descriptors", "residues"):
+        options = ["--every", 50] if name == "descriptors" else []
+        assert ended(name, path, *own, *options, "-o", tmp_path / f"{name}.csv") == 0
+    of = {name: pd.read_csv(tmp_path / f"{name}.csv") for name in ("surface", "roughness", "descriptors")}
+    assert np.allclose(of["surface"][["x", "y", "z"]], dots.points[inside], atol=1e-3)
+    assert np.allclose(of["roughness"]["roughness"], sparsurf.roughness(dots)[inside], atol=1e-4)
+    assert of["descriptors"]["dot"].tolist() == inside[::50].tolist()
+    table = pd.read_csv(tmp_path / "residues.csv")
+    assert table["residue"].tolist() == [211, 212] and table["dots"].sum() == len(inside)
+    assert np.isclose(table["area"].sum(), dots.area[inside].sum())
+    assert ended("surface", path, "--selection", "residue 211 to 212", "-o", tmp_path / "cut.csv") == 0
+    assert len(pd.read_csv(tmp_path / "cut.csv")) > 1.2 * len(inside)
+
+
+def test_minimal_prints_its_error_and_warns_of_gaps(folder, tmp_path, capsys):
+    assert ended("minimal", folder / "protein.pdb", "--percent", 20, "-o", tmp_path / "m.csv") == 0
+    shown = capsys.readouterr().err
+    assert re.search(
+        r"recovered from them is 0\.0\d+ Å off on average, and 99 % of it is within 0\.\d+ Å", shown
+    )
+    assert re.search(r"Its Z is 0\.\d+: 0 is the same surface", shown) and "too few" not in shown
+    assert ended("minimal", folder / "protein.pdb", "--n-dots", 9, "-o", tmp_path / "m.csv") == 0
+    assert "warning: minimal: too few dots (9) to hold the surface together" in capsys.readouterr().err
 
 
 def test_a_frame_of_a_trajectory(folder, tmp_path):
     path = TDP43.with_name("trajectory.xtc")
-    call = ["surface", TDP43, "--trajectory", path, "--residues", "209-212", "--frame", 20]
+    call = ["surface", TDP43, "--trajectory", path, "--selection", "residue 209 to 212", "--frame", 20]
     assert ended(*call, "-o", tmp_path / "dots.npz") == 0
     wanted = sparsurf.surface(sparsurf.read_molecule(TDP43, path, residues="209-212"), frame=20)
     assert np.array_equal(sparsurf.read_surface(tmp_path / "dots.npz").points, wanted.points)
@@ -340,8 +384,8 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("surface protein.pdb", 2, "-o/--output"),
     ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
     ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),
-    ("surface protein.pdb --fields hydropathy --table t.csv -o x.csv", 1, "--table: "),
-    ("surface protein.pdb --charges q.pqr -o x.csv", 1, "--fields potential"),
+    ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues: it is about dots"),
+    ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, and residues are those of atoms"),
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields names none"),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
     ("surface protein.pdb --mesh --fields hydropathy -o x.ply", 1, "--fields: it is about dots"),
@@ -405,8 +449,7 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
 @pytest.mark.parametrize(
     "words",
     ["roughness over.csv -o over.csv", "roughness over.csv -o link.csv", "surface a.pdb -o ./a.pdb",
-     "surface a.pdb --trajectory over.csv -o over.csv", "recover dots.csv --at over.csv -o over.csv",
-     "surface a.pdb --fields v --table over.csv -o over.csv"],
+     "surface a.pdb --trajectory over.csv -o over.csv", "recover dots.csv --at over.csv -o over.csv"],
 )  # fmt: skip
 def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)

@@ -8,24 +8,26 @@ from sparsurf.cli import command
 
 CALLS = {  # with which options are combined
     "surface": "two.pdb",
+    "residues": "two.pdb",
     "roughness": "two.pdb",
     "descriptors": "two.pdb --every 40",
     "minimal": "two.pdb --percent 10",
     "recover": "few.csv",
 }
-OF_ATOMS = ["--chains A", "--residues 2-4", "--selection backbone", "--ligands LIG", "--frame 1"]
+OF_ATOMS = ["--chains A", "--selection backbone", "--ligands LIG", "--frame 1"]
 OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
 OPTIONS = {
-    "surface": [*OF_ATOMS, "--altloc B", "--probe-radius 1.6", "--density 9", "--radii bondi", "--fields hydropathy",
-     "--table scores.csv --fields score", "--fields potential --charges two.pqr", "--mesh"],
-    "roughness": [*OF_DOTS, "--r-patch 3"],
-    "descriptors": [*OF_DOTS, "--at 0,5", "--every 30", "--r-zernike 5", "--down", "--descriptor rotation_robust"],
+    "surface": [*OF_ATOMS, "--residues 2-4", "--probe-radius 1.6", "--density 9", "--radii bondi",
+     "--fields hydropathy", "--mesh"],
+    "residues": [*OF_ATOMS, "--residues 2-4", "--fields hydropathy"],
+    "roughness": [*OF_DOTS, "--residues 2-4", "--r-patch 3"],
+    "descriptors": [*OF_DOTS, "--residues 2-4", "--at 0,5", "--every 30", "--r-zernike 5", "--down", "--descriptor rotation_robust"],
     "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--error 0.1", "--max-z 1.5",
      "--sampler uniform", "--seed 2"],
     "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }  # fmt: skip
 # test_command.py, and of models that are copies tests/test_corpus.py
-ELSEWHERE = {"--help", "--quiet", "--output", "--trajectory", "--cavities", "--assembly"}
+ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--assembly"}
 INSTEAD = {
     "--percent": ("--n-dots", "--error", "--max-z"),
     "--every": ("--at",),
@@ -49,9 +51,6 @@ def folder(tmp_path_factory):
         ligand = atom_line("C1", "LIG", "C", "1", (5, 4.5, 4), record="HETATM")
         texts.append(f"MODEL     {k + 1:4d}\n{first}TER\n{second}TER\n{ligand}ENDMDL\n")
     write(place / "two.pdb", "".join(texts) + "END\n")
-    write(place / "scores.csv", "residue,chain,score\n2,A,1\n3,A,0\n")
-    atoms = [line for line in texts[0].splitlines() if line.startswith("ATOM") and line[16] != "B"]
-    write(place / "two.pqr", "".join(f"{line[:54]}  0.50  1.50\n" for line in atoms))
     sparsurf.write(sparsurf.minimal(place / "two.pdb", percent=10), place / "few.csv")
     return place
 
@@ -85,7 +84,5 @@ def test_every_option_is_in_the_table(name):
 def test_an_option_changes_the_result(folder, tmp_path, monkeypatch, name, options):
     monkeypatch.chdir(folder)
     (tmp_path / "without").mkdir()
-    without = "--fields potential" if "--charges" in options else ""
-    assert result(folder, tmp_path, name, CALLS[name], options) != result(
-        folder, tmp_path / "without", name, CALLS[name], without
-    )
+    without = result(folder, tmp_path / "without", name, CALLS[name])
+    assert result(folder, tmp_path, name, CALLS[name], options) != without

@@ -76,7 +76,7 @@ def test_fields_of_a_file_go_through_recover(tmp_path):
     from sparsurf.cli.command import main
 
     few, dense = tmp_path / "few.csv", tmp_path / "dense.ply"
-    residues = ["--residues", "209-222"]
+    residues = ["--selection", "residue 209 to 222"]
     fields = ["--fields", "hydropathy,potential"]
     assert main(["minimal", str(path), "--percent", "20", *fields, *residues, "-o", str(few)]) == 0
     assert main(["recover", str(few), "-o", str(dense)]) == 0

@@ -26,6 +26,7 @@ from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.errors import InputError
 from sparsurf.study.minimal_subset import Subset
 from sparsurf.study.residues import residue_table
+from sparsurf.suggestions import public
 from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 FIELDS = ("hydropathy", "potential")
 
 
+@public()
 def fields(
     molecule: MoleculeLike | Surface,
     dots: Any = None,
@@ -48,7 +50,7 @@ def fields(
 
     Parameters
     ----------
-    molecule : path of a structure, Molecule, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython
+    molecule : as in `surface`
     dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
     names : str or sequence of str
@@ -66,11 +68,6 @@ def fields(
     -------
     DataFrame, (N, F)
         One column per name.
-
-    Raises
-    ------
-    InputError
-        One sentence on what is wrong.
 
     Examples
     --------
@@ -99,6 +96,7 @@ def fields(
     return compute_fields(names, atoms.frame(frame), surface.points, charges, table)
 
 
+@public()
 def residues(
     dots: SurfaceLike,
     molecule: MoleculeLike | None = None,

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeGuard, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict, TypeGuard, cast
 
 import numpy as np
 from pydantic import TypeAdapter
@@ -49,6 +49,17 @@ log = logging.getLogger("sparsurf")
 
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
 PLACEMENT_DEFAULTS = {"frame": 0} | settings.Surface().model_dump()
+
+
+class Placement(TypedDict, total=False):
+    """Keywords of `surface`, which functions that place dots hand on to it."""
+
+    frame: int
+    probe_radius: float
+    density: float | str
+    radii: str
+    d_link: float
+    cavities: str
 
 
 class Limits(NamedTuple):

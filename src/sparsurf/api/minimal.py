@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from sparsurf.api.inputs import (
     SEED,
     DotsLike,
     Limits,
+    Placement,
     SurfaceLike,
     as_dots,
     has_atoms,
     refuse_placement,
 )
-from sparsurf.api.subsets import prepare
+from sparsurf.api.subsets import prepare, warn_of_gaps
 from sparsurf.api.surfaces import surface
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK
@@ -31,10 +32,10 @@ from sparsurf.sampling.samplers import get_samplers
 from sparsurf.settings import Distance, Minimal, Patches, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.study.floors import floors_table, measure_floors
-from sparsurf.study.minimal_subset import Subset, represent
+from sparsurf.study.minimal_subset import Representation, Subset, represent
 from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.suggestions import public
 from sparsurf.surfaces.components import fields_without_component
-from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
@@ -46,8 +47,10 @@ TEST_DOTS = 200  # as in a study
 DISTANCE = Limits.of(Distance)  # Å
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
 STEPS = Limits(0, 1000, whole=True)
+SIZES = {"percent": PERCENT, "n_dots": NUMBER_OF_DOTS, "error": DISTANCE, "max_z": ERROR}
 
 
+@public(*Placement.__annotations__)
 def minimal(
     surface: SurfaceLike,
     *,
@@ -57,12 +60,7 @@ def minimal(
     max_z: float | None = None,
     sampler: str = "farthest",
     seed: int = DEFAULT_SEED,
-    frame: int = 0,
-    probe_radius: float = PROBE_RADIUS,
-    density: float | str = "auto",
-    radii: str = "dms",
-    d_link: float = D_LINK,
-    cavities: str = "keep",
+    **placement: Unpack[Placement],
 ) -> Subset:
     """Select the few dots that represent a surface; a study and the command select the same with the same seed.
 
@@ -75,7 +73,8 @@ def minimal(
     sampler : str
         As in `sample`.
     seed : int
-    frame, probe_radius, density, radii, d_link, cavities : as in `surface`
+    **placement
+        Keywords of `surface`: frame, probe_radius, density, radii, d_link and cavities.
 
     Returns
     -------
@@ -98,50 +97,40 @@ def minimal(
     >>> bool((kept == few.dots).all())
     True
     """
-    sizes = {
-        "percent": None if percent is None else PERCENT.check(percent, "percent"),
-        "n_dots": None if n_dots is None else NUMBER_OF_DOTS.check(n_dots, "n_dots"),
-        "error": None if error is None else DISTANCE.check(error, "error"),
-        "max_z": None if max_z is None else ERROR.check(max_z, "max_z"),
-    }
-    request = {key: value for key, value in sizes.items() if value is not None}
+    sizes = {"percent": percent, "n_dots": n_dots, "error": error, "max_z": max_z}
+    return represented(surface, sizes, sampler, seed, **placement).subset
+
+
+def represented(
+    source: SurfaceLike, sizes: dict[str, Any], sampler: str, seed: int, **placement: Unpack[Placement]
+) -> Representation:
+    """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
+    request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}
     if len(request) > 1:
-        raise InputError("minimal: give only one of percent, n_dots, error and max_z.")
-    dots = _dots(
-        surface,
-        frame=frame,
-        probe_radius=probe_radius,
-        density=density,
-        radii=radii,
-        d_link=d_link,
-        cavities=cavities,
-    )
-    if n_dots is not None and n_dots > len(dots):
-        raise InputError(f"minimal: n_dots is {n_dots}, more than the {len(dots)} dots of the surface.")
+        raise InputError(f"minimal: give only one of {', '.join(SIZES)}.")
+    dots = _dots("minimal", source, placement)
+    if request.get("n_dots", 0) > len(dots):
+        raise InputError(
+            f"minimal: n_dots is {request['n_dots']}, more than the {len(dots)} dots of the surface."
+        )
     get_samplers([sampler], "minimal.sampler")  # names an unknown one
     seed = SEED.check(seed, "seed")
     wanted = Minimal(**request).model_copy(update={"sampler": sampler})
-    settings = Settings(patches=Patches(d_link=d_link)).model_copy(update={"minimal": wanted})
+    patches = Patches(d_link=placement.get("d_link", D_LINK))
+    settings = Settings(patches=patches).model_copy(update={"minimal": wanted})
     molecule = dots.placed.molecule if dots.placed else None
-    return represent(dots, settings, Streams(seed), molecule, threads=available_cores()).subset
+    result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
+    warn_of_gaps("minimal", result.trials.prepared, result.subset.dots)
+    return result
 
 
-def floors(
-    surface: SurfaceLike,
-    *,
-    seed: int = DEFAULT_SEED,
-    frame: int = 0,
-    probe_radius: float = PROBE_RADIUS,
-    density: float | str = "auto",
-    radii: str = "dms",
-    d_link: float = D_LINK,
-    cavities: str = "keep",
-) -> pd.DataFrame:
+@public(*Placement.__annotations__)
+def floors(surface: SurfaceLike, *, seed: int = DEFAULT_SEED, **placement: Unpack[Placement]) -> pd.DataFrame:
     """Measure the noise floors: Z between two descriptions of one surface.
 
     Parameters
     ----------
-    surface, seed, frame, probe_radius, density, radii, d_link, cavities : as in `minimal`
+    surface, seed, **placement : as in `minimal`
 
     Returns
     -------
@@ -154,19 +143,12 @@ def floors(
     >>> import sparsurf
     >>> table = sparsurf.floors("protein.pdb")  # doctest: +SKIP
     """
-    dots = _dots(
-        surface,
-        frame=frame,
-        probe_radius=probe_radius,
-        density=density,
-        radii=radii,
-        d_link=d_link,
-        cavities=cavities,
-    )
-    prepared = prepare(dots, d_link=d_link, seed=seed)
+    dots = _dots("floors", surface, placement)
+    prepared = prepare(dots, d_link=placement.get("d_link", D_LINK), seed=seed)
     return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *dots.generator))
 
 
+@public()
 def recover(
     few: DotsLike, *, density: float = DENSITY, reach: float = REACH, steps: int = NEWTON_STEPS
 ) -> Surface:
@@ -212,19 +194,17 @@ def recover(
     return Surface(points, normals, fields=fields)
 
 
-def _dots(source: SurfaceLike, **rules: Any) -> Surface:
+def _dots(name: str, source: Any, placement: Placement) -> Surface:
     """Return dots that suit d_link; those of a molecule know it."""
-    d_link = LENGTH.check(rules["d_link"], "d_link")
-    placement = {key: value for key, value in rules.items() if key != "d_link"}  # which serves all dots
+    d_link = LENGTH.check(placement.get("d_link", D_LINK), "d_link")
+    rules = {key: value for key, value in placement.items() if key != "d_link"}  # which serves all dots
     if isinstance(source, Surface) and source.placed:
-        source.placed.refuse_rules("minimal", **placement)
+        source.placed.refuse_rules(name, **rules)
         dots = source
     elif has_atoms(source):
-        atoms: Any = source
-        dots = surface(atoms, **rules)
+        dots = surface(source, **placement)
     else:
-        refuse_placement("minimal", **placement)
-        few: Any = source
-        dots = as_dots(few)
+        refuse_placement(name, **rules)
+        dots = as_dots(source)
     refuse_sparse(dots.points, d_link, "surface")
     return dots

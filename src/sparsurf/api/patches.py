@@ -13,6 +13,7 @@ from sparsurf.errors import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED, describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
 from sparsurf.patches.roughness import roughness as roughness_of_dots
+from sparsurf.suggestions import public
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 
+@public()
 def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float = D_LINK) -> np.ndarray:
     """Compute the local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
 
@@ -57,6 +59,7 @@ def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float =
     return roughness_of_dots(as_index(surface, d_link), r_patch, available_cores())
 
 
+@public()
 def descriptors(
     surface: SurfaceLike,
     at: ArrayLike | None = None,
@@ -78,7 +81,7 @@ def descriptors(
     up : bool
         Whether the mean normal of a patch is turned to +z, or to -z as for the partner of a complex.
     d_link : float
-        Å; dots closer than this are linked, and a patch is the largest linked island.
+        As in `roughness`.
     descriptor : {'published', 'rotation_robust'}
         'rotation_robust' changes little when the molecule is rotated; it works best with a `d_link` of 0.6.
 

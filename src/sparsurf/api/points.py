@@ -20,6 +20,7 @@ from sparsurf.molecules.formats import STRUCTURES, stem, suffix
 from sparsurf.patches.index import build_grid
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.streams import DEFAULT_SEED, stream
+from sparsurf.suggestions import public
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY, RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
@@ -39,6 +40,7 @@ JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
 
 
+@public()
 def points(
     molecule: MoleculeLike | tuple[ArrayLike, ArrayLike],
     n_dots: int | None = None,
@@ -121,6 +123,7 @@ def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) 
         placed *= 1.05 * DOTS_PER_POINT * n / len(dots)
 
 
+@public("density", "seed", "probe_radius", "radii", "cavities")
 def points_of(
     folder: str | Path, n_dots: int | None = None, *, jobs: int = 1, **settings: Any
 ) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:

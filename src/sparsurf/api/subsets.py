@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -24,6 +25,7 @@ from sparsurf.api.inputs import (
 from sparsurf.api.surfaces import as_surface
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
+from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_recovered, kept_out
 from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
@@ -34,15 +36,24 @@ from sparsurf.study.minimal_subset import Subset
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.statistics import mean_and_error, reference_values
 from sparsurf.study.subset_search import draw_subset, find_subset
+from sparsurf.suggestions import public
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+log = logging.getLogger("sparsurf")
+
+DENSITY_WITHOUT_GAPS = (
+    0.5  # dots per Å^2: the dots of every sampler that are as dense hold the surface together
+)
+MAX_GAP = PROBE_RADIUS  # Å: what lies farther off could let a water in
 PreparedLike: TypeAlias = "SurfaceLike | PreparedSurface"
 
 
+@public()
 def prepare(
     surface: PreparedLike,
     *,
@@ -88,6 +99,7 @@ def prepare(
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 
+@public()
 def sample(
     surface: PreparedLike,
     *,
@@ -132,15 +144,32 @@ def sample(
         prepared = prepared.changed(stream=replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
     if combination is not None:
-        return _draw_combination(prepared, combination, sampler, sizes)
-    if len(sizes) != 1:
-        raise InputError("sample: give either percent or n_dots, such as percent=10.")
-    sampler, n = "farthest" if sampler is None else sampler, len(prepared.points)
-    if n_dots is None:
-        n_dots = max(1, round(PERCENT.check(percent, "percent") / 100 * n))
-    n_dots = Limits(1, n, whole=True, open_low=False).check(n_dots, "n_dots")
-    get_samplers([sampler], "sampler")  # names an unknown one
-    return draw_subset(prepared, sampler, n_dots)
+        kept = _draw_combination(prepared, combination, sampler, sizes)
+    else:
+        if len(sizes) != 1:
+            raise InputError("sample: give either percent or n_dots, such as percent=10.")
+        sampler, n = "farthest" if sampler is None else sampler, len(prepared.points)
+        if n_dots is None:
+            n_dots = max(1, round(PERCENT.check(percent, "percent") / 100 * n))
+        n_dots = Limits(1, n, whole=True, open_low=False).check(n_dots, "n_dots")
+        get_samplers([sampler], "sampler")  # names an unknown one
+        kept = draw_subset(prepared, sampler, n_dots)
+    warn_of_gaps("sample", prepared, kept)
+    return kept
+
+
+def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None:
+    """Warn if the surface that the kept dots give back lies too far from the full one to be the same surface."""
+    if len(kept) == len(prepared) or len(kept) > DENSITY_WITHOUT_GAPS * prepared.area:
+        return
+    few = prepared.surface.take(kept)
+    distances = distance_to_recovered(prepared.points, few.points, few.normals, available_cores())
+    far = np.quantile(kept_out(distances, kept), TAIL_QUANTILE)
+    if far > MAX_GAP:
+        log.warning(
+            "%s: too few dots (%d) to hold the surface together: 1 %% of it lies %.1f Å or more from what they give back; "
+            "keep more", name, len(kept), far,
+        )  # fmt: skip
 
 
 def _draw_combination(
@@ -158,6 +187,7 @@ def _draw_combination(
     return find_subset(prepared, sampler, combination=_combination(combination))[0]
 
 
+@public()
 def compare(
     surface: PreparedLike,
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],

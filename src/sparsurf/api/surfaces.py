@@ -29,6 +29,7 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.suggestions import public
 from sparsurf.surfaces.components import table_of_components
 from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link, surface_of_molecule
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 CAVITIES = ("keep", "remove")
 
 
+@public()
 def surface(
     molecule: MoleculeLike | tuple[ArrayLike, ArrayLike],
     *,
@@ -82,11 +84,6 @@ def surface(
         With `points` and `normals` (N, 3), `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and
         `atom` (N,), the index of the atom that each dot belongs to; the dots know their molecule.
 
-    Raises
-    ------
-    InputError
-        One sentence on what is wrong.
-
     Examples
     --------
     >>> import sparsurf
@@ -117,6 +114,7 @@ def surface(
     return surface_for_d_link(atoms, frame, atom_radii, settings, d_link, "surface")[0]
 
 
+@public()
 def components(
     molecule: MoleculeLike | Surface | tuple[ArrayLike, ArrayLike],
     dots: DotsLike | None = None,
@@ -139,11 +137,6 @@ def components(
         Component of each dot; 0 has most dots.
     table : DataFrame
         component, dots, area (Å^2), volume (Å^3) and cavity (bool).
-
-    Raises
-    ------
-    InputError
-        One sentence on what is wrong.
 
     Examples
     --------
@@ -177,6 +170,7 @@ def components(
     return component, table_of_components(surface_dots, component)
 
 
+@public()
 def mesh(
     molecule: SurfaceLike | tuple[ArrayLike, ArrayLike],
     n_vertices: int | None = None,
@@ -205,11 +199,6 @@ def mesh(
     -------
     Mesh
         `vertices` (a Surface), `triangles` (F, 3), counterclockwise from outside, and `volume` in Å^3.
-
-    Raises
-    ------
-    InputError
-        One sentence on what is wrong.
 
     Examples
     --------

@@ -20,6 +20,7 @@ from sparsurf.api.scenes import SCENES, write_scene
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.suggestions import public
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import write_ply
@@ -159,8 +160,13 @@ def write_dots(output: str | Path, dots: Dots) -> None:
         columns = {str(name): column for name, column in dots.table.items()}
         _npz(path, arrays | {name: column for name, column in columns.items() if name not in arrays})
 
+    def csv(path: Path) -> None:
+        table, fields = dots.to_frame(), sorted(surface.fields)
+        own = [name for name in fields if np.array_equal(table[name], surface.fields[name], equal_nan=True)]
+        write_csv(path, table, own)
+
     writers: dict[str, Callable[[Path], Any]] = {
-        ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
+        ".csv": csv,
         ".npz": npz,
         ".ply": ply,
         ".dms": dms,
@@ -186,6 +192,7 @@ def write_table(output: str | Path, table: pd.DataFrame, arrays: Mapping[str, An
     write_file(output, TABLES, writers)
 
 
+@public()
 def write(
     result: Surface | Subset | Mesh | Molecule | pd.DataFrame,
     path: str | Path,

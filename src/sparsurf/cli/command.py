@@ -25,6 +25,7 @@ from sparsurf.threads import ignore_numba_threads
 COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
+    "residues": "area, roughness and fields of every residue",
     "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "the few dots that stand for a surface",
     "recover": "the dense surface of a few dots with normals",
@@ -34,9 +35,10 @@ COMMANDS = {
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = """\
-FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, except for `surface`, a file of dots (DMS, CSV with
-x,y,z,nx,ny,nz, PLY or npz). Lengths are in Å. -o names the file of the result, and its suffix the format; `-o -`
-writes to standard output. npz and DMS keep the area, kind and atom of every dot. Errors are one sentence on standard error.
+FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, except for `surface`, `residues` and `points`, a file of
+dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz). Lengths are in Å. -o names the file of the result, and its suffix the format;
+`-o -` writes to standard output, and -q says only what went wrong. npz and DMS keep the area, kind and atom of every dot.
+Errors are one sentence on standard error.
 
 exit codes: 0 done, 1 the sentence says what is wrong with a file, 2 the command line was not understood
 
@@ -69,7 +71,7 @@ class Parser(argparse.ArgumentParser):
         if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
             hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
         elif option := re.search(r"^unrecognized arguments: (?:.*? )??(-[^\s=]*)", message):
-            hint = did_you_mean(option[1], re.findall(r"--?[a-z][\w-]*", self.format_usage()))
+            hint = did_you_mean(option[1], ["--quiet", *re.findall(r"--?[a-z][\w-]*", self.format_usage())])
         self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or '.'} See {self.prog} --help.\n")
 
 
@@ -84,6 +86,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for k in reversed(range(len(arguments) - 1)):  # -3-2 is a range of residues, no option
         if arguments[k] == "--residues" and re.match(r"-\d", arguments[k + 1]):
             arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
+    quiet = [word for word in arguments if word in ("-q", "--quiet")]  # before a command or after it
+    arguments = quiet + [word for word in arguments if word not in quiet]
     parser, options = build_parser(next((word for word in arguments if not word.startswith("-")), None))
     args, others = parser.parse_known_args(arguments)
     if others:
@@ -118,6 +122,7 @@ def build_parser(command: str | None = None) -> tuple[Parser, Parser | None]:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    parser.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong, of any command")
     parser.add_argument("--version", action="version", version=f"sparsurf {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, title="commands")
     options = None
@@ -135,7 +140,6 @@ def build_parser(command: str | None = None) -> tuple[Parser, Parser | None]:
             allow_abbrev=False,
         )
         module.arguments(options)
-        options.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong")
         options.set_defaults(function=module.run)
     return parser, options
 

@@ -31,12 +31,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--at", type=_numbers, help="numbers of the dots, from 0, such as 0,17,300 (default: every dot)"
     )
-    where.add_argument("--every", type=options.number(Limits(0, whole=True)), help="every n-th dot")
+    options.add_residues(where)
+    parser.add_argument(
+        "--every", type=options.number(Limits(0, whole=True)), help="every n-th of these dots"
+    )
     parser.add_argument(
         "--r-zernike",
         type=options.number(LENGTH),
         default=R_ZERNIKE,
-        help=f"of a patch in Å (default {R_ZERNIKE:g})",
+        help=f"radius of a patch in Å (default {R_ZERNIKE:g})",
     )
     parser.add_argument("--down", action="store_true", help="turn the mean normal to -z instead of +z")
     parser.add_argument(
@@ -52,8 +55,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the descriptors."""
     outputs.check(args, writing.TABLES)
-    surface, _ = options.read_dots(args)
-    dots = np.asarray(args.at if args.at is not None else range(0, len(surface), args.every or 1))
+    surface, molecule = options.read_dots(args)
+    dots = options.dots_of_residues(args, surface, molecule) if args.at is None else np.asarray(args.at)
+    dots = dots[:: args.every or 1]
     z = descriptors(
         surface,
         dots,
@@ -66,7 +70,7 @@ def run(args: argparse.Namespace) -> None:
     table = pd.DataFrame({"dot": dots}).join(pd.DataFrame(points, columns=["x", "y", "z"]))
     arrays = {"dot": dots, "points": points, "z": z}
     writing.write_table(args.output, table.join(descriptor_table(z)), arrays)
-    outputs.report(args, args.output, f"{len(dots):,} patches")
+    outputs.report(args, f"{len(dots):,} patches")
 
 
 def descriptor_table(z: np.ndarray) -> pd.DataFrame:

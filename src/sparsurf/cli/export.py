@@ -52,7 +52,8 @@ def run(args: argparse.Namespace) -> None:
     dots = read_parquet(args.run, "dots", args.name).drop(columns="protein")
     if molecule.n_atoms != row["atoms"] or len(residues) != molecule.n_residues:
         raise InputError(f"{row['structure']} has changed since the study: run the study again.")
-    folder = Path(args.output or args.name)
+    args.output = args.output or args.name
+    folder = Path(args.output)
     folder.mkdir(parents=True, exist_ok=True)
     fields = [str(name) for name in list(dots)[len(columns_of("dots")) - 1 :] if dots[name].notna().any()]
     kept = Surface(
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace) -> None:
     molecule.write_pdb(folder / "structure_roughness.pdb", b_factor=roughness[molecule.residue_index])
     script = Path(viewer.__file__).with_name("open.pml").read_text(encoding="utf-8")
     (folder / "open.pml").write_text(script, encoding="utf-8")
-    outputs.report(args, str(folder), f"{len(dots):,} dots and {len(residues):,} residues of {args.name}")
+    outputs.report(args, f"{len(dots):,} dots and {len(residues):,} residues of {args.name}")
 
 
 def read_structure(run: str, path: str, options: dict) -> Molecule:

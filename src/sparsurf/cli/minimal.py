@@ -3,11 +3,13 @@
 import argparse
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import ERROR, NUMBER_OF_DOTS, PERCENT
-from sparsurf.api.minimal import DISTANCE, minimal
+from sparsurf.api.minimal import SIZES, represented
 from sparsurf.cli import options, outputs
 from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study.minimal_subset import Representation
+from sparsurf.study.statistics import reference_values
+from sparsurf.threads import available_cores
 
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
@@ -30,31 +32,22 @@ examples:
 """
 
 
+HELP = {
+    "percent": "share of all dots to keep",
+    "n_dots": "number of dots to keep; the paper's samplers keep about that many",
+    "error": "keep as few dots as recover the surface this far off on average, Å (default 0.02)",
+    "max_z": "keep as few dots as have a Z of at most this as they are, not recovered",
+}
+
+
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
     options.add_output(parser, writing.DOTS_ALONE)
     size = parser.add_mutually_exclusive_group()
-    size.add_argument(
-        "--percent",
-        type=options.number(PERCENT),
-        help="share of all dots to keep",
-    )
-    size.add_argument(
-        "--n-dots",
-        type=options.number(NUMBER_OF_DOTS),
-        help="number of dots to keep; the paper's samplers keep about that many",
-    )
-    size.add_argument(
-        "--error",
-        type=options.number(DISTANCE),
-        help="keep as few dots as recover the surface this far off on average, Å (default 0.02)",
-    )
-    size.add_argument(
-        "--max-z",
-        type=options.number(ERROR),
-        help="keep as few dots as have a Z of at most this as they are, not recovered",
-    )
+    for name, limits in SIZES.items():
+        option = f"--{name.replace('_', '-')}"
+        size.add_argument(option, type=options.number(limits), help=HELP[name])
     parser.add_argument(
         "--sampler",
         choices=SAMPLERS,
@@ -63,7 +56,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"how to choose: {', '.join(SAMPLERS)} (default farthest)",
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")
-    options.add_fields(parser, "values at the dots: hydropathy, potential, bfactor")
+    options.add_fields(parser)
     options.add_d_link(parser)
     options.add_molecule(parser)
 
@@ -73,20 +66,28 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, writing.DOTS_ALONE)
     surface, molecule = options.read_dots(args)
     options.say(f"choosing among {len(surface):,} dots")
-    few = minimal(
-        options.with_fields(args, surface, molecule),
-        percent=args.percent,
-        n_dots=args.n_dots,
-        error=args.error,
-        max_z=args.max_z,
-        sampler=args.sampler,
-        seed=args.seed,
-        d_link=args.d_link,
-    )
-    words = f"{len(few):,} of {len(surface):,} dots"
-    if few.interval:
-        ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
-        words += f" ({share(100 * len(few) / len(surface))} %; 95 % interval {ends} %)"
-        if few.interval[1] > WIDE * few.interval[0]:
+    sizes = {name: getattr(args, name) for name in SIZES}
+    surface = options.with_fields(args, surface, molecule)
+    result = represented(surface, sizes, args.sampler, args.seed, d_link=args.d_link)
+    few, words = result.subset, ""
+    if outputs.is_reported(args):
+        words = f"{len(few):,} of {len(surface):,} dots ({share(100 * len(few) / len(surface))} %"
+        if few.interval:
+            ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
+            words += f"; 95 % interval {ends} %"
+        words += ")"
+        if few.interval and few.interval[1] > WIDE * few.interval[0]:
             words += ". The interval is wide: --percent keeps a fixed share"
+        words += f"\n{_error(result)}" if len(few) < len(surface) else ""
     outputs.write(args, writing.Dots(few.surface, few.table, "weight", words=words))
+
+
+def _error(result: Representation) -> str:
+    """Return the sentence on how far the surface that the subset gives back is from the full one."""
+    trials, errors = result.trials, result.errors(available_cores()).iloc[0]
+    average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
+    return (
+        f"The surface recovered from them is {errors['mean']:.2g} Å off on average, and 99 % of it is within "
+        f"{errors['high_99']:.2g} Å.\nIts Z is {errors['Z_published']:.2f}: 0 is the same surface, {average:.2f} the "
+        "average patch everywhere."
+    )

@@ -6,21 +6,23 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from sparsurf.api.inputs import FRAME, LENGTH, PROBE, SEED, Limits, check_frame, is_structure
-from sparsurf.api.surfaces import CAVITIES
 from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.selection import select_atoms
 from sparsurf.patches.index import D_LINK
 from sparsurf.streams import DEFAULT_SEED
-from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 
-ATOM_OPTIONS = ("chains", "residues", "selection", "ligands")
-STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS)  # without a meaning for a file of dots
+ATOM_OPTIONS = ("chains", "selection", "ligands")
+STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
 
 
 def number(limits: Limits) -> Callable[[str], float]:
@@ -50,9 +52,14 @@ def add_molecule(parser: argparse.ArgumentParser) -> None:
     atoms.add_argument("--trajectory", help="file of frames that belongs to the structure")
     atoms.add_argument("--frame", type=number(FRAME), help="frame or model to take, from 0 (default 0)")
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
-    atoms.add_argument("--residues", help="ranges, such as A:10-52A,60")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to take with the protein, such as HEM,ZN")
+
+
+def add_residues(parser: argparse._ActionsContainer) -> None:
+    """Add the option that reports some residues of the surface of all atoms."""
+    words = "report these of the whole surface, such as A:10-52A,60; to cut the molecule, use --selection"
+    parser.add_argument("--residues", help=words)
 
 
 def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
@@ -62,13 +69,10 @@ def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
     )
 
 
-def add_rules(parser: argparse._ActionsContainer, dots: str, cavities: str) -> None:
-    """Add the rules by which `dots` are placed on atoms; `cavities` is the default of that rule."""
+def add_probe_radius(parser: argparse._ActionsContainer) -> None:
+    """Add the radius of the probe."""
     words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
     parser.add_argument("--probe-radius", type=number(PROBE), default=PROBE_RADIUS, help=words)
-    parser.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
-    words = f"{dots} (default {cavities})"
-    parser.add_argument("--cavities", choices=CAVITIES, default=cavities, help=words)
 
 
 def add_d_link(parser: argparse.ArgumentParser) -> None:
@@ -77,16 +81,17 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--d-link", type=number(LENGTH), default=D_LINK, help=words)
 
 
-def add_fields(parser: argparse._ActionsContainer, words: str) -> None:
+def add_fields(parser: argparse._ActionsContainer) -> None:
     """Add the option that chooses the fields of the dots."""
-    parser.add_argument("--fields", metavar="NAMES", help=f"{words}, with commas between")
+    words = "values at the dots: hydropathy, potential, bfactor, with commas between"
+    parser.add_argument("--fields", metavar="NAMES", help=words)
 
 
 def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     """Return the dots of FILE, or those that are placed on its atoms, and its molecule."""
     if not is_structure(args.file):
         for name in STRUCTURE_OPTIONS:
-            if getattr(args, name) is not None:
+            if getattr(args, name, None) is not None:
                 raise InputError(f"--{name} has no meaning for {args.file}, which holds dots; leave it out.")
         return read_surface(args.file), None
     molecule = read_atoms(args)
@@ -94,35 +99,40 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link), molecule
 
 
-def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
-    """Return the surface with the requested fields; only `sparsurf surface` has a table, and other charges."""
-    table, charges = getattr(args, "table", None), getattr(args, "charges", "table")
-    if args.fields is table is None and charges == "table":
-        return surface
-    from sparsurf.dot_fields.registry import FIELDS, compute_fields  # here: few ask for fields
+def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> np.ndarray:
+    """Return the dots of the requested residues; all dots without such a request."""
+    if args.residues is None or molecule is None:
+        return np.arange(len(surface))
+    dots = np.flatnonzero(atoms_of_residues(args, molecule)[surface.atom])
+    if not len(dots):
+        raise InputError(f"--residues: {args.residues} has no dots: it is buried, or has no atoms here.")
+    return dots
 
-    names = [name.strip() for name in (args.fields or "").split(",") if name.strip()]
-    for refused, sentence in (
-        (args.fields is not None and not names,
-         "--fields names none; give names such as hydropathy, or leave it out."),
-        (table is not None and not set(names) - FIELDS.keys(),
-         f"--table: --fields names no column of {table}; name one, or leave out --table."),
-        (charges != "table" and "potential" not in names,
-         "--charges: they apply to the potential only; add --fields potential, or leave out --charges."),
-        (molecule is None,
-         f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure."),
-    ):  # fmt: skip
-        if refused:
-            raise InputError(sentence)
-    assert molecule is not None
-    values = compute_fields(names, molecule.frame(args.frame or 0), surface.points, charges, table)
+
+def atoms_of_residues(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
+    """Return the mask (A,) of the atoms of the requested residues."""
+    return select_atoms(molecule, args.file, residues=args.residues, selection="all")
+
+
+def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
+    """Return the surface with the requested fields."""
+    if args.fields is None:
+        return surface
+    from sparsurf.dot_fields.registry import compute_fields  # here: few ask for fields
+
+    names = [name.strip() for name in args.fields.split(",") if name.strip()]
+    if not names:
+        raise InputError("--fields names none; give names such as hydropathy, or leave it out.")
+    if molecule is None:
+        raise InputError(f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure.")
+    values = compute_fields(names, molecule.frame(args.frame or 0), surface.points)
     fields = {str(name): column.to_numpy() for name, column in values.items()}
     return replace(surface, fields=surface.fields | fields)
 
 
 def read_atoms(args: argparse.Namespace) -> Molecule:
     """Return the molecule of FILE, with all its frames."""
-    keys = {key: getattr(args, key) for key in ATOM_OPTIONS} | {"altloc": getattr(args, "altloc", "first")}
+    keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = getattr(args, "assembly", False)
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     molecule = read_molecule(args.file, args.trajectory, **keys)

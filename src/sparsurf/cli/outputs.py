@@ -7,7 +7,7 @@ import sys
 from sparsurf.api.writing import NUMBERS, Dots, parse_output, write_dots
 from sparsurf.errors import InputError
 
-READ_OPTIONS = ("file", "trajectory", "at", "table", "charges")  # which can name a file
+READ_OPTIONS = ("file", "trajectory", "at")  # which can name a file
 
 
 def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
@@ -25,10 +25,15 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
 def write(args: argparse.Namespace, dots: Dots) -> None:
     """Write dots and report them."""
     write_dots(args.output, dots)
-    report(args, args.output, dots.words)
+    report(args, dots.words)
 
 
-def report(args: argparse.Namespace, output: str, words: str) -> None:
-    """Print what was written, unless it went to standard output or --quiet was given."""
-    if str(output) != "-" and not args.quiet:
-        print(f"wrote {output}: {words}", file=sys.stderr, flush=True)
+def is_reported(args: argparse.Namespace) -> bool:
+    """Return whether what was written is reported: not if it went to standard output or --quiet was given."""
+    return args.output != "-" and not args.quiet
+
+
+def report(args: argparse.Namespace, words: str) -> None:
+    """Print what was written."""
+    if is_reported(args):
+        print(f"wrote {args.output}: {words}", file=sys.stderr, flush=True)

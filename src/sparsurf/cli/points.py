@@ -13,7 +13,9 @@ from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import write_file
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
+from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES, stem
+from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import Surface
 
 TABLE = ".parquet"
@@ -47,7 +49,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2 instead")
     options.add_seed(parser, "of the first point, from which the others follow")
-    options.add_rules(parser, "points in closed cavities inside the molecule", "remove")
+    options.add_probe_radius(parser)
     parser.add_argument(
         "--jobs", type=options.number(JOBS), default=1, help="processes for a folder (default 1)"
     )
@@ -61,21 +63,24 @@ def run(args: argparse.Namespace) -> None:
     formats = (TABLE,) if is_folder else FORMATS
     outputs.check(args, formats)
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
-    settings |= {"radii": args.radii, "cavities": args.cavities}
+    written: list[int] = []
     if is_folder:
         results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
-        named = progress.progress_bar(results, "structures")
+        named: Named = progress.progress_bar(results, "structures")
+        writers: dict[str, Callable[[Path], Any]] = {}
     else:
-        named = [(stem(args.file), *points(args.file, args.n_dots, **settings))]
-    written: list[int] = []
-    writers: dict[str, Callable[[Path], None]] = {
-        TABLE: lambda path: _write_table(path, named, written),
-        ".npz": lambda path: _write_one(path, named, written, _npz),
-        ".ply": lambda path: _write_one(path, named, written, _ply),
-    }
+        xyz, normals = points(args.file, args.n_dots, **settings)
+        named = [(stem(args.file), xyz, normals)]
+        writers = {
+            ".npz": lambda path: np.savez(path, points=xyz, normals=normals),
+            ".ply": lambda path: write_ply(path, Surface(xyz, normals), faces=np.empty((0, 3), int)),
+        }
+    writers[TABLE] = lambda path: _write_table(path, named, written)
     write_file(args.output, formats, writers)
-    structures = f"{len(written):,} structures" if is_folder else "the surface"
-    outputs.report(args, args.output, f"{sum(written):,} points on {structures}")
+    n, structures = (
+        (sum(written), pluralise(len(written), "structure")) if is_folder else (len(xyz), "the surface")
+    )
+    outputs.report(args, f"{n:,} points on {structures}")
 
 
 def _write_table(path: Path, named: Named, written: list[int]) -> None:
@@ -104,25 +109,3 @@ def _table(pyarrow: Any, schema: Any, named: list[tuple[str, np.ndarray]]) -> An
     columns = np.ascontiguousarray(np.concatenate([rows for _, rows in named]).T)
     names = np.repeat([name for name, _ in named], [len(rows) for _, rows in named])
     return pyarrow.table([pyarrow.array(names, pyarrow.string()), *columns], schema=schema)
-
-
-def _write_one(
-    path: Path, named: Named, written: list[int], write: Callable[[Path, np.ndarray, np.ndarray], None]
-) -> None:
-    """Write the points of one structure."""
-    ((_, xyz, normals),) = named
-    write(path, xyz, normals)
-    written.append(len(xyz))
-
-
-def _npz(path: Path, xyz: np.ndarray, normals: np.ndarray) -> None:
-    """Write arrays."""
-    with open(path, "wb") as stream:
-        np.savez(stream, points=xyz, normals=normals)
-
-
-def _ply(path: Path, xyz: np.ndarray, normals: np.ndarray) -> None:
-    """Write vertices with normals."""
-    from sparsurf.surfaces.formats.ply import write_ply
-
-    write_ply(path, Surface(xyz, normals), faces=np.empty((0, 3), int))

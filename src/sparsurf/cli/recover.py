@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> None:
     if args.mesh:
         triangles = _mesh(args, few)
         writing.write_dots(args.output, triangles)
-        outputs.report(args, args.output, f"{triangles.words} from {len(few):,} dots")
+        outputs.report(args, f"{triangles.words} from {len(few):,} dots")
         return
     dense = recover(few, density=args.density, reach=args.reach)
     if points_at is not None:
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> None:
         return
     dots = _dense_dots(dense, len(few), _is_dms(args))
     writing.write_dots(args.output, dots)
-    outputs.report(args, args.output, f"{len(dense):,} dots from {len(few):,}")
+    outputs.report(args, f"{len(dense):,} dots from {len(few):,}")
 
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.Dots:
@@ -119,4 +119,4 @@ def _describe(args: argparse.Namespace, dense: Surface, points_at: np.ndarray) -
     z = describe_points(index, points_at, R_ZERNIKE, True, "--at")
     table = pd.DataFrame(points_at, columns=["x", "y", "z"]).join(descriptor_table(z))
     writing.write_table(args.output, table, {"points": points_at, "z": z})
-    outputs.report(args, args.output, f"{len(z):,} patches")
+    outputs.report(args, f"{len(z):,} patches")

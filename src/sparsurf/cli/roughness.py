@@ -27,6 +27,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_output(parser, FORMATS)
     words = f"radius of a patch in Å (default {R_PATCH:g})"
     parser.add_argument("--r-patch", type=options.number(LENGTH), default=R_PATCH, help=words)
+    options.add_residues(parser)
     options.add_d_link(parser)
     options.add_molecule(parser)
 
@@ -36,6 +37,8 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
+    chosen = options.dots_of_residues(args, surface, molecule)
+    surface, values = surface.take(chosen), values[chosen]
     table = pd.DataFrame({"roughness": values})
     table = table if molecule is None else table.join(molecule.labels(surface.atom))
     words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"

@@ -7,19 +7,21 @@ import pandas as pd
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import DENSITY, is_structure
-from sparsurf.api.surfaces import components, mesh, surface
+from sparsurf.api.surfaces import CAVITIES, components, mesh, surface
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
+from sparsurf.surfaces.radii import RADII
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
-DOT_OPTIONS = {"fields": None, "table": None, "charges": "table"}  # that do not apply to a mesh
+DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY has triangles between the dots.
+--residues writes the dots of some residues, of the surface of the whole molecule. --selection cuts the molecule instead.
 --mesh writes a finer closed surface instead of dots. Its corners lie on the surface, and every edge belongs to two triangles.
 A cavity is a component inside the molecule, which no probe leaves.
 
@@ -28,7 +30,8 @@ examples:
   sparsurf surface protein.pdb --mesh -o mesh.ply
   sparsurf surface protein.pdb --cavities remove -o outside.ply
   sparsurf surface protein.pdb --fields hydropathy,potential -o dots.csv
-  sparsurf surface protein.pdb --residues 209-214 --density 10 -o dense.csv
+  sparsurf surface protein.pdb --residues 209-214 -o site.csv
+  sparsurf surface protein.pdb --selection 'residue 209 to 214' -o fragment.csv
   sparsurf surface protein.pdb --trajectory run.xtc --frame 20 -o dots.dms
   sparsurf surface models.pdb --frame 2 -o dots.ply
 """
@@ -40,19 +43,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_output(parser, writing.DOTS)
     parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     options.add_molecule(parser)
-    parser.add_argument(
-        "--altloc", default="first", help="first, highest (occupancy) or a letter (default first)"
-    )
+    options.add_residues(parser)
     parser.add_argument("--assembly", action="store_true", help="take all models as one molecule")
     dots = parser.add_argument_group("surface")
     words = "dots per Å^2 (default: 5.35, or more where patches need it)"
     dots.add_argument("--density", type=options.number(DENSITY), help=words)
-    options.add_rules(dots, "dots of closed cavities inside the molecule", "keep")
-    options.add_fields(dots, "hydropathy, potential, bfactor, or columns of --table")
-    words = "CSV with a value for each residue, or atom, in columns residue, chain, atom, NAME"
-    dots.add_argument("--table", help=words)
-    words = "charges of the potential: table (default), pdb2pqr, or a PQR file"
-    dots.add_argument("--charges", default="table", help=words)
+    options.add_probe_radius(dots)
+    dots.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
+    words = "dots of closed cavities inside the molecule (default keep)"
+    dots.add_argument("--cavities", choices=CAVITIES, default="keep", help=words)
+    options.add_fields(dots)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -61,8 +61,8 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             f"{args.file} is not a structure, by its suffix: give one of {', '.join(STRUCTURES)}; --trajectory adds frames."
         )
-    for name, default in DOT_OPTIONS.items() if args.mesh else ():
-        if getattr(args, name) != default:
+    for name in DOT_OPTIONS if args.mesh else ():
+        if getattr(args, name) is not None:
             raise InputError(
                 f"--{name}: it is about dots, and --mesh writes triangles; leave out one of the two."
             )
@@ -80,6 +80,12 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     table = pd.DataFrame({"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component})
     table = table.join(molecule.labels(dots.atom))
     words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    if args.residues is not None:
+        chosen = options.dots_of_residues(args, dots, molecule)
+        dots, table = dots.take(chosen), table.iloc[chosen].reset_index(drop=True)
+        words = (
+            f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"
+        )
     return writing.Dots(dots, table, None, molecule, args.frame or 0, words=words)
 
 

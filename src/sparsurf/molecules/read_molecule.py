@@ -34,12 +34,14 @@ from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.plddt import MAX_PLDDT, doubtful_residues
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys
 from sparsurf.molecules.trajectory import read_topology
+from sparsurf.suggestions import public
 
 log = logging.getLogger("sparsurf")
 
 READERS = dict.fromkeys(PDB, read_pdb) | dict.fromkeys(MMCIF, read_mmcif)
 
 
+@public()
 def read_molecule(
     path: StrPath,
     trajectory: StrPath | None = None,

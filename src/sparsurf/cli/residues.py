@@ -1,0 +1,44 @@
+"""`sparsurf residues`: the surface of a molecule by residue."""
+
+import argparse
+
+import numpy as np
+
+from sparsurf.api import writing
+from sparsurf.api.fields import residues
+from sparsurf.cli import options, outputs
+from sparsurf.errors import InputError
+from sparsurf.patches.index import D_LINK
+
+EXAMPLES = """\
+A row per residue: its area, and that of contact, saddles and concave parts (Å^2), its mean roughness and the lowest (1 is flat,
+0 is rough; blank where it is buried), the mean of each field, and its dots, with those on walls of cavities.
+
+examples:
+  sparsurf residues protein.pdb -o residues.csv
+  sparsurf residues protein.pdb --residues 209-214 --fields hydropathy -o -
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="structure")
+    options.add_output(parser, writing.TABLES)
+    options.add_residues(parser)
+    options.add_fields(parser)
+    options.add_molecule(parser)
+    parser.set_defaults(d_link=D_LINK)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Write the table of residues."""
+    outputs.check(args, writing.TABLES)
+    surface, molecule = options.read_dots(args)
+    if molecule is None:
+        raise InputError(f"{args.file} holds dots, and residues are those of atoms; give a structure.")
+    table = residues(options.with_fields(args, surface, molecule))
+    table = table.drop(columns=["kept", "weight"])  # of a subset
+    if args.residues is not None:
+        table = table.iloc[np.unique(molecule.residue_index[options.atoms_of_residues(args, molecule)])]
+    writing.write_table(args.output, table)
+    outputs.report(args, f"{len(table):,} residues, {table['area'].sum():,.0f} Å^2")
