@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -234,17 +235,15 @@ def mesh(
 
         refuse_placement("mesh", frame=frame, probe_radius=probe_radius, radii=radii)
         few = as_dots(source)
-
-        def generate(step: float) -> Mesh:
-            fine = recovered_mesh(few.points, few.normals, step, density=density, threads=available_cores())
-            return outer_mesh(fine) if cavities == "remove" else fine
+        build = partial(recovered_mesh, few.points, few.normals, density=density)
     else:
         atoms, frame, atom_radii = _spheres(source, frame, radii)
-        positions, step = atoms.xyz[frame].round(3), min(step, widest_step(probe_radius))
+        step = min(step, widest_step(probe_radius))
+        build = partial(molecular_mesh, atoms.xyz[frame].round(3), atom_radii, probe_radius)
 
-        def generate(step: float) -> Mesh:
-            fine = molecular_mesh(positions, atom_radii, probe_radius, step, available_cores())
-            return outer_mesh(fine) if cavities == "remove" else fine
+    def generate(step: float) -> Mesh:
+        fine = build(step, threads=available_cores())
+        return outer_mesh(fine) if cavities == "remove" else fine
 
     if n_vertices is not None:
         return sized_mesh(generate, step, n_vertices)

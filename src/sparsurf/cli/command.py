@@ -71,7 +71,7 @@ class Parser(argparse.ArgumentParser):
         if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
             hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
         elif option := re.search(r"^unrecognized arguments: (?:.*? )??(-[^\s=]*)", message):
-            hint = did_you_mean(option[1], ["--quiet", *re.findall(r"--?[a-z][\w-]*", self.format_usage())])
+            hint = did_you_mean(option[1], ["--quiet", *self._option_string_actions])
         self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or '.'} See {self.prog} --help.\n")
 
 
