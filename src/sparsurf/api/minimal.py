@@ -107,7 +107,7 @@ def represented(
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
     request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}
     if len(request) > 1:
-        raise InputError(f"minimal: give only one of {', '.join(SIZES)}.")
+        raise InputError("minimal: give only one of percent, n_dots, error and max_z.")
     dots = _dots("minimal", source, placement)
     if request.get("n_dots", 0) > len(dots):
         raise InputError(
