@@ -51,7 +51,13 @@ def test_every_column_of_every_table_of_a_run_is_listed(study):
 
 @pytest.mark.parametrize(
     "arguments",
-    ["surface --fields hydropathy", "roughness", "residues", "minimal --percent 5", "descriptors --every 300"],
+    [
+        "surface --fields hydropathy",
+        "roughness",
+        "residues",
+        "minimal --percent 5",
+        "descriptors --every 300",
+    ],
 )
 def test_every_column_of_the_command_line_is_listed(tmp_path, arguments):
     name, *options = arguments.split()
