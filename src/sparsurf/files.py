@@ -73,6 +73,8 @@ def checksum(path: str | os.PathLike[str]) -> str:
 
 def as_path(path: str | os.PathLike[str]) -> Path:
     """Return a Path of a string or a path; raise InputError for anything else."""
+    if isinstance(path, Path):
+        return path
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"a path is a string or a Path, not {type(path).__name__}: name the file.")
     if not os.fspath(path):

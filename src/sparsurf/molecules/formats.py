@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from sparsurf.files import StrPath, as_path
 
 PDB = (".pdb", ".ent")
@@ -22,7 +20,9 @@ IN_NM = (".xtc", ".trr", *SELF_CONTAINED)  # formats whose lengths are nanometre
 
 def suffix(path: StrPath) -> str:
     """Return the extension of a file name, in lower case and without .gz."""
-    return Path(as_path(path).name.lower().removesuffix(".gz")).suffix
+    name = as_path(path).name.lower().removesuffix(".gz")
+    dot = name.rfind(".")
+    return name[dot:] if 0 < dot < len(name) - 1 else ""  # as Path does, without parsing again
 
 
 def stem(path: StrPath) -> str:

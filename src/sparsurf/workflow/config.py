@@ -140,11 +140,12 @@ def _check_keys_together(config: dict) -> Iterator[str]:
 
 
 def _missing_file(key: str, path: str) -> Iterator[str]:
-    if any(os.path.isfile(parent) for parent in Path(path).parents):
+    there = os.path.isfile(path)
+    if not there and any(os.path.isfile(parent) for parent in Path(path).parents):
         yield f"{key}: {shorten(repr(path))} leads into a file; {UNPACK}"
     elif WILDCARD.search(path):
         yield f"{key}: {shorten(repr(path))} holds a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
-    elif not os.path.isfile(path):
+    elif not there:
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 
 
