@@ -238,7 +238,8 @@ def mesh(
         build = partial(recovered_mesh, few.points, few.normals, density=density)
     else:
         atoms, frame, atom_radii = _spheres(source, frame, radii)
-        step = min(step, widest_step(probe_radius))
+        widest = widest_step(probe_radius)
+        step = min(step if n_vertices is None else widest_step(PROBE_RADIUS), widest)
         build = partial(molecular_mesh, atoms.xyz[frame].round(3), atom_radii, probe_radius)
 
     def generate(step: float) -> Mesh:

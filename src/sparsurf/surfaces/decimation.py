@@ -98,16 +98,22 @@ def _normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[float, float, f
 
 
 @njit(cache=True, nogil=True)
-def _may_collapse(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> bool:
-    """Return whether the ends of an edge have two neighbours in common, and others besides."""
-    n_of_u = common = n_of_v = 0
-    e = h
+def _mark_neighbours(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> int:
+    """Mark the neighbours of the start of a half-edge by `stamp`; return their number."""
+    n, e = 0, h
     while True:
         seen[origin[twin[e]]] = stamp
-        n_of_u += 1
+        n += 1
         e = _around(e, twin)
         if e == h:
-            break
+            return n
+
+
+@njit(cache=True, nogil=True)
+def _may_collapse(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> bool:
+    """Return whether the ends of an edge have two neighbours in common, and others besides."""
+    common = n_of_v = 0
+    n_of_u = _mark_neighbours(h, origin, twin, seen, stamp)
     e = twin[h]
     while True:
         common += seen[origin[twin[e]]] == stamp
@@ -171,6 +177,16 @@ def _best_collapse(
 
 
 @njit(cache=True, nogil=True)
+def _entry(
+    h: int, cost: float, origin: np.ndarray, twin: np.ndarray, latest: np.ndarray
+) -> tuple[float, int, int, int, int]:
+    """Return the entry of an edge in the heap; earlier ones of it no longer count."""
+    latest[h] += 1
+    u, v = origin[h], origin[twin[h]]
+    return cost, min(u, v), max(u, v), h, latest[h]
+
+
+@njit(cache=True, nogil=True)
 def _collapse(
     points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray, n_vertices: int
 ) -> tuple[np.ndarray, int]:
@@ -179,34 +195,37 @@ def _collapse(
     seen, stamp = np.zeros(len(points), np.int64), 0
     alive = len(points)
     before = alive + 1
+    latest = np.zeros(len(origin), np.int64)  # entry of the heap that counts, of the lower half-edge of each edge
     while n_vertices < alive < before:
         before = alive
-        heap = [(0.0, 0, 0, 0) for _ in range(0)]
+        heap = [(0.0, 0, 0, 0, 0) for _ in range(0)]
         for h in range(len(origin)):
-            if not dead[h // 3] and origin[h] < origin[twin[h]]:
-                heap.append((_squared(points, origin[h], origin[twin[h]]), origin[h], origin[twin[h]], h))
+            if not dead[h // 3] and h < twin[h]:
+                heap.append(_entry(h, _squared(points, origin[h], origin[twin[h]]), origin, twin, latest))
         heapq.heapify(heap)
         while len(heap) > 0 and alive > n_vertices:
-            cost, low, high, h = heapq.heappop(heap)
-            if dead[h // 3]:
+            cost, _, _, h, entry = heapq.heappop(heap)
+            if dead[h // 3] or entry != latest[h] or h > twin[h]:
                 continue
             u, v = origin[h], origin[twin[h]]
-            if min(u, v) != low or max(u, v) != high:
-                continue
             best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp)
             if best < 0:
                 continue
             now = _squared(points, u, v) * least * least
             if now > cost:
-                heapq.heappush(heap, (now, low, high, h))
+                heapq.heappush(heap, _entry(h, now, origin, twin, latest))
                 continue
             h, v = best, origin[twin[best]]
+            stamp += 1
+            _mark_neighbours(h, origin, twin, seen, stamp)
             _remove(h, origin, twin, dead)
             alive -= 1
             start = e = twin[_next(_next(h))]
             while True:
                 w = origin[twin[e]]
-                heapq.heappush(heap, (_squared(points, v, w), min(v, w), max(v, w), e))
+                if seen[w] == stamp:  # the others keep their length
+                    cost = _squared(points, v, w)
+                    heapq.heappush(heap, _entry(min(e, twin[e]), cost, origin, twin, latest))
                 e = _around(e, twin)
                 if e == start:
                     break
