@@ -71,8 +71,9 @@ def analyse_structure(structure: Structure, settings: Settings, seed: int) -> di
         "minimal_n_S": len(few),
         "minimal_n_S_percent": 100 * len(few) / len(dots),
     }
-    packed = pack_dots(few.points, few.normals)
-    kept = few.table[["dot", "weight"]].join(packed).assign(atom=few.surface.atom, **few.surface.fields)
+    kept = pack_dots(few.points, few.normals).assign(
+        dot=few.dots, weight=few.weight, atom=few.surface.atom, **few.surface.fields
+    )
     kept = kept.sort_values("dot", ignore_index=True)  # neighbours in space follow one another: smaller files
     tables = {"surfaces": pd.DataFrame([row]), "residues": found.residues(component), "dots": kept}
     return {key: table.assign(protein=name) for key, table in tables.items()}

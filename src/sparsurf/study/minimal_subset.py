@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -37,14 +38,14 @@ class Subset:
     dots : (n,) int64, their indices, in the order of choice
     weight : (n,) int64, number of dots of the surface that each represents
     surface : Surface of the kept dots alone
-    table : DataFrame, the rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels
+    molecule : Molecule that the dots lie on, or None
     interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered
     """
 
     dots: np.ndarray
     weight: np.ndarray
     surface: Surface
-    table: pd.DataFrame
+    molecule: Molecule | None = None
     interval: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
@@ -56,6 +57,11 @@ class Subset:
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
         """Return the points, (n, 3), for `numpy.asarray`."""
         return self.surface.__array__(dtype, copy)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """Rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels."""
+        return subset_table(self.dots, self.weight, self.surface, self.molecule)
 
     @property
     def points(self) -> np.ndarray:
@@ -177,8 +183,7 @@ def represent(
             n_tests=len(trials.tests),
             choices=choices,
         )
-    kept = surface.take(dots)
-    subset = Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule), interval)
+    subset = Subset(dots, weight, surface.take(dots), molecule, interval)
     return Representation(trials, subset, molecule)
 
 

@@ -213,10 +213,12 @@ def _join_cusps(joined: np.ndarray, rolling: Rolling, probe: float, meeting: np.
     sides = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
     sides *= np.sign((sides[:, 0] * to_atoms[:, 2]).sum(axis=1))[:, None, None]  # pointing into the triangle
     order = np.argsort(positions[:, 0])
-    x = positions[order, 0]
+    x, y, z = positions[order].T.copy()
     low, high = (np.searchsorted(x, rolling.probes[small, 0] + shift) for shift in (-2 * probe, 2 * probe))
     for k, centre in enumerate(rolling.probes[small]):
-        other = order[low[k] : high[k]]
+        slab = slice(low[k], high[k])
+        near = np.abs(y[slab] - centre[1]) <= 2 * probe
+        other = order[slab][near & (np.abs(z[slab] - centre[2]) <= 2 * probe)]
         other = other[((positions[other] - centre) ** 2).sum(axis=1) <= 4 * probe**2]
         other = other[root[arc[other]] != part_of_probe[small[k]]]
         inside = ((positions[other] - rolling.probes[small[k]]) @ sides[k].T > 0).all(axis=1)
