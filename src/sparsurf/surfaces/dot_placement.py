@@ -131,24 +131,23 @@ def place_dots(rolled: RolledProbe, density: float) -> Placed:
 def finish_dots(
     rolled: RolledProbe, placed: Placed
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Give dots exact areas and sort them by atom (concave, saddle, contact): points, Å, normals, area, Å², kind and atom."""
+    """Sort dots by atom (concave, saddle, contact), with exact areas: points, normals, area, kind, atom; `placed` is used up."""
     dots, by_position = placed.dots, rolled.by_position
     if rolled.exact:
         _set_exact_areas(
             dots[CONTACT], dots[CONCAVE], placed.share, rolled.rolling, rolled.radii, rolled.probe
         )
-    rows = np.concatenate([part.rows for part in dots.values()])
     atom = by_position[np.concatenate([part.atom[:, 0] for part in dots.values()])]
     kind = np.repeat(np.array(list(dots), np.int8), [len(part.atom) for part in dots.values()])
     by_atom = np.argsort(atom, kind="stable")
-    rows = rows[by_atom]
-    return (
-        rows[:, :3] + rolled.origin,
-        rows[:, 3:6],
-        rows[:, 6],
-        kind[by_atom],
-        atom[by_atom].astype(np.int32),
-    )
+
+    def columns(begin: int, end: int) -> np.ndarray:  # one after the other, since copies of all take much memory
+        return np.concatenate([part.rows[:, begin:end] for part in dots.values()])[by_atom]
+
+    points, normals, area = columns(0, 3), columns(3, 6), columns(6, 7)[:, 0]
+    points += rolled.origin
+    dots.clear()  # they take more memory than what is returned
+    return points, normals, area, kind[by_atom], atom[by_atom].astype(np.int32)
 
 
 def checked_spheres(
