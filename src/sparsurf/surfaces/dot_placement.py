@@ -141,7 +141,9 @@ def finish_dots(
     kind = np.repeat(np.array(list(dots), np.int8), [len(part.atom) for part in dots.values()])
     by_atom = np.argsort(atom, kind="stable")
 
-    def columns(begin: int, end: int) -> np.ndarray:  # one after the other, since copies of all take much memory
+    def columns(
+        begin: int, end: int
+    ) -> np.ndarray:  # one after the other, since copies of all take much memory
         return np.concatenate([part.rows[:, begin:end] for part in dots.values()])[by_atom]
 
     points, normals, area = columns(0, 3), columns(3, 6), columns(6, 7)[:, 0]
