@@ -8,7 +8,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -245,16 +244,14 @@ def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folde
         assert np.allclose(held["roughness"], second, atol=1e-4)
 
 
-def test_small_numbers_of_a_field_are_written(folder, tmp_path):
-    (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
-    dots = sparsurf.surface(folder / "protein.pdb")
-    values = sparsurf.fields(dots, "share", table=tmp_path / "small.csv")
-    sparsurf.write(replace(dots, fields={"share": values["share"].to_numpy()}), tmp_path / "dots.csv")
-    table = pd.read_csv(tmp_path / "dots.csv")
-    assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6)
-    assert ended("minimal", tmp_path / "dots.csv", "--percent", 10, "-o", tmp_path / "few.csv") == 0
-    few = pd.read_csv(tmp_path / "few.csv")
-    assert np.array_equal(few["share"], table["share"][few["dot"]])
+def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
+    """The models are one molecule, moved along x."""
+    found = []
+    for k in (0, 2):
+        call = ["--frame", k, "--fields", "potential", "-o", tmp_path / "dots.csv"]
+        assert ended("surface", folder / "models.pdb", *call) == 0
+        found.append(pd.read_csv(tmp_path / "dots.csv")["potential"])
+    assert np.allclose(*found, rtol=2e-3, atol=1e-3)
 
 
 def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
