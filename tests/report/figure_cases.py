@@ -259,6 +259,7 @@ def table1():
     rows = pd.DataFrame(TABLE_1)
     places = pd.DataFrame({f"{name}_published": rows[name] for name in ("d", "Z_tS")})
     for name, row, shift in (("d", 0, 0.5), ("Z_tS", 1, -0.9)):
+        places[f"{name}_inside"] = places.index != row
         places[f"{name}_lowest"] = rows[name] - 0.2 + shift * (places.index == row)
         places[f"{name}_highest"] = rows[name] + 0.6 + shift * (places.index == row)
     return table1_figure(places.assign(n_runs=40), rows.assign(d_full=-0.1, Z_tS_full=0.9 + 0.1 * rows.index))

@@ -260,11 +260,15 @@ def sentence_of_grid(run: Run, place: str) -> str:
     first, *others = run.readings
     winner = run.best(place)[first]["unrestricted"]
     d, kept = d_of(winner_row(winner, rows, first)), share(winner["n_S_percent"])
-    parts = [f"Best {combination(winner)}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"]
+    parts = [
+        f"Best (α, β, γ, δ) = {combination(winner)}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"
+    ]
+    if is_useless(winner, run.best(place)):
+        parts[0] += ", yet its patches are worse than the average patch"
     for reading in others:
         above, total = beaten(rows, reading)
         parts.append(
-            f"{READINGS[reading].words} it beats uniform dots in {above or 'none'} of {total} ranges"
+            f"{READINGS[reading].words} the sampling beats uniform dots in {above or 'none'} of {total} ranges"
         )
     name = f"{run.shown[place]}: " if len(run.places) > 1 else ""
     return f"{name}{'; '.join(parts)}."
@@ -287,6 +291,11 @@ def winner_row(winner: Mapping[str, Any], rows: pd.DataFrame, reading: str) -> M
 def d_of(row: Mapping[Any, Any]) -> str:
     """Format d of a row, cross-validated, with its 95 % interval."""
     return interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])
+
+
+def is_useless(row: Mapping[Any, Any], best: Mapping[str, Any]) -> bool:
+    """Say whether the average patch in place of every patch has a lower Z."""
+    return row["Z_tS"] > best["references"]["Z_mean_descriptor"]
 
 
 def beaten(rows: pd.DataFrame, reading: str) -> tuple[int, int]:
@@ -327,10 +336,10 @@ def ranges_table_of(run: Run, place: str) -> Table:
     for reading in run.readings:
         columns += [f"{READINGS[reading].words}: α, β, γ, δ", "its n_S / %", "d (95 %)"]
         columns += ["d, scaled link"] if reading == KEPT_READING else []
-    null = best["references"]["Z_mean_descriptor"]
+    most = rows["n_S_high_percent"].max()
 
     def cells(row: Mapping[Any, Any], reading: str) -> list[str]:
-        mark = " †" if row["Z_tS"] > null else ""
+        mark = " †" if is_useless(row, best) else " ‡" if row["n_S_percent"] >= most else ""
         scaled = [interval(*(row.get(f"d{end}_{SCALED_READING}", math.nan) for end in ("", "_low", "_high")))]
         line = [combination(row), number(row["n_S_percent"], 1), d_of(row) + mark]
         return line + (scaled if reading == KEPT_READING else [])
@@ -356,8 +365,11 @@ def ranges_table_of(run: Run, place: str) -> Table:
                 line += cells(winner_row(winner, rows, reading), reading)
         table.append(line)
     about = [f"{run.shown[place]}: {TEXT['ranges']}"]
-    if any("†" in cell for line in table for cell in line):
-        about.append(TEXT["worse"])
+    about += [
+        TEXT[name]
+        for name, mark in (("worse", "†"), ("most", "‡"))
+        if any(mark in cell for line in table for cell in line)
+    ]
     return Table(columns, table, " ".join(about))
 
 
@@ -405,7 +417,7 @@ def sentence_of_dots(run: Run) -> str:
         words += f"; 95 % interval{'s within' if n > 1 else ''} {number(low, 1)} to {number(high, 1)} %"
     off = f"99 % within {number(of['recovered_high_99'])} Å, all within {number(table['recovered_largest'].max())} Å"
     several = f", median of {n} surfaces" if n > 1 else ""
-    return f"{words}) give the surface back, {number(of['recovered_mean'], 3)} Å off on average ({off}){several}."
+    return f"{words}) recover the surface to {number(of['recovered_mean'], 3)} Å on average ({off}){several}."
 
 
 def of_dots(run: Run) -> Iterator[Section]:

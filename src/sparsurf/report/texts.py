@@ -10,13 +10,13 @@ def _joined(text: str) -> str:
 
 # Files of a surface and what they contain
 DOWNLOADS = {
-    "minimal.csv": "the minimal subset: places, normals, weights",
+    "minimal.csv": "the minimal subset: positions, normals, weights",
     "minimal.ply": "the same for 3D programs",
     "surface.ply": "the whole surface with its roughness",
     "residues.csv": "area, roughness and fields of each residue",
     "structure_roughness.pdb": "the structure, roughness as B factors",
-    "open.pml": "opens all of this in PyMOL",
-    "open.cxc": "opens all of this in ChimeraX",
+    "open.pml": "opens the structure and the minimal subset in PyMOL",
+    "open.cxc": "opens the structure and the minimal subset in ChimeraX",
     "ranges.csv": "the best combination per range of n_S, with its confidence set",
     "best.json": "the best combination of all",
     "grid.csv": "Z and d of every combination",
@@ -55,8 +55,9 @@ CAPTIONS = {
     for name, text in {
         "d_over_grid": """d over γ and δ at the largest α, one map for each β. Above 0, the paper's sampling beats a uniform
             subset.""",
-        "required_dots": """Error Z of the patches against the dots kept. Horizontal lines: error between two independent point
-            sets of one surface, and of a null model that uses the average patch everywhere.""",
+        "required_dots": """Error Z of the patches against the dots kept. Horizontal lines are noise floors: Z of something that
+            should change nothing, such as a second set of dots. Z comes near a floor at fewer dots than the surface needs to
+            be recovered to 0.02 Å.""",
         "subsets": "Which dots are kept.",
         "roughness": "Roughness of the surface.",
         "rough_and_flat": "Error of rough and of flat patches.",
@@ -80,16 +81,18 @@ TEXT = {
     for name, text in {
         "sampling": """The paper (Grassmann et al., 2022) keeps a dot j in the patch of a centre i with a probability that depends
             on how rough the patch is:""",
-        "d": """d compares that with a uniform subset, as many dots drawn at random: above 0 the paper's sampling is better.""",
-        "readings": """The paper removes points that are not connected. Its authors' code does so {first}; the text can also mean
-            {last}.""",
-        "ranges": """d is cross-validated, its 95 % interval in brackets; with a link scaled to the spacing of the kept dots it is
-            that of the same combination.""",
-        "worse": "†: its patches are worse than the average patch in place of every patch.",
+        "d": """d compares the dots kept with a uniform subset, as many dots drawn at random: above 0 the paper's
+            sampling is better.""",
+        "readings": """The paper removes points that are not connected with the rest of their patch. Its authors' code does so
+            {first}; the text can also mean {last}.""",
+        "ranges": """d is cross-validated, its 95 % interval in brackets. Scaled link: the same combination, with a linking
+            distance that fits the spacing of the kept dots.""",
+        "worse": "†: one average patch in place of all would be closer to the full surface.",
+        "most": "‡: it keeps the most dots, so it is in no range, as in the authors' script.",
         "over_all": "All {n} surfaces: best on average, and d of each surface's own best.",
         "relation": """{related} of {tested} tests find that the best combination follows the mean roughness (p < 0.05).""",
-        "dots": """The dots of the minimal subset carry their normals; from these alone a dense surface is recovered and compared
-            with the true one.""",
+        "dots": """The minimal subset is the fewest dots from which the surface is recovered as closely as asked for: from the
+            kept dots and their normals alone, compared with the true surface.""",
         "changes": """Shape and hydropathy were measured around every tenth point and averaged per residue, over 10 Å: neighbours
             of a changed residue appear to change, too.""",
         "floors_of_changes": """Each change is compared with two floors: other dots on the same form, and its atoms moved at

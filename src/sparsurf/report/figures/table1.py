@@ -42,7 +42,7 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
     handles = [
         Line2D([], [], label=f"{int(places['n_runs'].max())} runs as published", **RUNS),
         Line2D([], [], color="black", label="published", **PUBLISHED),
-        Line2D([], [], color=SAMPLED, label="published, outside of the runs", **PUBLISHED),
+        Line2D([], [], color=SAMPLED, label="published, outside of the middle 95 %", **PUBLISHED),
         Line2D([], [], label=f"ours, {READINGS[FULL_READING].words}", **OTHER),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=4)
@@ -52,9 +52,10 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
 def _panel(ax: Axes, places: pd.DataFrame, rows: pd.DataFrame, name: str) -> None:
     """Draw one measure: a bar from the lowest to the highest run, the published value, the value on the full surface."""
     for y, row in enumerate(places.to_dict("records")):
-        low, high, published = (row[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
-        ax.plot([low, high], [y, y], **RUNS)
-        ax.plot([published], [y], color="black" if low <= published <= high else SAMPLED, **PUBLISHED)
+        ax.plot([row[f"{name}_lowest"], row[f"{name}_highest"]], [y, y], **RUNS)
+        ax.plot(
+            [row[f"{name}_published"]], [y], color="black" if row[f"{name}_inside"] else SAMPLED, **PUBLISHED
+        )
     ax.plot(rows[f"{name}_{FULL_READING}"], range(len(rows)), **OTHER)
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.spines["left"].set_visible(False)
