@@ -181,7 +181,7 @@ rule measure_roughness:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
-        patches=config["patches"],
+        patches=part_of("patches", "r_patch", "d_link", "roughness"),
         code=METHOD,
     message:
         "Roughness of {wildcards.protein}/{wildcards.conformation}"

@@ -29,6 +29,10 @@ SHOWN = {
         f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
         "alone has {{ complexes_means.csv score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
     ],
+    "docs/paper_in_brief.md": [
+        "{{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie in the middle 95 % of"
+        " {runs} runs }} made",
+    ],
     "docs/paper.md": [
         f"surface has {{{{ {ON_A1} | {{dots:,}} dots, {{centres:.0f}} centres of }}}}",
         f"mean roughness of {{{{ {ON_A1} | {{mean_roughness:.4f}} }}}}, as",

@@ -92,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args, others = parser.parse_known_args(arguments)
     if others:
         several = not any(word.startswith("-") for word in others)
-        hint = " (one file at a time; a study takes a folder of them)" if several else ""
+        hint = " (one file at a time, the rest are options; a study takes a folder)" if several else ""
         (options or parser).error(f"unrecognized arguments: {' '.join(others)}{hint}")
     progress.enabled = not args.quiet
     try:
