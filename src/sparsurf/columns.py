@@ -65,16 +65,11 @@ def tables() -> dict[str, Table]:
 def missing_columns(name: str, columns: Iterable[str]) -> list[str]:
     """Return the columns that a table lacks, in the one of the tables named like ranges.csv that it is most like."""
     present = list(columns)
-    lacking = [
-        [
-            column.name
-            for column in table.columns
-            if "<" not in column.name and not column.optional and column.name not in present
-        ]
-        for key, table in tables().items()
-        if key.rpartition("/")[2] == name
+    named_alike = [table for key, table in tables().items() if key.rpartition("/")[2] == name]
+    required = [
+        [c.name for c in table.columns if "<" not in c.name and not c.optional] for table in named_alike
     ]
-    return min(lacking, key=len, default=[])
+    return min(([key for key in keys if key not in present] for keys in required), key=len, default=[])
 
 
 def _columns_of(

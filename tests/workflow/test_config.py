@@ -401,7 +401,6 @@ def test_names_are_those_of_the_library():
         (b"run: a\n\x00\x01\n", "not valid YAML in line 2"),
         ("a: " + "[" * 5000, "not valid YAML"),
         ("seed: " + "9" * 5000, "not valid YAML"),
-        ("proteins: &x {a: *x}\n", "aliases .* 40000 values"),
         ("seed: 1:30\n", "1:30 in line 1 is the number 90"),
         ("a: 1\nresidues: [10:52]\n", "10:52 in line 2 is the number 652"),
         ("a: [" + "0.5, " * 50_000 + "]", "more than 40000 values"),

@@ -110,17 +110,15 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
         Residues(residues.moments[row], residues.fields[row], residues.places[row])
         for residues, row in zip(described, rows, strict=True)
     ]
-    fresh, moved = (
-        floor_of(
-            np.concatenate(
-                [
-                    noise(form, residues, rng, displacement, draws, threads)[:, row]
-                    for form, residues, row in zip(forms, described, rows, strict=True)
-                ]
-            )
-        )
-        for displacement, draws in ((0.0, N_FRESH_DRAWS), (RMS_DISPLACEMENT, N_MOVED_DRAWS))
-    )
+
+    def floor_with(displacement: float, draws: int) -> np.ndarray:
+        both = zip(forms, described, rows, strict=True)
+        drawn = [
+            noise(form, residues, rng, displacement, draws, threads)[:, row] for form, residues, row in both
+        ]
+        return floor_of(np.concatenate(drawn))
+
+    fresh, moved = floor_with(0.0, N_FRESH_DRAWS), floor_with(RMS_DISPLACEMENT, N_MOVED_DRAWS)
     table = first.molecule.residues.iloc[rows[0]].reset_index(drop=True)
     table["residue_name_second"] = second.molecule.residues["residue_name"].to_numpy()[rows[1]]
     for side, residues in zip(("first", "second"), common, strict=True):

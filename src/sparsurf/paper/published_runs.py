@@ -65,12 +65,8 @@ def winners(
     member = range_index(percent, limits)
     for k in range(len(TABLE_1)):
         inside = np.flatnonzero(member == k)
-        row: dict[str, Any] = {
-            "range": k + 1,
-            "n_S_low_percent": limits[k],
-            "n_S_high_percent": limits[k + 1],
-            "n_combinations": len(inside),
-        }
+        row: dict[str, Any] = {"range": k + 1, "n_S_low_percent": limits[k]}
+        row |= {"n_S_high_percent": limits[k + 1], "n_combinations": len(inside)}
         if len(inside):
             best = inside[np.argmax(d[inside])]
             row |= dict(zip(PARAMETERS, map(float, combinations[best]), strict=True))
@@ -78,17 +74,12 @@ def winners(
         yield row
 
 
-def table_1() -> pd.DataFrame:
-    """Return Table I as a DataFrame: range (from 1), alpha to delta, d, Z_tS."""
-    return pd.DataFrame(TABLE_1)[[*PARAMETERS, *MEASURES]].assign(range=np.arange(1, len(TABLE_1) + 1))
-
-
 def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
     """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
     p is the two-sided probability of a rank as extreme by chance; `inside` is 1 where it is at least 0.05.
     """
-    published, out = table_1().set_index("range"), []
+    published, out = pd.DataFrame(TABLE_1, range(1, len(TABLE_1) + 1)), []
     for k, of_range in runs.groupby("range", sort=False):
         won = of_range[of_range["n_combinations"] > 0]
         expected = published.loc[[k]].iloc[0]

@@ -64,9 +64,8 @@ def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.Da
     published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
     readings = (*GRID_READINGS, SCALED_READING)
     measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, readings))
-    return pd.concat(
-        [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), measured], axis=1
-    )
+    published = published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"})
+    return pd.concat([published, measured], axis=1)
 
 
 def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
@@ -81,20 +80,13 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
         z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, KEPT_READING)
         shape = (len(PUBLISHED_ROWS), draws, len(tests))
         d = estimate((z_tr - z_ts).reshape(shape))
-        for row in range(len(PUBLISHED_ROWS)):
-            out.append(
-                {
-                    "d_link": link,
-                    "row": row + 1,
-                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(prepared.points),
-                    "d": d.mean[row],
-                    "d_low": d.low[row],
-                    "d_high": d.high[row],
-                    "Z_tS": z_ts.reshape(shape)[row].mean(),
-                    "median_patch_size": np.median(size.reshape(shape)[row]),
-                }
-            )
-    return pd.DataFrame(out)
+        n_s_percent = [100 * len(sampled) / len(prepared.points) for sampled, _ in pairs[::draws]]
+        columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1), "n_S_percent": n_s_percent}
+        columns |= {"d": d.mean, "d_low": d.low, "d_high": d.high}
+        columns["Z_tS"] = [z.mean() for z in z_ts.reshape(shape)]
+        columns["median_patch_size"] = [np.median(of_row) for of_row in size.reshape(shape)]
+        out.append(pd.DataFrame(columns))
+    return pd.concat(out, ignore_index=True)
 
 
 def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
@@ -131,14 +123,8 @@ DEFECTS = {
 def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
     """Measure the published combinations with each defect of the published sampling corrected: the rows of paper_defects.csv."""
     out = []
-    for name, (distance_from_moved_centre, chance_in_every_patch) in DEFECTS.items():
-        cover = published.build_cover(
-            prepared.index,
-            prepared.roughness,
-            prepared.patches.r_patch,
-            distance_from_moved_centre,
-            chance_in_every_patch,
-        )
+    for name, rules in DEFECTS.items():
+        cover = published.build_cover(prepared.index, prepared.roughness, prepared.patches.r_patch, *rules)
         result = grid.evaluate_grid(prepared.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
         table = tables.grid_table(result)
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
@@ -186,15 +172,9 @@ def gathering_by_roughness(prepared: PreparedSurface, draws: int) -> pd.DataFram
         for draw in range(draws):
             kept[prepared.pair(combination, draw)[0]] += 1 / draws
         for tenth, dots in enumerate(np.array_split(order, TENTHS), 1):
-            rows.append(
-                {
-                    "combination": str(Combination(*combination)),
-                    "tenth": tenth,
-                    "roughness": prepared.roughness[dots].mean(),
-                    "kept_percent": 100 * kept[dots].mean(),
-                    "uniform_percent": 100 * kept.mean(),
-                }
-            )
+            row = {"combination": str(Combination(*combination)), "tenth": tenth}
+            row |= {"roughness": prepared.roughness[dots].mean(), "kept_percent": 100 * kept[dots].mean()}
+            rows.append(row | {"uniform_percent": 100 * kept.mean()})
     return pd.DataFrame(rows)
 
 
@@ -203,15 +183,10 @@ def best_of_family(table: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for percent, members in table.groupby("percent"):
         best = members.iloc[int(members["Z_tS"].argmin())]
-        rows.append(
-            {"percent": percent, "members": len(members), "n_better": int((members["d_low"] > 0).sum())}
-            | {
-                "n_worse": int((members["d_high"] < 0).sum()),
-                "largest_d": members["d"].max(),
-                "Z_best": best["Z_tS"],
-            }
-            | {"Z_uniform": members["Z_tR"].mean(), **best[PARAMETERS].to_dict()}
-        )
+        n_better, n_worse = int((members["d_low"] > 0).sum()), int((members["d_high"] < 0).sum())
+        row = {"percent": percent, "members": len(members), "n_better": n_better, "n_worse": n_worse}
+        row |= {"largest_d": members["d"].max(), "Z_best": best["Z_tS"]}
+        rows.append(row | {"Z_uniform": members["Z_tR"].mean(), **best[PARAMETERS].to_dict()})
     return pd.DataFrame(rows)
 
 
@@ -222,17 +197,11 @@ def correlation_of_readings(table: pd.DataFrame) -> float:
 
 def correlation_with_fragments(table: pd.DataFrame) -> float:
     """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
-    larger = np.log(
-        table[f"median_patch_size_{KEPT_READING}"] / table[f"median_patch_size_uniform_{KEPT_READING}"]
-    )
-    return float(np.corrcoef(table[f"d_{KEPT_READING}"], larger)[0, 1])
+    sampled, uniform = (table[f"median_patch_size_{key}{KEPT_READING}"] for key in ("", "uniform_"))
+    return float(np.corrcoef(table[f"d_{KEPT_READING}"], np.log(sampled / uniform))[0, 1])
 
 
 def fragmented_share(table: pd.DataFrame) -> float:
     """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
-    return float(
-        (
-            table[f"median_patch_size_{KEPT_READING}"]
-            < FRAGMENTED_BELOW * table[f"median_patch_size_{FULL_READING}"]
-        ).mean()
-    )
+    kept, full = (table[f"median_patch_size_{reading}"] for reading in (KEPT_READING, FULL_READING))
+    return float((kept < FRAGMENTED_BELOW * full).mean())

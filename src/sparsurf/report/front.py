@@ -503,10 +503,8 @@ def sentence_of_pairs(table: pd.DataFrame) -> str:
         means, where = means_over_pairs(table).set_index("score"), f"over {n} pairs that touch"
         aucs = [auc_of(means, score, "mean") for score in SCORES]
     else:
-        sides, where = (
-            [rows.set_index("score") for _, rows in table.groupby("partner")],
-            "on its two partners",
-        )
+        sides = [rows.set_index("score") for _, rows in table.groupby("partner")]
+        where = "on its two partners"
         aucs = [" and ".join(auc_of(rows, score, "auc") for rows in sides) for score in SCORES]
     own, baseline = aucs
     return f"Complementarity finds the interface with AUC {own} {where}; protrusion alone has {baseline}; 0.5 is chance."
@@ -536,13 +534,9 @@ def of_pairs(run: Run) -> Iterator[Section]:
         caption = name if several else CAPTIONS["book"]
         figures.append(Figure(f"pairs/{name}/book.png", caption, view if run.has(view) else "", several))
     columns = ["pair", "partner", "complementarity: AUC (95 %)", "protrusion: AUC (95 %)", "files"]
-    links_of_all = [("pairs/pairs.csv", "all scores")]
+    text, files_of_all = [TEXT["pairs"], TEXT["auc"]], [("pairs/pairs.csv", "all scores")]
     yield Section(
-        "Do matching shapes show the interface",
-        [TEXT["pairs"], TEXT["auc"]],
-        figures,
-        [Table(columns, rows)],
-        links_of_all,
+        "Do matching shapes show the interface", text, figures, [Table(columns, rows)], files_of_all
     )
 
 
@@ -589,17 +583,10 @@ def of_surfaces(run: Run) -> Iterator[Section]:
             (row["recovered_mean"], number(row["recovered_mean"], 3)),
             *((row[name], number(row[name])) for name in Z_OF_RECOVERED),
         ]
-        rows.append(
-            [
-                Cell(
-                    run.shown[str(place)] if run.has(picture) else "",
-                    picture=picture if run.has(picture) else "",
-                ),
-                Cell(run.shown[str(place)], view if run.has(view) else ""),
-                *(Cell(text, key=str(value)) for value, text in values),
-                file_cells(run, str(place), ("minimal.csv", "residues.csv")),
-            ]
-        )
+        name, cells = run.shown[str(place)], [Cell(text, key=str(value)) for value, text in values]
+        first = Cell(name, picture=picture) if run.has(picture) else Cell("")
+        files = file_cells(run, str(place), ("minimal.csv", "residues.csv"))
+        rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
     columns = ["", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share"]
     columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
     figures = [Figure("compare.png", CAPTIONS["compare"], small=True)] if run.has("compare.png") else []
@@ -655,19 +642,9 @@ def of_batches(batches: Mapping[str, Any]) -> Iterator[Section]:
         form = {"deviation": "{:.1f}", "area": "{:.0f}", "volume": "{:.0f}", "mean_roughness": "{:.2f}"}
         rows: list[list[Any]] = []
         for row in batches["unusual"].to_dict("records"):
-            cells = {
-                name: Cell(form.get(name, "{:,}").format(row[name]), key=str(row[name]))
-                for name in (
-                    "deviation",
-                    "atoms",
-                    "area",
-                    "volume",
-                    "mean_roughness",
-                    "components",
-                    "cavities",
-                )
-            }
-            rows.append([row["protein"], cells.pop("deviation"), row["unusual"], *cells.values()])
+            measured = ("deviation", "atoms", "area", "volume", "mean_roughness", "components", "cavities")
+            cells = [Cell(form.get(k, "{:,}").format(row[k]), key=str(row[k])) for k in measured]
+            rows.append([row["protein"], cells[0], row["unusual"], *cells[1:]])
         files = [
             (f"{name}/", f"a Parquet file for each batch: {words}") for name, words in BATCH_TABLES.items()
         ]

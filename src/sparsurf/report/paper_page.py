@@ -56,6 +56,9 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     grid, references = data["grid"], data["best"]["references"]
     rough, flat = rough_and_flat(data["bins"])
     gathered, fewer = gather(data["gathering"])
+    low, high = data["surface"]["roughness"]
+    of_best = data["links"][data["links"]["row"] == ROW_OF_BEST].sort_values("d_link")
+    ends = of_best[["d_link", "d"]].iloc[[0, int(of_best["d"].argmin())]].to_numpy().tolist()
     chapters = {
         "table1": table1(data["places"], data["tests"], data["rows"], data["bias"]),
         "winners": winners(data["ranges"], data["places"]),
@@ -68,10 +71,10 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "gather": gathered,
         "span": span_of(grid),
         "uniform": uniform(grid, data["uniform"]["median"]),
-        "range_of_roughness": range_of_roughness(data["surface"]),
+        "range_of_roughness": {"holds": both(low >= 0 and high <= 1), "measured": (low, high)},
         "probability": probability(data["surface"], data["defects"]),
         "orientation": orientation(references),
-        "parameter_free": {"holds": both(False), "links": link_range(data["links"])},
+        "parameter_free": {"holds": both(False), "links": ends},
         "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
     }
     return chapters | {
@@ -82,8 +85,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "defects": defects(data["defects"]),
         "outlook": outlook(data["required_dots"]),
         "figures": [
-            (n, file, [(name, chapters[name]["holds"]) for name in names])
-            for n, (file, names) in FIGURES.items()
+            (n, file, [(k, chapters[k]["holds"]) for k in names]) for n, (file, names) in FIGURES.items()
         ],
     }
 
@@ -132,24 +134,14 @@ def table1(
 
     Under a reading other than that of the authors' code it holds if no published d has the other sign than the mean.
     """
-    inside = {name: int(places[f"{name}_inside"].sum()) for name in MEASURES}
-    in_span = {
-        name: int(
-            places[f"{name}_published"].between(places[f"{name}_lowest"], places[f"{name}_highest"]).sum()
-        )
-        for name in MEASURES
-    }
+
+    def between(table: pd.DataFrame, name: str, low: str, high: str) -> int:
+        return int(table[f"{name}_published"].between(table[f"{name}_{low}"], table[f"{name}_{high}"]).sum())
+
+    inside, n = {name: int(places[f"{name}_inside"].sum()) for name in MEASURES}, len(places)
     published, low, high = rows["d_published"], rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"]
     opposite = ((published > 0) & (high < 0)) | ((published < 0) & (low > 0))
-    means = {
-        name: int(
-            rows[f"{name}_published"]
-            .between(rows[f"{name}_low_{KEPT_READING}"], rows[f"{name}_high_{KEPT_READING}"])
-            .sum()
-        )
-        for name in MEASURES
-    }
-    n = len(places)
+    of_means = f"low_{KEPT_READING}", f"high_{KEPT_READING}"
     return {
         "holds": {
             KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {n}",
@@ -157,17 +149,15 @@ def table1(
         },
         "same": is_one_more_run(tests),
         "inside": inside,
-        "in_span": sum(in_span.values()),
+        "in_span": sum(between(places, name, "lowest", "highest") for name in MEASURES),
         "n": n,
         "won": int((places["n_won"] > 0).sum()),
         "runs": int(places["n_runs"].max()),
         "tests": tests.to_dict("records"),
         "loses": {reading: bool((rows[f"d_high_{reading}"] < 0).all()) for reading in OF_ROWS},
         "bias": bias["d_bias"].mean(),
-        "means": means,
-        "rows": [
-            row | run for row, run in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)
-        ],
+        "means": {name: between(rows, name, *of_means) for name in MEASURES},
+        "rows": [a | b for a, b in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)],
     }
 
 
@@ -187,7 +177,7 @@ def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
         same[reading] = int((table[reading] == table["published"]).sum())
         sets = rows["best_set"].map(split_combinations)
         among[reading] = pd.Series(
-            [text in best for text, best in zip(table["published"], sets, strict=False)]
+            [name in best for name, best in zip(table["published"], sets, strict=False)]
         )
     return {
         "holds": {reading: of_rows(among[reading]) for reading in GRID_READINGS},
@@ -203,10 +193,9 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) 
     ours = {reading: best[reading]["unrestricted"] for reading in GRID_READINGS}
     name = str(Combination(*PUBLISHED_BEST))
     run = places[places["range"] == ROW_OF_BEST].iloc[0]
+    holds = {key: answer(name in split_combinations(row["best_set"])) for key, row in ours.items()}
     return {
-        "holds": {
-            reading: answer(name in split_combinations(row["best_set"])) for reading, row in ours.items()
-        },
+        "holds": holds,
         "is_ours": str(Combination.from_row(ours[KEPT_READING])) == name,
         "ours": ours,
         "run": run.to_dict(),
@@ -216,16 +205,12 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) 
 
 def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
     """Count the rows of Table I and the combinations that beat a uniform subset, also with alpha tuned to equal n_S."""
-    counts = {}
+    counts: dict[str, dict[str, float]] = {}
     for reading in GRID_READINGS:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
-        counts[reading] = {
-            "above_0": int((d > 0).sum()),
-            "above": int((low > 0).sum()),
-            "below": int((high < 0).sum()),
-            "mean": d.mean(),
-            "largest": d.max(),
-        }
+        above_0, above, below = (int(holds.sum()) for holds in (d > 0, low > 0, high < 0))
+        counts[reading] = {"above_0": above_0, "above": above, "below": below}
+        counts[reading] |= {"mean": d.mean(), "largest": d.max()}
     return {
         "holds": {reading: of_rows(rows[f"d_low_{reading}"] > 0) for reading in GRID_READINGS},
         "published": int((rows["d_published"] > 0).sum()),
@@ -239,15 +224,12 @@ def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> di
 
 def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
     """Count the rows of Table I and the combinations that describe a patch better than the mean patch does."""
-    better = {
-        reading: [table[f"Z_tS_{reading}"] < null for table in (grid, rows)] for reading in GRID_READINGS
-    }
+    tables = (grid, rows)
+    better = {reading: [table[f"Z_tS_{reading}"] < null for table in tables] for reading in GRID_READINGS}
     return {
-        "holds": {reading: of_rows(of) for reading, (_, of) in better.items()},
+        "holds": {reading: of_rows(of_rows_of_table) for reading, (_, of_rows_of_table) in better.items()},
         "null": null,
-        "counts": {
-            reading: [int((~of).sum()) for of in both_tables] for reading, both_tables in better.items()
-        },
+        "counts": {reading: [int((~of).sum()) for of in pair] for reading, pair in better.items()},
         "n": (len(grid), len(rows)),
     }
 
@@ -287,19 +269,9 @@ def gather(gathering: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
     groups = gathering.groupby("combination", sort=False)
     rows = groups["kept_percent"].agg(roughest="first", flattest="last")
     rows["all"] = groups["uniform_percent"].first()
-    return (
-        {
-            "holds": both(bool((rows["roughest"] > rows["flattest"]).all())),
-            "rows": rows.reset_index().to_dict("records"),
-        },
-        {"holds": both(bool((rows["flattest"] < rows["all"]).all()))},
-    )
-
-
-def range_of_roughness(surface: dict[str, Any]) -> dict[str, Any]:
-    """Check that every R lies between 0 and 1."""
-    low, high = surface["roughness"]
-    return {"holds": both(low >= 0 and high <= 1), "measured": (low, high)}
+    gathers, fewer = (rows["roughest"] > rows["flattest"]).all(), (rows["flattest"] < rows["all"]).all()
+    records = rows.reset_index().to_dict("records")
+    return {"holds": both(bool(gathers)), "rows": records}, {"holds": both(bool(fewer))}
 
 
 def probability(surface: dict[str, Any], table: pd.DataFrame) -> dict[str, Any]:
@@ -323,13 +295,6 @@ def orientation(references: dict[str, Any]) -> dict[str, Any]:
         "turned": turned,
         "two_patches": references["Z_two_patches"],
     }
-
-
-def link_range(table: pd.DataFrame) -> list[tuple[float, float]]:
-    """Return d_link and d of the published best at the first linking distance and where its d is lowest."""
-    rows = table[table["row"] == ROW_OF_BEST].sort_values("d_link")
-    shown = rows.iloc[[0, int(rows["d"].argmin())]]
-    return list(shown[["d_link", "d"]].itertuples(index=False, name=None))
 
 
 def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
@@ -359,8 +324,6 @@ def defects(table: pd.DataFrame) -> dict[str, dict[Any, float]]:
 
 def outlook(required_dots: pd.DataFrame) -> dict[str, Any]:
     """Tabulate how many dots reach each noise floor, by floor and reading."""
-    by_floor = {
-        floor: rows.set_index("reading").to_dict("index")
-        for floor, rows in required_dots.groupby("floor", sort=False)
-    }
+    floors = required_dots.groupby("floor", sort=False)
+    by_floor = {floor: rows.set_index("reading").to_dict("index") for floor, rows in floors}
     return {"sampler": required_dots["sampler"].iloc[0], "floors": by_floor}

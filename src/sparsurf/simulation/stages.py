@@ -61,18 +61,8 @@ def _simulate(
     """Run `gmx mdrun` in a prepared folder."""
     total = n_time_steps(stage, settings) if stage != "minimise" else 0
     thread_option = ["-nt", threads] if Path(gromacs.program()).name == "gmx" else ["-ntomp", threads]
-    files: list[object] = [
-        "-s",
-        "topol.tpr",
-        "-c",
-        "final.gro",
-        "-g",
-        "md.log",
-        "-e",
-        "energies.edr",
-        "-o",
-        "full.trr",
-    ]
+    files: list[object] = ["-s", "topol.tpr", "-c", "final.gro", "-g", "md.log", "-e", "energies.edr"]
+    files += ["-o", "full.trr"]
     if stage != "minimise":
         files += ["-x", "trajectory.xtc", "-cpo", "state.cpt", "-cpt", CHECKPOINT_MINUTES]
         files += ["-cpi", "state.cpt"] if (folder / "state.cpt").is_file() else []

@@ -161,13 +161,8 @@ def _rows(
     name: str, percents: Sequence[float], n_s: np.ndarray, measure: str, values: np.ndarray
 ) -> pd.DataFrame:
     """Return the rows of one sampler and measure."""
-    columns: dict[str, Any] = {
-        "sampler": name,
-        "percent": percents,
-        "n_S": n_s,
-        "use": USE[measure],
-        "measure": measure,
-    }
+    columns: dict[str, Any] = {"sampler": name, "percent": percents, "n_S": n_s}
+    columns |= {"use": USE[measure], "measure": measure}
     if values.ndim == 3:
         mean = estimate(values)
         columns |= {"value": mean.mean, "se": mean.error, "low": mean.low, "high": mean.high}

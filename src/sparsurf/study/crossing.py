@@ -50,10 +50,8 @@ def fitted_crossing(
     answer = answer if np.isfinite(answer) else 0.0
     replicates = _descents(steps, fitted @ _replicates(distances[around], floor, rng) / limit)
     tail = (1 - CONFIDENCE_LEVEL) / 2
-    low, high = (
-        np.quantile(replicates, tail, method="lower"),
-        np.quantile(replicates, 1 - tail, method="higher"),
-    )
+    low = np.quantile(replicates, tail, method="lower")
+    high = np.quantile(replicates, 1 - tail, method="higher")
     ends = np.array([answer, min(low, answer), max(high, answer)])
     return Crossing(*np.minimum(np.exp(start + ends), n_dots).tolist())
 

@@ -153,11 +153,6 @@ def _fill(
     return z_tot
 
 
-def _readings_of_one_pass(out: Grid) -> tuple[str, ...]:
-    """Return the readings that are computed in one pass."""
-    return tuple(reading for reading in out.readings if reading in GRID_READINGS)
-
-
 def _fill_uniform(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, finished: Callable[[int], None]
 ) -> None:
@@ -166,7 +161,7 @@ def _fill_uniform(
     Subsets that form their own surfaces are measured at the n_S of `_curve_sizes` if there are many combinations, and
     interpolated over ln n_S; each draw has its own curve, so that the scatter of the draws includes the error of the curves.
     """
-    together = _readings_of_one_pass(out)
+    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
     alone = [reading for reading in out.readings if reading not in together]
     shape = (len(out.readings), *out.n_s.shape, len(tests))
     dots = np.empty(

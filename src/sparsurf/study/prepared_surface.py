@@ -104,6 +104,12 @@ class PreparedSurface:
         """Name of the conformation, for messages."""
         return self.stream.name
 
+    @property
+    def _kernel(self) -> dict[str, Any]:
+        """How patches are described."""
+        patches = self.patches
+        return {"radius": patches.r_zernike, "descriptor": patches.descriptor, "threads": self.threads}
+
     def draw_tests(self, n_tests: int, *keys: Any) -> np.ndarray:
         """Draw `n_tests` test dots (all dots if there are fewer), ascending."""
         n = len(self.points)
@@ -129,9 +135,7 @@ class PreparedSurface:
 
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Compute descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
-        return descriptors.describe(
-            self.index, self.points[tests], self.patches.r_zernike, up, self.threads, self.patches.descriptor
-        )
+        return descriptors.describe(self.index, self.points[tests], up=up, **self._kernel)
 
     def distances(
         self,
@@ -189,18 +193,9 @@ class PreparedSurface:
         for a in range(0, len(subsets), step) if packed is None else (0,):
             part = subsets[a : a + step]
             words, n = packed or (descriptors.pack_subsets(self.index, part), len(part))
-            z_tot, z, size = descriptors.compare(
-                self.index,
-                self.points[tests],
-                words,
-                n,
-                readings,
-                z_tot,
-                None if weights is None else weights[a : a + step],
-                self.patches.r_zernike,
-                threads=self.threads,
-                descriptor=self.patches.descriptor,
-            )
+            weight = None if weights is None else weights[a : a + step]
+            patches = (self.index, self.points[tests], words, n, readings, z_tot, weight)
+            z_tot, z, size = descriptors.compare(*patches, **self._kernel)
             distances.append(z.T.reshape(len(readings), n, len(tests)))
             sizes.append(size.T.reshape(len(readings), n, len(tests)))
         assert z_tot is not None  # there is a subset at least
@@ -232,34 +227,16 @@ class PreparedSurface:
         self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute distances and patch sizes, (R, S, T), of the uniform subsets of one draw with `sizes` dots, ascending."""
-        return descriptors.compare_nested(
-            self.index,
-            self.points[tests],
-            self.uniform_order(draw),
-            sizes,
-            readings,
-            z_tot,
-            self.patches.r_zernike,
-            threads=self.threads,
-            descriptor=self.patches.descriptor,
-        )
+        order = self.uniform_order(draw)
+        patches = (self.index, self.points[tests], order, sizes, readings, z_tot)
+        return descriptors.compare_nested(*patches, **self._kernel)
 
     def distances_to_index(
         self, index: PatchIndex, tests: np.ndarray, z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute |z_tot - z| and patch sizes, (T,), of another surface, given its PatchIndex, at test dots of this one."""
         all_dots = np.ones(len(index.dot), np.uint64)
-        z, sizes = descriptors.evaluate(
-            index,
-            self.points[tests],
-            all_dots,
-            1,
-            "kept",
-            z_tot,
-            radius=self.patches.r_zernike,
-            threads=self.threads,
-            descriptor=self.patches.descriptor,
-        )
+        z, sizes = descriptors.evaluate(index, self.points[tests], all_dots, 1, "kept", z_tot, **self._kernel)
         return z[:, 0], sizes[:, 0]
 
     def changed(self, **changes: Any) -> Self:

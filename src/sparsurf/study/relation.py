@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri  # scipy.stats takes a quarter of a second to import
 
 from sparsurf.sampling.combination import PARAMETERS, combination_labels, split_combinations
-from sparsurf.study import statistics
+from sparsurf.study.statistics import mean_interval
 
 NORMAL_QUANTILE = ndtri(0.975)
 EQUAL_ROUGHNESS = 0.01  # surfaces whose mean roughness differs by less count as equally rough
@@ -104,13 +104,8 @@ def rho_interval(rho: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.tanh(z - NORMAL_QUANTILE * error), np.tanh(z + NORMAL_QUANTILE * error)
 
 
-def mean_interval(x: ArrayLike) -> tuple[float, float, float]:
-    """Compute `statistics.mean_interval`, with an interval only for 3 proteins or more."""
-    return statistics.mean_interval(x, fewest=3)
-
-
 def with_interval(name: str, values: ArrayLike) -> dict[str, float]:
-    """Return the mean of the finite values and its 95 % interval as `name`, `name`_low and `name`_high."""
+    """Return the mean of the finite values and its 95 % interval, of 3 or more, as `name`, `name`_low and `name`_high."""
     values = np.asarray(values, float)
-    mean, low, high = mean_interval(values[np.isfinite(values)])
+    mean, low, high = mean_interval(values[np.isfinite(values)], fewest=3)
     return {name: mean, f"{name}_low": low, f"{name}_high": high}

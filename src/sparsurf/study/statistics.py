@@ -98,19 +98,14 @@ def estimate(x: ArrayLike) -> Estimate:
     x = np.asarray(x, np.float64)
     d, t = x.shape[-2:]
     mean = x.mean(axis=(-2, -1))
-    if min(d, t) < 2:
-        return _estimate_without_draws(x, mean)
+    unknown = np.full_like(mean, np.nan)
+    if t < 2:
+        return Estimate(mean, unknown, unknown)
+    if d < 2:
+        return Estimate(mean, x[..., 0, :].std(axis=-1, ddof=1) / np.sqrt(t), np.full_like(mean, t - 1))
     ms = mean_squares(x)
     total = np.maximum(ms.tests + ms.draws - ms.rest, ms.rest)
     return _estimate(mean, total, list(zip(ms[:3], ms.df, strict=True)), d * t)
-
-
-def _estimate_without_draws(x: np.ndarray, mean: np.ndarray) -> Estimate:
-    """Return the estimate for one draw, or for one test dot, whose scatter is unknown."""
-    t = x.shape[-1]
-    if t < 2:
-        return Estimate(mean, np.full_like(mean, np.nan), np.full_like(mean, np.nan))
-    return Estimate(mean, x[..., 0, :].std(axis=-1, ddof=1) / np.sqrt(t), np.full_like(mean, t - 1))
 
 
 def _estimate(

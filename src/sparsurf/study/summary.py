@@ -7,7 +7,7 @@ roughness, compared with the farthest. Roughness helps only if the near ones cho
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +39,9 @@ class Result:
     area: float
     spacing: float
     mean_roughness: float
-    grid: pd.DataFrame | None = None
-    ranges: pd.DataFrame | None = None
-    best: dict | None = None
+    grid: pd.DataFrame = field(default_factory=pd.DataFrame)  # empty unless sampled, as the next two
+    ranges: pd.DataFrame = field(default_factory=pd.DataFrame)
+    best: dict[str, Any] = field(default_factory=dict)
     required_dots: pd.DataFrame | None = None
     minimal: pd.DataFrame | None = None
     recovered: pd.DataFrame | None = None
@@ -97,7 +97,7 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
             n = len(result.minimal)
             row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / result.n_dots}
         row |= {} if result.recovered is None else _recovered_columns(result.recovered.iloc[0])
-        row |= {} if result.grid is None else _grid_columns(result)
+        row |= {} if result.grid.empty else _grid_columns(result)
         row |= {} if result.required_dots is None else percent_columns(result.required_dots)
         rows.append(row | {"r_patch": patches["r_patch"], "d_link": patches["d_link"]})
     # A column keeps its place where other rows lack it
@@ -114,41 +114,25 @@ def _recovered_columns(everywhere: pd.Series) -> dict[str, float]:
         "largest",
         *(key for key in everywhere.index if str(key).startswith("Z_")),
     )
-    return {f"minimal_{key}": everywhere[key] for key in of_subset} | {
-        f"recovered_{key}": everywhere[key] for key in of_surface
-    }
+    names = {f"minimal_{key}": key for key in of_subset} | {f"recovered_{key}": key for key in of_surface}
+    return {name: everywhere[key] for name, key in names.items()}
 
 
 def _grid_columns(result: Result) -> dict[str, Any]:
     """Return n_S of the grid, the best combination by reading, and the reference values."""
-    grid, best = _grid(result), result.best or {}
-    percent, references = grid["n_S_percent"], best["references"]
+    percent, references = result.grid["n_S_percent"], result.best["references"]
     row = {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
     for reading in evaluated_readings(result):
-        winner = best[reading]["unrestricted"]
+        winner = result.best[reading]["unrestricted"]
         row[f"best_{reading}"] = str(Combination.from_row(winner))
         row |= {f"{key}_{reading}": winner[key] for key in BEST_COLUMNS}
     row |= {"Z_empty": references["Z_empty"], "Z_mean_descriptor": references["Z_mean_descriptor"]}
     return row | {floor_column(floor): z for floor, z in references.get("floors", {}).items()}
 
 
-def _grid(result: Result) -> pd.DataFrame:
-    """Return grid.csv of a conformation that was sampled."""
-    if result.grid is None:
-        raise ValueError(f"{result.protein}/{result.conformation} was not sampled")
-    return result.grid
-
-
-def _ranges(result: Result) -> pd.DataFrame:
-    """Return ranges.csv of a conformation that was sampled."""
-    if result.ranges is None:
-        raise ValueError(f"{result.protein}/{result.conformation} was not sampled")
-    return result.ranges
-
-
 def evaluated_readings(result: Result) -> list[str]:
     """Return the readings under which a conformation was evaluated."""
-    return list(_ranges(result)["reading"].unique())
+    return list(result.ranges["reading"].unique())
 
 
 def summary_table(results: Sequence[Result]) -> pd.DataFrame:
@@ -161,7 +145,7 @@ def summary_table(results: Sequence[Result]) -> pd.DataFrame:
     chosen = {reading: chosen_nearby(results, reading) for reading in evaluated_readings(results[0])}
     tables = []
     for s, result in enumerate(results):
-        for reading, ranges in _ranges(result).groupby("reading", sort=False):
+        for reading, ranges in result.ranges.groupby("reading", sort=False):
             rows = ranges.assign(
                 protein=result.protein,
                 conformation=result.conformation,
@@ -180,7 +164,7 @@ def summary_table(results: Sequence[Result]) -> pd.DataFrame:
 def chosen_nearby(results: Sequence[Result], reading: str) -> tuple[np.ndarray, np.ndarray]:
     """Return d of every surface and range under the choices of `GUESSES`, (S, ranges, 3), and `local`, (S, ranges)."""
     d, percent = stack_column(results, f"d_{reading}"), stack_column(results, "n_S_percent")
-    n_ranges = int((_ranges(results[0])["reading"] == reading).sum())
+    n_ranges = int((results[0].ranges["reading"] == reading).sum())
     guesses = np.full((len(results), n_ranges, 3), np.nan)
     local = np.full((len(results), n_ranges), np.nan, object)
     for s, result in enumerate(results):
@@ -193,7 +177,7 @@ def chosen_nearby(results: Sequence[Result], reading: str) -> tuple[np.ndarray, 
             inside = np.flatnonzero(member == k)
             best = [None if score is None else inside[np.argmax(score[inside])] for score in scores]
             guesses[s, k] = [np.nan if b is None else d[s, b] for b in best[:3]]
-            local[s, k] = str(Combination.from_row(_grid(result).loc[best[3]]))
+            local[s, k] = str(Combination.from_row(result.grid.loc[best[3]]))
     return guesses, local
 
 
@@ -207,15 +191,14 @@ def nearest_first(results: Sequence[Result], s: int) -> np.ndarray:
 
 def stack_column(results: Sequence[Result], column: str) -> np.ndarray:
     """Stack one column of all grids, (S, K); refuses grids that differ in combinations or readings."""
-    first = _grid(results[0])[PARAMETERS].to_numpy()
+    first = results[0].grid[PARAMETERS].to_numpy()
     for result in results:
-        grid = _grid(result)
-        if column not in grid or not np.array_equal(grid[PARAMETERS].to_numpy(), first):
+        if column not in result.grid or not np.array_equal(result.grid[PARAMETERS].to_numpy(), first):
             raise InputError(
                 f"{result.protein}/{result.conformation} was not evaluated as {results[0].protein}/"
                 f"{results[0].conformation} was (other combinations or readings): run the study again."
             )
-    return np.stack([_grid(result)[column].to_numpy(float) for result in results])
+    return np.stack([result.grid[column].to_numpy(float) for result in results])
 
 
 def relation_table(
@@ -230,16 +213,12 @@ def relation_table(
         member = range_index(percent, limits)
         for k in sorted(part["range"].unique().tolist()):
             rows_of_range = part[part["range"] == k]
-            row = {
-                "reading": reading,
-                "range": k,
-                "n_S_low_percent": limits[k - 1],
-                "n_S_high_percent": limits[k],
-            }
+            row = {"reading": reading, "range": k}
+            row |= {"n_S_low_percent": limits[k - 1], "n_S_high_percent": limits[k]}
             inside = np.flatnonzero(member == k - 1)
             if len(inside):
                 best = inside[np.argmax(d[:, inside].mean(axis=0))]
-                row |= _grid(results[0]).loc[best, PARAMETERS].to_dict()
+                row |= results[0].grid.loc[best, PARAMETERS].to_dict()
                 row |= {"n_S_percent": percent[best], "d": d[:, best].mean()}
                 row["d_sd"] = d[:, best].std(ddof=1) if len(results) > 1 else np.nan
             row["d_from_all"] = rows_of_range["d_from_all"].mean()

@@ -147,19 +147,10 @@ def _winner(table: pd.DataFrame, d: np.ndarray, reading: str, inside: np.ndarray
     sub = table.iloc[inside]
     best = int(np.argmax(sub[f"d_{reading}"].to_numpy()))
     validated = cross_validated(d[inside])
-    row = {
-        "n_combinations": len(inside),
-        **{p: sub.iloc[best][p] for p in PARAMETERS},
-        "n_S": sub.iloc[best]["n_S"],
-        "n_S_percent": sub.iloc[best]["n_S_percent"],
-        "d_cv": float(validated.mean),
-        "d_cv_low": float(validated.low),
-        "d_cv_high": float(validated.high),
-    }
-    row |= {
-        key: sub.iloc[best][f"{key}_{reading}"]
-        for key in ("d", "d_low", "d_high", "Z_tS", "Z_tR", "median_patch_size")
-    }
+    winner, of_reading = sub.iloc[best], ("d", "d_low", "d_high", "Z_tS", "Z_tR", "median_patch_size")
+    row = {"n_combinations": len(inside)} | {key: winner[key] for key in [*PARAMETERS, "n_S", "n_S_percent"]}
+    row |= {"d_cv": float(validated.mean), "d_cv_low": float(validated.low)}
+    row |= {"d_cv_high": float(validated.high)} | {key: winner[f"{key}_{reading}"] for key in of_reading}
     candidates = sub[best_set(d[inside])]
     row["n_best_set"] = len(candidates)
     row["best_set"] = join_combinations(combination_labels(candidates))
@@ -176,13 +167,8 @@ def best_combinations(
     """
     alpha = table["alpha"].max()
     few = table["n_S_percent"].to_numpy() <= max_n_s_percent
-    out: dict[str, Any] = {
-        "N": grid.n_dots,
-        "combinations": len(table),
-        "draws": grid.n_s.shape[1],
-        "max_n_S_percent": max_n_s_percent,
-    }
-    out["references"] = all_reference_values(grid, floors)
+    out: dict[str, Any] = {"N": grid.n_dots, "combinations": len(table), "draws": grid.n_s.shape[1]}
+    out |= {"max_n_S_percent": max_n_s_percent, "references": all_reference_values(grid, floors)}
     for r, reading in enumerate(grid.readings):
         d = d_values(grid, r)
         unrestricted = _winner(table, d, reading, np.flatnonzero(table["alpha"] == alpha))

@@ -95,15 +95,9 @@ def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame
     import pandas as pd  # here: placing dots needs no table
 
     volume = _signed_volumes(surface, component)
-    return pd.DataFrame(
-        {
-            "component": np.arange(len(volume)),
-            "dots": np.bincount(component),
-            "area": np.bincount(component, surface.area),
-            "volume": np.abs(volume),
-            "cavity": volume < 0,
-        }
-    )
+    columns: dict[str, np.ndarray] = {"component": np.arange(len(volume)), "dots": np.bincount(component)}
+    columns |= {"area": np.bincount(component, surface.area), "volume": np.abs(volume), "cavity": volume < 0}
+    return pd.DataFrame(columns)
 
 
 def _signed_volumes(surface: Surface, component: np.ndarray) -> np.ndarray:

@@ -70,8 +70,7 @@ def _alternatives(rule: dict, definitions: dict) -> Iterator[dict]:
 
 
 def _meaning(rule: dict, definitions: dict) -> str:
-    meaning = rule.get("description") or next(_alternatives(rule, definitions)).get("description", "")
-    return meaning
+    return rule.get("description") or next(_alternatives(rule, definitions)).get("description", "")
 
 
 def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[str, dict]]:
@@ -91,7 +90,9 @@ def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[st
 
 def _row(name: str, rule: dict) -> str:
     forms = dict.fromkeys(_type(form) for form in rule.get("forms", [rule]))
-    default = "" if isinstance(rule.get("default", {}), dict) else f"`{_yaml(rule['default'])}`"
+    value = rule.get("default", {})
+    written = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+    default = "" if isinstance(value, dict) else f"`{written}`"
     meaning = rule["description"].replace("|", "\\|").replace("<", "&lt;")
     return f"| `{name}` | {' or '.join(forms)} | {default} | {meaning} |\n"
 
@@ -121,11 +122,6 @@ def _range(word: str, rule: dict) -> str:
         if key in rule and rule[key] < 10**6:
             word += f", {sign} {rule[key]:,g}"
     return word
-
-
-def _yaml(value: Any) -> str:
-    """Return a value as YAML writes it on one line."""
-    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
 def main() -> None:

@@ -42,9 +42,8 @@ def collected_warnings(
         folder = "/".join(filter(None, (protein, conformation))) or "."
         if folder in folders and job_name.startswith(tuple(jobs)):
             for sentence in warnings_in(log):  # once, also where two jobs give it
-                rows.setdefault(
-                    (protein, conformation, sentence), (protein, conformation, job_name, sentence)
-                )
+                row = (protein, conformation, job_name, sentence)
+                rows.setdefault((protein, conformation, sentence), row)
     return list(rows.values())
 
 

@@ -109,12 +109,10 @@ def _sentence(error: BaseException, snakemake: Any) -> str:
 
 def used() -> str:
     """Return the memory and CPU time of this process and those that it started."""
-    this_process, children = (
-        resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    )
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     bytes_per_unit = 1 if sys.platform == "darwin" else 1024
-    megabytes = (this_process.ru_maxrss + children.ru_maxrss) * bytes_per_unit / 1e6
-    seconds = sum(usage.ru_utime + usage.ru_stime for usage in (this_process, children))
+    megabytes = sum(usage.ru_maxrss for usage in usages) * bytes_per_unit / 1e6
+    seconds = sum(usage.ru_utime + usage.ru_stime for usage in usages)
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 
@@ -128,9 +126,7 @@ def reporter(what: str, unit: str = "subsets", every: float = 2.0) -> Callable[[
         if now - last >= every or done >= total:
             last = now
             left = (now - begin) * (total - done) / max(done, 1)
-            print(
-                f"{PROGRESS}{what}: {done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go",
-                file=sys.stderr,
-            )
+            words = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
+            print(f"{PROGRESS}{what}: {words}", file=sys.stderr)
 
     return report

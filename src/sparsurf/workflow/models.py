@@ -50,11 +50,6 @@ def _as_reasons(value: Any) -> Any:
     return dict.fromkeys(value, "") if is_list else value
 
 
-def _as_id(value: Any) -> Any:
-    """Convert a PDB id of digits, such as 4530, which YAML reads as a number."""
-    return str(value) if type(value) is int else value
-
-
 Text = Annotated[str, Field(min_length=1)]
 WORD = "^[A-Za-z0-9_-]+$"
 URL = "^https?://"
@@ -72,7 +67,10 @@ FORMS = {  # examples of strings of these patterns
 }
 Word = Annotated[str, Field(pattern=WORD)]
 Url = Annotated[str, Field(pattern=URL)]
-PdbId = Annotated[str, Field(pattern=PDB_ID), BeforeValidator(_as_id)]
+AS_TEXT = BeforeValidator(
+    lambda value: str(value) if type(value) is int else value
+)  # YAML reads 4530 as a number
+PdbId = Annotated[str, Field(pattern=PDB_ID), AS_TEXT]
 Sha256 = Annotated[str, Field(pattern=SHA256)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
 Conformation = Annotated[str, Field(pattern=CONFORMATION)]

@@ -107,10 +107,8 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
     folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
     for folder in folders:
         if shutil.disk_usage(folder).free < FULL_DISK_BYTES:
-            print(
-                f"The disk of {folder}/ is full. Free some space and run again: finished results stay.",
-                file=sys.stderr,
-            )
+            words = f"The disk of {folder}/ is full. Free some space and run again: finished results stay."
+            print(words, file=sys.stderr)
             break
     reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
     if not reasons:
@@ -118,12 +116,8 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
         lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []
         reasons = [line for line in lines if line.strip() and not line.startswith(SNAKEMAKES_GREETING)][-1:]
         reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
-    print(
-        f"\nSome results could not be computed. Finished results are in {run}/.",
-        *reasons,
-        sep="\n",
-        file=sys.stderr,
-    )
+    words = f"\nSome results could not be computed. Finished results are in {run}/."
+    print(words, *reasons, sep="\n", file=sys.stderr)
 
 
 class Finished(NamedTuple):

@@ -119,11 +119,8 @@ class Terminal(LogHandlerBase):
         if text.startswith(STOPPING) and not self._stopping:
             self._stopping = True
             self._say(f"{self._steps or 'Nothing':>10}  done. Stopping ...")
-        if (
-            record.levelno >= logging.ERROR
-            and not any(part in text for part in REPEATED_ELSEWHERE)
-            and text not in self._messages
-        ):
+        known = text in self._messages or any(part in text for part in REPEATED_ELSEWHERE)
+        if record.levelno >= logging.ERROR and not known:
             self._messages.add(text)
             self._say(text)
 
@@ -147,9 +144,8 @@ class Terminal(LogHandlerBase):
                     self._show("")
 
     def _bar_of(self, record: Any, begin: float) -> str:
-        done, total, left = (
-            progress(record.log[0]) if record.log and Path(record.log[0]).is_file() else (0, 0, 0)
-        )
+        has_log = record.log and Path(record.log[0]).is_file()
+        done, total, left = progress(record.log[0]) if has_log else (0, 0, 0)
         seconds = f"{time.monotonic() - begin:.0f} s"
         if not total:
             return f"{self._steps:>10}  {record.rule_msg}, {seconds}"

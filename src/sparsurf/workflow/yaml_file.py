@@ -1,6 +1,5 @@
 """Strict YAML: a mistake of writing becomes one sentence with its line."""
 
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -10,18 +9,12 @@ import yaml
 from sparsurf.errors import InputError
 
 MERGE = "tag:yaml.org,2002:merge"
-MAX_VALUES, MAX_BYTES = 40_000, 2**21  # of a config, with its aliases written out; read in about 2 s
+MAX_VALUES, MAX_BYTES = 40_000, 2**21  # of a config, read in about 2 s
 OTHER_BASE = re.compile(r"[+-]?(\d[\d_]*(:\d[\d_]*)+(\.\d*)?|0[0-7_]+)")  # 1:30 is 90 in YAML, 010 is 8
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """YAML without repeated keys, keys that are not strings, numbers in other bases and aliases that stand for too much."""
-
-    def get_single_node(self) -> yaml.Node | None:
-        node = super().get_single_node()
-        if node is not None and _count_values(node, {}) > MAX_VALUES:
-            raise InputError(f"its aliases stand for more than {MAX_VALUES} values; write them out.")
-        return node
+    """YAML without repeated keys, keys that are not strings and numbers in other bases."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         line = node.start_mark.line + 1
@@ -51,16 +44,6 @@ class _StrictLoader(yaml.SafeLoader):
                 )
             seen.add(name)
         return super().construct_mapping(node, deep)
-
-
-def _count_values(node: yaml.Node, counts: dict[int, float]) -> float:
-    """Return the number of values that a node stands for, each alias written out; `counts` holds those of the nodes so far."""
-    if id(node) not in counts:
-        counts[id(node)] = math.inf  # a node that contains itself has no end
-        children = [] if isinstance(node, yaml.ScalarNode) else node.value
-        parts = [part for child in children for part in (child if isinstance(child, tuple) else (child,))]
-        counts[id(node)] = 1 + sum(_count_values(part, counts) for part in parts)
-    return counts[id(node)]
 
 
 def read_config(path: str | Path) -> dict:

@@ -238,15 +238,9 @@ def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inve
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
-            vertical_neighbours = np.uint32(above | below)
-            ready = np.uint32(
-                todo
-                & (
-                    vertical_neighbours
-                    | ((vertical_neighbours | here) << one)
-                    | ((vertical_neighbours | here) >> one)
-                )
-            )
+            vertical = np.uint32(above | below)
+            column = np.uint32(vertical | here)
+            ready = np.uint32(todo & (vertical | (column << one) | (column >> one)))
             if ready:  # and what these enable, to the right end of their gap
                 ready = np.uint32(todo & (((ready + todo) ^ todo) | ready))
                 changed = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -41,11 +41,9 @@ def seen_alike(
     most = change >= np.nanquantile(change, 0.9)
     view = render.oblique(surface.points[most], surface.normals[most], 90)  # from above
     rotation, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0])
-    oriented = [
-        (surface.points, surface.normals),
-        (other.points @ rotation + shift, other.normals @ rotation),
-    ]
-    return [(points @ view.T, normals @ view.T) for points, normals in oriented]
+    moved_back = other.points @ rotation + shift, other.normals @ rotation
+    both = [(surface.points, surface.normals), moved_back]
+    return [(points @ view.T, normals @ view.T) for points, normals in both]
 
 
 def highest_shown(changes: Sequence[np.ndarray]) -> float:
@@ -83,9 +81,8 @@ def changes_figure(
     meanings = {"change below its floor": BELOW, "buried, or missing from the other form": REST}
     handles = [Patch(facecolor=colour, edgecolor="0.6", label=words) for words, colour in meanings.items()]
     layout.legend(figure, 30, HEIGHT + 7, handles, ncols=2)
-    figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
-        "change of shape and fields, over its floor"
-    )
+    bar = figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max")
+    bar.set_label("change of shape and fields, over its floor")
     _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table, scale)
     return figure
 
@@ -123,15 +120,9 @@ def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
         if change[row] > 1 and all(abs(place - other) >= room for other in taken):
             name, residue, change_here = table[["residue_name", "residue", "total"]].iloc[row]
             height = highest[np.abs(position - place) < room / 2].max() + top / 30  # above its neighbours
-            ax.annotate(
-                f"{name}{residue}",
-                (place, change_here),
-                (place, height),
-                ha="center",
-                va="bottom",
-                path_effects=layout.HALO,
-                arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0},
-            )
+            style: dict[str, Any] = {"ha": "center", "va": "bottom", "path_effects": layout.HALO}
+            style["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
+            ax.annotate(f"{name}{residue}", (place, change_here), (place, height), **style)
             taken.append(place)
 
 

@@ -119,16 +119,9 @@ def _name_points(ax: Axes, points: np.ndarray, names: Sequence[str]) -> None:
 def _annotate(ax: Axes, name: str, point: np.ndarray, far: float, angle: float) -> Annotation:
     """Write a name at `far` typographic points from a point, with a leader line unless it is the closest position."""
     leader = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 3, "shrinkB": 2} if far > 8 else None
-    words = ax.annotate(
-        name,
-        (point[0], point[1]),
-        (far * np.cos(angle), far * np.sin(angle)),
-        textcoords="offset points",
-        ha="center",
-        va="center",
-        arrowprops=leader,
-        zorder=4,
-    )
+    middle: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "zorder": 4}
+    offset = far * np.cos(angle), far * np.sin(angle)
+    words = ax.annotate(name, (point[0], point[1]), offset, arrowprops=leader, **middle)
     words.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground="white")])
     return words
 

@@ -99,9 +99,8 @@ def page(
         if len(minimal):
             columns["minimal"] = np.isin(dots, minimal).astype(int)
         text = _read("page.html")
-        for mark, part in (
-            parts | {"%DATA%": pack(header, columns | cover_columns(surface, dots, cover))}
-        ).items():
+        data = pack(header, columns | cover_columns(surface, dots, cover))
+        for mark, part in (parts | {"%DATA%": data}).items():
             text = text.replace(mark, part)
         if len(text.encode()) <= MAX_BYTES:
             return text
@@ -167,6 +166,7 @@ def _header(
     readings = readings_of_columns(grid, "d_")
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
+    numbers = grid[columns].to_numpy(float)
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
     samplers |= {name: sampler_label(name) for name in (*orders, *SAMPLERS)}
     return {
@@ -179,17 +179,12 @@ def _header(
         "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
         "samplers": samplers | {"all": "all dots"},
         "readings": [READINGS[reading].words for reading in readings],
-        "grid": [[_number(value) for value in row] for row in grid[columns].to_numpy(float)],
+        "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
         "presets": _presets(best),
         "values": [_scale(one) for one in values],
         "kinds": [[name, rgb.tolist()] for name, rgb in zip(KINDS, [*KIND_COLOURS[:3], GREY], strict=True)],
         "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
     }
-
-
-def _number(value: float) -> float | None:
-    """Round to five digits; None for NaN."""
-    return float(f"{value:.5g}") if np.isfinite(value) else None
 
 
 def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
@@ -198,10 +193,8 @@ def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
     for reading in readings_of_columns(best):
         names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
-            if "d" in best[reading][key]:
-                presets.append(
-                    (f"{name}, {READINGS[reading].words}", list(Combination.from_row(best[reading][key])))
-                )
+            if "d" in (winner := best[reading][key]):
+                presets.append((f"{name}, {READINGS[reading].words}", list(Combination.from_row(winner))))
     return presets
 
 
@@ -209,16 +202,9 @@ def _scale(values: Values) -> dict[str, Any]:
     """Return the names and ends of some values."""
     known = values.values[np.isfinite(values.values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    return {
-        "name": values.name,
-        "symbol": values.symbol,
-        "unit": values.unit,
-        "low": low,
-        "high": high,
-        "low is": values.low_is,
-        "high is": values.high_is,
-        "unknown is": values.unknown_is,
-    }
+    scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
+    meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
+    return scale | meanings
 
 
 def dot_columns(

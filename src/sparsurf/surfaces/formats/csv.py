@@ -156,18 +156,11 @@ def _warn_of_omitted_columns(
             column = table.iloc[:, k]
             wrong = column[pd.to_numeric(column, errors="coerce").isna() & column.notna()]
             if 0 < len(wrong) < len(column) / 2:
-                log.warning(
-                    "%s: the column %s is left out: it holds %s, which is not a number",
-                    path,
-                    name,
-                    shorten(repr(wrong.iloc[0])),
-                )
+                message = "%s: the column %s is left out: it holds %s, which is not a number"
+                log.warning(message, path, name, shorten(repr(wrong.iloc[0])))
         elif k in numeric and k not in possible_fields and name and table.columns[k] not in RESERVED_COLUMNS:
-            log.warning(
-                "%s: the column %s is left out: a field has another name, of letters, digits and _",
-                path,
-                shorten(repr(name)),
-            )
+            message = "%s: the column %s is left out: a field has another name, of letters, digits and _"
+            log.warning(message, path, shorten(repr(name)))
 
 
 def _lines_of_rows(text: str, n_skipped: int) -> list[int]:

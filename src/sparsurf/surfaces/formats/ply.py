@@ -55,34 +55,18 @@ def write_ply(
     for key, column in properties.items():
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
-    if faces is None:
-        faces = _faces_within_limit(surface)
+    if faces is None and len(surface) > MAX_DOTS_TO_TRIANGULATE:
+        log.warning("%d dots are too many for triangles between them: the PLY has none", len(surface))
+        faces = np.empty((0, 3), int)
+    faces = triangulate(surface) if faces is None else faces
     colours = KIND_COLOURS[surface.kind] if values is None else viridis(values)
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
     table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
     types = dict.fromkeys(table, "float") | dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
-    _write_text(path, _header_lines(types, len(surface), len(faces)), table, integers, faces)
-
-
-def _faces_within_limit(surface: Surface) -> np.ndarray:
-    """Triangulate the dots, or warn and return no triangles where there are too many dots."""
-    if len(surface) <= MAX_DOTS_TO_TRIANGULATE:
-        return triangulate(surface)
-    log.warning("%d dots are too many for triangles between them: the PLY has none", len(surface))
-    return np.empty((0, 3), int)
-
-
-def _header_lines(types: dict[str, str], n_vertices: int, n_faces: int) -> list[str]:
-    """List the lines of a header for vertices with properties of these types."""
-    return [
-        "ply",
-        "format ascii 1.0",
-        f"element vertex {n_vertices}",
-        *(f"property {kind} {key}" for key, kind in types.items()),
-        f"element face {n_faces}",
-        "property list uchar int vertex_indices",
-        "end_header",
-    ]
+    header = ["ply", "format ascii 1.0", f"element vertex {len(surface)}"]
+    header += [f"property {kind} {key}" for key, kind in types.items()]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    _write_text(path, header, table, integers, faces)
 
 
 def _write_text(
@@ -94,9 +78,8 @@ def _write_text(
     row = " ".join(formats.values())
     with open(path, "w", encoding="ascii", newline="\n") as stream:
         stream.write("\n".join(header) + "\n")
-        stream.writelines(
-            f"{row % values}\n" for values in zip(*(c.tolist() for c in table.values()), strict=True)
-        )
+        columns = (column.tolist() for column in table.values())
+        stream.writelines(f"{row % values}\n" for values in zip(*columns, strict=True))
         stream.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist())
 
 
