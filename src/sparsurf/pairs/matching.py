@@ -85,11 +85,8 @@ def maps(match_: Match, side: int, smoothing: float = SMOOTHING, threads: int = 
     """
     points, centres = match_.partners[side].surface.points, match_.centres[side]
     near = match_.complementary[side]
-    at_centres = {
-        "propensity": near.distance[:, 0],
-        "propensity_k": near.mean(),
-        "similarity": match_.similar[side].distance[:, 0],
-    }
+    at_centres = {"propensity": near.distance[:, 0], "propensity_k": near.mean()}
+    at_centres["similarity"] = match_.similar[side].distance[:, 0]
     table = pd.DataFrame(index=np.arange(len(points)))
     for name, values in at_centres.items():
         table[name] = _scatter(centres, values, len(points), np.nan)
@@ -158,9 +155,8 @@ def best_pairs(match_: Match, n: int = MAX_PAIRS, min_distance: float = MIN_PAIR
         table[f"dot_{side + 1}"] = pairs[kept, side]
         if partner.residues is not None and partner.residue is not None:
             rows = partner.residues.iloc[partner.residue[pairs[kept, side]]]
-            table[f"residue_{side + 1}"] = (
-                rows["chain"] + ":" + rows["residue_name"] + rows["residue"]
-            ).to_numpy()
+            names = rows["chain"] + ":" + rows["residue_name"] + rows["residue"]
+            table[f"residue_{side + 1}"] = names.to_numpy()
     table["distance"] = distance[kept]
     table["gap"] = np.linalg.norm(points[0][kept] - points[1][kept], axis=1)
     return table
@@ -230,10 +226,8 @@ def contacts(
         return pd.DataFrame(columns=CONTACTS)
     rng = stream(seed, "contacts", first.name, second.name)
     pairs = pairs[np.sort(rng.permutation(len(pairs))[:MAX_CONTACTS])]
-    others = {
-        "any pair": rng.integers(len(second.surface), size=len(pairs)),
-        "exchanged": rng.permutation(pairs[:, 1]),
-    }
+    others = {"any pair": rng.integers(len(second.surface), size=len(pairs))}
+    others["exchanged"] = rng.permutation(pairs[:, 1])
     up, _ = descriptors_at(first, first.surface.points[pairs[:, 0]], True, recipe, threads)
 
     def distance_to(dots: np.ndarray) -> np.ndarray:

@@ -60,7 +60,9 @@ def close_batches(
     `studied` are the files of the structures that have pages of their own.
     """
     run = Path(outputs["page"]).parent
-    remove_others(run, tables)
+    stored = {path for name in TABLES for path in (run / name).glob("*.parquet")}
+    for path in stored - {*map(Path, tables)}:  # of an earlier study: a folder holds one run
+        path.unlink()
     surfaces = read_parquet(run, "surfaces").sort_values("protein", ignore_index=True)
     failed = read_parquet(run, "failures").sort_values("protein", ignore_index=True)
     excluded = pd.DataFrame(exclude.items(), columns=["protein", "reason"])
@@ -132,15 +134,6 @@ def write_summaries(
         outputs = paths("pairs/pairs.csv", "pairs/pairs.png")
         summaries.summarise_pairs([pair / "agreement.csv" for pair in pairs], run.name, *outputs)
     return written
-
-
-def remove_others(run: Path, tables: Sequence[str]) -> None:
-    """Remove tables of batches that the study no longer has, so that a folder holds one run."""
-    paths = set(map(Path, tables))
-    for table in TABLES:
-        for path in (run / table).glob("*.parquet"):
-            if path not in paths:
-                path.unlink()
 
 
 def write_crate(results: Sequence[str], crate: str, answers: Sequence[str]) -> None:

@@ -74,20 +74,12 @@ def frame_row(
     prepared = PreparedSurface(surface, settings, None, of_frame)
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
         refuse_sparse(prepared.points, settings.patches.d_link, where)
-    result = grid.evaluate_grid(
-        prepared,
-        [ensemble.combination],
-        number_of_tests(ensemble.test_dots, len(surface)),
-        DRAWS,
-        tuple(settings.evaluation.readings),
-    )
+    n_tests, readings = number_of_tests(ensemble.test_dots, len(surface)), tuple(settings.evaluation.readings)
+    result = grid.evaluate_grid(prepared, [ensemble.combination], n_tests, DRAWS, readings)
     row = grid_table(result).drop(columns=PARAMETERS)
     cavity = on_cavities(surface, rolled.components(surface))
-    by_residue = mean_roughness_by_residue(
-        np.where(cavity, np.nan, prepared.roughness),
-        molecule.residue_index[surface.atom],
-        molecule.n_residues,
-    )
+    outside, residue = np.where(cavity, np.nan, prepared.roughness), molecule.residue_index[surface.atom]
+    by_residue = mean_roughness_by_residue(outside, residue, molecule.n_residues)
     return {
         "frame": number,
         "time_ps": float(molecule.time_ps[position]),

@@ -174,15 +174,9 @@ def represent(
         dots, interval = smallest_recovered_subset(trials, floors, request.floor)
         weight = subset_weights(prepared.points, dots)
     else:
-        dots, weight = find_subset(
-            prepared,
-            trials.sampler,
-            n_s=_n_s(request, len(prepared.points)),
-            z=request.max_z,
-            combination=request.combination,
-            n_tests=len(trials.tests),
-            choices=choices,
-        )
+        n_s, n_tests = _n_s(request, len(prepared.points)), len(trials.tests)
+        wanted = (n_s, request.max_z, request.combination)
+        dots, weight = find_subset(prepared, trials.sampler, *wanted, n_tests, choices)
     subset = Subset(dots, weight, surface.take(dots), molecule, interval)
     return Representation(trials, subset, molecule)
 

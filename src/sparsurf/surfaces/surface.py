@@ -497,7 +497,11 @@ def check_plausibility(
         log.warning("%s: normals point inwards; the method needs outward normals", path)
         return
     outside = (behind < 0.5).reshape(N_PARTS, -1).mean(axis=1)
-    if len(points) > MIN_DOTS_OF_CLOSED and spacing < MAX_SPACING_OF_CLOSED and _warn_if_open(normals, path):
+    rest = np.linalg.norm(normals.mean(axis=0))
+    dense = len(points) > MIN_DOTS_OF_CLOSED and spacing < MAX_SPACING_OF_CLOSED
+    if dense and rest > MAX_MEAN_NORMAL:
+        message = "%s: the dots do not close around a molecule (%.0f %% of the normals do not cancel); is it cut short?"
+        log.warning(message, path, 100 * rest)
         return
     if molecular and angle < DENSE_ANGLE and outside.max() > MAX_OUTSIDE_OF_PART:
         message = "%s: the normals of some dots around %s point inwards; the method needs outward normals"
@@ -564,15 +568,6 @@ def _windings(
 
     offset = reach[:, None] * normals[sample]
     return winding(points[sample] - offset), winding(points[sample] + offset)
-
-
-def _warn_if_open(normals: np.ndarray, path: Path | str) -> bool:
-    """Warn, and return True, if the dots do not close around a molecule."""
-    rest = np.linalg.norm(normals.mean(axis=0))
-    if rest > MAX_MEAN_NORMAL:
-        message = "%s: the dots do not close around a molecule (%.0f %% of the normals do not cancel); is it cut short?"
-        log.warning(message, path, 100 * rest)
-    return bool(rest > MAX_MEAN_NORMAL)
 
 
 def nearest_neighbours(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

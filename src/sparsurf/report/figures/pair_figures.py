@@ -44,10 +44,8 @@ def book_figure(
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     both = all(mask.any() for mask in touching)
     pages = opened(surfaces, touching)
-    cameras = [
-        render.aim(surface.points, page, layout.pixels(PAGE_WIDTH, PAGE_HEIGHT))
-        for surface, page in zip(surfaces, pages, strict=True)
-    ]
+    shape = layout.pixels(PAGE_WIDTH, PAGE_HEIGHT)
+    cameras = [render.aim(dots.points, page, shape) for dots, page in zip(surfaces, pages, strict=True)]
     scale = min(camera.scale for camera in cameras)
     cameras = [camera._replace(scale=scale) for camera in cameras]
     main = agreement[agreement["score"] == MAIN_SCORE].set_index("partner")
@@ -58,30 +56,16 @@ def book_figure(
         auc = f": AUC {auc_of(main, side, 'auc')}" if side in main.index else ""
         words = f"partner {side}, seen from partner {3 - side}{auc}"
         layout.text(figure, 4 + (side - 1) * (PAGE_WIDTH + 2), 1, words)
-    _row(
-        figure,
-        7,
-        surfaces,
-        cameras,
-        tables,
-        "propensity_smoothed",
-        "rank of the smoothed\ndistance of patches (%)\n(low: good match)",
-    )
+    words = "rank of the smoothed\ndistance of patches (%)\n(low: good match)"
+    _row(figure, 7, surfaces, cameras, tables, "propensity_smoothed", words)
     if both:
         for side in (0, 1):
             colour = np.where(touching[side][:, None], colors.to_rgb(INSIDE), colors.to_rgb(OUTSIDE))
             _page(figure, side, 77, surfaces[side], colour, cameras[side])
         layout.text(figure, 162, 80, "interface: dots\nclose to the\nother partner", color=INSIDE)
     else:
-        _row(
-            figure,
-            77,
-            surfaces,
-            cameras,
-            tables,
-            "similarity_smoothed",
-            "rank of the smoothed similarity\n(%; low: alike)",
-        )
+        words = "rank of the smoothed similarity\n(%; low: alike)"
+        _row(figure, 77, surfaces, cameras, tables, "similarity_smoothed", words)
     return figure
 
 
@@ -128,11 +112,8 @@ def _page(
 ) -> None:
     """Render one partner in some colours."""
     scene = render.draw_surface(surface.points, surface.normals, colour, camera)
-    layout.show(
-        layout.axes(figure, 2 + side * (PAGE_WIDTH + 2), y, PAGE_WIDTH, PAGE_HEIGHT),
-        render.picture(scene),
-        camera,
-    )
+    ax = layout.axes(figure, 2 + side * (PAGE_WIDTH + 2), y, PAGE_WIDTH, PAGE_HEIGHT)
+    layout.show(ax, render.picture(scene), camera)
 
 
 def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -192,6 +173,5 @@ def _of_all(means: pd.DataFrame) -> str:
     """Say how well complementarity finds the interfaces, next to protrusion; empty for fewer than two pairs."""
     by_score = means[means["complexes"] > 1].set_index("score")
     parts = {MAIN_SCORE: "AUC of complementarity", BASELINE: "of protrusion"}
-    return ", ".join(
-        f"{words} {auc}" for score, words in parts.items() if (auc := auc_of(by_score, score, "mean"))
-    )
+    aucs = {words: auc_of(by_score, score, "mean") for score, words in parts.items()}
+    return ", ".join(f"{words} {auc}" for words, auc in aucs.items() if auc)
