@@ -45,16 +45,11 @@ PUBLISHED = "published"
 
 
 class Descriptor(NamedTuple):
-    """One way to describe patches by numbers.
+    """One way to describe patches by numbers."""
 
-    width : int, numbers per patch
-    order : function that returns (width,) int, the element of the vector for users that each column of the kernel is
-    describe : function of `zernike.images.Patches` that returns (P, width) float64, zero for a patch without a descriptor
-    """
-
-    width: int
-    order: Callable[[], np.ndarray]
-    describe: Callable[[Patches], np.ndarray]
+    width: int  # numbers per patch
+    order: Callable[[], np.ndarray]  # (width,) int, the element for users that each column of the kernel is
+    describe: Callable[[Patches], np.ndarray]  # (P, width) float64, zero for a patch without a descriptor
 
 
 DESCRIPTORS = {

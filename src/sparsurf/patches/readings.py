@@ -21,23 +21,12 @@ SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spac
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading.
+    """One reading of the removal of islands."""
 
-    Attributes
-    ----------
-    words : str
-        Its name in tables and figures.
-    among_kept : bool
-        Whether islands are removed among the kept dots; otherwise once, on the full surface.
-    build_index : callable, optional
-        Function from points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2 and dots
-        per Å^2) to the index of the surface that the kept dots form by themselves.
-    build_index_fast : callable, optional
-        Like `build_index`, in less time and with a larger error, for the thousands of subsets of a grid.
-    """
-
-    words: str
-    among_kept: bool = False
+    words: str  # its name in tables and figures
+    among_kept: bool = False  # islands are removed among the kept dots; otherwise once, on the full surface
+    # From points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2, dots per Å^2) to
+    # the index of the surface that the kept dots form by themselves; `fast`: with a larger error, for a grid's thousands
     build_index: Callable[..., PatchIndex] | None = None
     build_index_fast: Callable[..., PatchIndex] | None = None
 

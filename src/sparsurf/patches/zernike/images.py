@@ -45,23 +45,15 @@ class DotsWithNormals(Protocol):
 
 
 class Patches(NamedTuple):
-    """P patches of one surface, as a descriptor receives them.
+    """P patches of one surface, as a descriptor receives them; patch i holds the dots ids[start[i]:start[i + 1]]."""
 
-    dots : PatchIndex, with `xyz` and `normals` of the dots
-    ids : int32 positions in `dots` and start : (P + 1,) int64; patch i holds the dots ids[start[i]:start[i + 1]]
-    centres : (P, 3) float64, Å, the points around which the patches are cut
-    weights : float64 for each of `ids`, or empty if all dots have the weight 1
-    radius : float, r_zernike in Å
-    up : bool, whether the mean normal is turned to +z or to -z
-    """
-
-    dots: DotsWithNormals
-    ids: np.ndarray
-    start: np.ndarray
-    centres: np.ndarray
-    weights: np.ndarray
-    radius: float
-    up: bool
+    dots: DotsWithNormals  # with `xyz` and `normals`
+    ids: np.ndarray  # int32 positions in `dots`
+    start: np.ndarray  # (P + 1,) int64
+    centres: np.ndarray  # (P, 3) float64, Å, the points around which the patches are cut
+    weights: np.ndarray  # float64 for each of `ids`, or empty if all dots have the weight 1
+    radius: float  # R_zernike, Å
+    up: bool  # whether the mean normal is turned to +z or to -z
 
 
 def _open_disc() -> np.ndarray:

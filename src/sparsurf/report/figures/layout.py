@@ -239,26 +239,16 @@ def histogram(
 
 
 class Tiles:
-    """Panels of one kind within single axes, which draws ten times faster than axes for each panel.
-
-    Parameters
-    ----------
-    figure : Sheet
-    x, y : float, mm, upper left corner of the first panel
-    shape : rows and columns
-    size : width and height of a panel, mm
-    gap : mm between columns and between rows
-    xlim, ylim : of every panel
-    """
+    """Panels of one kind within single axes, which draws ten times faster than axes for each panel; lengths are in mm."""
 
     def __init__(
         self,
         figure: Sheet,
-        x: float,
+        x: float,  # as y, of the upper left corner of the first panel
         y: float,
-        shape: tuple[int, int],
-        size: tuple[float, float],
-        gap: tuple[float, float],
+        shape: tuple[int, int],  # rows and columns
+        size: tuple[float, float],  # width and height of a panel
+        gap: tuple[float, float],  # between columns and between rows
         xlim: tuple[float, float],
         ylim: tuple[float, float],
     ) -> None:
