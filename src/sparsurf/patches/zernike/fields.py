@@ -100,11 +100,11 @@ def add_dots(dots: np.ndarray, bumps: np.ndarray, sums: np.ndarray) -> None:
     for k in range(dots.shape[1]):
         column, row = np.intp(dots[0, k]), np.intp(dots[1, k])
         table_position = (dots[0, k] - column) * N_TABLE
-        row, share = BUMP_NODES * np.intp(table_position), table_position - np.floor(table_position)
-        _between_eight(axis_bumps, 0, bumps, row, share)
+        first, share = BUMP_NODES * np.intp(table_position), table_position - np.floor(table_position)
+        _between_eight(axis_bumps, 0, bumps, first, share)
         table_position = (dots[1, k] - row) * N_TABLE
-        row, share = BUMP_NODES * np.intp(table_position), table_position - np.floor(table_position)
-        _between_eight(axis_bumps, BUMP_NODES, bumps, row, share)
+        first, share = BUMP_NODES * np.intp(table_position), table_position - np.floor(table_position)
+        _between_eight(axis_bumps, BUMP_NODES, bumps, first, share)
         gr, g = dots[2, k], dots[3, k]
         at = (row + 1) * PADDED_SIDE + column + 1
         for b in range(BUMP_NODES):
