@@ -28,20 +28,12 @@ log = logging.getLogger("sparsurf")
 
 @dataclass(frozen=True)
 class Structure:
-    """A structure of a batch.
+    """A structure of a batch."""
 
-    Attributes
-    ----------
-    name : str, protein as the config names it
-    path : file
-    table : file with fields of its own, or None
-    options : keyword arguments of `read_molecule`
-    """
-
-    name: str
-    path: str
-    table: str | None = None
-    options: Mapping[str, Any] = field(default_factory=dict)
+    name: str  # protein as the config names it
+    path: str  # of its file
+    table: str | None = None  # file with fields of its own
+    options: Mapping[str, Any] = field(default_factory=dict)  # keyword arguments of `read_molecule`
 
 
 def analyse_structure(structure: Structure, settings: Settings, seed: int) -> dict[str, pd.DataFrame]:
@@ -85,11 +77,7 @@ def analyse_batch(
     seed: int,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> dict[str, pd.DataFrame]:
-    """Analyse the structures of a batch; one that fails becomes a row of 'failures' and stops no other.
-
-    `report` is called with the numbers of finished and of all structures. Returns tables by the names of
-    `assignment.TABLES`.
-    """
+    """Analyse the structures of a batch: tables by the names of `assignment.TABLES`; one that fails is a row of 'failures'."""
     tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
     for done, structure in enumerate(structures, 1):
         with _collected_warnings() as sentences:

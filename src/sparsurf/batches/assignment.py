@@ -17,10 +17,7 @@ CIF_FACTOR = 0.7  # a PDB file is about this much of an mmCIF file with the same
 
 
 def batched_structures(config: Mapping[str, Any]) -> list[str]:
-    """Return the structures of a checked config that are analysed in batches: all, where `pages` leaves any out; else none.
-
-    Without `pages`, each of at most `MAX_STUDIED` structures gets the files and pages of a study, and none of more.
-    """
+    """Return the structures of a checked config in batches: all if `pages` leaves any out, or more than `MAX_STUDIED` without."""
     names = [name for name in config["proteins"] if name not in config["exclude"]]
     if config["sampling"]["run"] or not takes_batches(config):
         return []

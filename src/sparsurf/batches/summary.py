@@ -54,10 +54,7 @@ def most_unusual(surfaces: pd.DataFrame, n: int) -> pd.DataFrame:
 
 
 def grouped_reasons(failures: pd.DataFrame) -> list[tuple[str, list[str]]]:
-    """Group failures whose reasons differ only in names of files and in numbers.
-
-    Returns the reason of the first and the names of all, the largest group first.
-    """
+    """Group failures whose reasons differ only in names of files and in numbers: the first reason and all names, most first."""
     groups: dict[str, tuple[str, list[str]]] = {}
     for name, reason in failures[["protein", "reason"]].itertuples(index=False):
         text = re.sub(r"^\S*/(?=\S+)", "", reason)

@@ -89,10 +89,7 @@ def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
 
 
 def pack_dots(points: np.ndarray, normals: np.ndarray) -> pd.DataFrame:
-    """Round places and normals to integers, which take a third of the bytes; `unpack_dots` gives them back.
-
-    x32, y32 and z32 are in 1/32 Å; polar and azimuth are the angles of the normal to z, and around z from x, in °.
-    """
+    """Round places to 1/32 Å and normals to ° (to z, and around z from x): a third of the bytes; see `unpack_dots`."""
     table = pd.DataFrame(np.rint(points * STEPS_PER_ANGSTROM).astype(np.int32), columns=["x32", "y32", "z32"])
     polar = np.degrees(np.arccos(np.clip(normals[:, 2], -1, 1)))
     azimuth = np.degrees(np.arctan2(normals[:, 1], normals[:, 0]))
@@ -119,10 +116,7 @@ def import_pyarrow() -> Any:
 
 
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
-    """Write the rows of one batch, rounded to `STEPS`; a table without rows has all columns, too.
-
-    `table` is one of `assignment.TABLES`, and `fields` are those of the config.
-    """
+    """Write the rows of one batch, rounded to `STEPS`; a table of `assignment.TABLES` without rows has all columns, too."""
     pyarrow = import_pyarrow()
     columns = columns_of(table, fields)
     schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in columns.items()])

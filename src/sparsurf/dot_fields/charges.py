@@ -55,11 +55,7 @@ SHIFT_TO_REFUSE = 1.0  # Å; they are of another structure
 
 
 def table_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Look up the charges of a molecule's first frame in the built-in table.
-
-    Residues that the table does not have are neutral, with a warning. Returns positions of heavy atoms and polar hydrogens,
-    (Q, 3) Å, and their charges, (Q,) e.
-    """
+    """Look up charges, neutral if unknown: positions (Q, 3), Å, of heavy atoms and polar hydrogens, and charges (Q,), e."""
     xyz, heavy = molecule.xyz[0], molecule.heavy
     rows = _table_rows(molecule, heavy)
     charged = rows[:, 0] != 0
@@ -196,10 +192,7 @@ def _build_hydrogens(
 def pqr_charges(
     path: str | os.PathLike[str], molecule: Molecule | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Read the charges of a PQR file, whose last two columns are charge and radius: positions, (Q, 3) Å, and charges, (Q,) e.
-
-    Heavy atoms of the molecule must lie at atoms of the file.
-    """
+    """Read positions (Q, 3), Å, and charges (Q,), e, of a PQR file, at whose atoms the heavy atoms of the molecule must lie."""
     rows = []
     for number, line in enumerate(read_text(path).split("\n"), 1):
         if not line.startswith(("ATOM", "HETATM")):
@@ -242,10 +235,7 @@ def _check_positions(positions: np.ndarray, molecule: Molecule, path: str | os.P
 
 
 def pdb2pqr_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Compute charges of a molecule's first frame with the program pdb2pqr, which adds and optimises hydrogens and uses PARSE.
-
-    Returns positions, (Q, 3) Å, and charges, (Q,) e.
-    """
+    """Compute charges with pdb2pqr, which adds hydrogens and uses PARSE: positions (Q, 3), Å, and charges (Q,), e."""
     program = shutil.which("pdb2pqr")
     if program is None:
         raise InputError("charges: pdb2pqr is not on the PATH; install it, or use the built-in table.")

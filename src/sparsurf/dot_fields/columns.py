@@ -25,10 +25,7 @@ KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row;
 
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
-    """Read the values of a column for the atoms of a molecule, (A,); NaN for atoms without a row.
-
-    The CSV has `residue` (number with insertion code) and, where these matter, `chain` and `atom` (its name).
-    """
+    """Read a column of a CSV with `residue` and, where they matter, `chain` and `atom`, for the atoms, (A,); NaN if unknown."""
     table = _read_cells(path)
     if name not in table.columns or name in KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")

@@ -99,12 +99,7 @@ def compute_fields(
     charges: str | os.PathLike[str] = "table",
     table: str | os.PathLike[str] | None = None,
 ) -> pd.DataFrame:
-    """Compute fields of a molecule's first frame at dots (Å), one column per name.
-
-    Names are those in `FIELDS`, or columns of `table`, a CSV with a value for each residue or atom
-    (`columns.column_of_atoms`). For `charges` see `potential`. Refused are a name that neither has, or both, and a field
-    without a value at any dot.
-    """
+    """Compute fields of a molecule's first frame at dots (Å), one column per name of `FIELDS` or of the CSV `table`."""
     if not isinstance(charges, str | os.PathLike):
         raise InputError(
             f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."

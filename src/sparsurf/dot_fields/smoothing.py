@@ -14,10 +14,7 @@ CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
 def gaussian_mean(
     values: np.ndarray, xyz: np.ndarray, points: np.ndarray, sigma: float = SIGMA
 ) -> np.ndarray:
-    """Average values of atoms, (A,), with a Gaussian of width `sigma` Å around each dot, (N,).
-
-    An atom without a value has NaN, and so has a dot with none within four sigmas.
-    """
+    """Average values of atoms, (A,), with a Gaussian of width `sigma` Å around each dot, (N,); NaN without any in four sigmas."""
     known = np.isfinite(values)
     out = np.full(len(points), np.nan)
     if known.any():

@@ -21,21 +21,14 @@ TAIL_QUANTILE = 0.99  # of the distances, reported next to mean and largest
 def distance_to_recovered(
     points: np.ndarray, kept: np.ndarray, normals: np.ndarray, threads: int = 1, density: float = DENSITY
 ) -> np.ndarray:
-    """Compute the distance of every dot from the surface recovered from the kept ones, (N,) Å; see `distance_to_surface`.
-
-    `kept` and `normals` are positions and normals of the subset, (n, 3); the recovered surface has `density` dots per Å^2.
-    """
+    """Compute the distance of every dot from the surface recovered from the kept ones (n, 3), (N,) Å, at `density` per Å²."""
     return distance_to_surface(points, *recover(kept, normals, density, threads=threads), threads)
 
 
 def distance_to_surface(
     points: np.ndarray, surface_points: np.ndarray, surface_normals: np.ndarray, threads: int = 1
 ) -> np.ndarray:
-    """Compute the distance of points from a surface of dense dots, (M,) Å.
-
-    It is the distance to the tangent plane of the nearest dot, or to that dot itself if it is farther away than twice the
-    spacing of the dots.
-    """
+    """Compute the distance (M,), Å, of points from dense dots: from the plane of the nearest, or from it if farther off."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     distance, nearest = cKDTree(surface_points).query(points, workers=threads)
@@ -47,11 +40,7 @@ def distance_to_surface(
 
 
 def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) -> np.ndarray:
-    """Compute the mean curvature at every dot in 1/Å: 1 / a on a sphere of radius a, negative where the surface is concave.
-
-    A paraboloid along the mean normal is fitted to the dots on the same side within `radius` Å; 0 for a dot without
-    neighbours.
-    """
+    """Compute the mean curvature at every dot, 1/Å, by a paraboloid within `radius` Å: 1 / a on a sphere, concave below 0."""
     out, max_dots = np.zeros(len(index.dot)), ball_bound(index, index.xyz, radius) + 1
     parallel_map(
         lambda begin, end: _curvature(index, begin, end, float(radius), max_dots, out), len(out), threads
@@ -90,10 +79,7 @@ def kept_out(values: np.ndarray, kept: np.ndarray) -> np.ndarray:
 
 
 def error_table(distance: np.ndarray, curvature: np.ndarray, kept: np.ndarray) -> pd.DataFrame:
-    """Summarise the errors (Å) of the dots that were not kept, everywhere, in clefts, flats and ridges: rows of recovered.csv.
-
-    Clefts have a curvature below -`MIN_CURVATURE` (1/Å).
-    """
+    """Summarise the errors (Å) of the dots that were not kept, everywhere, in clefts, flats and ridges: rows of recovered.csv."""
     distance, curvature = kept_out(distance, kept), kept_out(curvature, kept)
     regions = {EVERYWHERE: np.full(len(curvature), True), "clefts": curvature < -MIN_CURVATURE}
     regions |= {"flats": np.abs(curvature) <= MIN_CURVATURE, "ridges": curvature > MIN_CURVATURE}

@@ -16,13 +16,10 @@ SUBSET_PERCENTS = (2.5, 5, 10, 20)  # n_S of the farthest-point subsets in a stu
 def interpolate_fields(
     points: np.ndarray, fields: Mapping[str, np.ndarray], targets: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Interpolate fields that are known at dots.
+    """Interpolate fields that are known at dots (n, 3) at targets (M, 3), Å: (M,) by name, within the range of known values.
 
     Around each dot, a cubic radial function with a linear part passes through the values of its nearest dots (Fasshauer,
     Meshfree Approximation Methods, 2007, ch. 8). A target takes the value of the function of its nearest dot.
-
-    `points` is (n, 3) and `targets` (M, 3) in Å; dots with NaN are left out. Returns (M,) by name, within the range of the
-    known values; NaN if no value is known.
     """
     return {name: _interpolate(points, np.asarray(values, float), targets) for name, values in fields.items()}
 
@@ -53,10 +50,7 @@ def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) ->
 def _fit(
     points: np.ndarray, values: np.ndarray, neighbours: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit a function to each row of neighbours.
-
-    Returns the neighbours (n, k, 3) relative to their dot, in scales; scales (n,), Å; coefficients (n, k + 4).
-    """
+    """Fit a function to each row of neighbours: these (n, k, 3), in scales, the scales (n,), Å, and coefficients (n, k + 4)."""
     n, k = neighbours.shape
     centre = points[neighbours] - points[neighbours[:, :1]]
     scale = np.maximum(np.linalg.norm(centre, axis=2).max(axis=1), 1e-9)
@@ -81,8 +75,7 @@ def recovery_table(
 ) -> pd.DataFrame:
     """Measure how well a few dots predict the fields of a surface at all other dots: the rows of fields.csv.
 
-    `order` holds farthest-point dots in the order of choice, of which the first `SUBSET_PERCENTS` % of all dots are subsets.
-    `minimal` are the dots of the minimal subset and `minimal_points` their positions in Å; if empty, it has no rows.
+    The first `SUBSET_PERCENTS` % of `order`, farthest-point dots, are subsets; an empty `minimal` has no rows.
     """
     n = len(surface)
     subsets = [("minimal", np.asarray(minimal), np.asarray(minimal_points))] if len(minimal) else []
@@ -99,10 +92,7 @@ def recovery_table(
 
 
 def _errors(recovered: np.ndarray, true: np.ndarray) -> tuple[float, float, float]:
-    """Return correlation, rms error and rms error in standard deviations, over the dots where both are known.
-
-    Correlation and the last number are NaN if the field does not vary.
-    """
+    """Return correlation, rms error and rms error in standard deviations, over the dots where both are known."""
     both = np.isfinite(recovered) & np.isfinite(true)
     recovered, true = recovered[both], true[both]
     if len(true) == 0:

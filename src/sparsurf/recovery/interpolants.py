@@ -58,11 +58,7 @@ def fit_interpolants(
     neighbours: int = NEIGHBOURS,
     close: float = 0.0,
 ) -> Interpolants:
-    """Fit a function to the `neighbours` nearest dots of every dot, including itself.
-
-    `points` and `normals` are (n, 3), n >= 2, in Å. Dots with a spacing below `close` Å use at most `CLOSE_NEIGHBOURS`, which
-    is enough between close dots.
-    """
+    """Fit a function to the nearest dots of every dot (n >= 2), including itself, fewer where closer than `close` Å."""
     index, n, k = build_grid(points, normals), len(points), min(neighbours, len(points))
     near, distances = np.empty((n, k), np.int32), np.empty((n, k))
     box = np.maximum(np.ptp(index.xyz, axis=0), 1.0)
@@ -157,10 +153,7 @@ def _write_block(centre: np.ndarray, a: int, b: int, matrix: np.ndarray) -> None
 
 @njit(cache=True, nogil=True)
 def _solve(matrix: np.ndarray, right: np.ndarray, m: int) -> None:
-    """Solve the system by Cholesky's method, in place on the lower triangle.
-
-    The solution replaces `right`. m is a multiple of four.
-    """
+    """Solve the system by Cholesky's method, in place on the lower triangle and in `right`; m is a multiple of four."""
     for i in range(0, m, 4):
         for j in range(i):  # four rows at once, so that each number of row j is read only once
             p, q, r, s = matrix[i, j], matrix[i + 1, j], matrix[i + 2, j], matrix[i + 3, j]

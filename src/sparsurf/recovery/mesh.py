@@ -29,11 +29,7 @@ def recovered_mesh(
     steps: int = NEWTON_STEPS,
     threads: int = 1,
 ) -> Mesh:
-    """Triangulate the recovered surface, where the signed distance to its dense dots changes sign.
-
-    `step` is that of the grid in Å, and the other arguments are those of `recover`; refuses a grid of too many points, or too
-    few.
-    """
+    """Triangulate the recovered surface by a grid of `step` Å, where the signed distance to its dense dots changes sign."""
     dense, outward = recover(points, normals, density, reach, steps, threads)
     if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface
         log.warning("the normals point inward, so that the mesh encloses the outside: reverse them")

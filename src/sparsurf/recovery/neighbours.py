@@ -23,11 +23,7 @@ def nearest_on_same_side(
     neighbours: np.ndarray,
     distances: np.ndarray,
 ) -> None:
-    """Find the nearest neighbours of the kept dots at positions `begin` to `end`, starting with the dots themselves.
-
-    Written are `neighbours`, (n, k) positions by distance, -1 where there are no more, and their `distances` in Å;
-    `first_radius` is that of the first search.
-    """
+    """Write the nearest neighbours (n, k) of dots begin:end, themselves first, -1 for none, and their distances, Å."""
     n, k = neighbours.shape
     nearby, distance2 = np.empty(n + 1, np.int32), np.empty(n + 1)
     diagonal = math.sqrt(np.sum((index.shape * index.side) ** 2))
@@ -89,10 +85,7 @@ def _dots_on_same_side(
 
 
 def local_spacing(distances: np.ndarray) -> np.ndarray:
-    """Compute the spacing of the kept dots around each in Å, 1 / sqrt(dots per Å^2), from distances of `nearest_on_same_side`.
-
-    A disc with the distance of the m-th neighbour as radius contains about m + 1/2 dots.
-    """
+    """Compute the spacing around each dot, Å, from distances of neighbours: the m-th encloses about m + 1/2 dots."""
     m = min(SPACING_NEIGHBOUR, distances.shape[1] - 1)
     spacing = distances[:, m] * math.sqrt(math.pi / (m + 0.5))
     return np.minimum(spacing, MAX_SPACING * np.median(spacing))

@@ -41,15 +41,11 @@ def recover(
     keep: bool = True,
     close: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Recover a dense surface from some of its dots and their normals, (n, 3) each, at `density` dots per Å^2.
+    """Recover a dense surface from dots and normals, (n, 3) each, at `density` dots per Å^2: kept dots first, then the others.
 
-    The surface extends from a kept dot by `reach` times the spacing of the dots around it. Dots with a spacing below `close` Å
-    use fewer neighbours, and points that thinning would remove are not placed: it saves a third of the time and gives nearly
-    the same dots; 0 treats all dots alike.
-
-    Returns points and normals, (M, 3): the kept dots first, unchanged, then those that fill the gaps between them. Without
-    `keep`, the result is another set of dots of the same surface. Fewer than four dots are returned unchanged. The result does
-    not depend on the number of threads.
+    The surface extends from a kept dot by `reach` times the spacing of the dots around it. Dots closer than `close` Å use fewer
+    neighbours, and points that thinning would remove are not placed, in two thirds of the time. Without `keep`, the result is
+    another set of dots of the same surface. Fewer than four dots are returned unchanged.
     """
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
     n = len(points)
@@ -103,10 +99,7 @@ def _place_discs(
     steps: int,
     gap: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Place points of the surface around the kept dots of a slice, at least `gap` Å from their dot and nearest to it.
-
-    Returns points and normals.
-    """
+    """Place points, with normals, around the kept dots of a slice, at least `gap` Å from their dot and nearest to it."""
     index = functions.index
     per_dot = np.empty(end - begin, np.int64)
     total = most = 0
@@ -188,10 +181,7 @@ def _project(
     normals: np.ndarray,
     m: int,
 ) -> int:
-    """Move points (n, 3) onto f = 0 of the dot at position i; write those that converge, and the normals, from row m on.
-
-    Returns the row after the last one.
-    """
+    """Move points (n, 3) onto f = 0 of dot i; write those that converge, with normals, from row m on; return the next row."""
     for k in range(len(starts)):  # in one call, since passing the functions takes as long as a step
         x, y, z = starts[k, 0], starts[k, 1], starts[k, 2]
         f = g = u = v = w = 0.0

@@ -7,11 +7,10 @@ from sparsurf.patches.index import PatchIndex, ball
 
 
 def farthest_point_sampling(index: PatchIndex, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Choose dots that are as far from one another as possible (Gonzalez, Theor. Comput. Sci. 38:293, 1985).
+    """Choose dots, in order, that are as far from one another as possible (Gonzalez, Theor. Comput. Sci. 38:293, 1985).
 
-    The first dot is random; then the dot that is farthest from all chosen ones is added until `n` are chosen. Returns them in
-    the order of choice; the first m are the result for m. A new dot only changes the distances of dots within the largest
-    distance so far: only those are visited, and no N x n distances are stored.
+    The first dot is random; then the dot that is farthest from all chosen ones is added until `n` are chosen. A new dot only
+    changes distances within the largest one so far: only those dots are visited.
     """
     start = int(index.position[int(rng.integers(len(index.dot)))])
     return index.dot[_farthest_positions(index, start, n)].astype(np.int64)

@@ -153,10 +153,7 @@ def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray,
 
 
 def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
-    """Compute the expected number of kept dots in closed form, sum_j [1 - prod_i (1 - p_ij)].
-
-    `combinations` is (K, 4): alpha, beta, gamma, delta; returns (K,).
-    """
+    """Compute the expected number of kept dots of combinations (K, 4), sum_j [1 - prod_i (1 - p_ij)], (K,)."""
     combinations = np.ascontiguousarray(combinations, np.float64)
     out = np.empty(len(combinations))
     by_power = np.lexsort((combinations[:, 3], combinations[:, 2]))
@@ -166,10 +163,7 @@ def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
-    """Compute the expected numbers of kept dots.
-
-    (r / r_patch)^power is reused while gamma and delta are those of the previous row.
-    """
+    """Compute the expected numbers; (r / r_patch)^power is reused while gamma and delta are those of the previous row."""
     out = np.empty(len(combinations))
     decay, not_kept = np.empty(len(cover.dot)), np.empty(cover.n_dots)
     for k in range(len(combinations)):
@@ -203,8 +197,7 @@ def _log_p(alpha: float, beta: float, gamma: float, delta: float, r: float) -> t
 def sample(cover: Cover, combination: Sequence[float], rng: np.random.Generator) -> np.ndarray:
     """Draw one subset by the roughness-dependent sampling (paper, eq. 2); return its dots, ascending.
 
-    A pair is kept when a uniform random number lies below p. -ln of a uniform number is exponentially distributed, so the test
-    needs neither a power nor a logarithm.
+    A pair is kept when a uniform random number lies below p; its -ln is exponentially distributed, so no power is needed.
     """
     alpha, beta, gamma, delta = map(float, combination)
     keep = np.zeros(cover.n_dots, np.bool_)

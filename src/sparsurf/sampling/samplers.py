@@ -79,10 +79,9 @@ def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CH
 def paper(
     prepared: SampledSurface, n: int, rng: np.random.Generator, choices: Choices = PUBLISHED_CHOICES
 ) -> np.ndarray:
-    """Sample by roughness with the combination that the paper's criterion d chose for this range of n_S.
+    """Sample by roughness with the combination that the paper's criterion d chose for this range of n_S, which is random.
 
-    alpha is set so that the expected n_S is n. If even alpha = 1 keeps fewer dots, the combination of the next range is
-    used. n_S itself is random.
+    alpha is set so that the expected n_S is n. If even alpha = 1 keeps fewer dots, the next range's combination is used.
     """
     return _sample_about(prepared.cover, choices, n, rng)
 
@@ -122,10 +121,7 @@ def uniform(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.nd
 
 @sampler("Poisson disk")
 def poisson(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Visit the dots in random order and keep each unless an earlier kept dot lies within a radius (Poisson disk).
-
-    The radius is as large as n dots allow; surplus dots are discarded at random.
-    """
+    """Visit the dots in random order and keep those outside a radius of earlier ones, as large as n allows (Poisson disk)."""
     order = rng.permutation(len(prepared.points))
     return _at_largest_length(
         lambda radius: select_separated(prepared.index, order, radius, len(order), 0), prepared, n, rng
