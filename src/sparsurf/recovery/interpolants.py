@@ -29,26 +29,15 @@ DOTS_PER_TASK = 512  # kept dots per task
 
 
 class Interpolants(NamedTuple):
-    """Functions f of all kept dots, made by `fit_interpolants` and evaluated by `interpolant_value`.
-
-    Attributes
-    ----------
-    index : PatchIndex of the kept dots; all other arrays are by position in it
-    spacing : (n,) float64, Å
-    count : (n,) int64, neighbours in use
-    curvature : (n,) float64, c, in 1 / supports
-    centre : (n, 3, k) float64, neighbours relative to their dot, in supports
-    coefficient : (n, 4, k) float64, a_j and b_j, in supports
-    support : (n,) float64, Å
-    """
+    """Functions f of all kept dots, by position in `index`, made by `fit_interpolants` and evaluated by `interpolant_value`."""
 
     index: PatchIndex  # type: ignore[assignment]  # hides tuple.index
-    spacing: np.ndarray
-    count: np.ndarray  # type: ignore[assignment]  # hides tuple.count
-    curvature: np.ndarray
-    centre: np.ndarray
-    coefficient: np.ndarray
-    support: np.ndarray
+    spacing: np.ndarray  # (n,) float64, Å
+    count: np.ndarray  # type: ignore[assignment]  # hides tuple.count; (n,) int64, neighbours in use
+    curvature: np.ndarray  # (n,) float64, c, in 1 / supports
+    centre: np.ndarray  # (n, 3, k) float64, neighbours relative to their dot, in supports
+    coefficient: np.ndarray  # (n, 4, k) float64, a_j and b_j, in supports
+    support: np.ndarray  # (n,) float64, Å
 
 
 def fit_interpolants(

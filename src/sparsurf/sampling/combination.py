@@ -69,16 +69,10 @@ PUBLISHED_ROWS = np.stack([TABLE_1[name] for name in PARAMETERS], axis=1)
 
 
 class Choices(NamedTuple):
-    """The combination to use in each range of n_S.
+    """The combination to use in each range of n_S."""
 
-    Attributes
-    ----------
-    lowest : (R,) float64, lower limits of the ranges in % of the dots, ascending
-    rows : (R, 4) float64, combinations
-    """
-
-    lowest: np.ndarray
-    rows: np.ndarray
+    lowest: np.ndarray  # (R,) float64, lower limits of the ranges in % of the dots, ascending
+    rows: np.ndarray  # (R, 4) float64, combinations
 
     def from_n_s(self, percent: float) -> np.ndarray:
         """Return the rows of the range that contains an n_S of `percent` %, and of all higher ranges."""

@@ -19,26 +19,15 @@ PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time, so that their random numbers
 
 
 class Cover(NamedTuple):
-    """The centres of a surface and the dots that each of them may keep; see `build_cover`.
+    """The centres of a surface and the dots that each of them may keep; see `build_cover`."""
 
-    Attributes
-    ----------
-    centre : (C,) int32, dot that represents each patch and is always kept
-    origin : (C,) int32, dot from which r_ij is measured
-    roughness : (C,) float64, R_i of each patch
-    start : (C + 1,) int64, pairs of patch c are start[c]:start[c + 1]
-    dot : (P,) int32, dot of each pair
-    log_ratio : (P,) float64, -ln(r_ij / r_patch); +inf at the centre itself
-    n_dots : int, N
-    """
-
-    centre: np.ndarray
-    origin: np.ndarray
-    roughness: np.ndarray
-    start: np.ndarray
-    dot: np.ndarray
-    log_ratio: np.ndarray
-    n_dots: int
+    centre: np.ndarray  # (C,) int32, dot that represents each patch and is always kept
+    origin: np.ndarray  # (C,) int32, dot from which r_ij is measured
+    roughness: np.ndarray  # (C,) float64, R_i of each patch
+    start: np.ndarray  # (C + 1,) int64, pairs of patch c are start[c]:start[c + 1]
+    dot: np.ndarray  # (P,) int32, dot of each pair
+    log_ratio: np.ndarray  # (P,) float64, -ln(r_ij / r_patch); +inf at the centre itself
+    n_dots: int  # N
 
 
 class SampledSurface(Protocol):
