@@ -133,6 +133,15 @@ def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     found = running.failed_places(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
     assert found.keys() == {"p/f13", "p/f0002"}
     assert running.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
+    for place in ("pairs/lost", "pairs/left", "changes/lost"):
+        (tmp_path / place).mkdir(parents=True)
+        (tmp_path / place / "agreement.csv").write_text("")
+    of_earlier = config | {"pairs": {"lost": {}, "left": {}}, "changes": {"lost": []}}
+    lost = found | {"pairs/lost": "?", "changes/lost": "?"}
+    finished = running.finished_parts(of_earlier, tmp_path, lost)
+    assert finished.pairs == [tmp_path / "pairs/left"] and not any(
+        "lost" in path.parts for path in finished.files
+    )
     nothing = running.finished_parts(config, tmp_path, failed := found | {"p/f20": "?"})
     assert not closing.close_partial_run(config, tmp_path, failed, nothing, [], list)
 
