@@ -75,7 +75,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
     return SETTINGS | {
         "proteins": proteins,
         "pairs": pairs,
-        "changes": {"bend": ["moving/f0", "moving/f700"]},
+        "changes": {"bend": ["moving/f700", "moving/f0"]},
         "paper": "ready",
         "fields": ["hydropathy", "score"],
         "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},

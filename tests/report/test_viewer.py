@@ -166,10 +166,10 @@ def test_the_page_of_a_form_is_grey_below_its_floor(study, tmp_path):
     table = pd.read_csv(run / "changes/bend/changes.csv")
     table["total"] *= np.where(table.index % 2, 0.3, 1)
     table.to_csv(tmp_path / "changes.csv")
-    places = enumerate(("moving/f0000", "moving/f0700"), 1)
+    places = enumerate(("moving/f0700", "moving/f0000"), 1)
     inputs = {f"{kind}_{side}": run / place / f"{kind}.{end}" for side, place in places for kind, end in ends}
     outputs = {name: tmp_path / f"{name}.png" for name in ("view_1", "view_2", "png")}
-    params = {"patches": {}, "forms": ["moving/f0", "moving/f700"], "seed": 1}
+    params = {"patches": {}, "forms": ["moving/f700", "moving/f0"], "seed": 1}
     inputs["changes"] = tmp_path / "changes.csv"
     run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")
     header, columns = unpacked(outputs["view_1"].read_text(encoding="utf-8"))

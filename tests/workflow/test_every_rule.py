@@ -232,8 +232,9 @@ def test_two_forms_are_compared_residue_by_residue(run):
     for form in forms:
         over_floor = (changes["total"] / changes[["total_floor", "total_moved"]].max(axis=1)).to_numpy()
         assert np.allclose(form.b_factor, over_floor[form.residue_index], atol=6e-3)
-    before = read_study_structure(run / "moving/f0700/structure.pdb").xyz[0]
-    first = read_study_structure(run / "moving/f0000/structure.pdb").xyz[0]
+    first, before = (
+        read_study_structure(run / f"moving/{name}/structure.pdb").xyz[0] for name in ("f0700", "f0000")
+    )
     assert np.allclose(forms[0].xyz[0], first, atol=2e-3)
     away = [np.sqrt(np.mean((atoms - first) ** 2)) for atoms in (forms[1].xyz[0], before)]
     assert away[0] < away[1]
