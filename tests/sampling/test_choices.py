@@ -91,7 +91,7 @@ def test_every_dot_too_many_may_be_the_one_that_is_left_out():
 def test_the_length_is_sought_until_few_dots_are_too_many():
     whole = SimpleNamespace(points=np.zeros((3000, 3)))
     dots = _at_largest_length(
-        lambda length: np.arange(int(3000 / length**2)), whole, 500, np.random.default_rng(0)
+        lambda length: np.arange(int(3000 / length**1.8)), whole, 500, np.random.default_rng(0)
     )
     assert len(dots) == 500
     assert dots.max() <= 502  # half a percent too many
