@@ -109,8 +109,9 @@ def test_a_run_that_is_killed_twice_continues_to_the_same_bytes(study, tmp_path)
 
 def test_a_protein_is_sampled_or_not_by_its_own_key_or_by_that_of_all(tmp_path):
     folder = tmp_path / "mixed"
-    proteins = {name: write_study(folder)["proteins"][name] for name in ("ready", "still")}
-    config = SETTINGS | {"proteins": proteins, "frames": {}}
+    small = write_study(folder)
+    proteins = {name: small["proteins"][name] for name in ("ready", "still")}
+    config = SETTINGS | {"proteins": proteins, "frames": {}, "fields": small["fields"]}
     none = {name: protein | {"sampling": False} for name, protein in proteins.items()}
     planned = [planned_rules(folder, config | keys) for keys in ({"sampling": False}, {"proteins": none})]
     assert planned[0] == planned[1] and "evaluate_grid" not in planned[0]
