@@ -41,10 +41,11 @@ with job(snakemake):
         for name, rows in tables.items():
             write_parquet(Path(folder, name), name, rows)
         cpu, disk = time.process_time() - start, sum(path.stat().st_size for path in Path(folder).iterdir())
-    placing = [cpu_of_placing(path, settings) for path in paths.values()]
+    failed = {*tables["failures"].get("protein", [])}
+    placing = [cpu_of_placing(path, settings) for name, path in paths.items() if name not in failed]
     row = {
         "structures": len(paths),
-        "failed": len(tables["failures"]),
+        "failed": len(failed),
         "atoms": tables["surfaces"]["atoms"].mean(),
         "cpu_s": cpu / len(paths),
         "placing_cpu_s": np.mean(placing),

@@ -91,3 +91,13 @@ def simplify(vertices: np.ndarray, triangles: np.ndarray, n: int) -> tuple[np.nd
     meshes.add_mesh(pymeshlab.Mesh(vertices, triangles))
     meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=n)
     return meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
+
+
+def remesh(vertices: np.ndarray, triangles: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
+    """Replace the triangles of a mesh by even ones of a side, Å, whose vertices are put back on it."""
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, triangles))
+    meshes.meshing_isotropic_explicit_remeshing(targetlen=pymeshlab.PureValue(side))
+    return meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()

@@ -1,6 +1,6 @@
 # docs/many.md: what each of many structures costs when they are analysed in batches.
 
-MANY = [name for name in names_in_set(STRUCTURES, "proteins") if name not in MISSING]
+MANY = names_in_set(STRUCTURES, "chains")[:: config["many"]["every"]]
 
 
 rule measure_batch:

@@ -1,0 +1,130 @@
+"""Which residues lie in an interface, told from points on the surface of a single partner; by the density of the points.
+
+A residue gets the mean of local descriptors at its points: heights and normals of the points around, and the residues that
+they belong to. A fixed classifier learns from some complexes and scores the residues of the others.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+
+import sparsurf
+from sparsurf.dot_fields.registry import HYDROPATHY
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.pairs.ranking import auc
+from sparsurf.surfaces.radii import radii
+
+CONTACT = 5.0  # Å between heavy atoms of an interface
+AROUND = (6.0, 10.0)  # Å, of the points that a descriptor sees
+NEAREST_ATOMS = 8  # among which is the one that a point belongs to
+POINTS_OF_RESIDUE = 4  # at most, whose descriptors are averaged
+MIN_AREA = 5.0  # Å^2 of a residue that can be seen
+FOLDS, DRAWS = 5, 2000
+MEASURES = ["auc", "low", "high", "change", "change_low", "change_high", "points", "residues", "complexes"]
+AMINO_ACIDS = list(HYDROPATHY)
+
+
+def residues_of(molecule: Molecule, partner: Molecule, densities: Sequence[float], seed: int) -> pd.DataFrame:
+    """Return a row for each exposed residue and density: density, points, interface, and descriptors.
+
+    Points of a lower density are the first ones of the highest: they were chosen farthest from one another.
+    """
+    xyz, sizes = molecule.xyz[0], radii(molecule, "dms")
+    points, normals = (
+        part.astype(float) for part in sparsurf.points((xyz, sizes), density=max(densities), seed=seed)
+    )
+    gap, atoms = cKDTree(xyz).query(points, min(NEAREST_ATOMS, len(xyz)))
+    atom = np.take_along_axis(atoms, np.argmin(gap - sizes[atoms], axis=1)[:, None], axis=1)[:, 0]
+    residue = molecule.residue_index[atom]
+    kinds = (molecule.residue_name[atom][:, None] == np.array(AMINO_ACIDS)).astype(float)
+    touching = cKDTree(partner.xyz[0][partner.heavy]).query(xyz)[0] < CONTACT
+    interface = np.unique(molecule.residue_index[touching & molecule.heavy])
+    exposed = np.flatnonzero(np.bincount(residue) >= MIN_AREA * max(densities))
+    centre = np.array([xyz[molecule.residue_index == r].mean(axis=0) for r in exposed])
+    tables = []
+    for density in densities:
+        n = round(len(points) * density / max(densities))
+        at = [np.flatnonzero(residue[:n] == r)[:POINTS_OF_RESIDUE] for r in exposed]
+        nearest = cKDTree(points[:n]).query(centre)[1]
+        at = [own if len(own) else nearest[[k]] for k, own in enumerate(at)]
+        row = np.repeat(np.arange(len(at)), [len(own) for own in at])
+        values = describe(points[:n], normals[:n], kinds[:n], np.concatenate(at), density)
+        rows = pd.DataFrame(_means(values, row, len(at)))
+        tables.append(rows.assign(density=density, points=n, interface=np.isin(exposed, interface)))
+    return pd.concat(tables, ignore_index=True)
+
+
+def describe(
+    points: np.ndarray, normals: np.ndarray, kinds: np.ndarray, centres: np.ndarray, density: float
+) -> np.ndarray:
+    """Return descriptors of the points `centres`, (C, D), from the points around: positions, normals, and kinds (N, K)."""
+    n, parts, points = len(points), [], points - points.mean(axis=0)
+    x, own = points[centres], normals[centres]
+    outer = [(part[:, :, None] * part[:, None]).reshape(n, 9) for part in (points, normals)]
+    along = (points * normals).sum(axis=1, keepdims=True)
+    values = np.hstack([np.ones((n, 1)), points, normals, along, *outer, kinds])
+    at = (x * own).sum(axis=1)
+    for radius in AROUND:
+        pairs = cKDTree(x).sparse_distance_matrix(cKDTree(points), radius, output_type="ndarray")
+        sums = csr_array((np.ones(len(pairs)), (pairs["i"], pairs["j"])), (len(x), n)) @ values
+        point, normal, dot, pp, nn, share = np.split(sums[:, 1:] / sums[:, :1], [3, 6, 7, 16, 25], axis=1)
+        height = (own * point).sum(axis=1) - at
+        squared = [np.einsum("ca,cab,cb->c", own, part.reshape(-1, 3, 3), own) for part in (pp, nn)]
+        shape = [
+            height,
+            squared[0] - at**2 - 2 * at * height,  # mean square of the heights
+            dot[:, 0] - (x * normal).sum(axis=1),  # how far normals point away from the centre
+            (own * normal).sum(axis=1),
+            squared[1],
+            pp[:, ::4].sum(axis=1) - 2 * (x * point).sum(axis=1) + (x**2).sum(axis=1),  # of the distances
+        ]
+        parts += [sums[:, :1] / density, np.stack(shape, axis=1), share]
+    return np.hstack(parts)
+
+
+def _means(values: np.ndarray, row: np.ndarray, n: int) -> np.ndarray:
+    """Return means of values (M, D) with the same `row`, (n, D)."""
+    sums = np.stack([np.bincount(row, column, n) for column in values.T], axis=1)
+    return sums / np.bincount(row, minlength=n)[:, None]
+
+
+def areas(rows: pd.DataFrame, seed: int) -> pd.DataFrame:
+    """Return the AUC of each density, held out by complex, with intervals over complexes; and its change from the densest.
+
+    Parameters
+    ----------
+    rows : DataFrame of `residues_of` with the column `complex`
+    """
+    from sklearn.ensemble import HistGradientBoostingClassifier  # here: only this measurement needs it
+    from sklearn.model_selection import GroupKFold, cross_val_predict
+
+    by_complex = {}
+    for density, part in rows.groupby("density"):
+        values = part[[name for name in part.columns if isinstance(name, int)]].to_numpy()
+        inside = part["interface"].to_numpy(bool)
+        folds = GroupKFold(min(FOLDS, part["complex"].nunique()))
+        score = cross_val_predict(
+            HistGradientBoostingClassifier(random_state=0),
+            values,
+            inside,
+            groups=part["complex"],
+            cv=folds,
+            method="predict_proba",
+        )[:, 1]
+        groups = part.groupby("complex").indices.items()
+        by_complex[density] = pd.Series({name: auc(score[at], inside[at]) for name, at in groups})
+    table = pd.DataFrame(by_complex).dropna()
+    drawn = np.random.default_rng(seed).integers(len(table), size=(DRAWS, len(table)))
+    means = table.to_numpy()[drawn].mean(axis=1)
+    result = pd.DataFrame({"density": table.columns, "auc": table.mean().to_numpy()})
+    result[["low", "high"]] = np.percentile(means, [2.5, 97.5], axis=0).T
+    result["change"] = result["auc"] - result["auc"].iloc[-1]
+    result[["change_low", "change_high"]] = np.percentile(means - means[:, -1:], [2.5, 97.5], axis=0).T
+    result["points"] = (
+        rows.drop_duplicates(["density", "complex", "partner"]).groupby("density")["points"].mean().to_numpy()
+    )
+    result["residues"], result["complexes"] = rows.groupby("density").size().to_numpy(), len(table)
+    return result

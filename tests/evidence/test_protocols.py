@@ -1,0 +1,32 @@
+"""Descriptors of points against sums over their neighbours, and meshes that are closed or not."""
+
+import numpy as np
+
+from measures import interfaces, protocols
+
+
+def test_descriptors_are_means_over_the_points_around():
+    rng = np.random.default_rng(0)
+    points, normals = rng.normal(50, 8, size=(300, 3)), rng.normal(size=(300, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    kinds, centres, expected = np.eye(20)[rng.integers(0, 20, 300)], np.array([3, 7]), []
+    for c in centres:
+        expected.append([])
+        for radius in interfaces.AROUND:
+            offset = points - points[c]
+            near = np.linalg.norm(offset, axis=1) <= radius
+            offset, normal = offset[near], normals[near]
+            height, cosine = offset @ normals[c], normal @ normals[c]
+            along = (offset * normal).sum(axis=1)
+            means = [x.mean() for x in (height, height**2, along, cosine, cosine**2, (offset**2).sum(axis=1))]
+            expected[-1] += [near.sum() / 2, *means, *kinds[near].mean(axis=0)]
+    assert np.allclose(interfaces.describe(points, normals, kinds, centres, 2.0), expected)
+
+
+def test_a_mesh_is_closed_if_each_edge_has_two_triangles_and_each_vertex_one_fan():
+    tetrahedron = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    assert protocols.is_closed(tetrahedron) and protocols.euler(tetrahedron) == 2
+    assert not protocols.is_closed(tetrahedron[:3])
+    assert not protocols.is_closed(np.vstack([tetrahedron[:3], [[0, 2, 3]]]))  # one is turned over
+    touching = np.where(tetrahedron == 0, 0, tetrahedron + 3)
+    assert not protocols.is_closed(np.vstack([tetrahedron, touching]))  # two fans at vertex 0
