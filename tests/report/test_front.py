@@ -51,10 +51,12 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
     none = {"answer": "No combination keeps so few."}
     best = {"max_n_S_percent": 20, "references": {"Z_mean_descriptor": 1.5}}
     best |= {reading: {"unrestricted": winner, "under_max_n_S": none} for reading in D}
+    grid = pd.DataFrame({"n_S_percent": [winner["n_S_percent"], 99.99995]})
     for place in places:
         (folder / place / "figures").mkdir(parents=True)
         (folder / place / "best.json").write_text(json.dumps(best))
         (folder / place / "required_dots.csv").write_text("floor\n")
+        grid.to_csv(folder / place / "grid.csv", index=False)
         Image.new("RGB", (200, 100), "red").save(folder / place / "figures" / "d_over_grid.png")
     return [path.relative_to(folder).as_posix() for path in sorted(folder.rglob("*.*"))]
 
@@ -91,6 +93,17 @@ def test_the_best_combination_is_the_first_answer_and_has_one_value_everywhere(t
         of_all[1:5] == of_range[1:5]
         and "†" not in next(row for row in page.rows if row[0].startswith("50.0"))[3]
     )
+
+
+def test_a_winner_that_keeps_the_most_dots_is_marked_though_ranges_are_rounded(tmp_path):
+    files, path = write_run(tmp_path), tmp_path / "p/c1/best.json"
+    best = json.loads(path.read_text())
+    best["full"]["unrestricted"] |= {"alpha": 1.0, "delta": 0.0, "n_S_percent": 99.99995, "Z_tS": 0.0}
+    path.write_text(json.dumps(best))
+    write_front(tmp_path / "index.html", files, {})
+    rows = Page((tmp_path / "index.html").read_text()).rows
+    assert [row[0] for row in rows if any("‡" in cell for cell in row)] == ["best of all, largest α"]
+    assert "it is in no range" in text_of(tmp_path)
 
 
 def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):

@@ -336,10 +336,10 @@ def ranges_table_of(run: Run, place: str) -> Table:
     for reading in run.readings:
         columns += [f"{READINGS[reading].words}: α, β, γ, δ", "its n_S / %", "d (95 %)"]
         columns += ["d, scaled link"] if reading == KEPT_READING else []
-    most = rows["n_S_high_percent"].max()
+    most = run.read(f"{place}/grid.csv")["n_S_percent"].max()  # as exact as in best.json
 
-    def cells(row: Mapping[Any, Any], reading: str) -> list[str]:
-        mark = " †" if is_useless(row, best) else " ‡" if row["n_S_percent"] >= most else ""
+    def cells(row: Mapping[Any, Any], reading: str, mark: str = "") -> list[str]:
+        mark = " †" if is_useless(row, best) else mark
         scaled = [interval(*(row.get(f"d{end}_{SCALED_READING}", math.nan) for end in ("", "_low", "_high")))]
         line = [combination(row), number(row["n_S_percent"], 1), d_of(row) + mark]
         return line + (scaled if reading == KEPT_READING else [])
@@ -362,7 +362,8 @@ def ranges_table_of(run: Run, place: str) -> Table:
             if "answer" in (winner := best[reading][key]):
                 line += ["–", "", ""] + [""] * (reading == KEPT_READING)
             else:
-                line += cells(winner_row(winner, rows, reading), reading)
+                mark = " ‡" if winner["n_S_percent"] == most else ""
+                line += cells(winner_row(winner, rows, reading), reading, mark)
         table.append(line)
     about = [f"{run.shown[place]}: {TEXT['ranges']}"]
     about += [
@@ -431,9 +432,8 @@ def of_dots(run: Run) -> Iterator[Section]:
         medians = minimal.groupby("field", sort=False)["r"].median()
         values = ", ".join(f"{name} r = {number(r, 3)}" for name, r in medians.items())
         text += [f"The minimal subset gives fields back at the other dots: {values}."] if values else []
-    yield Section(
-        "How few dots are enough", text, [Figure(path, CAPTIONS["required_dots"])] if run.has(path) else []
-    )
+    caption = f"{CAPTIONS['required_dots']} {TEXT['floors']}"
+    yield Section("How few dots are enough", text, [Figure(path, caption)] if run.has(path) else [])
 
 
 # Two forms

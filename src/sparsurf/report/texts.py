@@ -55,9 +55,7 @@ CAPTIONS = {
     for name, text in {
         "d_over_grid": """d over γ and δ at the largest α, one map for each β. Above 0, the paper's sampling beats a uniform
             subset.""",
-        "required_dots": """Error Z of the patches against the dots kept. Horizontal lines are noise floors: Z of something that
-            should change nothing, such as a second set of dots. Z comes near a floor at fewer dots than the surface needs to
-            be recovered to 0.02 Å.""",
+        "required_dots": "Error Z of the patches against the dots kept.",
         "subsets": "Which dots are kept.",
         "roughness": "Roughness of the surface.",
         "rough_and_flat": "Error of rough and of flat patches.",
@@ -93,6 +91,8 @@ TEXT = {
         "relation": """{related} of {tested} tests find that the best combination follows the mean roughness (p < 0.05).""",
         "dots": """The minimal subset is the fewest dots from which the surface is recovered as closely as asked for: from the
             kept dots and their normals alone, compared with the true surface.""",
+        "floors": """Horizontal lines are noise floors: Z of something that should make no difference, such as a second set of
+            dots. Z comes near a floor at fewer dots than the surface needs to be recovered to 0.02 Å.""",
         "changes": """Shape and hydropathy were measured around every tenth point and averaged per residue, over 10 Å: neighbours
             of a changed residue appear to change, too.""",
         "floors_of_changes": """Each change is compared with two floors: other dots on the same form, and its atoms moved at

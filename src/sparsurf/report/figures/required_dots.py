@@ -118,7 +118,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = FULL_R
     if coded is not None and surfaces[0].grid is not None:
         first = drawing.axes[0]
         first.set_ylabel("error Z of the descriptors, on the full surface")
-        words = f"on the full surface: {_count(surfaces[0].grid, reading)}"
+        words = f"on the full surface:\n{_count(surfaces[0].grid, reading)}"
         style: dict[str, Any] = {"ha": "right", "va": "top", "color": CLOUD, "path_effects": layout.HALO}
         first.text(0.98, 0.98, words, transform=first.transAxes, **style)
         ax = drawing.add_subplot(rows, columns, 2)
