@@ -30,11 +30,7 @@ from sparsurf.surfaces.spacing import DENSITY
 DOT, VERTEX, TRIANGLE, ATOM = 24, 12, 6, 16  # bytes
 CANDIDATES = 8  # positions on a mesh per dot that is placed on it
 SAMPLE = 3  # errors are seen from every third dense dot of the true surface
-STEADY, STEADY_TESTS, FLOOR_DRAWS = (
-    "rotation_robust",
-    200,
-    2,
-)  # the second descriptor that sees farthest dots, its floor
+STEADY, STEADY_TESTS, FLOOR_DRAWS = "rotation_robust", 200, 2  # the second descriptor, and its floor
 KEPT, UNIFORM, MESH, CORNERS, ATOMS = (
     "farthest dots",
     "uniform dots",

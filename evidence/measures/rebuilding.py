@@ -13,14 +13,10 @@ import numpy as np
 
 CELL = 0.3  # Å, of marching cubes: their own error is about .01 Å
 MARGIN = 1.1  # of the box of marching cubes
-WIDTHS = (
-    1.25,
-    1.5,
-)  # of the kernels of APSS and RIMLS, in spacings; narrower ones leave holes, wider ones smooth
-DEPTH, POINT_WEIGHT = (
-    8,
-    100.0,
-)  # of screened Poisson; deeper trees give the same, the default weight of 4 a larger error
+# of the kernels of APSS and RIMLS, in spacings; narrower ones leave holes, wider ones smooth
+WIDTHS = 1.25, 1.5
+# of screened Poisson; deeper trees give the same, the default weight of 4 a larger error
+DEPTH, POINT_WEIGHT = 8, 100.0
 POISSON = "screened Poisson"
 # (vertices, triangles, number of triangles) -> vertices and triangles of a mesh with fewer of them
 Simplifier = Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]

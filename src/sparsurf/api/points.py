@@ -33,9 +33,8 @@ log = logging.getLogger("sparsurf")
 
 N_POINTS = 1024
 DOTS_PER_POINT = 2.0  # placed for each point that is chosen, at least
-STEPS_PER_ANGSTROM = (
-    2**16
-)  # of the positions that are compared: farther apart than rounding, far closer than dots
+# of the positions that are compared: farther apart than rounding, far closer than dots
+STEPS_PER_ANGSTROM = 2**16
 JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
 

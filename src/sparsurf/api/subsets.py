@@ -46,9 +46,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-DENSITY_WITHOUT_GAPS = (
-    0.5  # dots per Å^2: the dots of every sampler that are as dense hold the surface together
-)
+# dots per Å^2: the dots of every sampler that are as dense hold the surface together
+DENSITY_WITHOUT_GAPS = 0.5
 MAX_GAP = PROBE_RADIUS  # Å: what lies farther off could let a water in
 PreparedLike: TypeAlias = "SurfaceLike | PreparedSurface"
 

@@ -160,13 +160,8 @@ def write_dots(output: str | Path, dots: Dots) -> None:
         columns = {str(name): column for name, column in dots.table.items()}
         _npz(path, arrays | {name: column for name, column in columns.items() if name not in arrays})
 
-    def csv(path: Path) -> None:
-        table, fields = dots.to_frame(), sorted(surface.fields)
-        own = [name for name in fields if np.array_equal(table[name], surface.fields[name], equal_nan=True)]
-        write_csv(path, table, own)
-
     writers: dict[str, Callable[[Path], Any]] = {
-        ".csv": csv,
+        ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
         ".npz": npz,
         ".ply": ply,
         ".dms": dms,
@@ -240,7 +235,7 @@ def write(
     if is_subset(source):
         dots = Dots(source.surface, source.table, "weight", atoms, frame)
     elif isinstance(source, Surface):
-        dots = Dots(source, source.to_frame(atoms), molecule=atoms, frame=frame)
+        dots = Dots(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
     elif hasattr(source, "triangles"):
         dots = replace(mesh_dots(source), molecule=atoms, frame=frame)
     else:

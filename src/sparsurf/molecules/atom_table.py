@@ -51,12 +51,10 @@ class AtomFile:
 
     atoms: pd.DataFrame  # the table described above
     box: np.ndarray | None = None  # (3, 3) float, Å, lattice vectors as rows; None where there is none
-    sequences: dict[str, list[str]] = field(
-        default_factory=dict
-    )  # residue names of each chain, where the file has them
-    crosslinked: frozenset[tuple[str, str]] = (
-        frozenset()
-    )  # (chain, residue) with a bond to another one besides the backbone
+    # residue names of each chain, where the file has them
+    sequences: dict[str, list[str]] = field(default_factory=dict)
+    # (chain, residue) with a bond to another one besides the backbone
+    crosslinked: frozenset[tuple[str, str]] = frozenset()
     origin: str = ""  # see `plddt`
 
 

@@ -44,13 +44,8 @@ log = logging.getLogger("sparsurf")
 # alone are 13 %, backbone with C-beta 62 %. The sparsest crystal structure of the reference data has 97 %.
 MIN_HEAVY_ATOM_SHARE = 0.7
 IDENTITY = ("name", "residue_name", "chain", "residue")  # arrays that identify an atom
-OF_ATOMS = (
-    *IDENTITY,
-    "residue_index",
-    "element",
-    "hetero",
-    "segid",
-)  # columns that are the same in most models
+# columns that are the same in most models
+OF_ATOMS = (*IDENTITY, "residue_index", "element", "hetero", "segid")
 MIN_RESIDUES_TO_JUDGE = 3  # a fragment with fewer residues is accepted as it is
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
 OTHER_PLACE = 1.0  # Å, by which they are apart at least
@@ -64,9 +59,8 @@ class Everything:
     molecule: Molecule
     row: np.ndarray  # (A,) int, position of each atom among those of the table
     split: dict[str, list[str]]  # chain identifiers of the input that several molecules had -> theirs
-    crosslinked: (
-        np.ndarray
-    )  # (R,) bool, whether a bond besides the backbone joins the residue to another of the polymer
+    # (R,) bool, whether a bond besides the backbone joins the residue to another of the polymer
+    crosslinked: np.ndarray
     following: np.ndarray  # (R,) int, next residue of the polymer, -1 for none
 
 

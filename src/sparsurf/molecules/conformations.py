@@ -44,9 +44,8 @@ class FrameChoice:
     table: pd.DataFrame
     index: np.ndarray  # (n,) int, positions of the conformations among the molecule's frames
     projection: np.ndarray  # (F, 2) float, Å, all frames on the first two components
-    label: (
-        np.ndarray
-    )  # (F,) int, cluster of every frame, 1 the most populated; 0 where there was no clustering
+    # (F,) int, cluster of every frame, 1 the most populated; 0 where there was no clustering
+    label: np.ndarray
     silhouettes: pd.DataFrame
     explained: np.ndarray  # (k,) float, share of the variance of each component, descending
 

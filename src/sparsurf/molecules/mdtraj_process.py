@@ -204,9 +204,8 @@ def _frames(
         mismatch = WRONG_N_ATOMS.search(str(error))
         if not (mismatch and first):
             raise
-        yield _packed(
-            np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), None
-        )  # the caller compares the numbers
+        # the caller compares the numbers
+        yield _packed(np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), None)
 
 
 def _packed(xyz: np.ndarray, time: np.ndarray, box: np.ndarray | None) -> memoryview:

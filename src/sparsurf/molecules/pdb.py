@@ -211,9 +211,8 @@ def write_pdb(path: StrPath, xyz: np.ndarray, atoms: Molecule, b_factor: np.ndar
     chains = _short_chain_ids(atoms.chain)
     b_factor = np.zeros(len(xyz)) if b_factor is None else b_factor
     width = max(map(len, chains))
-    short_names = _short_residue_names(
-        atoms.residue_name, 5 - max(width, 1)
-    )  # four letters reach into column 21
+    # four letters reach into column 21
+    short_names = _short_residue_names(atoms.residue_name, 5 - max(width, 1))
     lines = [f"HETNAM     {short:60s}{name[:LONGEST_NAME]}\n" for name, short in short_names.items()]
     for i, position in enumerate(xyz):
         record = "ATOM  " if atoms.kind[i] in ("protein", "nucleic") else "HETATM"

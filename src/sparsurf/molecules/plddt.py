@@ -27,9 +27,8 @@ PREDICTORS = re.compile(
 )
 OTHER_MODELS = re.compile(r"\b(SWISS[- ]?MODEL|MODELLER|I-?TASSER|PHYRE)")
 OF_PREDICTION = ("TITLE ", "HEADER", "COMPND", "REMARK", "EXPDTA", "METHOD", "PARENT")
-OF_EXPERIMENT = re.compile(
-    r"REMARK +([23]\b.*\S|2(00|1[057]|30|4[057])\b)"
-)  # resolution, refinement, collection of data
+# resolution, refinement, collection of data
+OF_EXPERIMENT = re.compile(r"REMARK +([23]\b.*\S|2(00|1[057]|30|4[057])\b)")
 THEORY = re.compile("THEORETICAL|MODEL|PREDICT|SILICO|COMPUTATION|SIMULATION")
 NO_EXPERIMENT = re.compile(rf"{THEORY.pattern}|NULL|^\W*$")
 PREDICTED_CATEGORIES = ("_ma_qa_metric.", "_ma_model_list.", "_ma_data.")

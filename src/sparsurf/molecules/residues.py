@@ -42,24 +42,8 @@ NUCLEOTIDES = frozenset(["ADE", "GUA", "CYT", "THY", "URA"]) | {
     sugar + base + end for sugar in ("D", "R", "") for base in "ACGTU" for end in ("", "3", "5")
 }
 WATERS = frozenset(
-    [
-        "SOL",
-        "TIP",
-        "TIP2",
-        "TIP3",
-        "TIP4",
-        "TIP5",
-        "T3P",
-        "T4P",
-        "TP3M",
-        "SPC",
-        "SPCE",
-        "OH2",
-        "SWM",
-        "SWM4",
-        "SWM6",
-    ]
-)
+    ["SOL", "TIP", "TIP2", "TIP3", "TIP4", "TIP5", "T3P", "T4P", "TP3M", "SPC", "SPCE", "OH2", "SWM", "SWM4", "SWM6"]
+)  # fmt: skip
 # Names of waters that other molecules have as well: they are waters if they hold one oxygen and no other heavy atom
 WATERS_BY_ATOMS = frozenset(
     ["TP3", "TP4", "TP5", "TIP3P", "TIP4P", "TIP5P", "TIPS", "T3H", "T4E", "T5P", "OPC", "OPC3", "OP3", "OP4", "SPF", "SPCF",
@@ -190,9 +174,8 @@ def _links(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find bonds from the last atom of a residue to the first of another: between neighbours in the input, then any."""
     length = np.linalg.norm(xyz[last[:-1]] - xyz[first[1:]], axis=1)
-    bonded = (
-        (last[:-1] >= 0) & (first[1:] >= 0) & (length < max_length)
-    )  # unknown positions give nan: no bond
+    # unknown positions give nan: no bond
+    bonded = (last[:-1] >= 0) & (first[1:] >= 0) & (length < max_length)
     before, after = np.flatnonzero(bonded), np.flatnonzero(bonded) + 1
     known = np.isfinite(xyz).all(axis=1)
     ends, starts = (

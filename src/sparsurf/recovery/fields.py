@@ -60,9 +60,8 @@ def _fit(
     system[:, :k, k], system[:, :k, k + 1 :] = 1.0, centre
     system[:, k:, :k] = np.swapaxes(system[:, :k, k:], 1, 2)
     diagonal = np.arange(k + 4)
-    system[:, diagonal, diagonal] += np.where(
-        diagonal < k, RIDGE, -RIDGE
-    )  # also solves for dots in one plane
+    # also solves for dots in one plane
+    system[:, diagonal, diagonal] += np.where(diagonal < k, RIDGE, -RIDGE)
     right[:, :k, 0] = values[neighbours]
     return centre, scale, np.linalg.solve(system, right)[:, :, 0]
 

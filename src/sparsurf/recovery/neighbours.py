@@ -76,10 +76,7 @@ def _dots_on_same_side(
                 q = np.uintp(j)
                 d = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
                 cosine = index.normals[q, 0] * u + index.normals[q, 1] * v + index.normals[q, 2] * w
-                nearby[np.uintp(m)], distance2[np.uintp(m)] = (
-                    j,
-                    d,
-                )  # overwritten by the next dot unless counted
+                nearby[np.uintp(m)], distance2[np.uintp(m)] = j, d  # overwritten by the next unless counted
                 m += 1 if (d <= radius * radius) & (cosine >= MIN_COSINE_OF_SAME_SIDE) else 0
     return m
 

@@ -164,9 +164,8 @@ def _fill_uniform(
     together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
     alone = [reading for reading in out.readings if reading not in together]
     shape = (len(out.readings), *out.n_s.shape, len(tests))
-    dots = np.empty(
-        shape, np.float32 if alone else np.int32
-    )  # patch sizes; interpolated ones are no integers
+    # patch sizes; interpolated ones are no integers
+    dots = np.empty(shape, np.float32 if alone else np.int32)
     for draw in range(out.n_s.shape[1]):
         n_s, at = np.unique(out.n_s[:, draw], return_inverse=True)
         if together:

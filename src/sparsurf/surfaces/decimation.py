@@ -195,9 +195,8 @@ def _collapse(
     seen, stamp = np.zeros(len(points), np.int64), 0
     alive = len(points)
     before = alive + 1
-    latest = np.zeros(
-        len(origin), np.int64
-    )  # entry of the heap that counts, of the lower half-edge of each edge
+    # entry of the heap that counts, of the lower half-edge of each edge
+    latest = np.zeros(len(origin), np.int64)
     while n_vertices < alive < before:
         before = alive
         heap = [(0.0, 0, 0, 0, 0) for _ in range(0)]

@@ -67,9 +67,8 @@ FORMS = {  # examples of strings of these patterns
 }
 Word = Annotated[str, Field(pattern=WORD)]
 Url = Annotated[str, Field(pattern=URL)]
-AS_TEXT = BeforeValidator(
-    lambda value: str(value) if type(value) is int else value
-)  # YAML reads 4530 as a number
+# YAML reads 4530 as a number
+AS_TEXT = BeforeValidator(lambda value: str(value) if type(value) is int else value)
 PdbId = Annotated[str, Field(pattern=PDB_ID), AS_TEXT]
 Sha256 = Annotated[str, Field(pattern=SHA256)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
