@@ -19,11 +19,8 @@ from sparsurf.workflow.jobs import job
 MEANING = "at its floor", "changed", "below it, or buried"
 
 with job(snakemake) as s:
-    name, settings, table = (
-        s.wildcards.comparison,
-        Settings(patches=s.params.patches),
-        read_residues(s.input.changes),
-    )
+    name, table = s.wildcards.comparison, read_residues(s.input.changes)
+    settings = Settings(patches=s.params.patches)
     table["over_floor"] = over_floor(table)
     structures = [s.input.structure_1, s.input.structure_2]
     reference, drawn = read_study_structure(structures[0]), []
