@@ -252,7 +252,7 @@ rule select_minimal_subset:
         evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         fields=config["fields"],
-        whole_curve=lambda wildcards: wildcards.protein in SAMPLED + READY_SURFACES,
+        with_tail=lambda wildcards: wildcards.protein in SAMPLED + READY_SURFACES,
         seed=config["seed"],
         code=METHOD,
     message:

@@ -37,7 +37,7 @@ with job(snakemake) as s:
         floors=floors,
         choices=choices,
     )
-    required_dots, curves = found.required_dots(floors, s.params.whole_curve)
+    required_dots, curves = found.required_dots(floors, s.params.with_tail)
     write_table(s.output.required_dots, required_dots)
     write_table(s.output.curves, curves)
     write_table(s.output.recovered, found.errors(s.threads))

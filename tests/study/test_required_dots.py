@@ -24,7 +24,8 @@ class MadeUp(Trials):
 
     def __init__(self):
         self.prepared = SimpleNamespace(name="made up", threads=1, stream=lambda *_: np.random.default_rng(0))
-        self.sampler, self.n_dots, self._measured, self.down_to = "farthest", 1000, {}, -1
+        self.sampler, self.n_dots, self._measured = "farthest", 1000, {}
+        self.down_to, self.with_tail = -1, False
 
     def draw(self, n):
         return np.arange(n)
@@ -97,11 +98,14 @@ def test_only_sizes_around_the_crossing_are_measured():
     ]
 
 
-def test_a_curve_ends_where_the_lowest_floor_is_reached():
+def test_a_curve_ends_where_the_lowest_floor_is_reached_but_for_a_tail():
     trials, floors = MadeUp(), one_floor(1.65)
     whole = required_dots_table(MadeUp(), floors)
     trials.down_to = 1.98
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
+    trials.with_tail = True
+    sizes = [12, 15, 20, 25, 30, 40, 50, 60, 100, 250, 600]
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == sizes
     assert len(curves_table(trials, ("full",))) == len(trials.sizes)
     pd.testing.assert_frame_equal(required_dots_table(trials, floors), whole)
 

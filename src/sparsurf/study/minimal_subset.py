@@ -126,11 +126,11 @@ class Representation:
         return recovery_table(self.surface, order, self.subset.dots, self.subset.points)
 
     def required_dots(
-        self, floors: Mapping[str, np.ndarray], whole_curve: bool
+        self, floors: Mapping[str, np.ndarray], with_tail: bool
     ) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Return the rows of required_dots.csv, and of curves.csv, recovered ones to the lowest floor unless `whole_curve`."""
+        """Return the rows of required_dots.csv, and of curves.csv, recovered ones to the lowest floor, or `with_tail`."""
         trials, lowest = self.trials, min(distances.mean() for distances in floors.values())
-        trials.down_to = -1 if whole_curve else FLOOR_FACTOR * lowest
+        trials.down_to, trials.with_tail = FLOOR_FACTOR * lowest, with_tail
         required, curves = required_dots_table(trials, floors), [curves_table(trials)]
         if trials.sampler != UNIFORM:
             uniform = Trials(trials.prepared, UNIFORM, len(trials.tests))

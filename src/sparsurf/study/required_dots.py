@@ -22,6 +22,7 @@ FLOOR_FACTOR = 1.2
 COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
+TAIL_PERCENTS = (10, 25, 60)  # n_S of the curve of a recovered surface once its Z has fallen to all floors
 MIN_DOTS = 12  # no surface can be recovered from fewer
 SIZES_AROUND = 3  # measured n_S on each side of the crossing, to which the error is fitted
 DRAWS = 3  # subsets of each n_S, with separate random streams, if surfaces are recovered
@@ -51,7 +52,8 @@ class Trials:
         self.prepared, self.sampler, self.choices = prepared, sampler, choices
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
-        self.down_to = -np.inf  # curves of recovered surfaces end at the first Z that does not exceed this
+        self.down_to = -np.inf  # curves of recovered surfaces end at the first Z that does not exceed this, but for
+        self.with_tail = False  # some sizes above
         # reading -> requested n_S -> n_S that was kept, distances (K, T)
         self._measured: dict[str, dict[int, tuple[float, np.ndarray]]] = {}
         self._errors: dict[int, tuple[float, np.ndarray]] = {}  # requested n_S -> n_S, mean distances (K,)
@@ -119,10 +121,12 @@ class Trials:
 
     def tried(self, reading: str) -> np.ndarray:
         """Return the n_S of `sizes` at which a curve is measured, see `down_to`."""
-        if reading != RECOVERED or self.down_to < 0:
+        if reading != RECOVERED:
             return self.sizes
         reached = (self.measured([n], reading)[1][0] <= self.down_to for n in self.sizes)
-        return self.sizes[: next((k for k, is_reached in enumerate(reached, 1) if is_reached), None)]
+        end = next((k for k, is_reached in enumerate(reached, 1) if is_reached), len(self.sizes))
+        tail = np.round(np.array(TAIL_PERCENTS) / 100 * self.n_dots) if self.with_tail else []
+        return np.concatenate([self.sizes[:end], np.intersect1d(self.sizes[end:], tail)])
 
     def curve(self, reading: str) -> tuple[np.ndarray, np.ndarray]:
         """Return n_S, ascending, and Z of all sizes measured so far, including those of `tried`."""
