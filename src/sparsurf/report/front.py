@@ -94,6 +94,7 @@ class Section:
     tables: list[Table] = field(default_factory=list)
     links: list[tuple[str, str]] = field(default_factory=list)
     formula: bool = False  # of the paper's sampling, below the sentences
+    folded: str = ""  # what the folded tables are of
 
 
 @dataclass
@@ -312,17 +313,19 @@ def of_grid(run: Run) -> Iterator[Section]:
         remark += " " + TEXT["readings"].format(first=words[0], last=words[-1])
     shown = list(run.grids)[:MAX_SHOWN]
     tables = [ranges_table_of(run, place) for place in shown]
+    others = [run.shown[place] for place in shown[1:]]
     if len(run.grids) > MAX_ANSWERS and run.has("relation.csv"):
         tables.insert(0, table_over_all(run))
+        others.insert(0, run.shown[shown[0]])
+    folded = ", ".join(others) if len(others) <= MAX_ANSWERS else f"each of {len(others)} surfaces"
     figures = []
     for k, place in enumerate(shown):
         name, small = f"{run.shown[place]}: " if len(run.grids) > 1 else "", k >= MAX_ANSWERS
         path = f"{place}/figures/d_over_grid.png"
         figures.append(Figure(path, name + CAPTIONS["d_over_grid"], small=small))
     figures = [figure for figure in figures if run.has(figure.path)]
-    yield Section(
-        "Best combination by number of dots", [TEXT["sampling"], remark], figures, tables, formula=True
-    )
+    text = [TEXT["sampling"], remark]
+    yield Section("Best combination by number of dots", text, figures, tables, formula=True, folded=folded)
 
 
 def ranges_table_of(run: Run, place: str) -> Table:

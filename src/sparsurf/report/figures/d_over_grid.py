@@ -103,7 +103,14 @@ def _maps(
     tiles.ticks(deltas, gammas)
     if best is None:
         return "no value"
-    kept = f", {share(best.n_S_percent)} % of the dots" if "n_S_percent" in best else ""
+    kept = ""
+    if "n_S_percent" in best:
+        kept = f", {share(best.n_S_percent)} % of the dots"
+        kept += (
+            ", more than in any range"
+            if best.n_S_percent == grid.n_S_percent.max() > grid.n_S_percent.min()
+            else ""
+        )
     return f"highest at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}{kept}"
 
 

@@ -123,16 +123,20 @@ def headed(name: str, message: str) -> str:
 
 
 def better_than_uniform(grid: pd.DataFrame, reading: str) -> tuple[int, int]:
-    """Count the rows of a grid.csv whose d lies above 0 with its 95 % interval, where that is known, and all."""
+    """Count the rows of a grid.csv whose d lies above 0 with its 95 % interval, where that is known, and all.
+
+    The combination that keeps the most dots is in no range of n_S and does not count as better.
+    """
     d = grid[f"d_{reading}"]
     low = grid.get(f"d_low_{reading}", d).fillna(d)
-    return int((low > 0).sum()), int(d.notna().sum())
+    ranked = grid["n_S_percent"] < grid["n_S_percent"].max() if "n_S_percent" in grid else True
+    return int(((low > 0) & ranked).sum()), int(d.notna().sum())
 
 
 def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
     """Say how many `of` (such as combinations) beat a uniform subset under each reading."""
     (first, (n_first, total)), *others = better.items()
-    rest = "".join(f", {n} {words}" for words, (n, _) in others)
+    rest = "".join(f", {n or 'none'} {words}" for words, (n, _) in others)
     return f"{n_first} of {total} {of} beat a uniform subset {first}{rest}"
 
 
