@@ -54,7 +54,8 @@ class Table:
 def tables() -> dict[str, Table]:
     """Return all tables by their path below results/<run>/, or by their command."""
     text = Path(__file__).with_name("columns.yaml").read_text(encoding="utf-8")
-    content = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # the compiled one is ten times faster
+    fast = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # compiled, ten times faster
+    content = yaml.load(text, fast)
     shared = {name: Column(name, *words) for name, words in content["columns"].items()}
     return {
         name: Table(table["row"], tuple(_columns_of(table, shared, content["suffixes"])))

@@ -52,8 +52,8 @@ class Trials:
         self.prepared, self.sampler, self.choices = prepared, sampler, choices
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
-        self.down_to = -np.inf  # curves of recovered surfaces end at the first Z that does not exceed this, but for
-        self.with_tail = False  # some sizes above
+        # Curves of recovered surfaces end at the first Z that does not exceed `down_to`, but for some larger n_S with a tail
+        self.down_to, self.with_tail = -np.inf, False
         # reading -> requested n_S -> n_S that was kept, distances (K, T)
         self._measured: dict[str, dict[int, tuple[float, np.ndarray]]] = {}
         self._errors: dict[int, tuple[float, np.ndarray]] = {}  # requested n_S -> n_S, mean distances (K,)
@@ -125,8 +125,9 @@ class Trials:
             return self.sizes
         reached = (self.measured([n], reading)[1][0] <= self.down_to for n in self.sizes)
         end = next((k for k, is_reached in enumerate(reached, 1) if is_reached), len(self.sizes))
-        tail = np.round(np.array(TAIL_PERCENTS) / 100 * self.n_dots) if self.with_tail else []
-        return np.concatenate([self.sizes[:end], np.intersect1d(self.sizes[end:], tail)])
+        tail = np.round(np.array(TAIL_PERCENTS) / 100 * self.n_dots)
+        others = np.intersect1d(self.sizes[end:], tail) if self.with_tail else self.sizes[:0]
+        return np.concatenate([self.sizes[:end], others])
 
     def curve(self, reading: str) -> tuple[np.ndarray, np.ndarray]:
         """Return n_S, ascending, and Z of all sizes measured so far, including those of `tried`."""
