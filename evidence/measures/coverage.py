@@ -9,17 +9,20 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.stats import norm, rankdata
 
+from measures.over_proteins import median_interval
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
 from sparsurf.study.best_set import best_set
 from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.statistics import cross_validated, estimate, winners_outside
+from sparsurf.study.relation import rho_interval
+from sparsurf.study.statistics import cross_validated, estimate, mean_interval, winners_outside
 from sparsurf.study.tables import d_values, range_index, range_limits
 
 CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
 N_RANGES = 10
+CORRELATIONS = (0.0, 0.5)  # Spearman's, of normal values
 
 
 def pool(
@@ -121,3 +124,40 @@ def one_replicate(x: np.ndarray, truth: np.ndarray, sets: bool = True) -> dict[s
         among = best_set(x)
         out |= {"best_in_set": bool(among[np.argmax(truth)]), "set_size": int(among.sum())}
     return out
+
+
+def of_means(numbers: Sequence[int], replicates: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Measure how often the intervals over proteins hold the truth: of a mean, a median, a rank correlation.
+
+    Returns
+    -------
+    DataFrame: of (mean, median or rank correlation), values (their distribution), n, coverage
+    """
+    rows = []
+    for n in numbers:
+        draws = {"normal": (rng.standard_normal, 0.0, 0.0), "exponential": (rng.exponential, 1.0, np.log(2))}
+        for values, (draw, mean, median) in draws.items():
+            samples = [draw(size=n) for _ in range(replicates)]
+            means = [mean_interval(x)[1:] for x in samples]
+            rows.append(("mean", values, n, _share(means, mean)))
+            rows.append(("median", values, n, _share([median_interval(x) for x in samples], median)))
+        for rho in CORRELATIONS:
+            rows.append(("rank correlation", f"normal, {rho:g}", n, _of_correlation(rho, n, replicates, rng)))
+    return pd.DataFrame(rows, columns=["of", "values", "n", "coverage"])
+
+
+def _share(intervals: Sequence[tuple[float, float]], truth: float) -> float:
+    """Return the share of intervals that hold a number."""
+    low, high = np.array(intervals).T
+    return float(((low <= truth) & (truth <= high)).mean())
+
+
+def _of_correlation(rho: float, n: int, replicates: int, rng: np.random.Generator) -> float:
+    """Return how often the interval of Spearman's correlation holds `rho`, with normal values."""
+    pearson = 2 * np.sin(np.pi * rho / 6)
+    x = rng.standard_normal((2, replicates, n))
+    x[1] = pearson * x[0] + np.sqrt(1 - pearson**2) * x[1]
+    ranks = rankdata(x, axis=-1) - (n + 1) / 2
+    found = (ranks[0] * ranks[1]).sum(axis=-1) / (n * (n * n - 1) / 12)
+    low, high = rho_interval(found, n)
+    return float(((low <= rho) & (rho <= high)).mean())

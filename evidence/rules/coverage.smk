@@ -46,8 +46,13 @@ rule tabulate_coverage:
         coverage=f"{TABLES}/coverage.csv",
         coverage_surfaces=f"{TABLES}/coverage_surfaces.csv",
         coverage_designs=f"{TABLES}/coverage_designs.csv",
+        coverage_means=f"{TABLES}/coverage_means.csv",
     log:
         f"{RESULTS}/logs/tabulate_coverage.log",
+    params:
+        numbers=config["coverage"]["numbers"],
+        replicates=config["coverage"]["replicates_of_means"],
+        seed=config["seed"],
     localrule: True
     message:
         "Tables of coverage"
