@@ -9,7 +9,7 @@ from sparsurf.workflow.config import check_config, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
 from sparsurf.workflow.names import PAPER_FIGURES
-from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
+from sparsurf.workflow.conformations import first_column, has_one_model, without_zeros
 
 let_jobs_import_library()
 
@@ -115,7 +115,8 @@ def folder_of(place):
     """Folder of a conformation that the config names as protein (its first) or protein/conformation; None if there is none."""
     protein, _, conformation = place.partition("/")
     names = conformations(protein) if conformation else all_conformations(protein)[:1]
-    found = [name for name in names if not conformation or same_conformation(name, conformation)]
+    wanted = without_zeros(f"/{conformation}")
+    found = [name for name in names if not conformation or without_zeros(f"/{name}") == wanted]
     return f"results/{config['run']}/{protein}/{found[0]}" if found else None
 
 

@@ -12,6 +12,7 @@ from sparsurf.errors import InputError
 from sparsurf.pairs import residue_moments
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.tables import read_table
+from sparsurf.surfaces.surface import RESERVED_COLUMNS
 
 NAMES = {
     *FIELDS,
@@ -90,3 +91,9 @@ def test_a_table_that_lacks_a_column_is_refused_by_name(tmp_path):
         read_table(path)
     assert columns.missing_columns("own_table.csv", ["a"]) == []
     assert columns.missing_columns("residues.csv", ["chain", "residue", "residue_name", "area"]) != []
+
+
+def test_a_column_of_a_file_of_dots_is_read_as_no_field():
+    for table in ("<protein>/<conformation>/minimal.csv", "sparsurf minimal", "sparsurf recover"):
+        names = {column.name for column in columns.tables()[table].columns}
+        assert names <= RESERVED_COLUMNS | {"<field>"}, table

@@ -197,25 +197,22 @@ print(*(inspect.signature(call).parameters[name].default for call, name in (
 
 
 def test_an_output(surface, tmp_path):
-    """The rule names it, the script writes it, and `conformation_files` has it: then every run has it."""
+    """The rule names it, and the script writes it: then every run has it."""
     rule, lines = re.findall(r"```(?:text|python)\n(.*?)```", RECIPES["An output"], re.S)
     checkout = tmp_path / "checkout"
     checkout.mkdir()
-    for name in ("src", "profiles", "envs", "scripts", "config.yaml"):
+    for name in ("src", "profiles", "envs", "scripts", "config.yaml", "rules"):
         (checkout / name).symlink_to(ROOT / name)
-    shutil.copytree(ROOT / "rules", checkout / "rules")
     text = (ROOT / "Snakefile").read_text(encoding="utf-8")
     place = """    output:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
 """
     assert text.count(place) == 1
     (checkout / "Snakefile").write_text(text.replace(place, f"{place}        {rule}"), encoding="utf-8")
-    common = checkout / "rules" / "common.smk"
-    common.write_text(common.read_text().replace('"roughness.csv",', '"roughness.csv", "histogram.csv",', 1))
     write_npz(tmp_path / "dots.npz", surface)
     config = {"run": "r", "proteins": {"ready": {"surface": str(tmp_path / "dots.npz")}}}
     planned = snakemake(tmp_path / "w", config, "--dry-run", root=checkout)
     assert "results/r/ready/c1/histogram.csv" in planned.stdout, output(planned)
-    names = {"np": np, "pd": pd, "values": np.array([0.05, 0.15, 0.15]), "histogram": tmp_path / "h.csv"}
-    exec(lines, names)
+    s = types.SimpleNamespace(output=types.SimpleNamespace(histogram=tmp_path / "h.csv"))
+    exec(lines, {"np": np, "pd": pd, "values": np.array([0.05, 0.15, 0.15]), "s": s})
     assert pd.read_csv(tmp_path / "h.csv")["dots"].to_list() == [1, 2, *[0] * 8]

@@ -24,11 +24,6 @@ def without_zeros(name: str) -> str:
     return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", name)
 
 
-def same_conformation(name: str, other: str) -> bool:
-    """Return whether two names mean one conformation, as f7 and f0007 do."""
-    return without_zeros(f"/{name}") == without_zeros(f"/{other}")
-
-
 def require_conformation(path: str | None, comparison: str) -> str:
     """Return the file of a conformation that a comparison names; raise InputError where the study does not have it."""
     if not path:

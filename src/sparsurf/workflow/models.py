@@ -33,7 +33,7 @@ from sparsurf.settings import (
 from sparsurf.simulation.protocol import KEYS_OF_SIMULATION
 from sparsurf.workflow import listing
 from sparsurf.workflow.download import PDB_URL, file_name
-from sparsurf.workflow.names import FIELDS, FILE_KEYS, MOLECULE_KEYS, SOURCE_KEYS
+from sparsurf.workflow.names import FIELDS, MOLECULE_KEYS, SOURCE_KEYS
 
 RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
 
@@ -142,11 +142,6 @@ class Protein(Section):
     def download(self) -> str | None:
         """Name of the fetched file; None for local files."""
         return file_name(self.source) if self.source else None
-
-    @property
-    def files(self) -> dict[str, str]:
-        """Local files of the structure, by key."""
-        return self._given(key for key in FILE_KEYS if key not in ("surface", "table"))
 
     @property
     def file_options(self) -> dict[str, Any]:
