@@ -25,7 +25,6 @@ wildcard_constraints:
 
 
 rule all:
-    default_target: True
     input:
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
         # these two also apart: a protein without frames hides all final outputs

@@ -76,12 +76,20 @@ def test_a_study_with_simulations_is_planned_by_another_workflow(tmp_path):
     proteins = {"tdp43": EMBEDDED, "water": {"structure": EMBEDDED["structure"], "simulate": {"ns": 1}}}
     config = SETTINGS | {"proteins": proteins, "pairs": {"two": {"proteins": ["tdp43", "water"]}}}
     config |= {key: {"run": True} for key in ("ensemble", "compare")}
-    (tmp_path / "Snakefile").write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
+    (tmp_path / "Snakefile").write_text(IMPORTING.format(snakefile=str(ROOT / "workflow" / "Snakefile")))
     process = snakemake(tmp_path, config, "--dry-run", root=tmp_path)
     assert process.returncode == 0, output(process)
     for rule in ("prepare_system", "simulate_stage", "choose_frames", "follow_frames", "judge_simulation"):
         assert f"study_{rule} " in output(process)
     assert not (tmp_path / "results").exists()
+
+
+def test_another_workflow_keeps_its_first_rule_as_the_default(tmp_path):
+    own = 'rule own:\n    output: "own.txt"\n    shell: "touch {output}"\n'
+    (tmp_path / "Snakefile").write_text(own + IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
+    process = snakemake(tmp_path, SETTINGS | {"proteins": {"tdp43": EMBEDDED}}, root=tmp_path)
+    assert process.returncode == 0, output(process)
+    assert (tmp_path / "own.txt").exists() and not (tmp_path / "results").exists()
 
 
 def test_a_run_that_is_killed_twice_continues_to_the_same_bytes(study, tmp_path):
