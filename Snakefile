@@ -11,6 +11,13 @@ min_version("9.0")
 HOME = Path(workflow.current_basedir)
 sys.path.insert(0, str(HOME / "src"))
 
+import sparsurf
+
+if (HOME / "src").is_dir() and not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
+    # an installed one, which the logger plugin has imported: rules and library must be of one version
+    for name in [name for name in sys.modules if name.partition(".")[0] == "sparsurf"]:
+        del sys.modules[name]
+
 
 include: "rules/common.smk"
 

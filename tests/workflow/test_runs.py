@@ -92,6 +92,19 @@ def test_another_workflow_keeps_its_first_rule_as_the_default(tmp_path):
     assert (tmp_path / "own.txt").exists() and not (tmp_path / "results").exists()
 
 
+def test_the_library_of_the_checkout_wins_over_an_installed_one(tmp_path):
+    installed = tmp_path / "sparsurf"
+    shutil.copytree(ROOT / "src" / "sparsurf", installed, ignore=shutil.ignore_patterns("__pycache__"))
+    (installed / "batches" / "assignment.py").write_text("")  # an older one
+    call = command(tmp_path / "w", SETTINGS | {"proteins": {"tdp43": EMBEDDED}}, "--dry-run")
+    imported = "import sys, runpy; sys.path.insert(0, sys.argv.pop(1)); import sparsurf.batches.assignment"
+    start = f"{imported}; runpy.run_module('snakemake', alter_sys=True)"
+    process = subprocess.run(
+        [call[0], "-c", start, tmp_path, *call[3:]], capture_output=True, text=True, check=False
+    )
+    assert process.returncode == 0, output(process)
+
+
 def test_a_run_that_is_killed_twice_continues_to_the_same_bytes(study, tmp_path):
     folder = tmp_path / "killed"
     config, targets = study_of_one(folder, "moving"), [f"{FIRST}/ranges.csv", f"{FIRST}/minimal.csv"]
