@@ -24,7 +24,7 @@ with job(snakemake):
         summary,
         relation,
         surfaces,
-        read_study(params.run_recovered, params.proteins, RECOVERED),
+        read_study(params.run_recovered, params.recovered, RECOVERED),
     )
     required = zip(params.proteins, snakemake.input.required, strict=True)
     tables["required_dots"] = over_proteins.required({name: pd.read_csv(path) for name, path in required})

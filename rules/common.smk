@@ -115,8 +115,8 @@ def folder_of(place):
     """Folder of a conformation that the config names as protein (its first) or protein/conformation; None if there is none."""
     protein, _, conformation = place.partition("/")
     names = conformations(protein) if conformation else all_conformations(protein)[:1]
-    wanted = without_zeros(f"/{conformation}")
-    found = [name for name in names if not conformation or without_zeros(f"/{name}") == wanted]
+    wanted = without_zeros(place)
+    found = [name for name in names if not conformation or without_zeros(f"{protein}/{name}") == wanted]
     return f"results/{config['run']}/{protein}/{found[0]}" if found else None
 
 

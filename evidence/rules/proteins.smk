@@ -1,5 +1,7 @@
 # docs/proteins.md: what holds over many proteins, from studies of them (studies.smk).
 
+FILES = ["grid.csv", "ranges.csv", "best.json", "floors.csv"]  # of each protein
+
 
 rule tabulate_proteins:
     input:
@@ -7,13 +9,9 @@ rule tabulate_proteins:
         relation=f"{RESULTS}_proteins/relation.csv",
         surfaces=f"{RESULTS}_proteins/surfaces.csv",
         required=expand(f"{RESULTS}_proteins/{{protein}}/c1/required_dots.csv", protein=MANY_PROTEINS),
-        grids=expand(
-            f"{RESULTS}_{{study}}/{{protein}}/c1/{{file}}",
-            study=["proteins", "recovered"],
-            protein=MANY_PROTEINS,
-            file=["grid.csv", "ranges.csv", "best.json", "floors.csv"],
-        ),
-        compared=expand(f"{RESULTS}_proteins/{{protein}}/c1/compare.csv", protein=MANY_PROTEINS),
+        grids=expand(f"{RESULTS}_proteins/{{protein}}/c1/{{file}}", protein=MANY_PROTEINS, file=FILES),
+        recovered=expand(f"{RESULTS}_recovered/{{protein}}/c1/{{file}}", protein=SOME_PROTEINS, file=FILES),
+        compared=expand(f"{RESULTS}_proteins/{{protein}}/c1/compare.csv", protein=SOME_PROTEINS),
     output:
         d=f"{TABLES}/proteins_d.csv",
         plateaus=f"{TABLES}/proteins_plateaus.csv",
@@ -35,6 +33,7 @@ rule tabulate_proteins:
         run=f"{RESULTS}_proteins",
         run_recovered=f"{RESULTS}_recovered",
         proteins=MANY_PROTEINS,
+        recovered=SOME_PROTEINS,
         hydrogens=config["proteins"]["hydrogens"],
     message:
         "Tables and figures over many proteins"

@@ -1,6 +1,6 @@
 # The studies that the evidence rests on, each an import of the workflow that users run (../../Snakefile). Study NAME
-# writes results/evidence_NAME: many proteins, once with the dots as they are and once with the surface recovered; and the
-# paper's.
+# writes results/evidence_NAME: many proteins with the dots as they are, some with the surface recovered, and
+# the paper's.
 
 import copy
 
@@ -33,6 +33,7 @@ def study_from_file(name, path):
 
 
 MANY_PROTEINS = names_in_set(STRUCTURES, "proteins")
+SOME_PROTEINS = MANY_PROTEINS[:: config["proteins"]["every"]]
 STUDIES = {
     "proteins": study_config("proteins", config["proteins"]["study"]),
     "recovered": study_config("recovered", config["proteins"]["recovered"]),
