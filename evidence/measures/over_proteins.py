@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
-from sparsurf.patches.readings import FULL_READING
+from sparsurf.patches.readings import FULL_READING, SCALED_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import (
     PARAMETERS,
@@ -23,7 +23,14 @@ from sparsurf.study.tables import range_index, range_limits
 
 FRESH = "fresh dots"  # the floor of other dots of the same surface
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
-COLUMNS = {"own": "d_cv", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
+SCALED = f"d_{SCALED_READING}"
+COLUMNS = {
+    "own": "d_cv",
+    "from_all": "d_from_all",
+    "lost": "lost",
+    "near": "near",
+    "scaled": SCALED,
+}  # of `d_by_range`
 
 
 def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
@@ -38,7 +45,8 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame: reading, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, cross-validated d of each
     protein's own best; `from_all`, d of the combination with the highest mean d on all others; `lost`, the first less the
-    second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; with their intervals;
+    second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; `scaled`, d of the protein's own best
+    with a scaled link; with their intervals; n_below_scaled, proteins whose interval of that lies below 0;
     n_above and n_below, proteins whose own interval of cross-validated d lies above and below 0; n_worse, those on which both
     the sampling and the uniform subset have a higher Z than the mean patch in place of every patch.
     """
@@ -56,10 +64,13 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
                 "n_S_percent": rows_of_range["n_S_percent"].mean(),
             }
             for name, column in COLUMNS.items():
-                row |= with_interval(name, rows_of_range[column])
+                if column in rows_of_range:
+                    row |= with_interval(name, rows_of_range[column])
             if k:
                 row["n_above"] = int((rows_of_range["d_cv_low"] > 0).sum())
                 row["n_below"] = int((rows_of_range["d_cv_high"] < 0).sum())
+                if SCALED in rows_of_range:
+                    row["n_below_scaled"] = int((rows_of_range[f"d_high_{SCALED_READING}"] < 0).sum())
                 best = rows_of_range[["Z_tS", "Z_tR"]].min(axis=1)
                 row["n_worse"] = int((best > rows_of_range["Z_mean_descriptor"]).sum())
             rows.append(row)
