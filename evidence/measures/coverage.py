@@ -9,9 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm, rankdata
+from numpy.typing import ArrayLike
+from scipy.stats import norm
 
-from measures.over_proteins import median_interval
+from measures.over_proteins import median_interval, spearman
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
 from sparsurf.study.best_set import best_set
@@ -146,9 +147,9 @@ def of_means(numbers: Sequence[int], replicates: int, rng: np.random.Generator) 
     return pd.DataFrame(rows, columns=["of", "values", "n", "coverage"])
 
 
-def _share(intervals: Sequence[tuple[float, float]], truth: float) -> float:
-    """Return the share of intervals that hold a number."""
-    low, high = np.array(intervals).T
+def _share(intervals: ArrayLike, truth: float) -> float:
+    """Return the share of intervals (n, 2) that hold a number."""
+    low, high = np.asarray(intervals).T
     return float(((low <= truth) & (truth <= high)).mean())
 
 
@@ -157,7 +158,4 @@ def _of_correlation(rho: float, n: int, replicates: int, rng: np.random.Generato
     pearson = 2 * np.sin(np.pi * rho / 6)
     x = rng.standard_normal((2, replicates, n))
     x[1] = pearson * x[0] + np.sqrt(1 - pearson**2) * x[1]
-    ranks = rankdata(x, axis=-1) - (n + 1) / 2
-    found = (ranks[0] * ranks[1]).sum(axis=-1) / (n * (n * n - 1) / 12)
-    low, high = rho_interval(found, n)
-    return float(((low <= rho) & (rho <= high)).mean())
+    return _share(np.transpose(rho_interval(spearman(*x), n)), rho)

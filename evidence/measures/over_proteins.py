@@ -24,13 +24,8 @@ from sparsurf.study.tables import range_index, range_limits
 FRESH = "fresh dots"  # the floor of other dots of the same surface
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
 SCALED = f"d_{SCALED_READING}"
-COLUMNS = {
-    "own": "d_cv",
-    "from_all": "d_from_all",
-    "lost": "lost",
-    "near": "near",
-    "scaled": SCALED,
-}  # of `d_by_range`
+# Of `d_by_range`: columns of the summary
+COLUMNS = {"own": "d_cv", "from_all": "d_from_all", "lost": "lost", "near": "near", "scaled": SCALED}
 
 
 def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
@@ -64,13 +59,11 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
                 "n_S_percent": rows_of_range["n_S_percent"].mean(),
             }
             for name, column in COLUMNS.items():
-                if column in rows_of_range:
-                    row |= with_interval(name, rows_of_range[column])
+                row |= with_interval(name, rows_of_range[column])
             if k:
                 row["n_above"] = int((rows_of_range["d_cv_low"] > 0).sum())
                 row["n_below"] = int((rows_of_range["d_cv_high"] < 0).sum())
-                if SCALED in rows_of_range:
-                    row["n_below_scaled"] = int((rows_of_range[f"d_high_{SCALED_READING}"] < 0).sum())
+                row["n_below_scaled"] = int((rows_of_range[f"d_high_{SCALED_READING}"] < 0).sum())
                 best = rows_of_range[["Z_tS", "Z_tR"]].min(axis=1)
                 row["n_worse"] = int((best > rows_of_range["Z_mean_descriptor"]).sum())
             rows.append(row)
@@ -259,6 +252,13 @@ def rank_correlations(quantities: dict[str, pd.Series], surfaces: pd.DataFrame) 
     return pd.DataFrame(rows, columns=["quantity", "against", "n", "rho", "rho_low", "rho_high"])
 
 
+def spearman(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return Spearman's correlation of values without ties along the last axis."""
+    n = x.shape[-1]
+    x, y = (rankdata(values, axis=-1) - (n + 1) / 2 for values in (x, y))
+    return np.einsum("...n,...n->...", x, y) / (n * (n * n - 1) / 12)
+
+
 def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 4000) -> dict[str, float]:
     """Find the smallest correlation of one parameter with roughness that the test of `relation` detects often enough.
 
@@ -274,8 +274,7 @@ def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 
         x = rng.standard_normal((runs, n))
         y = rng.standard_normal((runs, len(PARAMETERS), n))
         y[:, 0] = correlation * x + np.sqrt(1 - correlation**2) * y[:, 0]
-        x, y = (rankdata(values, axis=-1) - (n + 1) / 2 for values in (x, y))
-        rho = np.einsum("rn,rpn->rp", x, y) / (n * (n * n - 1) / 12)
+        rho = spearman(x[:, None], y)
         return np.abs(rho).max(axis=1), rho[:, 0].mean()
 
     critical = float(np.quantile(largest(0.0)[0], 0.95))

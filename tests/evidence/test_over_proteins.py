@@ -106,7 +106,12 @@ def test_d_of_two_proteins_by_hand():
     columns += ["d_cv_high", "d_from_all", "d_from_near"]
     table = over_proteins.d_by_range(
         pd.DataFrame(rows, columns=columns).assign(
-            reading="kept", Z_tS=[4.0, 1, 2, 9], Z_tR=[3.0, 4, 1, 9], Z_mean_descriptor=1.5
+            reading="kept",
+            Z_tS=[4.0, 1, 2, 9],
+            Z_tR=[3.0, 4, 1, 9],
+            Z_mean_descriptor=1.5,
+            d_kept_scaled=[-2.0, -1, -3, 9],
+            d_high_kept_scaled=[-1.0, 0.5, -2, 9],
         )
     )
     whole, first, second = table.to_dict("records")
@@ -121,6 +126,7 @@ def test_d_of_two_proteins_by_hand():
     assert (first["own"], whole["own"], second["own"]) == (0, 0.5, 3)  # a has 2 in the mean, b -1
     assert (first["from_all"], first["lost"], first["near"]) == (-0.125, 0.125, -0.1875)
     assert (second["lost"], second["near"]) == (1.0, 0.25)
+    assert (first["scaled"], first["n_below_scaled"], second["n_below_scaled"]) == (-2.5, 2, 0)
     assert np.isnan(first["own_high"])  # two proteins have no interval yet
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 from figure_cases import AWKWARD, PICTURES, grid, surface_tables
 from matplotlib import __version__, colormaps, colors, rcParams
@@ -72,6 +73,12 @@ def test_a_cell_of_the_map_has_the_colour_of_its_d():
     largest = table[table.alpha == 1][["d_kept", "d_full"]].abs().to_numpy().max()
     for image in (rows[0].images[0], rows[1].images[0]):  # red above 0 for both readings, on one scale
         assert (image.cmap.name, image.norm.vmin, image.norm.vmax) == ("RdBu_r", -largest, largest)
+
+
+def test_the_combination_that_keeps_the_most_dots_is_better_only_if_it_is_alone():
+    table = pd.DataFrame({"n_S_percent": [10.0, 99.9, 40.0], "d_kept": [0.5, 0.5, -0.5]})
+    assert layout.better_than_uniform(table, "kept") == (1, 3)  # as in the ranges
+    assert layout.better_than_uniform(table[1:2], "kept") == (1, 1)
 
 
 def test_the_histogram_counts_the_roughness_in_the_colours_of_the_surface():

@@ -23,6 +23,7 @@ from sparsurf.patches.readings import KEPT_READING, SCALED_READING
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.numbers import (
     auc_of,
+    beyond_ranges,
     combination,
     interval,
     most_of,
@@ -313,11 +314,11 @@ def of_grid(run: Run) -> Iterator[Section]:
         remark += " " + TEXT["readings"].format(first=words[0], last=words[-1])
     shown = list(run.grids)[:MAX_SHOWN]
     tables = [ranges_table_of(run, place) for place in shown]
-    others = [run.shown[place] for place in shown[1:]]
+    others = shown[1:]  # whose tables are folded
     if len(run.grids) > MAX_ANSWERS and run.has("relation.csv"):
-        tables.insert(0, table_over_all(run))
-        others.insert(0, run.shown[shown[0]])
-    folded = ", ".join(others) if len(others) <= MAX_ANSWERS else f"each of {len(others)} surfaces"
+        tables, others = [table_over_all(run), *tables], shown
+    few = len(others) <= MAX_ANSWERS
+    folded = ", ".join(run.shown[place] for place in others) if few else f"each of {len(others)} surfaces"
     figures = []
     for k, place in enumerate(shown):
         name, small = f"{run.shown[place]}: " if len(run.grids) > 1 else "", k >= MAX_ANSWERS
@@ -339,7 +340,7 @@ def ranges_table_of(run: Run, place: str) -> Table:
     for reading in run.readings:
         columns += [f"{READINGS[reading].words}: α, β, γ, δ", "its n_S / %", "d (95 %)"]
         columns += ["d, scaled link"] if reading == KEPT_READING else []
-    most = run.read(f"{place}/grid.csv")["n_S_percent"].max()  # as exact as in best.json
+    outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
 
     def cells(row: Mapping[Any, Any], reading: str, mark: str = "") -> list[str]:
         mark = " †" if is_useless(row, best) else mark
@@ -365,7 +366,7 @@ def ranges_table_of(run: Run, place: str) -> Table:
             if "answer" in (winner := best[reading][key]):
                 line += ["–", "", ""] + [""] * (reading == KEPT_READING)
             else:
-                mark = " ‡" if winner["n_S_percent"] == most else ""
+                mark = " ‡" if winner["n_S_percent"] == outside else ""
                 line += cells(winner_row(winner, rows, reading), reading, mark)
         table.append(line)
     about = [f"{run.shown[place]}: {TEXT['ranges']}"]

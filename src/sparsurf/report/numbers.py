@@ -98,3 +98,8 @@ def short_names(places: Iterable[Iterable[str]]) -> dict[str, str]:
         for name in names
         for protein, conformation in [name.split("/")]
     }
+
+
+def beyond_ranges(values: pd.Series) -> float:
+    """Return the largest n_S, which belongs to no range (`study.tables.range_index`); NaN where all are equal, in one range."""
+    return float(values.max()) if values.min() < values.max() else math.nan

@@ -22,7 +22,7 @@ FLOOR_FACTOR = 1.2
 COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
-TAIL_PERCENTS = (10, 25, 60)  # n_S of the curve of a recovered surface once its Z has fallen to all floors
+TAIL_PERCENTS = (10, 25, 60)  # those of the curve of a recovered surface once its Z has fallen to all floors
 MIN_DOTS = 12  # no surface can be recovered from fewer
 SIZES_AROUND = 3  # measured n_S on each side of the crossing, to which the error is fitted
 DRAWS = 3  # subsets of each n_S, with separate random streams, if surfaces are recovered
@@ -83,7 +83,11 @@ class Trials:
     @cached_property
     def sizes(self) -> np.ndarray:
         """The n_S of `CURVE_PERCENTS`, ascending ints."""
-        sizes = np.round(np.array(CURVE_PERCENTS) / 100 * self.n_dots).astype(int)
+        return self._sizes_of(CURVE_PERCENTS)
+
+    def _sizes_of(self, percents: Sequence[float]) -> np.ndarray:
+        """Return the n_S of some % of the dots, ascending ints."""
+        sizes = np.round(np.array(percents) / 100 * self.n_dots).astype(int)
         return np.unique(np.clip(sizes, MIN_DOTS, None).clip(max=self.n_dots))
 
     def draws(self, n: int, reading: str) -> list[np.ndarray]:
@@ -125,9 +129,7 @@ class Trials:
             return self.sizes
         reached = (self.measured([n], reading)[1][0] <= self.down_to for n in self.sizes)
         end = next((k for k, is_reached in enumerate(reached, 1) if is_reached), len(self.sizes))
-        tail = np.round(np.array(TAIL_PERCENTS) / 100 * self.n_dots)
-        others = np.intersect1d(self.sizes[end:], tail) if self.with_tail else self.sizes[:0]
-        return np.concatenate([self.sizes[:end], others])
+        return np.union1d(self.sizes[:end], self._sizes_of(TAIL_PERCENTS if self.with_tail else ()))
 
     def curve(self, reading: str) -> tuple[np.ndarray, np.ndarray]:
         """Return n_S, ascending, and Z of all sizes measured so far, including those of `tried`."""

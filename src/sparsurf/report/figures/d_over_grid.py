@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
-from sparsurf.report.numbers import share
+from sparsurf.report.numbers import beyond_ranges, share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,15 +103,9 @@ def _maps(
     tiles.ticks(deltas, gammas)
     if best is None:
         return "no value"
-    kept = ""
-    if "n_S_percent" in best:
-        kept = f", {share(best.n_S_percent)} % of the dots"
-        kept += (
-            ", more than in any range"
-            if best.n_S_percent == grid.n_S_percent.max() > grid.n_S_percent.min()
-            else ""
-        )
-    return f"highest at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}{kept}"
+    kept = f"{share(best.n_S_percent)} % of the dots"
+    kept += ", more than in any range" if best.n_S_percent == beyond_ranges(grid["n_S_percent"]) else ""
+    return f"highest at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}, {kept}"
 
 
 def _map(

@@ -21,6 +21,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from sparsurf.report.numbers import beyond_ranges
+
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
@@ -129,8 +131,8 @@ def better_than_uniform(grid: pd.DataFrame, reading: str) -> tuple[int, int]:
     """
     d = grid[f"d_{reading}"]
     low = grid.get(f"d_low_{reading}", d).fillna(d)
-    ranked = grid["n_S_percent"] < grid["n_S_percent"].max() if "n_S_percent" in grid else True
-    return int(((low > 0) & ranked).sum()), int(d.notna().sum())
+    better = (low > 0) & (grid["n_S_percent"] != beyond_ranges(grid["n_S_percent"]))
+    return int(better.sum()), int(d.notna().sum())
 
 
 def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
