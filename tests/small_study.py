@@ -10,6 +10,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -154,18 +155,17 @@ def planned_jobs(folder, config, *options, all_jobs=False, **versions):
 
     With `all_jobs` all of the study, where at least one is planned; `versions` are METHOD or REPORT, as if of other code.
     """
-    (path := folder / f"planned-{os.getpid()}.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
-    where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
     quiet = ["--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
-    options = [*map(str, where), *quiet, *options]
-    log, listed = path.with_suffix(".log"), path.with_suffix(".jobs")
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
-    call = (log, listed, options, all_jobs, versions)
-    process = multiprocessing.get_context("fork").Process(target=_dry_run, args=call)
-    process.start()
-    process.join()
-    text, jobs = log.read_text(), pickle.loads(listed.read_bytes()) if listed.is_file() else []
-    path.unlink(), log.unlink(), listed.unlink(missing_ok=True)
+    with tempfile.TemporaryDirectory() as own:  # not in the folder, which others copy
+        path, log, listed = (Path(own, f"planned.{suffix}") for suffix in ("yaml", "log", "jobs"))
+        path.write_text(yaml.safe_dump(config, sort_keys=False))
+        where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
+        call = (log, listed, [*map(str, where), *quiet, *options], all_jobs, versions)
+        process = multiprocessing.get_context("fork").Process(target=_dry_run, args=call)
+        process.start()
+        process.join()
+        text, jobs = log.read_text(), pickle.loads(listed.read_bytes()) if listed.is_file() else []
     assert process.exitcode == 0, text
     return jobs
 
