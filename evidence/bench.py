@@ -432,7 +432,7 @@ def measure_study(table: Table) -> None:
 
 
 def measure_rules(table: Table, metadata: Path, wall: float) -> None:
-    """Add wall seconds of the jobs of every rule, of loading their libraries, and their share of the study."""
+    """Add wall seconds of the jobs of every rule, and their share of the study."""
     jobs = {}
     for path in metadata.rglob("*"):
         if path.is_file():
@@ -445,10 +445,6 @@ def measure_rules(table: Table, metadata: Path, wall: float) -> None:
         table.add(
             f"rule {rule}, {len(spent)} {'job' if len(spent) == 1 else 'jobs'}", None, None, "s", sum(spent)
         )
-        if Path(ROOT, "scripts", f"{rule}.py").is_file():
-            load = [sys.executable, "-c", f"import runpy; runpy.run_path('../scripts/{rule}.py')"]
-            _, loading = timed(partial(subprocess.run, load, cwd=ROOT / "src", check=True), 1)
-            table.add(f"rule {rule}, its libraries", None, None, "s", loading * len(spent))
     busy = until = 0.0
     for begin, end in sorted(jobs.values()):
         busy, until = busy + max(0.0, end - max(begin, until)), max(until, end)
