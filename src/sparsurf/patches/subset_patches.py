@@ -168,11 +168,11 @@ def nested_patches_of(
                 begin, end = largest_island(in_ball, m, mark, index.link_start, index.link, index.dot, queue)
                 m = end - begin
                 _copy(queue[begin:end], in_ball, m)
-            _sort_by_rank(in_ball, m, rank)
+            n_ranked = _first_by_rank(in_ball, m, rank, n_kept[-1])
             n_in, is_new = np.intp(0), True
             best: int | np.integer = np.intp(0)
             for s in range(len(n_kept)):
-                while n_in < m and rank[in_ball[n_in]] < n_kept[s]:
+                while n_in < n_ranked and rank[in_ball[n_in]] < n_kept[s]:
                     is_new |= not among_kept[r]
                     if among_kept[r]:
                         root = _join(index, in_ball, n_in, slot, parent, count, first)
@@ -200,14 +200,24 @@ def nested_patches_of(
 
 
 @njit(cache=True, nogil=True)
-def _sort_by_rank(ids: np.ndarray, n: int, rank: np.ndarray) -> None:
-    """Sort `ids[:n]` by rank, in place, by insertion: numba takes seconds to compile its own sorting."""
-    for k in range(1, n):
-        i, at = ids[k], k
-        while at > 0 and rank[ids[at - 1]] > rank[i]:
-            ids[at] = ids[at - 1]
-            at -= 1
-        ids[at] = i
+def _first_by_rank(ids: np.ndarray, n: int, rank: np.ndarray, end: int) -> np.integer:
+    """Move those of `ids[:n]` with a rank below `end` to the front, sorted by rank, and return their number.
+
+    Shell sort: numba takes seconds to compile its own sorting.
+    """
+    m = np.intp(0)
+    for k in range(n):
+        if rank[ids[k]] < end:
+            ids[m] = ids[k]
+            m += 1
+    for gap in (301, 132, 57, 23, 10, 4, 1):  # Ciura's
+        for k in range(gap, m):
+            i, at = ids[k], k
+            while at >= gap and rank[ids[at - gap]] > rank[i]:
+                ids[at] = ids[at - gap]
+                at -= gap
+            ids[at] = i
+    return m
 
 
 @njit(cache=True, nogil=True)

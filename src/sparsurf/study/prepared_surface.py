@@ -23,6 +23,7 @@ from sparsurf.surfaces.spacing import area_of
 from sparsurf.threads import parallel_map
 
 DEFAULTS = Settings()
+MIN_NESTED = 16  # subsets of one order; fewer are faster one by one
 DOTS_PER_PUBLISHED_TEST = 200  # the authors test N / 200 dots
 
 
@@ -228,6 +229,8 @@ class PreparedSurface:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute distances and patch sizes, (R, S, T), of the uniform subsets of one draw with `sizes` dots, ascending."""
         order = self.uniform_order(draw)
+        if len(sizes) < MIN_NESTED:
+            return self.compare([order[:n] for n in sizes], tests, readings, z_tot)[1:]
         patches = (self.index, self.points[tests], order, sizes, readings, z_tot)
         return descriptors.compare_nested(*patches, **self._kernel)
 
