@@ -40,7 +40,8 @@ from sparsurf.molecules.trajectory import count_usable_frames
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Surface, nearest_neighbours
+from sparsurf.surfaces.spacing import nearest_neighbours
+from sparsurf.surfaces.surface import Surface
 
 EXAMPLE = ROOT / "data" / "tdp43" / "topology.pdb"
 SEEDS = ROOT / "tests" / "corpus"

@@ -24,8 +24,9 @@ from sparsurf.molecules.libraries import (
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces.plausibility import check_plausibility
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Surface, check_plausibility, dot_label
+from sparsurf.surfaces.surface import Surface, dot_label
 
 if TYPE_CHECKING:
     import gemmi

@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf import surfaces
 from sparsurf.errors import InputError
-from sparsurf.molecules.geometry import MAX_GAP, widest_gap
+from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,38 +46,6 @@ MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
 MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
 MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
-MAX_AREA_RATIO = 1.5  # of the sum of areas to its estimate, or the reverse: within .93 and 1.04 on surfaces of all densities
-SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
-MIN_DOTS_TO_JUDGE = 50  # smaller surfaces are not checked for plausibility
-NEIGHBOUR_DISTANCE = 1.8  # Å; neighbours this close belong to the same part of a surface
-MIN_SHARE_OF_ALIKE_NORMALS = 0.8  # neighbours with normals to one side: .97 on surfaces, .5 by chance
-# Å, radius of curvature: distance of neighbours over the angle between their normals.
-# It is 1.5 to 2.3 on molecular surfaces of all densities.
-MIN_CURVATURE_RADIUS, MAX_CURVATURE_RADIUS = 0.4, 10.0
-# The same of surfaces with convex and concave parts: at most 2.7 Å with probes up to 3 Å and densities from 0.5 per Å^2 on
-MOLECULAR_RADII = (1.2, 3.0)
-SHARE_OF_CONVEX = (0.3, 0.8)  # of neighbours on such surfaces; .43 to .68 on molecules
-N_SURROUNDING, N_BESIDE = 40, 6  # nearest dots by which the inside of a surface, and its tangents, are found
-N_FAR = 1000  # dots that stand for all others
-# Angles between normals of neighbouring dots, radians, below which directions are judged
-DENSE_ANGLE, MEDIUM_ANGLE = 0.34, 0.5
-# Mean |cosine| between a normal and the directions to the neighbouring dots: .13 on dense surfaces, .33 on a subset of
-# 5 %; .42 and more where columns are exchanged, axes mirrored, or positions inexact.
-MAX_COSINE_OF_TANGENTS = 0.38
-SHIFTS = (-3, -2, -1, 1, 2, 3)  # rows by which normals may have slipped
-# Of that mean |cosine|, what is left of it if the normals have slipped: .8 and less; on true surfaces 1.3 and more
-MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
-# Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
-MAX_STRETCH = 1.2
-MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
-MIN_ALIKE_OF_DENSE, MIN_ALIKE_TO_REPORT = 0.85, 0.95  # of normals beside; .98 on dense surfaces
-MAX_DOTS_IN_ONE_PLACE = 9
-N_PARTS, MIN_SPACING_OF_PART = 10, 0.45  # parts of a file; the spacing of each is .64 of that of all or more
-MAX_OUTSIDE_OF_PART = 0.35  # share of dots of a part with no inside behind their normals; at most .1
-# A surface of this many dots this close (Å) is checked for being closed: the normals of a whole surface sum to .01 of
-# their number, those of half a surface to .07 or more.
-MAX_SPACING_OF_CLOSED, MIN_DOTS_OF_CLOSED = 0.8, 1000
-MAX_MEAN_NORMAL = 0.03
 LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
 MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
 MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
@@ -353,7 +321,7 @@ def surface_of_columns(
     first = np.sort(first)
     arrays = {name: value[first] for name, value in arrays.items()}
     check_plausibility(arrays["points"], arrays["normals"], path, lambda dot: where(int(first[dot])))
-    if "area" in arrays and not _are_known(arrays["points"], arrays["area"], path, weighted):
+    if "area" in arrays and not areas_are_known(arrays["points"], arrays["area"], path, weighted):
         del arrays["area"]
     fields = {name: arrays.pop(name) for name in list(arrays) if name not in ARRAY_NAMES}
     for name, values in fields.items():
@@ -362,31 +330,6 @@ def surface_of_columns(
             raise InputError(f"{path}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
-
-
-def _are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weighted: bool) -> bool:
-    """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots."""
-    if np.isnan(area).all():
-        return False
-    if not area.any():
-        log.warning("%s: all areas are 0; they are estimated from the spacing of the dots", path)
-        return False
-    if weighted or len(points) < MIN_DOTS_TO_JUDGE:
-        return True
-    distances, _ = _surrounding(points, np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int))
-    ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
-    if ratio > MAX_AREA_RATIO:
-        raise InputError(
-            f"{path}: its areas are {ratio:.2g} times as large as the spacing of its dots implies: give the area of each dot "
-            "in Å^2, or none."
-        )
-    if ratio < 1 / MAX_AREA_RATIO:
-        message = (
-            "%s: its areas are %.2g times as large as the spacing of its dots implies; they are left out, and estimated where "
-            "they are needed"
-        )
-        log.warning(message, path, ratio)
-    return bool(ratio >= 1 / MAX_AREA_RATIO)
 
 
 def warn_of_float16(points: np.ndarray, name: Path | str) -> None:
@@ -424,162 +367,6 @@ def _checked_lengths(
     if suspicious:
         log.warning("%s: normals of length %.3g to %.3g are scaled to 1", path, length.min(), length.max())
     return length
-
-
-def check_plausibility(
-    points: np.ndarray, normals: np.ndarray, path: Path | str, where: Callable[[int], str]
-) -> None:
-    """Raise InputError, or warn, if dots (N, 3) cannot be those of a molecular surface in Å; `where` names a dot."""
-    if len(points) > 1 and not np.ptp(points, axis=0).any():
-        raise InputError(f"{path}: all its dots lie in one place; give the dots of a surface.")
-    if len(points) < MIN_DOTS_TO_JUDGE:
-        return
-    gap, dot = widest_gap(points)
-    if gap > MAX_GAP:
-        raise InputError(f"{path}: {where(dot)} lies {gap:.0f} Å from all other dots: remove or repair it.")
-    sample = np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int)
-    distances, around = _surrounding(points, sample)
-    crowded = (distances < 1e-6).sum(axis=1)
-    if crowded.max() > MAX_DOTS_IN_ONE_PLACE or np.median(distances[:, 0]) < 1e-6:
-        label = where(int(sample[crowded.argmax()]))
-        raise InputError(f"{path}: {label} and others lie in one place; give each dot once.")
-    neighbours = around[:, :N_BESIDE]
-    steps = points[neighbours] - points[sample][:, None]
-    cosine = (normals[neighbours] * normals[sample][:, None]).sum(axis=2)
-    spacing, alike = float(np.median(distances[:, 0])), float((cosine[:, 0] > 0).mean())
-    angle = math.acos(min(1.0, float(np.median(cosine[:, 0]))))
-    all_alike = float((cosine > 0).mean())
-    opposing = spacing < NEIGHBOUR_DISTANCE and alike < MIN_SHARE_OF_ALIKE_NORMALS
-    if opposing or (angle < DENSE_ANGLE and all_alike < MIN_ALIKE_OF_DENSE):
-        raise InputError(
-            f"{path}: {1 - min(alike, all_alike):.0%} of neighbouring dots have normals that oppose each other: "
-            "give outward normals."
-        )
-    radius = spacing / angle if angle > 0 else math.inf
-    if 0 < radius < MIN_CURVATURE_RADIUS:
-        raise InputError(
-            f"{path}: dots lie {spacing:.3f} Å apart on curves of {radius:.2f} Å: lengths seem to be nm, give Å."
-        )
-    tangents = np.linalg.norm(steps, axis=2)
-    across = np.abs((steps * normals[sample][:, None]).sum(axis=2)) / np.maximum(tangents, 1e-9)
-    shift, shifted = _best_shift(normals, sample, steps / np.maximum(tangents, 1e-9)[:, :, None])
-    if shifted < min(MAX_COSINE_OF_SHIFTED, MAX_SHIFTED * across.mean()):
-        raise InputError(
-            f"{path}: its normals fit the dots {abs(shift)} row{'s' * (abs(shift) > 1)} further "
-            f"{'up' if shift > 0 else 'down'}: write each dot and its normal in one row."
-        )
-    if angle < MEDIUM_ANGLE and across.mean() > MAX_COSINE_OF_TANGENTS:
-        raise InputError(
-            f"{path}: its normals do not stand upright on its dots (mean cosine to neighbouring dots {across.mean():.2f}): "
-            "compare the order, signs and units of the columns x,y,z and nx,ny,nz."
-        )
-    if angle < DENSE_ANGLE and all_alike < MIN_ALIKE_TO_REPORT:
-        message = (
-            "%s: %.0f %% of neighbouring dots have normals that oppose each other; are all of them outward?"
-        )
-        log.warning(message, path, 100 * (1 - all_alike))
-    convex = ((normals[neighbours] - normals[sample][:, None]) * steps).sum(axis=2) > 0
-    molecular = SHARE_OF_CONVEX[0] < convex.mean() < SHARE_OF_CONVEX[1] and angle < MEDIUM_ANGLE
-    odd = not MOLECULAR_RADII[0] < radius < MOLECULAR_RADII[1]
-    if MAX_CURVATURE_RADIUS < radius < 10 * MAX_CURVATURE_RADIUS or (molecular and odd):
-        log.warning("%s: dots lie on curves of %.2g Å; are lengths in Å?", path, radius)
-    stretch = _stretch(steps.reshape(-1, 3), (normals[neighbours] - normals[sample][:, None]).reshape(-1, 3))
-    if angle < DENSE_ANGLE and stretch > MAX_STRETCH:
-        message = "%s: dots seem %.1f times as far apart along one direction as across it; are all lengths in one unit?"
-        log.warning(message, path, stretch)
-    parts = np.median(distances[:, 0].reshape(N_PARTS, -1), axis=1) / spacing
-    if parts.min() < MIN_SPACING_OF_PART:
-        message = "%s: dots around %s lie %.1f times as close as the others; are all lengths in Å?"
-        part = int(parts.argmin())
-        log.warning(message, path, where(int(sample.reshape(N_PARTS, -1)[part, 0])), 1 / parts[part])
-    behind, before = _windings(points, normals, sample, distances, around)
-    if np.median(behind + before) < -0.4:
-        log.warning("%s: normals point inwards; the method needs outward normals", path)
-        return
-    outside = (behind < 0.5).reshape(N_PARTS, -1).mean(axis=1)
-    rest = np.linalg.norm(normals.mean(axis=0))
-    dense = len(points) > MIN_DOTS_OF_CLOSED and spacing < MAX_SPACING_OF_CLOSED
-    if dense and rest > MAX_MEAN_NORMAL:
-        message = "%s: the dots do not close around a molecule (%.0f %% of the normals do not cancel); is it cut short?"
-        log.warning(message, path, 100 * rest)
-        return
-    if molecular and angle < DENSE_ANGLE and outside.max() > MAX_OUTSIDE_OF_PART:
-        message = "%s: the normals of some dots around %s point inwards; the method needs outward normals"
-        log.warning(message, path, where(int(sample.reshape(N_PARTS, -1)[outside.argmax(), 0])))
-
-
-def _best_shift(normals: np.ndarray, sample: np.ndarray, directions: np.ndarray) -> tuple[int, float]:
-    """Find by how many rows, not 0, normals fit `directions` (n, k, 3) to neighbours best, and their mean |cosine| to these."""
-    cosines = {}
-    for shift in SHIFTS:
-        shifted = normals[(sample + shift) % len(normals)]
-        cosines[shift] = float(np.abs((directions * shifted[:, None]).sum(axis=2)).mean())
-    best = min(SHIFTS, key=cosines.__getitem__)
-    return best, cosines[best]
-
-
-def _stretch(steps: np.ndarray, turns: np.ndarray) -> float:
-    """Estimate how much wider dots stand in one direction, by `steps` to neighbours, Å, and `turns` of normals, (n, 3)."""
-    smooth = np.linalg.norm(turns, axis=1) < MAX_TURN
-    of_steps, of_turns = steps[smooth].T @ steps[smooth], turns[smooth].T @ turns[smooth]
-    values, vectors = np.linalg.eigh(of_turns)
-    if values[0] <= 1e-9 * values[-1]:
-        return 1.0
-    whitened = vectors / np.sqrt(values)
-    squares = np.linalg.eigvalsh(whitened.T @ of_steps @ whitened)
-    return float(np.sqrt(max(squares[-1] / max(squares[0], 1e-12), 1.0)))
-
-
-def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nearest other dots of a few dots: distances (n, k), ascending, and indices (n, k)."""
-    from scipy.spatial import cKDTree  # here: it takes long to load
-
-    k = min(N_SURROUNDING, len(points) - 1)
-    distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
-    is_self = around == sample[:, None]
-    is_self[~is_self.any(axis=1), -1] = True  # if dots coincide, another may stand for the dot itself
-    shape = (len(sample), k)
-    return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)
-
-
-def _windings(
-    points: np.ndarray, normals: np.ndarray, sample: np.ndarray, distances: np.ndarray, around: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the winding number of the surface behind and before a few dots, (n,) each: about 1 inside and 0 outside.
-
-    The dots around each dot, see `_surrounding`, count one by one; of the others, N_FAR stand for all (Barill et al., ACM
-    Trans. Graph. 37:43, 2018).
-    """
-    reach = distances[:, min(N_BESIDE, distances.shape[1]) - 1]
-    area = float(np.median(np.pi * reach**2 / N_BESIDE))
-    step = -(-len(points) // N_FAR)
-    far = np.arange(0, len(points), step)
-    beyond = np.linalg.norm(points[far] - points[sample][:, None], axis=2) > distances[:, -1:]
-    near = np.column_stack([sample, around])
-
-    def solid_angles(points_inside: np.ndarray, dots: np.ndarray) -> np.ndarray:
-        rays = points[dots] - points_inside[:, None]
-        cubes = np.maximum(np.linalg.norm(rays, axis=2), 1e-9) ** 3
-        return (rays * normals[dots]).sum(axis=2) / cubes
-
-    def winding(points_inside: np.ndarray) -> np.ndarray:
-        others = (solid_angles(points_inside, far) * beyond).sum(axis=1) * step
-        return (solid_angles(points_inside, near).sum(axis=1) + others) * area / (4 * np.pi)
-
-    offset = reach[:, None] * normals[sample]
-    return winding(points[sample] - offset), winding(points[sample] + offset)
-
-
-def nearest_neighbours(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nearest other dot of a few dots, without a compiled kernel: distances (n,), Å, and indices (n,)."""
-    distances, neighbours = np.empty(len(sample)), np.empty(len(sample), int)
-    x, y, z = np.ascontiguousarray(points.T)
-    for n, i in enumerate(sample):
-        squared = (x - x[i]) ** 2 + (y - y[i]) ** 2 + (z - z[i]) ** 2  # three times faster than a sum
-        squared[i] = np.inf
-        neighbours[n] = squared.argmin()
-        distances[n] = math.sqrt(squared[neighbours[n]])
-    return distances, neighbours
 
 
 def dot_label(dot: int) -> str:

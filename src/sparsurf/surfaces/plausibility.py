@@ -1,0 +1,270 @@
+"""Detect dots that cannot be those of a molecular surface in Å: wrong units, columns or rows exchanged, normals inwards."""
+
+import logging
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sparsurf.errors import InputError
+from sparsurf.molecules.geometry import MAX_GAP, widest_gap
+
+log = logging.getLogger("sparsurf")
+
+SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
+MIN_DOTS_TO_JUDGE = 50  # smaller surfaces are not checked for plausibility
+N_SURROUNDING, N_BESIDE = 40, 6  # nearest dots by which the inside of a surface, and its tangents, are found
+N_FAR = 1000  # dots that stand for all others
+SAME_PLACE = 1e-6  # Å
+MAX_DOTS_IN_ONE_PLACE = 9
+MAX_AREA_RATIO = 1.5  # of the sum of areas to its estimate, or the reverse: within .93 and 1.04 on surfaces of all densities
+NEIGHBOUR_DISTANCE = 1.8  # Å; neighbours this close belong to the same part of a surface
+MIN_SHARE_OF_ALIKE_NORMALS = 0.8  # neighbours with normals to one side: .97 on surfaces, .5 by chance
+MIN_ALIKE_OF_DENSE, MIN_ALIKE_TO_REPORT = 0.85, 0.95  # the same of all that lie beside; .98 on dense surfaces
+# Angles between normals of neighbouring dots, radians, below which directions are judged
+DENSE_ANGLE, MEDIUM_ANGLE = 0.34, 0.5
+# Å, radius of curvature: distance of neighbours over the angle between their normals.
+# It is 1.5 to 2.3 on molecular surfaces of all densities.
+MIN_CURVATURE_RADIUS, MAX_CURVATURE_RADIUS = 0.4, 10.0
+# The same of surfaces with convex and concave parts: at most 2.7 Å with probes up to 3 Å and densities from 0.5 per Å^2 on
+MOLECULAR_RADII = (1.2, 3.0)
+SHARE_OF_CONVEX = (0.3, 0.8)  # of neighbours on such surfaces; .43 to .68 on molecules
+# Mean |cosine| between a normal and the directions to the neighbouring dots: .13 on dense surfaces, .33 on a subset of
+# 5 %; .42 and more where columns are exchanged, axes mirrored, or positions inexact.
+MAX_COSINE_OF_TANGENTS = 0.38
+SHIFTS = (-3, -2, -1, 1, 2, 3)  # rows by which normals may have slipped
+# Of that mean |cosine|, what is left of it if the normals have slipped: .8 and less; on true surfaces 1.3 and more
+MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
+# Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
+MAX_STRETCH = 1.2
+MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
+N_PARTS, MAX_CLOSER = 10, 2.2  # parts of a file; none has dots more than 1.6 times as close as all
+# Median of the sum of the winding numbers behind and before a dot: 1 if its normal is outward, -1 if inward
+INWARD = -0.4
+MAX_OUTSIDE_OF_PART = 0.35  # share of dots of a part with no inside behind their normals; at most .1
+# A surface of this many dots this close (Å) is checked for being closed: 1 % of the normals of a whole
+# surface do not cancel, of half a surface 7 % or more.
+MAX_SPACING_OF_CLOSED, MIN_DOTS_OF_CLOSED = 0.8, 1000
+MAX_NOT_CANCELLED = 3  # %
+
+
+class Sample:
+    """What is measured on a sample of n dots, each with the nearest others (n, k)."""
+
+    def __init__(self, points: np.ndarray, normals: np.ndarray) -> None:
+        dots = np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int)
+        distances, around = _surrounding(points, dots)
+        beside = around[:, :N_BESIDE]
+        steps, turns = points[beside] - points[dots][:, None], normals[beside] - normals[dots][:, None]
+        directions = steps / np.maximum(np.linalg.norm(steps, axis=2), 1e-9)[:, :, None]
+        cosine = (normals[beside] * normals[dots][:, None]).sum(axis=2)
+        self.gap, self.dot_at_gap = widest_gap(points)  # width of the widest slab without dots, Å
+        in_place = (distances < SAME_PLACE).sum(axis=1)
+        self.most_in_place, self.crowded_dot = int(in_place.max()), int(dots[in_place.argmax()])
+        self.spacing = float(np.median(distances[:, 0]))  # Å
+        self.angle = math.acos(min(1.0, float(np.median(cosine[:, 0]))))  # between normals of neighbours
+        self.radius = self.spacing / self.angle if self.angle > 0 else math.inf  # of curvature, Å
+        self.alike_nearest, self.alike = float((cosine[:, 0] > 0).mean()), float((cosine > 0).mean())
+        self.opposing = 1 - min(self.alike_nearest, self.alike)
+        convex = float(((turns * steps).sum(axis=2) > 0).mean())
+        self.molecular = SHARE_OF_CONVEX[0] < convex < SHARE_OF_CONVEX[1] and self.angle < MEDIUM_ANGLE
+        # mean |cosine| between directions to neighbours and normals, and normals of some rows further
+        tilt = {shift: _tilt(normals[(dots + shift) % len(normals)], directions) for shift in (0, *SHIFTS)}
+        shift = min(SHIFTS, key=tilt.__getitem__)
+        self.tilt, self.shifted_tilt = tilt[0], tilt[shift]
+        self.rows = f"{abs(shift)} row{'s' * (abs(shift) > 1)} further {'up' if shift > 0 else 'down'}"
+        self.stretch = _stretch(steps.reshape(-1, 3), turns.reshape(-1, 3))
+        parts, first = np.median(distances[:, 0].reshape(N_PARTS, -1), axis=1), dots[:: len(dots) // N_PARTS]
+        self.closer, self.close_dot = self.spacing / max(parts.min(), SAME_PLACE), int(first[parts.argmin()])
+        behind, before = _windings(points, normals, dots, distances, around)
+        self.inside = float(np.median(behind + before))  # about 1 if normals are outward, -1 if inward
+        outside = (behind < 0.5).reshape(N_PARTS, -1).mean(axis=1)
+        self.outside, self.outside_dot = float(outside.max()), int(first[outside.argmax()])
+        self.dense = len(points) > MIN_DOTS_OF_CLOSED and self.spacing < MAX_SPACING_OF_CLOSED
+        self.not_cancelled = 100 * float(np.linalg.norm(normals.mean(axis=0)))  # % of the normals
+
+
+class Check(NamedTuple):
+    """What is wrong with dots: a sentence on a sample `s` and on one `dot`, which an attribute of the sample names."""
+
+    is_wrong: Callable[[Sample], bool]
+    sentence: str
+    dot: str = ""
+    refuse: bool = False  # or warn
+    last: bool = False  # what follows would say it again
+
+
+CHECKS = (  # in the order in which they count
+    Check(
+        lambda s: s.gap > MAX_GAP,
+        "{dot} lies {s.gap:.0f} Å from all other dots: remove or repair it",
+        "dot_at_gap",
+        refuse=True,
+    ),
+    Check(
+        lambda s: s.most_in_place > MAX_DOTS_IN_ONE_PLACE or s.spacing < SAME_PLACE,
+        "{dot} and others lie in one place; give each dot once",
+        "crowded_dot",
+        refuse=True,
+    ),
+    Check(
+        lambda s: (
+            (s.spacing < NEIGHBOUR_DISTANCE and s.alike_nearest < MIN_SHARE_OF_ALIKE_NORMALS)
+            or (s.angle < DENSE_ANGLE and s.alike < MIN_ALIKE_OF_DENSE)
+        ),
+        "{s.opposing:.0%} of neighbouring dots have normals that oppose each other: give outward normals",
+        refuse=True,
+    ),
+    Check(
+        lambda s: 0 < s.radius < MIN_CURVATURE_RADIUS,
+        "dots lie {s.spacing:.3f} Å apart on curves of {s.radius:.2f} Å: lengths seem to be nm, give Å",
+        refuse=True,
+    ),
+    Check(
+        lambda s: s.shifted_tilt < min(MAX_COSINE_OF_SHIFTED, MAX_SHIFTED * s.tilt),
+        "its normals fit the dots {s.rows}: write each dot and its normal in one row",
+        refuse=True,
+    ),
+    Check(
+        lambda s: s.angle < MEDIUM_ANGLE and s.tilt > MAX_COSINE_OF_TANGENTS,
+        "its normals do not stand upright on its dots (mean cosine to neighbouring dots {s.tilt:.2f}): compare the order, "
+        "signs and units of the columns x,y,z and nx,ny,nz",
+        refuse=True,
+    ),
+    Check(
+        lambda s: s.angle < DENSE_ANGLE and s.alike < MIN_ALIKE_TO_REPORT,
+        "{s.opposing:.0%} of neighbouring dots have normals that oppose each other; are all of them outward?",
+    ),
+    Check(
+        lambda s: (
+            MAX_CURVATURE_RADIUS < s.radius < 10 * MAX_CURVATURE_RADIUS
+            or (s.molecular and not MOLECULAR_RADII[0] < s.radius < MOLECULAR_RADII[1])
+        ),
+        "dots lie on curves of {s.radius:.2g} Å; are lengths in Å?",
+    ),
+    Check(
+        lambda s: s.angle < DENSE_ANGLE and s.stretch > MAX_STRETCH,
+        "dots seem {s.stretch:.1f} times as far apart along one direction as across it; are all lengths in one unit?",
+    ),
+    Check(
+        lambda s: s.closer > MAX_CLOSER,
+        "dots around {dot} lie {s.closer:.1f} times as close as the others; are all lengths in Å?",
+        "close_dot",
+    ),
+    Check(lambda s: s.inside < INWARD, "normals point inwards; the method needs outward normals", last=True),
+    Check(
+        lambda s: s.dense and s.not_cancelled > MAX_NOT_CANCELLED,
+        "the dots do not close around a molecule ({s.not_cancelled:.0f} % of the normals do not cancel); is it cut short?",
+        last=True,
+    ),
+    Check(
+        lambda s: s.molecular and s.angle < DENSE_ANGLE and s.outside > MAX_OUTSIDE_OF_PART,
+        "the normals of some dots around {dot} point inwards; the method needs outward normals",
+        "outside_dot",
+    ),
+)
+
+
+def check_plausibility(
+    points: np.ndarray, normals: np.ndarray, path: Path | str, where: Callable[[int], str]
+) -> None:
+    """Raise InputError, or warn, if dots (N, 3) cannot be those of a molecular surface in Å; `where` names a dot."""
+    if len(points) > 1 and not np.ptp(points, axis=0).any():
+        raise InputError(f"{path}: all its dots lie in one place; give the dots of a surface.")
+    if len(points) < MIN_DOTS_TO_JUDGE:
+        return
+    sample = Sample(points, normals)
+    for check in CHECKS:
+        if not check.is_wrong(sample):
+            continue
+        dot = where(getattr(sample, check.dot)) if check.dot else ""
+        sentence = check.sentence.format(s=sample, dot=dot)
+        if check.refuse:
+            raise InputError(f"{path}: {sentence}.")
+        log.warning("%s: %s", path, sentence)
+        if check.last:
+            return
+
+
+def areas_are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weighted: bool) -> bool:
+    """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots."""
+    if np.isnan(area).all():
+        return False
+    if not area.any():
+        log.warning("%s: all areas are 0; they are estimated from the spacing of the dots", path)
+        return False
+    if weighted or len(points) < MIN_DOTS_TO_JUDGE:
+        return True
+    distances, _ = _surrounding(points, np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int))
+    ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
+    if ratio > MAX_AREA_RATIO:
+        raise InputError(
+            f"{path}: its areas are {ratio:.2g} times as large as the spacing of its dots implies: give the area of each dot "
+            "in Å^2, or none."
+        )
+    if ratio < 1 / MAX_AREA_RATIO:
+        message = (
+            "%s: its areas are %.2g times as large as the spacing of its dots implies; they are left out, and estimated where "
+            "they are needed"
+        )
+        log.warning(message, path, ratio)
+    return bool(ratio >= 1 / MAX_AREA_RATIO)
+
+
+def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the nearest other dots of a few dots: distances (n, k), ascending, and indices (n, k)."""
+    from scipy.spatial import cKDTree  # here: it takes long to load
+
+    k = min(N_SURROUNDING, len(points) - 1)
+    distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
+    is_self = around == sample[:, None]
+    is_self[~is_self.any(axis=1), -1] = True  # if dots coincide, another may stand for the dot itself
+    shape = (len(sample), k)
+    return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)
+
+
+def _tilt(normals: np.ndarray, directions: np.ndarray) -> float:
+    """Compute the mean |cosine| between normals (n, 3) and directions (n, k, 3)."""
+    return float(np.abs((directions * normals[:, None]).sum(axis=2)).mean())
+
+
+def _stretch(steps: np.ndarray, turns: np.ndarray) -> float:
+    """Estimate how much wider dots stand in one direction, by `steps` to neighbours, Å, and `turns` of normals, (n, 3)."""
+    smooth = np.linalg.norm(turns, axis=1) < MAX_TURN
+    of_steps, of_turns = steps[smooth].T @ steps[smooth], turns[smooth].T @ turns[smooth]
+    values, vectors = np.linalg.eigh(of_turns)
+    if values[0] <= 1e-9 * values[-1]:
+        return 1.0
+    whitened = vectors / np.sqrt(values)
+    squares = np.linalg.eigvalsh(whitened.T @ of_steps @ whitened)
+    return float(np.sqrt(max(squares[-1] / max(squares[0], 1e-12), 1.0)))
+
+
+def _windings(
+    points: np.ndarray, normals: np.ndarray, sample: np.ndarray, distances: np.ndarray, around: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the winding number of the surface behind and before a few dots, (n,) each: about 1 inside and 0 outside.
+
+    The dots around each dot, see `_surrounding`, count one by one; of the others, N_FAR stand for all (Barill et al., ACM
+    Trans. Graph. 37:43, 2018).
+    """
+    reach = distances[:, min(N_BESIDE, distances.shape[1]) - 1]
+    area = float(np.median(np.pi * reach**2 / N_BESIDE))
+    step = -(-len(points) // N_FAR)
+    far = np.arange(0, len(points), step)
+    beyond = np.linalg.norm(points[far] - points[sample][:, None], axis=2) > distances[:, -1:]
+    near = np.column_stack([sample, around])
+
+    def solid_angles(points_inside: np.ndarray, dots: np.ndarray) -> np.ndarray:
+        rays = points[dots] - points_inside[:, None]
+        cubes = np.maximum(np.linalg.norm(rays, axis=2), 1e-9) ** 3
+        return (rays * normals[dots]).sum(axis=2) / cubes
+
+    def winding(points_inside: np.ndarray) -> np.ndarray:
+        others = (solid_angles(points_inside, far) * beyond).sum(axis=1) * step
+        return (solid_angles(points_inside, near).sum(axis=1) + others) * area / (4 * np.pi)
+
+    offset = reach[:, None] * normals[sample]
+    return winding(points[sample] - offset), winding(points[sample] + offset)
