@@ -48,6 +48,9 @@ RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
+# Several grids share the cores of this machine; a trajectory has two at least
+N_GRIDS = len(SAMPLED) + len({*SAMPLED} & {*SEVERAL_FRAMES})
+GRID_THREADS = max(1, min(8, workflow.cores // N_GRIDS)) if HERE and workflow.cores and N_GRIDS else 8
 GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
 
 

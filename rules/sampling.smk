@@ -14,7 +14,7 @@ rule evaluate_grid:
     priority: 2  # before what only follows from it
     conda:
         "../envs/study.yaml"
-    threads: 8
+    threads: GRID_THREADS
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 1.5 * GRID_MB + 200 * input.size_mb),
         runtime=lambda wildcards, input, attempt: attempt * (10 + 5 * input.size_mb),
