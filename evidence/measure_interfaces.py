@@ -19,5 +19,5 @@ with job(snakemake), threadpool_limits(1):
             for side in (0, 1):
                 rows = interfaces.residues_of(pair[side], pair[1 - side], snakemake.params.densities, seed)
                 tables.append(rows.assign(complex=name, partner=side))
-        table = interfaces.areas(pd.concat(tables, ignore_index=True), seed)
+        table = interfaces.areas(pd.concat(tables, ignore_index=True))
     table.to_csv(snakemake.output.table, index=False, float_format="%.4f")

@@ -15,6 +15,7 @@ import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.ranking import auc
+from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.radii import radii
 
 CONTACT = 5.0  # Å between heavy atoms of an interface
@@ -22,8 +23,9 @@ AROUND = (6.0, 10.0)  # Å, of the points that a descriptor sees
 NEAREST_ATOMS = 8  # among which is the one that a point belongs to
 POINTS_OF_RESIDUE = 4  # at most, whose descriptors are averaged
 MIN_AREA = 5.0  # Å^2 of a residue that can be seen
-FOLDS, DRAWS = 5, 2000
-MEASURES = ["auc", "low", "high", "change", "change_low", "change_high", "points", "residues", "complexes"]
+FOLDS = 5
+MEASURES = ["auc", "auc_low", "auc_high", "change", "change_low", "change_high"]
+MEASURES += ["points", "residues", "complexes"]
 AMINO_ACIDS = list(HYDROPATHY)
 
 
@@ -52,7 +54,7 @@ def residues_of(molecule: Molecule, partner: Molecule, densities: Sequence[float
         at = [own if len(own) else nearest[[k]] for k, own in enumerate(at)]
         row = np.repeat(np.arange(len(at)), [len(own) for own in at])
         values = describe(points[:n], normals[:n], kinds[:n], np.concatenate(at), density)
-        rows = pd.DataFrame(_means(values, row, len(at)))
+        rows = pd.DataFrame(values).groupby(row).mean().round(6)  # so that no split rests on rounding
         tables.append(rows.assign(density=density, points=n, interface=np.isin(exposed, interface)))
     return pd.concat(tables, ignore_index=True)
 
@@ -85,13 +87,7 @@ def describe(
     return np.hstack(parts)
 
 
-def _means(values: np.ndarray, row: np.ndarray, n: int) -> np.ndarray:
-    """Return means of values (M, D) with the same `row`, (n, D)."""
-    sums = np.stack([np.bincount(row, column, n) for column in values.T], axis=1)
-    return sums / np.bincount(row, minlength=n)[:, None]
-
-
-def areas(rows: pd.DataFrame, seed: int) -> pd.DataFrame:
+def areas(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the AUC of each density, held out by complex, with intervals over complexes; and its change from the densest.
 
     Parameters
@@ -117,14 +113,11 @@ def areas(rows: pd.DataFrame, seed: int) -> pd.DataFrame:
         groups = part.groupby("complex").indices.items()
         by_complex[density] = pd.Series({name: auc(score[at], inside[at]) for name, at in groups})
     table = pd.DataFrame(by_complex).dropna()
-    drawn = np.random.default_rng(seed).integers(len(table), size=(DRAWS, len(table)))
-    means = table.to_numpy()[drawn].mean(axis=1)
-    result = pd.DataFrame({"density": table.columns, "auc": table.mean().to_numpy()})
-    result[["low", "high"]] = np.percentile(means, [2.5, 97.5], axis=0).T
-    result["change"] = result["auc"] - result["auc"].iloc[-1]
-    result[["change_low", "change_high"]] = np.percentile(means - means[:, -1:], [2.5, 97.5], axis=0).T
-    result["points"] = (
-        rows.drop_duplicates(["density", "complex", "partner"]).groupby("density")["points"].mean().to_numpy()
-    )
-    result["residues"], result["complexes"] = rows.groupby("density").size().to_numpy(), len(table)
-    return result
+    found = rows.drop_duplicates(["density", "complex", "partner"]).groupby("density")["points"].mean()
+    result = []
+    for density, values in table.items():
+        row = {"density": density} | with_interval("auc", values)
+        row |= with_interval("change", values - table.iloc[:, -1])
+        row |= {"points": found[density], "residues": int((rows["density"] == density).sum())}
+        result.append(row | {"complexes": len(table)})
+    return pd.DataFrame(result)
