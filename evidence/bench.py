@@ -154,24 +154,21 @@ def measure_descriptors(
                 words, index, published_sampling.uniform_subset(n, round(share * n), rng), bit
             )
         for reading in GRID_READINGS:
-            run = partial(
-                descriptors.evaluate,
-                index,
-                prepared.points[tests],
-                words,
-                descriptors.MAX_SUBSETS,
-                reading,
-                z_tot,
-            )
+            asked = words, descriptors.MAX_SUBSETS, (reading,)
+            run = partial(descriptors.compare, index, prepared.points[tests], *asked, z_tot)
             what, per = (
                 f"a descriptor, {share:.0%} kept, `{reading}`",
                 1e6 / len(tests) / descriptors.MAX_SUBSETS,
             )
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.evaluate, index, prepared.points[subset], words, descriptors.MAX_SUBSETS, reading, robust,
+                descriptors.compare,
+                index,
+                prepared.points[subset],
+                *asked,
+                robust,
                 descriptor="rotation_robust",
-            )  # fmt: skip
+            )
             what, per = (
                 what.replace("a descriptor", "a rotation-robust descriptor"),
                 1e6 / len(subset) / descriptors.MAX_SUBSETS,

@@ -13,6 +13,7 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.patches.subset_patches import MIN_SUBSETS_FOR_JOINT_SEARCH
 from sparsurf.patches.zernike import images, polynomials
+from subset_descriptors import evaluate
 
 D_LINK = 0.8
 
@@ -49,7 +50,7 @@ def test_subsets_equal_the_plain_method(blob, index, reading, share, n_subsets):
     subsets = [np.flatnonzero(rng.random(len(points)) < share) for _ in range(n_subsets)]
     tests = rng.choice(len(points), 18 // n_subsets, replace=False)
     words = descriptors.pack_subsets(index, subsets)
-    z, sizes = descriptors.evaluate(index, points[tests], words, n_subsets, reading)
+    z, sizes = evaluate(index, points[tests], words, n_subsets, reading)
     for k, i in enumerate(tests):
         ball = np.flatnonzero(np.linalg.norm(points - points[i], axis=1) <= 6.0)
         for b, subset in enumerate(subsets):
@@ -67,7 +68,7 @@ def test_weights_equal_the_plain_method(blob, index):
     rng = np.random.default_rng(9)
     weights = rng.uniform(0.2, 5, (2, len(points)))
     everything = descriptors.pack_subsets(index, [np.arange(len(points))] * 2)
-    z, _ = descriptors.evaluate(index, points[:5], everything, 2, "full", weights=weights[:, index.dot])
+    z, _ = evaluate(index, points[:5], everything, 2, "full", weights=weights[:, index.dot])
     for i, b in itertools.product(range(5), range(2)):
         ids = naive.patch(points, i, 6.0, D_LINK)
         expected = naive.descriptor(points[ids], normals[ids], weights=weights[b, ids])
@@ -83,7 +84,7 @@ def test_a_pixel_without_distance_or_weight_is_empty(weights):
     normals = np.tile([0.0, 0, 1], (5, 1))
     index, words = build_index(points, normals, 9.0), np.ones(5, np.uint64)
     given = None if weights is None else np.array([weights])[:, index.dot]
-    z, _ = descriptors.evaluate(index, points[:1], words, 1, "full", weights=given)
+    z, _ = evaluate(index, points[:1], words, 1, "full", weights=given)
     expected = naive.descriptor(points, normals, weights=None if weights is None else np.array(weights))
     assert np.abs(in_order(z[0, 0]) - expected).max() < 1e-9
 
@@ -113,8 +114,8 @@ def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
     z_tot, _ = descriptors.describe(index, tests, *asked[1:])
     together = descriptors.compare(index, tests, words, 2, ("full", "kept"), None, *asked)
     for k, reading in enumerate(("full", "kept")):
-        z, sizes = descriptors.evaluate(index, tests, words, 2, reading, None, *asked)
-        distances, counted = descriptors.evaluate(index, tests, words, 2, reading, z_tot, *asked)
+        z, sizes = evaluate(index, tests, words, 2, reading, *asked)
+        _, distances, counted = descriptors.compare(index, tests, words, 2, (reading,), z_tot, *asked)
         assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
         assert np.allclose(together[1][:, 2 * k : 2 * k + 2], distances, rtol=1e-12)
         assert np.array_equal(counted, sizes) and np.array_equal(together[2][:, 2 * k : 2 * k + 2], sizes)
@@ -125,14 +126,14 @@ def test_the_whole_surface_is_at_distance_zero(blob, index):
     z_tot, _ = descriptors.describe(index, points[:20])
     words = descriptors.pack_subsets(index, [np.arange(len(points))] * 64)
     for reading in ("kept", "full"):
-        distances, _ = descriptors.evaluate(index, points[:20], words, 64, reading, z_tot)
+        _, distances, _ = descriptors.compare(index, points[:20], words, 64, (reading,), z_tot)
         assert np.abs(distances).max() < 1e-9
 
 
 def test_empty_patches_single_dots_and_dots_one_above_the_other_are_the_zero_vector(blob, index):
     points, _ = blob
     words = descriptors.pack_subsets(index, [[], [17]])
-    z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "kept")
+    z, sizes = evaluate(index, points[17:18], words, 2, "kept")
     assert sizes.tolist() == [[0, 1]]
     assert not z.any()
     points, normals = np.array([[0.0, 0, 0], [0, 0, 1]]), np.tile([0.0, 0, 1], (2, 1))
@@ -158,12 +159,10 @@ def test_threads_company_and_the_order_of_the_dots_change_nothing(blob, index):
     rng = np.random.default_rng(12)
     subsets = [np.flatnonzero(rng.random(len(points)) < 0.3) for _ in range(64)]
     words = descriptors.pack_subsets(index, subsets)
-    one, _ = descriptors.evaluate(index, points[:100], words, 64, "kept", threads=1)
-    two, _ = descriptors.evaluate(index, points[:100], words, 64, "kept", threads=2)
+    one, _ = evaluate(index, points[:100], words, 64, "kept", threads=1)
+    two, _ = evaluate(index, points[:100], words, 64, "kept", threads=2)
     assert np.array_equal(one, two)
-    alone, _ = descriptors.evaluate(
-        index, points[:100], descriptors.pack_subsets(index, subsets[5:6]), 1, "kept"
-    )
+    alone, _ = evaluate(index, points[:100], descriptors.pack_subsets(index, subsets[5:6]), 1, "kept")
     assert np.allclose(alone[:, 0], one[:, 5], atol=1e-12)
     points, normals = blob
     order = np.random.default_rng(13).permutation(len(points))
@@ -215,7 +214,7 @@ def test_equals_the_authors_descriptors_of_subsets_of_a1(a1, shared, percent):
     subset = pd.read_csv(shared / "oracle" / f"a1_subset_{percent}pct_indices.csv")["point"]
     index = build_index(a1.points, a1.normals)
     words = descriptors.pack_subsets(index, [subset])
-    z, sizes = descriptors.evaluate(index, a1.points[published["point"]], words, 1, "kept")
+    z, sizes = evaluate(index, a1.points[published["point"]], words, 1, "kept")
     assert np.array_equal(sizes[:, 0], published["n_points"])
     assert np.abs(in_order(z[:, 0]) - published.iloc[:, 2:].to_numpy()).max() < 1e-6
 

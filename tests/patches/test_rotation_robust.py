@@ -9,6 +9,7 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.patches.zernike import quadrature, rotation_robust
 from sparsurf.patches.zernike.polynomials import indices
+from subset_descriptors import evaluate
 
 D_LINK = 0.8
 TURNS = Rotation.random(4, random_state=3).as_matrix()
@@ -101,7 +102,7 @@ def test_subsets_and_weights_equal_the_plain_method(blob, index, share):
     rng = np.random.default_rng(7)
     subset, tests = np.flatnonzero(rng.random(len(points)) < share), np.arange(5, 3000, 1000)
     weights = rng.uniform(0.2, 5, len(points))
-    z, sizes = descriptors.evaluate(
+    z, sizes = evaluate(
         index, points[tests], descriptors.pack_subsets(index, [subset]), 1, "full", weights=weights[index.dot][None],
         descriptor="rotation_robust",
     )  # fmt: skip
@@ -135,11 +136,11 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     z_tot, z, _ = descriptors.compare(
         index, points[::300], words, 3, ("kept", "full"), descriptor="rotation_robust"
     )
-    raw, _ = descriptors.evaluate(index, points[::300], words, 3, "full", descriptor="rotation_robust")
+    raw, _ = evaluate(index, points[::300], words, 3, "full", descriptor="rotation_robust")
     expected = np.linalg.norm(raw - z_tot[:, None, rotation_robust.order()], axis=2)
     assert np.allclose(z[:, 3:], expected, rtol=1e-12)
-    alone, _ = descriptors.evaluate(
-        index, points[::300], words, 3, "full", z_tot, descriptor="rotation_robust"
+    _, alone, _ = descriptors.compare(
+        index, points[::300], words, 3, ("full",), z_tot, descriptor="rotation_robust"
     )
     assert np.allclose(alone, expected, rtol=1e-12)
 
@@ -148,7 +149,7 @@ def test_no_dot_is_the_zero_vector_and_one_dot_a_plane_through_it():
     up = np.array([[0.0, 0, 1]])
     index = build_index(np.array([[0.0, 0, 0], [0.3, 0, 0]]), np.repeat(up, 2, axis=0), 0.5)
     words = descriptors.pack_subsets(index, [[], [0], [1]])
-    z, sizes = descriptors.evaluate(index, np.zeros((1, 3)), words, 3, "kept", descriptor="rotation_robust")
+    z, sizes = evaluate(index, np.zeros((1, 3)), words, 3, "kept", descriptor="rotation_robust")
     assert sizes.tolist() == [[0, 1, 1]]
     assert not z[0, 0].any()
     assert np.allclose(z[0, 1], describe(*PLANE)[rotation_robust.order()], atol=1e-9)

@@ -36,7 +36,6 @@ __all__ = [
     "compare",
     "compare_nested",
     "describe",
-    "evaluate",
     "pack_subsets",
 ]
 
@@ -68,14 +67,8 @@ def describe(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute descriptors (T, width) of patches at `tests` (T, 3), Å, turned to +z (`up`) or -z; and the dots in each, (T,)."""
     kind = DESCRIPTORS[descriptor]
-    out = np.empty((len(tests), kind.width))
-
-    def store(a: int, b: int, z: np.ndarray) -> None:
-        out[a:b] = z
-
-    no_subsets = np.empty(0, np.uint64)
-    sizes = _describe_slices(kind, index, tests, no_subsets, 0, (), True, radius, up, threads, None, store)
-    return _in_order(kind, out), sizes[:, 0]
+    z, sizes = _describe_whole(kind, index, tests, radius, up, threads)
+    return _in_order(kind, z), sizes
 
 
 def describe_fields(
@@ -85,51 +78,24 @@ def describe_fields(
     values = np.ascontiguousarray(np.asarray(values, np.float64)[:, index.dot])
     describe_values = partial(rotation_robust.describe_fields, values=values)
     kind = Descriptor(len(values) * rotation_robust.N_Z, rotation_robust.order, describe_values)
-    out = np.empty((len(tests), len(values), rotation_robust.N_Z))
-
-    def store(a: int, b: int, z: np.ndarray) -> None:
-        out[a:b] = z.reshape(b - a, len(values), -1)
-
-    no_subsets = np.empty(0, np.uint64)
-    _describe_slices(kind, index, tests, no_subsets, 0, (), True, radius, True, threads, None, store)
-    ordered = np.empty_like(out)
-    ordered[:, :, rotation_robust.order()] = out
+    z = _describe_whole(kind, index, tests, radius, True, threads)[0].reshape(len(tests), len(values), -1)
+    ordered = np.empty_like(z)
+    ordered[:, :, rotation_robust.order()] = z
     return ordered
 
 
-def evaluate(
-    index: PatchIndex,
-    tests: np.ndarray,
-    words: np.ndarray,
-    n_subsets: int,
-    reading: str,
-    z_tot: np.ndarray | None = None,
-    weights: np.ndarray | None = None,
-    radius: float = R_ZERNIKE,
-    up: bool = True,
-    threads: int = 1,
-    descriptor: str = PUBLISHED,
+def _describe_whole(
+    kind: Descriptor, index: PatchIndex, tests: np.ndarray, radius: float, up: bool, threads: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute descriptors of the patches of B <= 64 subsets, `words` of `pack_subsets`, at `tests` (T, 3), Å.
-
-    Returns distances |z_tot - z| (T, B) where `z_tot` (T, width) is given, else descriptors in the kernel's own order,
-    (T, B, width); and the dots in each patch, (T, B). `weights` are (B, N) by position.
-    """
-    if z_tot is not None:
-        readings = (reading,)
-        return compare(
-            index, tests, words, n_subsets, readings, z_tot, weights, radius, up, threads, descriptor
-        )[1:]
-    kind = DESCRIPTORS[descriptor]
-    out = np.empty((len(tests), n_subsets, kind.width))
+    """Compute descriptors of whole patches in the kernel's order, (T, width), and the dots in each, (T,)."""
+    out = np.empty((len(tests), kind.width))
 
     def store(a: int, b: int, z: np.ndarray) -> None:
-        out[a:b] = z.reshape(b - a, n_subsets, -1)
+        out[a:b] = z
 
-    sizes = _describe_slices(
-        kind, index, tests, words, n_subsets, (reading,), False, radius, up, threads, weights, store
-    )
-    return out, sizes
+    no_subsets = np.empty(0, np.uint64)
+    sizes = _describe_slices(kind, index, tests, no_subsets, 0, (), True, radius, up, threads, None, store)
+    return out, sizes[:, 0]
 
 
 def compare(
@@ -147,7 +113,8 @@ def compare(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute distances of patches of subsets to those of the whole surface, whose weights are 1, under R readings in one pass.
 
-    Arguments are those of `evaluate`. Returns z_tot, (T, width), the distances, reading by reading, and the dots, (T, R B).
+    The B <= 64 subsets are `words` of `pack_subsets`, with `weights` (B, N) by position, and `tests` (T, 3) in Å. Returns z_tot,
+    (T, width), which is computed if not given; the distances |z_tot - z|, reading by reading, and the dots, (T, R B).
     """
     kind, n_whole = DESCRIPTORS[descriptor], int(z_tot is None)
     out = np.empty((len(tests), len(readings) * n_subsets))

@@ -239,7 +239,8 @@ class PreparedSurface:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute |z_tot - z| and patch sizes, (T,), of another surface, given its PatchIndex, at test dots of this one."""
         all_dots = np.ones(len(index.dot), np.uint64)
-        z, sizes = descriptors.evaluate(index, self.points[tests], all_dots, 1, "kept", z_tot, **self._kernel)
+        patches = (index, self.points[tests], all_dots, 1, ("kept",), z_tot)
+        _, z, sizes = descriptors.compare(*patches, **self._kernel)
         return z[:, 0], sizes[:, 0]
 
     def changed(self, **changes: Any) -> Self:
