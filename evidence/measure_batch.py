@@ -12,7 +12,7 @@ from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.batches.tables import write_parquet
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
-from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
+from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.config import check_config
 from sparsurf.workflow.jobs import job
@@ -25,7 +25,7 @@ def cpu_of_placing(path: str, settings: Settings) -> float:
     sizes = radii(molecule, rules.radii)
     density = density_for_d_link(molecule, 0, sizes, rules, settings.patches.d_link, path)
     start = time.process_time()
-    surface_of_frame(molecule, 0, sizes, rules.model_copy(update={"density": density}))
+    roll_frame(molecule, 0, sizes, rules).surface(density)
     return time.process_time() - start
 
 

@@ -7,7 +7,7 @@ from sparsurf.pairs.matching import Recipe, agreement, maps, match
 from sparsurf.pairs.partner_files import select_centres
 from sparsurf.pairs.partners import partner_of
 from sparsurf.settings import Settings
-from sparsurf.surfaces.molecular_surface import surface_for_d_link
+from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
 
@@ -20,14 +20,8 @@ with job(snakemake):
     pair = []
     for side, path in enumerate(snakemake.input.partners, 1):
         molecule = read_molecule(path)
-        dots, _ = surface_for_d_link(
-            molecule,
-            0,
-            radii(molecule, settings.surface.radii),
-            settings.surface,
-            patches.d_link,
-            f"{name} {side}",
-        )
+        rolled = roll_frame(molecule, 0, radii(molecule, settings.surface.radii), settings.surface)
+        dots, _ = rolled.surface_for_d_link(settings.surface.density, patches.d_link, f"{name} {side}")
         pair.append(partner_of(dots, molecule, f"{name} {side}", patches.d_link))
     wanted = {"sampler": "farthest", "n_dots": snakemake.params.patches}
     centres = [select_centres(partner, wanted, settings, SEED, threads) for partner in pair]

@@ -17,7 +17,7 @@ from sparsurf.study.best_set import best_set
 from sparsurf.study.grid import Grid
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import cross_validated, estimate
-from sparsurf.surfaces.molecular_surface import surface_of_frame
+from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -41,10 +41,9 @@ def dots_of(path: str, dots: str, settings: dict) -> Surface:
     """Read the dots of a file, or place dots on the structure in it ('dms' or 'exact', see `surface.reentrant`)."""
     if dots == FROM_FILE:
         return read_surface(path)
-    molecule = read_molecule(path)
-    return surface_of_frame(
-        molecule, 0, radii(molecule, "dms"), SurfaceSettings(**settings | {"reentrant": dots})
-    )
+    molecule, rules = read_molecule(path), SurfaceSettings(**settings | {"reentrant": dots})
+    assert rules.density != "auto"
+    return roll_frame(molecule, 0, radii(molecule, "dms"), rules).surface(rules.density)
 
 
 def rows_table(grid: Grid) -> pd.DataFrame:

@@ -15,9 +15,8 @@ from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces import molecular_surface
 from sparsurf.surfaces.molecular_surface import (
     density_for_d_link,
-    surface_for_d_link,
+    roll_frame,
     surface_generator,
-    surface_of_frame,
 )
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import (
@@ -43,7 +42,7 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
     caplog.clear()
     with caplog.at_level(logging.INFO, "sparsurf"):
-        surface, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+        surface, density = roll_frame(molecule, 0, atom_radii, SETTINGS).surface_for_d_link("auto", 0.5, "a")
     refuse_sparse(surface.points, 0.5, "a")
     assert [record.levelname for record in caplog.records] == ["INFO"]
     assert f"a: {density:.2f} dots per Å^2" in caplog.text
@@ -53,13 +52,10 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
 
 def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
-    assert surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 1.0, "a")[1] == DENSITY
-    thin, density = surface_for_d_link(
-        molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": 0.1}), 0.5, "a"
-    )
-    assert density == 0.1 and len(thin) == len(
-        surface_of_frame(molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": 0.1}))
-    )
+    rolled = roll_frame(molecule, 0, atom_radii, SETTINGS)
+    assert rolled.surface_for_d_link("auto", 1.0, "a")[1] == DENSITY
+    thin, density = rolled.surface_for_d_link(0.1, 0.5, "a")
+    assert density == 0.1 and len(thin) == len(rolled.surface(0.1))
     assert not caplog.text
 
 
@@ -68,7 +64,7 @@ def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_de
     with pytest.raises(
         InputError, match=r"a: d_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.d_link"
     ):
-        surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
+        roll_frame(molecule, 0, atom_radii, SETTINGS).surface_for_d_link("auto", 0.05, "a")
     points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
     refuse_sparse(points, 1.301, "a")
     with pytest.raises(
@@ -83,9 +79,8 @@ def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_de
 
 def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_path, monkeypatch):
     molecule, atom_radii = without_hydrogens(tmp_path, 10)
-    least = MIN_D_LINK_PER_SPACING * spacing(
-        surface_of_frame(molecule, 0, atom_radii, SETTINGS.model_copy(update={"density": DENSITY})).points
-    )
+    dots = roll_frame(molecule, 0, atom_radii, SETTINGS).surface(DENSITY)
+    least = MIN_D_LINK_PER_SPACING * spacing(dots.points)
     density = DENSITY * (1.02 * least / 0.5) ** 2
     asked = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
     assert density_for_d_link(*asked) == pytest.approx(density)
@@ -101,11 +96,12 @@ def test_atoms_stand_where_a_pdb_file_has_them_and_densities_are_the_same_elsewh
         generate, atoms = surface_generator(molecule, 1, sizes, settings, 0.5, "a")
         assert np.array_equal(atoms, molecule.xyz[1].round(3))
         assert all(record.levelno < logging.WARNING for record in caplog.records)
-        wanted = surface_for_d_link(molecule, 1, sizes, settings, 0.5, "a")[0]
+        rolled = roll_frame(molecule, 1, sizes, settings)
+        wanted = rolled.surface_for_d_link(settings.density, 0.5, "a")[0]
         assert np.array_equal(generate(atoms).points, wanted.points)
-    xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS.model_copy(update={"density": DENSITY})
+    xyz = np.array([[[0, 0, 0], [2.0, 0, 0]]])
     file, frame = (
-        surface_of_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), settings)
+        roll_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), SETTINGS).surface(DENSITY)
         for each in (xyz, xyz + 0.0004)
     )
     assert np.array_equal(file.points, frame.points)

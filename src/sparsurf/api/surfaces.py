@@ -31,8 +31,8 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.suggestions import public
-from sparsurf.surfaces.components import table_of_components
-from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link, surface_of_molecule
+from sparsurf.surfaces.components import components_of, table_of_components
+from sparsurf.surfaces.molecular_surface import roll_frame, surface_of_molecule
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
@@ -112,7 +112,8 @@ def surface(
         check_frame(atoms, frame, "the molecule")
         return surface_of_molecule(atoms, settings, d_link, "surface", frame)
     atoms, frame, atom_radii = _spheres(molecule, frame, radii)
-    return surface_for_d_link(atoms, frame, atom_radii, settings, d_link, "surface")[0]
+    rolled = roll_frame(atoms, frame, atom_radii, settings)
+    return rolled.surface_for_d_link(settings.density, d_link, "surface")[0]
 
 
 @public()
@@ -167,7 +168,7 @@ def components(
         raise InputError("components: these are not all dots of their surface; give all dots from surface().")
     if not 0 <= surface_dots.atom.min() <= surface_dots.atom.max() < len(atom_radii):
         raise InputError("components: the dots are not those of the molecule; give its dots from surface().")
-    component = components_of_frame(surface_dots, atoms, frame, atom_radii, probe_radius)
+    component = components_of(surface_dots, atoms.xyz[frame].round(3), atom_radii, probe_radius)
     return component, table_of_components(surface_dots, component)
 
 

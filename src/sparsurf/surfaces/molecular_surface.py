@@ -12,7 +12,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.settings import Surface as SurfaceSettings
-from sparsurf.surfaces.components import components_of, components_of_rolled, without_cavities
+from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
     Placed,
@@ -37,7 +37,6 @@ log = logging.getLogger("sparsurf")
 DENSITY_RESERVE = 1.02  # an automatic density exceeds what d_link needs by this factor
 JUST_BELOW = 0.999  # of a limit: beyond rounding
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
-# Names and d_link of the warnings about the density: each is given once for all calls
 
 
 def surface_of_molecule(
@@ -50,23 +49,6 @@ def surface_of_molecule(
     generator = partial(surface_generator, molecule, frame, atom_radii, settings, d_link, "surface")
     origin = Origin(molecule, frame, settings, d_link, atom_radii, rolled.components, dots.points, generator)
     return replace(dots, origin=origin)
-
-
-def surface_for_d_link(
-    molecule: Molecule,
-    position: int,
-    atom_radii: np.ndarray,
-    settings: SurfaceSettings,
-    d_link: float,
-    name: str,
-) -> tuple[Surface, float]:
-    """Generate the surface of one frame with a density that suits d_link (Å), and return it and the density, dots per Å^2.
-
-    `auto` is the smallest density from `DENSITY` on whose dots lie close enough for d_link; how much closer more dots lie depends
-    on the molecule, so it grows until they do. `name` is for the log.
-    """
-    rolled = roll_frame(molecule, position, atom_radii, settings)
-    return rolled.surface_for_d_link(settings.density, d_link, name)
 
 
 @dataclass(frozen=True)
@@ -86,7 +68,11 @@ class RolledFrame:
         return components_of_rolled(surface, self.rolled, self.kept)
 
     def surface_for_d_link(self, density: float | str, d_link: float, name: str) -> tuple[Surface, float]:
-        """Place dots with a density, or 'auto'; see the function of this name."""
+        """Place dots with a density that suits d_link (Å), and return them and the density, dots per Å^2.
+
+        `auto` is the smallest density from `DENSITY` on whose dots lie close enough for d_link; how much closer more dots lie
+        depends on the molecule, so it grows until they do. `name` is for the log.
+        """
         if not isinstance(density, str):
             return self.surface(density), density
         near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
@@ -119,15 +105,16 @@ class RolledFrame:
 
     def _finished(self, placed: Placed) -> Surface:
         """Make the Surface of placed dots, without cavities if these are to be removed."""
-        surface = _surface(self.rolled, placed, self.kept)
+        points, normals, area, kind, atom = finish_dots(self.rolled, placed)
+        surface = Surface(points, normals, area, kind, self.kept[atom])
         return without_cavities(surface, self.components(surface)) if self.cavities == "remove" else surface
 
 
 def roll_frame(
     molecule: Molecule, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
 ) -> RolledFrame:
-    """Roll the probe over one frame of a molecule; arguments are those of `surface_of_frame`."""
-    xyz = _rounded_positions(molecule, position)
+    """Roll the probe over one frame of a molecule, whose atoms have radii (A,) in Å and the decimals of a PDB file."""
+    xyz = molecule.xyz[position].round(3)
     return roll_spheres(xyz, atom_radii, settings.probe_radius, settings.reentrant, settings.cavities)
 
 
@@ -135,7 +122,10 @@ def roll_spheres(
     xyz: ArrayLike, radii: ArrayLike, probe: float, reentrant: str = "exact", cavities: str = "keep"
 ) -> RolledFrame:
     """Roll the probe over spheres; arguments are those of `molecular_surface`, and whether to keep or remove cavities."""
-    return RolledFrame(*_rolled(xyz, radii, probe, reentrant), cavities)
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
+    if reentrant not in ("exact", "dms"):
+        raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
+    return RolledFrame(roll_probe(xyz, radii, float(probe), reentrant == "exact"), kept, cavities)
 
 
 def density_for_d_link(
@@ -146,10 +136,11 @@ def density_for_d_link(
     d_link: float,
     name: str,
 ) -> float:
-    """Return only the density of `surface_for_d_link`; where the config sets it, no surface is generated."""
+    """Return the density of one frame that suits d_link (Å); where the config sets it, no surface is generated."""
     if settings.density != "auto":
         return settings.density
-    return surface_for_d_link(molecule, position, atom_radii, settings, d_link, name)[1]
+    rolled = roll_frame(molecule, position, atom_radii, settings)
+    return rolled.surface_for_d_link(settings.density, d_link, name)[1]
 
 
 def surface_generator(
@@ -162,32 +153,11 @@ def surface_generator(
 ) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:
     """Return how dots are placed on moved atoms (A, 3), Å, at the density of one frame, and the positions in that frame."""
     density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name)
-    fixed_density = settings.model_copy(update={"density": density})
 
     def generate(xyz: np.ndarray) -> Surface:
-        return surface_of_frame(replace(molecule, xyz=xyz[None]), 0, atom_radii, fixed_density)
+        return roll_frame(replace(molecule, xyz=xyz[None]), 0, atom_radii, settings).surface(density)
 
-    return generate, _rounded_positions(molecule, position)
-
-
-def surface_of_frame(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
-) -> Surface:
-    """Generate the surface of one frame, with radii (A,) in Å and settings whose density is a number."""
-    assert settings.density != "auto"
-    return roll_frame(molecule, position, atom_radii, settings).surface(settings.density)
-
-
-def components_of_frame(
-    surface: Surface, molecule: Molecule, position: int, atom_radii: np.ndarray, probe: float
-) -> np.ndarray:
-    """Return the component of every dot of the surface of one frame, (N,); see `components.components_of`."""
-    return components_of(surface, _rounded_positions(molecule, position), atom_radii, probe)
-
-
-def _rounded_positions(molecule: Molecule, position: int) -> np.ndarray:
-    """Return the centres of the atoms of a frame with the decimals of a PDB file, (A, 3), Å."""
-    return molecule.xyz[position].round(3)
+    return generate, molecule.xyz[position].round(3)
 
 
 def molecular_surface(
@@ -202,17 +172,7 @@ def molecular_surface(
     `DENSITY`, in dots per Å^2, gives the dots of DMS at `-d 1.0`. `reentrant` 'dms' gives them with its concave dots inside other
     probes, its uncovered narrow saddles and, on a few buried atoms, dots that no probe can touch.
     """
-    lattice = _lattice(density)
-    rolled, kept = _rolled(xyz, radii, probe, reentrant)
-    return _surface(rolled, place_dots(rolled, lattice), kept)
-
-
-def _rolled(xyz: ArrayLike, radii: ArrayLike, probe: float, reentrant: str) -> tuple[RolledProbe, np.ndarray]:
-    """Roll the probe over the atoms at distinct positions; return it with their indices (K,)."""
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    if reentrant not in ("exact", "dms"):
-        raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
-    return roll_probe(xyz, radii, float(probe), reentrant == "exact"), kept
+    return roll_spheres(xyz, radii, probe, reentrant).surface(density)
 
 
 def _lattice(density: float) -> float:
@@ -220,9 +180,3 @@ def _lattice(density: float) -> float:
     if not 0 < density < np.inf:
         raise InputError(f"surface.density is {density}; it must be a positive number.")
     return LATTICE * (density / DENSITY)
-
-
-def _surface(rolled: RolledProbe, placed: Placed, kept: np.ndarray) -> Surface:
-    """Make the Surface of placed dots; `kept` (K,) are the indices of the atoms among all."""
-    points, normals, area, kind, atom = finish_dots(rolled, placed)
-    return Surface(points, normals, area, kind, kept[atom])
