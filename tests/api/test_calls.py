@@ -123,7 +123,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.fields(d, names=[]), "names: there are no fields"),
         (lambda d: sparsurf.fields(d, names=["potential"], charges=3), "charges is int"),
         (lambda d: sparsurf.residues(replace(d, atom=np.full(len(d), -1))), "which atom"),
-        (lambda d: sparsurf.residues(d, roughness_values=["a"] * len(d)), "roughness_values: the arrays hold something else"),
+        (lambda d: sparsurf.residues(d, roughness_values=["a"] * len(d)), "roughness_values holds something else"),
         (lambda d: sparsurf.residues(d, roughness_values=[0.1, 0.2]), "roughness_values has the shape (2,)"),
         (lambda d: sparsurf.residues(d, kept=[10**6]), "kept: a subset is numbers from 0 to"),
         (lambda d: sparsurf.residues(d, kept=np.ones(5, bool)), "kept: a subset is numbers from 0 to"),

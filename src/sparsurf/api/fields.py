@@ -17,7 +17,6 @@ from sparsurf.api.inputs import (
     field_names,
     has_atoms,
     index_array,
-    number_arrays,
     subset_indices,
 )
 from sparsurf.api.patches import roughness
@@ -27,7 +26,7 @@ from sparsurf.errors import InputError
 from sparsurf.study.minimal_subset import Subset
 from sparsurf.study.residues import residue_table
 from sparsurf.suggestions import public
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Surface, real_numbers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -139,7 +138,9 @@ def residues(
         surface.origin.refuse_molecule("residues", atoms, None)
     if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
-    known = None if roughness_values is None else number_arrays([roughness_values], "roughness_values")[0]
+    known = (
+        None if roughness_values is None else real_numbers(roughness_values, "roughness_values").astype(float)
+    )
     values = roughness(surface) if known is None else known
     if values.shape != (len(surface),):
         raise InputError(
@@ -152,7 +153,7 @@ def residues(
     if len(dots_kept):
         dots_kept = subset_indices("kept", dots_kept, len(surface))
     weights = np.ones(len(dots_kept), int) if weight is None else np.asarray(weight)
-    if weight is not None and not (number_arrays([weight], "weight")[0] >= 0).all():
+    if weight is not None and not (real_numbers(weight, "weight") >= 0).all():
         raise InputError(
             "residues: weight has negative values or NaN; give the number of dots that each kept dot stands for."
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict, TypeGuard, cast
@@ -187,26 +187,6 @@ def _with_article(value: Any) -> str:
     """Return the name of a type with its article."""
     name = type(value).__name__
     return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
-
-
-def number_arrays(values: Iterable[Any], name: str) -> list[np.ndarray]:
-    """Return float arrays of the user's values; raise InputError for others, unequal rows or masked values."""
-    parts: list[Any] = []
-    arrays: list[np.ndarray] | None = None
-    try:
-        parts = [*values]
-        arrays = [np.asarray(part) for part in parts]
-        if any(array.dtype.kind in "cmMSU" for array in arrays):  # numpy would convert them
-            arrays = None
-        else:
-            arrays = [np.asarray(array, dtype=float) for array in arrays]
-    except (TypeError, ValueError):
-        arrays = None
-    if arrays is None or any(array.ndim == 0 for array in arrays):
-        raise InputError(f"{name}: the arrays hold something else than numbers, or rows of unequal length.")
-    if any(np.ma.is_masked(part) for part in parts):
-        raise InputError(f"{name}: the arrays have masked values; leave these dots out.")
-    return arrays
 
 
 def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:

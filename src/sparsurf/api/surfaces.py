@@ -23,7 +23,6 @@ from sparsurf.api.inputs import (
     has_atoms,
     is_file_of_dots,
     is_subset,
-    number_arrays,
     refuse_placement,
 )
 from sparsurf.errors import InputError
@@ -37,7 +36,7 @@ from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -279,7 +278,7 @@ def surface_settings(probe_radius: float, density: float | str, radii: str, cavi
 def _spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:
     """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
     if isinstance(source, tuple) and len(source) == 2:
-        xyz, values = number_arrays(source, "molecule")
+        xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
         return SimpleNamespace(xyz=xyz[None]), 0, values
     molecule = as_molecule(source)
     check_frame(molecule, frame, "the molecule")

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.inputs import number_arrays
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK
 from sparsurf.report.viewer.page import MAX_DOTS, Values, page
@@ -24,7 +23,7 @@ from sparsurf.settings import Patches, Settings
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -171,7 +170,7 @@ def _values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | 
     """Return one number for each dot; raise InputError for anything else."""
     if values is None:
         return None
-    numbers = number_arrays([values], "values")[0]
+    numbers = real_numbers(values, "values").astype(float)
     if numbers.shape != (len(surface),):
         raise InputError(f"values has the shape {numbers.shape}; the dots are {len(surface)}.")
     return numbers

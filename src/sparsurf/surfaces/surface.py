@@ -149,7 +149,11 @@ class Surface:
         origin: Origin | None = None,
     ) -> None:
         arrays = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
-        numbers = {name: _numbers(value, name) for name, value in arrays.items() if value is not None}
+        numbers = {
+            name: real_numbers(value, f"surface: {name}")
+            for name, value in arrays.items()
+            if value is not None
+        }
         if masks := [name for name, value in numbers.items() if value.dtype == bool]:
             raise InputError(f"surface: {masks[0]} holds True and False: give numbers.")
         n = len(numbers.get("points", ()))
@@ -231,19 +235,17 @@ class Surface:
         return surfaces.views().notebook_html(self)
 
 
-def _numbers(value: ArrayLike, name: str) -> np.ndarray:
-    """Return an array of real numbers with at least one axis; raise InputError for anything else."""
+def real_numbers(value: Any, name: str) -> np.ndarray:
+    """Return an array of real numbers with an axis at least; raise InputError for anything else, which it calls `name`."""
     try:
         array = np.asarray(value)
         array = array.astype(float) if array.dtype.kind == "O" else array
     except (TypeError, ValueError, OverflowError):
         array = np.array("")
     if array.dtype.kind not in "biuf" or array.ndim == 0:
-        raise InputError(
-            f"surface: {name} holds something else than real numbers, or rows of unequal length."
-        )
+        raise InputError(f"{name} holds something else than real numbers, or rows of unequal length.")
     if np.ma.is_masked(value):
-        raise InputError(f"surface: {name} has masked values; leave these dots out.")
+        raise InputError(f"{name} has masked values; leave these dots out.")
     return array
 
 
@@ -256,7 +258,10 @@ def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
             raise InputError(
                 f"surface: a field cannot be called {name!r}: use letters, digits and _, and no column of dots such as area."
             )
-    arrays = {name: _numbers(value, f"the field {name}").astype(float) for name, value in fields.items()}
+    arrays = {
+        name: real_numbers(value, f"surface: the field {name}").astype(float)
+        for name, value in fields.items()
+    }
     for name, array in arrays.items():
         if array.shape != (n,):
             raise InputError(f"surface: the field {name} has the shape {array.shape}, not {(n,)}.")
