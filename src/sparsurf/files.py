@@ -10,7 +10,6 @@ import logging
 import os
 import stat
 import sys
-import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,7 +26,6 @@ StrPath: TypeAlias = str | os.PathLike[str]
 MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
 GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
-ARRAY_SUFFIX = ".npy"  # of the members of an archive
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
 
@@ -159,42 +157,20 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> dict[str, np.ndarray]:
     """Read all arrays of an npz by name; `problem` ends the sentence '<path> ...' for one that is damaged or something else."""
+    import numpy as np  # here: a config is read without it
+
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            members = archive.infolist()
-            if sum(member.file_size for member in members) > MAX_BYTES:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            if sum(member.file_size for member in archive.zip.infolist()) > MAX_BYTES:
                 raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB: give a smaller file.")
-            return {member.filename.removesuffix(ARRAY_SUFFIX): _array(archive, member) for member in members}
+            arrays = {name: archive[name] for name in archive.files}
     except InputError:
         raise
-    except _WrongArray as error:
-        raise InputError(f"{path} {problem} ({error}).") from None
     except Exception:  # zipfile and numpy answer damaged bytes with nearly every exception
         raise InputError(f"{path} {problem}.") from None
-
-
-class _WrongArray(ValueError):
-    """A member of an archive is not an array of numbers or strings; the message says why."""
-
-
-def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
-    """Read one array, if its header announces as many bytes as the member holds."""
-    import numpy as np  # here: a config is read without it
-    from numpy.lib import format as npy
-
-    if not member.filename.endswith(ARRAY_SUFFIX):
-        raise _WrongArray("a member is not an array")
-    content = archive.read(member)
-    stream = io.BytesIO(content)
-    headers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-    shape, fortran, dtype = headers[npy.read_magic(stream)](stream)
-    n_bytes = len(content) - stream.tell()
-    if dtype.kind not in "biufcUS" or any(n < 0 for n in shape):
-        raise _WrongArray("an array holds a pickle or something else than numbers and strings")
-    if dtype.itemsize * np.prod([int(n) for n in shape], dtype=object) != n_bytes:
-        raise _WrongArray("an array has another size than its header announces")
-    array = np.frombuffer(content, dtype, offset=stream.tell()) if n_bytes else np.empty(shape, dtype).ravel()
-    return array.reshape(shape, order="F" if fortran else "C")
+    if not all(isinstance(array, np.ndarray) for array in arrays.values()):
+        raise InputError(f"{path} {problem}.")
+    return arrays
 
 
 @contextmanager
