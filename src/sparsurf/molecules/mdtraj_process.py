@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import io
-import json
 import os
 import re
 import signal
@@ -22,7 +20,7 @@ from importlib.util import find_spec
 from multiprocessing import Pipe, reduction
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,7 +51,8 @@ _one_request_at_a_time = threading.Lock()
 
 def load_atoms(path: StrPath) -> list[AtomRow]:
     """Load the atoms of a topology file; raise InputError if it cannot be read."""
-    return [tuple(row) for row in json.loads(b"".join(_run(path, "atoms")))]
+    [rows] = _run(path, "atoms")
+    return rows
 
 
 def iterate_frames(
@@ -70,10 +69,7 @@ def iterate_frames(
     the first frame alone is loaded, whose number of atoms may differ from `n_atoms`.
     """
     atoms = np.arange(n_atoms) if atoms is None else np.asarray(atoms)
-    for answer in _run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int)):
-        stream = io.BytesIO(answer)
-        xyz, time, box = (np.load(stream, allow_pickle=False) for _ in range(3))
-        yield xyz, time, box
+    return _run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int))
 
 
 def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> Part:
@@ -83,7 +79,7 @@ def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> Part:
     return xyz, time, box
 
 
-def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[bytes]:
+def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[Any]:
     """Yield the answers of the other process to a request."""
     if existing_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
         raise InputError(f"{path} needs PyTables: run pip install tables.")
@@ -93,12 +89,12 @@ def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[bytes]:
             request = _request(_server(os.getpid())[0], task, str(readable), *arguments)
             with contextlib.closing(request):
                 for answer in request:
-                    if isinstance(answer, bytes):
-                        yield answer
-                    elif isinstance(answer, str):
+                    if isinstance(answer, str):
                         reason = answer[:MAX_REASON]
-                    else:
+                    elif isinstance(answer, int):
                         code = answer
+                    else:
+                        yield answer
         except (OSError, EOFError):  # the process was killed; the next file starts a new one
             _server.cache_clear()
     if code == 0:
@@ -144,40 +140,20 @@ def _server(_process_id: int) -> tuple[Connection, subprocess.Popen]:
     return ours, other  # the process ends with the connection
 
 
-def _request(server: Connection, *request: Any) -> Generator[bytes | str | int]:
+def _request(server: Connection, *request: Any) -> Generator[Any]:
     """Send a request; yield the answers of the fork, the reason of a failure as a string, and its exit code."""
-    source, sink = os.pipe()
-    with open(source, "rb") as pipe:
-        try:
-            server.send(request)
-            reduction.send_handle(server, sink, None)
-        finally:
-            os.close(sink)
-        try:
-            while head := pipe.read(8):
-                length = int.from_bytes(head, "little", signed=True)
-                answer = pipe.read(abs(length))
-                if len(answer) < abs(length):  # the reader crashed
-                    break
-                yield answer if length >= 0 else answer.decode(errors="replace")
-        finally:
-            pipe.close()  # the fork ends where nobody listens
-            code = server.recv()
+    answers, sink = Pipe(duplex=False)
+    with sink:
+        server.send(request)
+        reduction.send_handle(server, sink.fileno(), None)
+    try:
+        # the fork has ended, or crashed within an answer
+        with answers, contextlib.suppress(EOFError, OSError):
+            while True:
+                yield answers.recv()
+    finally:
+        code = server.recv()  # the fork ends where nobody listens
     yield code
-
-
-def _write(pipe: BinaryIO, answer: bytes | memoryview, reason: bool = False) -> None:
-    """Write an answer behind its length, which is negative for the reason of a failure."""
-    length = len(answer)
-    pipe.write((-length if reason else length).to_bytes(8, "little", signed=True))
-    pipe.write(answer)
-
-
-def _atoms(path: str) -> bytes:
-    """Load the atoms of a topology, in the other process."""
-    import mdtraj  # only the other process needs it
-
-    return json.dumps(atom_rows(mdtraj.load_topology(path))).encode()
 
 
 def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
@@ -191,29 +167,28 @@ def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
     ]  # fmt: skip
 
 
+def _atoms(path: str) -> list[AtomRow]:
+    """Load the atoms of a topology, in the other process."""
+    import mdtraj  # only the other process needs it
+
+    return atom_rows(mdtraj.load_topology(path))
+
+
 def _frames(
     path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
-) -> Iterator[memoryview]:
+) -> Iterator[Part]:
     """Load frames, in the other process."""
-    ps_per_unit = _ps_per_unit(path)
+    ps_per_unit, no_box = _ps_per_unit(path), np.empty((0, 3, 3))
     try:
         for part in _load(path, n_atoms, atoms, stride, first, only):
-            arrays = part.xyz, np.asarray(part.time, float) * ps_per_unit, part.unitcell_vectors
-            yield _packed(*arrays)
+            box = no_box if part.unitcell_vectors is None else part.unitcell_vectors
+            yield part.xyz, np.asarray(part.time, float) * ps_per_unit, box
     except ValueError as error:
         mismatch = WRONG_N_ATOMS.search(str(error))
         if not (mismatch and first):
             raise
         # the caller compares the numbers
-        yield _packed(np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), None)
-
-
-def _packed(xyz: np.ndarray, time: np.ndarray, box: np.ndarray | None) -> memoryview:
-    """Return the bytes of a part of a trajectory."""
-    stream = io.BytesIO()
-    for array in (xyz, time, np.empty((0, 3, 3)) if box is None else box):
-        np.save(stream, array, allow_pickle=False)
-    return stream.getbuffer()
+        yield np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), no_box
 
 
 def _ps_per_unit(path: str) -> float:
@@ -274,15 +249,14 @@ def _topology(n_atoms: int) -> mdtraj.Topology:
 
 def _answer(sink: int, task: str, *arguments: Any) -> int:
     """Write the answers to `sink`, or the reason of a failure, and return the exit code."""
-    with open(sink, "wb") as pipe:
+    with Connection(sink, readable=False) as pipe:
         try:
             for answer in [_atoms(*arguments)] if task == "atoms" else _frames(*arguments):
-                _write(pipe, answer)
+                pipe.send(answer)
         except Exception as error:
             # the message of any other exception is about Python, not about the file
             about_file = isinstance(error, OSError | ValueError | RuntimeError | ImportError)
-            reason = (about_file and next(iter(str(error).splitlines()), "")) or "its reader failed"
-            _write(pipe, reason.encode(errors="replace"), reason=True)
+            pipe.send((about_file and next(iter(str(error).splitlines()), "")) or "its reader failed")
             return 1
     return 0
 
