@@ -3,10 +3,10 @@
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.pairs.matching import Recipe, agreement, maps, match
+from sparsurf.pairs.matching import agreement, maps, match
 from sparsurf.pairs.partner_files import select_centres
 from sparsurf.pairs.partners import partner_of
-from sparsurf.settings import Settings
+from sparsurf.settings import Patches, Settings
 from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
@@ -27,7 +27,8 @@ with job(snakemake):
     centres = [select_centres(partner, wanted, settings, SEED, threads) for partner in pair]
     tables = []
     for descriptor in snakemake.params.descriptors:
-        found = match(*pair, centres, recipe=Recipe(descriptor, patches.r_zernike), threads=threads)
+        described = Patches(descriptor=descriptor)
+        found = match(*pair, centres, patches=described, threads=threads)
         for side in (0, 1):
             areas = agreement(found, side, maps(found, side, threads=threads), seed=SEED, threads=threads)
             tables.append(areas.assign(complex=name, partner=side + 1, descriptor=descriptor))

@@ -1,6 +1,6 @@
 """Match both partners of a pair: propensity of every dot, best-matching patches, agreement with the interface."""
 
-from sparsurf.pairs.matching import NEAREST, Recipe, best_pairs, contacts, match, tables_of_partners
+from sparsurf.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
 from sparsurf.pairs.partner_files import read_partners, select_centres
 from sparsurf.rounding import write_table
 from sparsurf.settings import Settings
@@ -13,14 +13,13 @@ with job(snakemake) as s:
         s.input.surface_1, s.input.surface_2, s.input.get("structure_1"), s.input.get("structure_2"),
         settings.patches.d_link, s.wildcards.pair,
     )  # fmt: skip
-    recipe = Recipe(settings.patches.descriptor, settings.patches.r_zernike)
     centres = [select_centres(partner, s.params.centres, settings, seed, s.threads) for partner in partners]
-    matched = match(*partners, centres, NEAREST, recipe, s.threads)
+    matched = match(*partners, centres, NEAREST, settings.patches, s.threads)
     dots, agreement = tables_of_partners(matched, s.params.smoothing, within, seed, s.threads)
     dots.to_csv(s.output.dots, index=False, float_format="%.6g")
     write_table(s.output.best, best_pairs(matched))
     write_table(s.output.agreement, agreement)
-    write_table(s.output.contacts, contacts(*partners, within, recipe, seed, s.threads))
+    write_table(s.output.contacts, contacts(*partners, within, settings.patches, seed, s.threads))
     for side, partner in enumerate(partners, 1):
         table = dots[dots["partner"] == side]
         columns = {key: table[key].to_numpy() for key in ("similarity_smoothed", "interface")}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,8 +14,8 @@ from sparsurf.pairs.nearest import Nearest, nearest
 from sparsurf.pairs.neighbourhoods import SMOOTHING, protrusion, smooth
 from sparsurf.pairs.partners import Partner
 from sparsurf.pairs.ranking import blocks_of_residues, bootstrap_auc
-from sparsurf.patches.descriptors import PUBLISHED, describe
-from sparsurf.patches.index import R_ZERNIKE
+from sparsurf.patches.descriptors import describe
+from sparsurf.settings import Patches
 from sparsurf.streams import stream
 
 AREAS = ["partner", "score", "auc", "low", "high", "dots", "interface", "blocks"]  # columns of `agreement`
@@ -25,16 +24,7 @@ NEAREST = 10  # patches whose mean distance is the second map of a study, as in 
 MAX_PAIRS = 100  # rows of the table of best-matching patches
 MIN_PAIR_DISTANCE = 6.0  # Å, between two rows of that table, on at least one side
 MAX_CONTACTS = 500  # native pairs that are evaluated
-
-
-class Recipe(NamedTuple):
-    """How patches are described."""
-
-    descriptor: str = PUBLISHED  # of `patches.descriptors`
-    radius: float = R_ZERNIKE  # r_zernike, Å
-
-
-RECIPE = Recipe()  # as published
+PUBLISHED_PATCHES = Patches()  # how patches are described
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +38,10 @@ class Match:
 
 
 def descriptors_at(
-    partner: Partner, centres: np.ndarray, up: bool, recipe: Recipe = RECIPE, threads: int = 1
+    partner: Partner, centres: np.ndarray, up: bool, patches: Patches = PUBLISHED_PATCHES, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """Describe the patches around some positions, (n, 3) Å: descriptors, (n, M), and the number of dots in each patch, (n,)."""
-    return describe(partner.index, centres, recipe.radius, up, threads, recipe.descriptor)
+    return describe(partner.index, centres, patches.r_zernike, up, threads, patches.descriptor)
 
 
 def match(
@@ -59,7 +49,7 @@ def match(
     second: Partner,
     centres: Sequence[np.ndarray | None] = (None, None),
     k: int = 1,
-    recipe: Recipe = RECIPE,
+    patches: Patches = PUBLISHED_PATCHES,
     threads: int = 1,
 ) -> Match:
     """Compare all patches of two partners: the first seen 'up' with the second seen 'down', and both 'up'.
@@ -69,10 +59,10 @@ def match(
     kept, up = [], []
     for partner, dots in zip((first, second), centres, strict=True):
         dots = np.arange(len(partner.surface)) if dots is None else np.sort(dots)
-        z, sizes = descriptors_at(partner, partner.surface.points[dots], True, recipe, threads)
+        z, sizes = descriptors_at(partner, partner.surface.points[dots], True, patches, threads)
         kept.append(dots[sizes > 1])
         up.append(z[sizes > 1])
-    down, _ = descriptors_at(second, second.surface.points[kept[1]], False, recipe, threads)
+    down, _ = descriptors_at(second, second.surface.points[kept[1]], False, patches, threads)
     complementary, similar = nearest(up[0], down, k, threads), nearest(up[0], up[1], k, threads)
     return Match((first, second), (kept[0], kept[1]), complementary, similar)
 
@@ -210,7 +200,7 @@ def contacts(
     first: Partner,
     second: Partner,
     within: float = INTERFACE,
-    recipe: Recipe = RECIPE,
+    patches: Patches = PUBLISHED_PATCHES,
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame:
@@ -228,11 +218,11 @@ def contacts(
     pairs = pairs[np.sort(rng.permutation(len(pairs))[:MAX_CONTACTS])]
     others = {"any pair": rng.integers(len(second.surface), size=len(pairs))}
     others["exchanged"] = rng.permutation(pairs[:, 1])
-    up, _ = descriptors_at(first, first.surface.points[pairs[:, 0]], True, recipe, threads)
+    up, _ = descriptors_at(first, first.surface.points[pairs[:, 0]], True, patches, threads)
 
     def distance_to(dots: np.ndarray) -> np.ndarray:
         """Return the distances of the descriptors to those of some dots of the second partner."""
-        down, _ = descriptors_at(second, second.surface.points[dots], False, recipe, threads)
+        down, _ = descriptors_at(second, second.surface.points[dots], False, patches, threads)
         return np.linalg.norm(up - down, axis=1)
 
     native = distance_to(pairs[:, 1])
