@@ -7,7 +7,7 @@ gaps is bit arithmetic. Values that the text omits are from the authors' scripts
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -17,6 +17,9 @@ from numba.extending import intrinsic
 from sparsurf.bits import count_bits, lowest_bit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.polynomials import DISC, PIXELS
+
+if TYPE_CHECKING:
+    from sparsurf.patches.index import PatchIndex
 
 MARGIN_FACTOR = 1.01  # the image reaches this many times the largest distance from the axis
 MAX_FILL_ROUNDS = 50  # of gap filling
@@ -32,22 +35,10 @@ _DISC_PIXELS = polynomials.pixels_in_disc()
 N_EVEN, N_ODD = len(_DISC_PIXELS.first) + len(_DISC_PIXELS.diagonal), len(_DISC_PIXELS.first)
 
 
-class DotsWithNormals(Protocol):
-    """What the descriptors need of an index of dots: positions (N, 3), Å, and unit normals (N, 3)."""
-
-    @property
-    def xyz(self) -> np.ndarray:
-        """Positions."""
-
-    @property
-    def normals(self) -> np.ndarray:
-        """Unit normals."""
-
-
 class Patches(NamedTuple):
     """P patches of one surface, as a descriptor receives them; patch i holds the dots ids[start[i]:start[i + 1]]."""
 
-    dots: DotsWithNormals  # with `xyz` and `normals`
+    dots: PatchIndex  # with `xyz` and `normals`
     ids: np.ndarray  # int32 positions in `dots`
     start: np.ndarray  # (P + 1,) int64
     centres: np.ndarray  # (P, 3) float64, Å, the points around which the patches are cut
