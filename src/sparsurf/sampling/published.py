@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
+from sparsurf.surfaces.vectors import point, squared_distance
 
 PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time, so that their random numbers stay in a core's cache
 
@@ -100,14 +101,14 @@ def _sweep(
             continue
         begin, end = patch_of(index, p, radius, nearby, mark, queue)
         c = _nearest_of_patch(index, p, queue, begin, end)
-        origin = index.xyz[c] if distance_from_moved_centre else index.xyz[p]
+        origin = point(index.xyz, c if distance_from_moved_centre else p)
         if pairs + end - begin > len(dot):
             dot = np.concatenate((dot, np.empty(len(dot) + max_dots, np.int32)))
             log_ratio = np.concatenate((log_ratio, np.empty(len(log_ratio) + max_dots)))
         for k in range(begin, end):
             j = queue[k]
             if chance_in_every_patch or not covered[j]:
-                r = math.sqrt(_distance2(index.xyz[j], origin))
+                r = math.sqrt(squared_distance(point(index.xyz, j), origin))
                 dot[pairs] = index.dot[j]
                 log_ratio[pairs] = -math.log(r / radius) if r > 0 else np.inf
                 pairs += 1
@@ -125,17 +126,11 @@ def _sweep(
 
 
 @njit(cache=True, nogil=True)
-def _distance2(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the squared distance of two points."""
-    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
-
-
-@njit(cache=True, nogil=True)
 def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray, begin: int, end: int) -> int:
     """Return the position in the patch that is nearest to p (p itself if it is in the patch); on a tie the lower dot."""
     best, best_d2 = queue[begin], np.inf
     for k in range(begin, end):
-        d2 = _distance2(index.xyz[queue[k]], index.xyz[p])
+        d2 = squared_distance(point(index.xyz, queue[k]), point(index.xyz, p))
         if d2 < best_d2 or (d2 == best_d2 and index.dot[queue[k]] < index.dot[best]):
             best, best_d2 = queue[k], d2
     return best

@@ -16,6 +16,7 @@ from numba import njit
 
 from sparsurf.errors import InputError
 from sparsurf.surfaces.mesh import Mesh, build_mesh
+from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
@@ -82,16 +83,14 @@ def _around(h: int, twin: np.ndarray) -> int:
 @njit(cache=True, nogil=True)
 def _squared(points: np.ndarray, u: int, v: int) -> float:
     """Return the squared distance of two vertices."""
-    x, y, z = points[u, 0] - points[v, 0], points[u, 1] - points[v, 1], points[u, 2] - points[v, 2]
-    return x * x + y * y + z * z
+    return squared_distance(point(points, u), point(points, v))
 
 
 @njit(cache=True, nogil=True)
 def _normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[float, float, float, float]:
     """Return the unit normal of a triangle and twice its area."""
-    ax, ay, az = points[v, 0] - points[u, 0], points[v, 1] - points[u, 1], points[v, 2] - points[u, 2]
-    bx, by, bz = points[w, 0] - points[u, 0], points[w, 1] - points[u, 1], points[w, 2] - points[u, 2]
-    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    corner = point(points, u)
+    x, y, z = cross(subtract(point(points, v), corner), subtract(point(points, w), corner))
     size = math.sqrt(x * x + y * y + z * z)
     inverse = 1.0 / size if size > 0.0 else 0.0
     return x * inverse, y * inverse, z * inverse, size

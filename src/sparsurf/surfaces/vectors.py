@@ -12,7 +12,7 @@ Vector = tuple[float, float, float]
 
 
 @njit(cache=True, nogil=True)
-def point(rows: np.ndarray, i: int) -> Vector:
+def point(rows: np.ndarray, i: int | np.integer) -> Vector:
     """Return row i of an (N, 3) array as a tuple, the form of all vectors in these kernels."""
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
