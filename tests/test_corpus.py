@@ -318,7 +318,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(without(HEAVY, "209"), of(HEAVY, "209"), every(of(HEAVY, "209"), altloc="A", by=(0.5, 0, 0))), {}, WHOLE),
     "all A behind all B.pdb": (
         end(every(HEAVY, altloc="B", by=(0.3, 0, 0)), every(HEAVY, altloc="A")), {"altloc": "A"}, WHOLE),
-    "B of the highest occupancy.pdb": (EITHER, {"altloc": "highest"}, "1 5 1 ~ THR A 1"),
+    "B of the highest occupancy.pdb": (EITHER, {"altloc": "highest"}, "1 5 1 ~ THR 1 A"),
     "a second molecule in location A.pdb": (
         end(peptide(["SER"], altloc="A"), peptide(["SER"], altloc="B"), peptide(["ALA"] * 3, first=2, origin=STEP), "TER\n",
             peptide(["GLY"] * 4, origin=(0, 30, 0), altloc="A")), {}, "1 40 8 ~ called A, B"),
@@ -396,10 +396,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213 A lie in one place; keep one of them"),
     "an occupancy above 1.pdb": (
         end(put(HEAVY[0], occupancy="37.00"), HEAVY[1:]), {}, f"{WHOLE} ~ 1 atom has an occupancy outside"),
-    "an atom lacks.pdb": (end(HEAVY[:8], HEAVY[9:]), {}, "1 118 14 ~ 1 residue lacks heavy atoms, the first is GLU A 209"),
+    "an atom lacks.pdb": (end(HEAVY[:8], HEAVY[9:]), {}, "1 118 14 ~ 1 residue lacks heavy atoms, the first is GLU 209 A"),
     "an atom that a bridge replaces.pdb": (BRIDGE + LACKING, {}, "1 24 5"),
     "an atom that a metal does not replace.pdb": (
-        BRIDGE.replace(" NZ  ALA A   5", "ZN    ZN A   9") + LACKING, {}, "1 24 5 ~ lacks heavy atoms, the first is ALA A 3"),
+        BRIDGE.replace(" NZ  ALA A   5", "ZN    ZN A   9") + LACKING, {}, "1 24 5 ~ lacks heavy atoms, the first is ALA 3 A"),
     "two atoms and one bridge.pdb": (
         BRIDGE + "".join(LACKING.splitlines(keepends=True)[:13] + LACKING.splitlines(keepends=True)[14:]), {},
         "1 23 5 ~ lacks heavy atoms"),

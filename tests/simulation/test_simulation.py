@@ -91,7 +91,7 @@ def molecule(tmp_path, text):
 
 def test_a_gap_is_named(tmp_path):
     broken = peptide() + peptide(first=6, origin=5 * STEP)  # residue 5 is missing
-    with pytest.raises(InputError, match=r"broken between ALA A:4 and ALA A:6;"):
+    with pytest.raises(InputError, match=r"broken between ALA 4 A and ALA 6 A;"):
         system.refuse_incomplete(molecule(tmp_path, broken), "x.pdb")
     system.refuse_incomplete(
         molecule(tmp_path, peptide() + "TER\n" + peptide(chain="B", origin=(40, 0, 0))), "x"
@@ -100,7 +100,7 @@ def test_a_gap_is_named(tmp_path):
 
 def test_missing_atoms_are_named(tmp_path):
     lacking = "".join(line for line in peptide().splitlines(True) if line[12:16] != " CB " or line[25] != "3")
-    with pytest.raises(InputError, match=r"x.pdb: atoms are missing in ALA A:3; build"):
+    with pytest.raises(InputError, match=r"x.pdb: atoms are missing in ALA 3 A; build"):
         system.refuse_incomplete(molecule(tmp_path, lacking), "x.pdb")
 
 
@@ -111,7 +111,7 @@ def test_residues_that_the_force_field_does_not_know_are_named(tmp_path):
     (folder / "aminoacids.r2b").write_text("; names\nHISD HSD\n")
     known = system.known_residues(folder)
     assert {"ALA", "HISD", "HIS"} <= known and "MSE" not in known
-    with pytest.raises(InputError, match=r"toy does not know MSE A:2, MSE A:4; replace"):
+    with pytest.raises(InputError, match=r"toy does not know MSE 2 A, MSE 4 A; replace"):
         system.refuse_unknown(
             molecule(tmp_path, peptide(("ALA", "MSE", "ALA", "MSE"))), "x.pdb", known, "toy"
         )

@@ -62,24 +62,7 @@ class View:
 
 
 def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> Axes:
-    """Draw a surface as the reports do: lit discs, seen along its smallest axis, with a scale bar.
-
-    Parameters
-    ----------
-    surface : Surface
-    values : (N,), optional
-        Colour of each dot; without it, the kinds of dots have colours.
-    ax : matplotlib Axes, optional
-
-    Returns
-    -------
-    Axes, in Å
-
-    Raises
-    ------
-    InputError
-        matplotlib is not installed, or there is not one value for each dot.
-    """
+    """Draw a surface, in Å, as the reports do: lit discs, seen along its smallest axis, with a scale bar; see `Surface.plot`."""
     try:
         import matplotlib.pyplot as plt
 
@@ -104,19 +87,7 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
 
 
 def show(surface: Surface, values: ArrayLike | None = None) -> View:
-    """Show a surface to turn, to sample and to pick dots from: in the notebook, otherwise in the browser.
-
-    Parameters
-    ----------
-    surface : Surface
-    values : (N,), optional
-        Colours, as for `plot`.
-
-    Returns
-    -------
-    View
-        A notebook shows it; `save` writes its page.
-    """
+    """Show a surface to turn, to sample and to pick dots from, in the browser if there is no notebook; see `Surface.show`."""
     view = View(_page(surface, _values_of_dots(surface, values)))
     if not _in_notebook():
         with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:
@@ -150,20 +121,13 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     shown = [] if values is None else [Values("values", "value", "", values)]
     shown += [Values(name, name, "", numbers) for name, numbers in surface.fields.items()]
     known = (surface.kind >= 0).any()
+    molecule = surface.origin.molecule if surface.origin else None
+    residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []
     return page(
         repr(surface), surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},
-        residues=_residues(surface), values=shown, up="",
+        residues=residues, values=shown, up="",
         opens=("all", 1 if values is not None else "kind" if known else 0),
     )  # fmt: skip
-
-
-def _residues(surface: Surface) -> list[str]:
-    """Return the residue of each atom of the molecule that the dots know; empty without one."""
-    if surface.origin is None:
-        return []
-    molecule = surface.origin.molecule
-    parts = zip(molecule.residue_name, molecule.residue, molecule.chain, strict=True)
-    return [" ".join(part).strip() for part in parts]
 
 
 def _values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | None:

@@ -27,7 +27,7 @@ from sparsurf.molecules.atom_table import (
     report_occupancies,
 )
 from sparsurf.molecules.conformations import superpose
-from sparsurf.molecules.geometry import refuse_invalid_coordinates, residue_label
+from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import identifiers
 from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds, split_label
@@ -384,13 +384,11 @@ def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, 
     # one atom leaves when a crosslink forms
     incomplete = first[present + everything.crosslinked[residues] < expected]
     if len(incomplete):
-        atom = incomplete[0]
-        label = f"{touched.residue_name[atom]} {touched.chain[atom]} {touched.residue[atom]}"
         count = pluralise(len(incomplete), "residue", "lacks")
         message = (
             "%s: %s heavy atoms, the first is %s; the surface is dented there: rebuild the missing atoms"
         )
-        log.warning(message, path, count, label)
+        log.warning(message, path, count, touched.residue_label(incomplete[0]))
     _report_missing(everything, residues, file, path)
     return selected
 
@@ -423,5 +421,5 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
             "%s: %s missing within its chains, the first between %s and %s; the surface covers the ends there"
         )
         words = pluralise(int((number[b] - number[a] - 1)[gap].sum()), "residue", "is")
-        ends = (residue_label(molecule, first[r]) for r in (a[k], b[k]))
+        ends = (molecule.residue_label(first[r]) for r in (a[k], b[k]))
         log.warning(message, path, words, *ends)

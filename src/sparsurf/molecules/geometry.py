@@ -142,7 +142,7 @@ def _run(checks: list[Check], molecule: Molecule, path: StrPath) -> None:
         check = checks[k]
         atoms = check.atoms(found) if callable(check.atoms) else check.atoms[found.place]
         names = dict(zip("ab", (molecule.name[atom] for atom in atoms), strict=False))
-        names |= dict(zip("AB", (residue_label(molecule, atom) for atom in atoms), strict=False))
+        names |= dict(zip("AB", (molecule.residue_label(atom) for atom in atoms), strict=False))
         words = {"value": found.value, "frame": found.frame} | names | check.more(found)
         if check.refuse:
             raise InputError(f"{path}: {check.sentence.format(**words)}.")
@@ -610,15 +610,10 @@ def _check_elements(molecule: Molecule, path: StrPath) -> None:
         message = "%s: %s of %s has the element %s; %s an element that contradicts the name"
         count = pluralise(int(wrong.sum()), "atom", "has")
         log.warning(
-            message, path, molecule.name[atom], residue_label(molecule, atom), molecule.element[atom], count
+            message, path, molecule.name[atom], molecule.residue_label(atom), molecule.element[atom], count
         )
     else:
         raise InputError(
-            f"{path}: {molecule.name[atom]} of {residue_label(molecule, atom)} has the element {molecule.element[atom]}; "
+            f"{path}: {molecule.name[atom]} of {molecule.residue_label(atom)} has the element {molecule.element[atom]}; "
             f"{wrong.sum()} atoms have an element that contradicts their name. Repair the elements or leave them blank."
         )
-
-
-def residue_label(molecule: Molecule, atom: int) -> str:
-    """Return the label of an atom's residue, as 'GLU 209 A'."""
-    return f"{molecule.residue_name[atom]} {molecule.residue[atom]} {molecule.chain[atom]}".strip()

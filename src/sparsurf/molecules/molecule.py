@@ -81,17 +81,14 @@ class Molecule:
         columns = ("chain", "residue", "residue_name")
         return pd.DataFrame({name: getattr(self, name)[first] for name in columns})
 
+    def residue_label(self, atom: int) -> str:
+        """Return the label of an atom's residue, as 'GLU 209 A'."""
+        return f"{self.residue_name[atom]} {self.residue[atom]} {self.chain[atom]}".strip()
+
     def labels(self, atoms: np.ndarray) -> pd.DataFrame:
         """Return chain, residue, residue_name, atom_name and atom (its index from 0) of atoms (N,)."""
-        columns = {
-            "chain": "chain",
-            "residue": "residue",
-            "residue_name": "residue_name",
-            "atom_name": "name",
-        }
-        return pd.DataFrame({key: getattr(self, name)[atoms] for key, name in columns.items()}).assign(
-            atom=atoms
-        )
+        labels = {name: getattr(self, name)[atoms] for name in ("chain", "residue", "residue_name")}
+        return pd.DataFrame(labels | {"atom_name": self.name[atoms]}).assign(atom=atoms)
 
     def take(self, atoms: np.ndarray | slice) -> Molecule:
         """Return the molecule with only `atoms`, a mask or indices."""

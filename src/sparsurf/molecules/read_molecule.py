@@ -220,5 +220,4 @@ def residue_labels(path: StrPath | None) -> list[str]:
     if not path:
         return []
     molecule = read_study_structure(path)
-    parts = zip(molecule.residue_name, molecule.residue, molecule.chain, strict=True)
-    return [" ".join(part).strip() for part in parts]
+    return [molecule.residue_label(atom) for atom in range(molecule.n_atoms)]

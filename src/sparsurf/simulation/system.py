@@ -13,7 +13,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import PEPTIDE, count_heavy_atoms
+from sparsurf.molecules.residues import PEPTIDE, atoms_of_residues, count_heavy_atoms
 from sparsurf.simulation import gromacs
 from sparsurf.simulation.protocol import SELECTION_KEYS, parameters, velocity_seed
 
@@ -136,7 +136,7 @@ def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
             f"{path}: atoms are missing in {_names(molecule, incomplete)}; build them with a modelling program, or "
             "leave the residues out (`residues:`)."
         )
-    gaps = [f"{_label(molecule, i)} and {_label(molecule, j)}" for i, j in _gaps(molecule, first)]
+    gaps = [f"{molecule.residue_label(i)} and {molecule.residue_label(j)}" for i, j in _gaps(molecule, first)]
     if gaps:
         rest = f" and {len(gaps) - MAX_NAMED} more places" if len(gaps) > MAX_NAMED else ""
         raise InputError(
@@ -147,12 +147,12 @@ def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
 
 def _gaps(molecule: Molecule, first: np.ndarray) -> list[tuple[int, int]]:
     """Find consecutive residues of a chain that are not bonded, as pairs of their first atoms."""
-    positions = {name: np.full((len(first), 3), np.nan) for name in (PEPTIDE.last, PEPTIDE.first)}
-    for name, position in positions.items():
-        atoms = molecule.name == name
-        position[molecule.residue_index[atoms]] = molecule.xyz[0][atoms]
-    length = np.linalg.norm(positions[PEPTIDE.last][:-1] - positions[PEPTIDE.first][1:], axis=1)
-    bonded = length < PEPTIDE.max_length  # False where an atom is missing
+    last, start = (
+        atoms_of_residues(molecule.residue_index, molecule.name == name, len(first))
+        for name in (PEPTIDE.last, PEPTIDE.first)
+    )
+    length = np.linalg.norm(molecule.xyz[0][last[:-1]] - molecule.xyz[0][start[1:]], axis=1)
+    bonded = (last[:-1] >= 0) & (start[1:] >= 0) & (length < PEPTIDE.max_length)
     pairs = zip(first[:-1].tolist(), first[1:].tolist(), bonded, strict=True)
     return [(i, j) for i, j, bond in pairs if molecule.chain[i] == molecule.chain[j] and not bond]
 
@@ -162,13 +162,7 @@ def _first_atoms(molecule: Molecule) -> np.ndarray:
     return np.unique(molecule.residue_index, return_index=True)[1]
 
 
-def _label(molecule: Molecule, atom: int) -> str:
-    """Return the label of an atom's residue, as 'GLY A:12'."""
-    chain = str(molecule.chain[atom]).strip()
-    return f"{molecule.residue_name[atom]} {chain}{':' if chain else ''}{molecule.residue[atom]}"
-
-
 def _names(molecule: Molecule, atoms: Sequence[int]) -> str:
     """Return the labels of the first residues, and the number of the others."""
     rest = f" and {len(atoms) - MAX_NAMED} more" if len(atoms) > MAX_NAMED else ""
-    return ", ".join(_label(molecule, i) for i in atoms[:MAX_NAMED]) + rest
+    return ", ".join(molecule.residue_label(i) for i in atoms[:MAX_NAMED]) + rest
