@@ -134,7 +134,10 @@ def read_frames(
         keep += moved.tolist()
         time_parts.append(time)
     if times is None:
-        count_usable_frames(path, n_atoms, n_read, stride)
+        if suffix(path) == ".dcd":
+            check_dcd(path, n_atoms, n_read, stride)
+        if complete and complete[1]:
+            report_cut(path, complete[0], n_read, stride)
         time_ps, number = np.concatenate(time_parts), stride * np.arange(len(keep))
     time_ps, number, xyz = time_ps[keep], number[keep], store.frames()
     if n_repeats := len(keep) - len(xyz):
@@ -235,21 +238,12 @@ class FrameStore:
         return np.memmap(self.file, float, "r", shape=(self.n_frames, *self.shape))
 
 
-def count_usable_frames(path: StrPath, n_atoms: int, n_read: int, stride: int) -> int:
-    """Count the complete frames of `n_read`; warn if the header announces another number or the last frame is truncated.
-
-    A file that ends within its first frame is refused.
-    """
-    if suffix(path) == ".dcd":
-        _check_dcd(path, n_atoms, n_read, stride)
-    n_complete, truncated = count_complete_frames(path, n_atoms) or (stride * n_read, False)
-    if truncated and n_complete == 0:
+def report_cut(path: StrPath, n_complete: int, n_read: int, stride: int) -> None:
+    """Warn that the last frame of a trajectory is truncated; raise InputError if it is the first one."""
+    if n_complete == 0:
         raise InputError(f"{path} is cut short within its first frame: copy it again.")
-    count = min(n_read, -(-n_complete // stride))
-    if truncated:
-        message = "%s is cut short: its incomplete last frame is left out, %d were read (stride %d)"
-        log.warning(message, path, count, stride)
-    return count
+    message = "%s is cut short: its incomplete last frame is left out, %d were read (stride %d)"
+    log.warning(message, path, min(n_read, -(-n_complete // stride)), stride)
 
 
 def warn_of_repeats(path: StrPath, xyz: np.ndarray, time: np.ndarray) -> None:
@@ -291,7 +285,7 @@ def _numbers(text: str) -> list[float]:
         return []
 
 
-def _check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
+def check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
     """Warn if a DCD file holds fewer or more frames than its header says (a killed run, two joined runs)."""
     with Path(path).open("rb") as file:
         head = file.read(12)
