@@ -6,7 +6,7 @@ import pytest
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf.errors import InputError
-from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, number_residues
+from sparsurf.molecules.atom_table import choose_altlocs, gather_residues, missing_residues
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decode_number, encode_label, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
@@ -149,15 +149,19 @@ def test_one_location_of_each_atom(altloc, rows, expected):
 # ---- tables
 
 
+def numbers_of(text):
+    return gather_residues(read_pdb(text, "a.pdb").atoms).residue_index.tolist()
+
+
 def test_residues_are_numbered_in_each_model_and_end_where_their_name_changes():
     text = "".join(f"MODEL {k}\n{peptide(['ALA', 'GLY'])}ENDMDL\n" for k in (1, 2))
-    assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == ([0] * 5 + [1] * 5) * 2
+    assert numbers_of(text) == ([0] * 5 + [1] * 5) * 2
     for first, second, numbers in (
         ("A", "B", [0, 0]), ("", "", [0, 1]), ("", "B", [0, 1]), ("A", "", [0, 1]),
     ):  # fmt: skip
         text = atom_line("CA", "SER", altloc=first) + atom_line("CA", "THR", altloc=second, place=(0, 0, 1))
-        assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == numbers, (first, second)
-    assert number_residues(read_pdb(2 * (atom_line() + "TER\n"), "a.pdb").atoms).tolist() == [0, 1]
+        assert numbers_of(text) == numbers, (first, second)
+    assert numbers_of(2 * (atom_line() + "TER\n")) == [0, 1]
 
 
 def test_kinds_by_the_names_of_force_fields_and_of_the_pdb():

@@ -33,14 +33,8 @@ COLUMNS: dict[str, Any] = {
     "molecule": 0,  # changes where a molecule ends (TER)
     "unit": 0,  # changes where a residue ends, if the input knows it
 }  # fmt: skip
-OF_RESIDUE = (
-    "model",
-    "chain",
-    "segid",
-    "residue",
-    "molecule",
-    "unit",
-)  # columns that change where a residue ends
+# columns that change where a residue ends
+OF_RESIDUE = ("model", "chain", "segid", "residue", "molecule", "unit")
 MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
 MAX_RUNS = 100  # of lines with one label, some of them with the same names, that are joined by bonds
 
@@ -83,22 +77,6 @@ def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: 
     return np.array(cell.orth.mat.tolist()).T if cell.is_crystal() and cell.volume > 1 else None
 
 
-def number_residues(atoms: pd.DataFrame) -> np.ndarray:
-    """Assign the residues the numbers (A,) 0, 1, 2, ... in the order of the input, starting again in each model.
-
-    A residue ends where a column of OF_RESIDUE changes, or the name. A change of the name between alternate locations
-    does not count.
-    """
-    starts = np.zeros(len(atoms), bool)
-    for column in OF_RESIDUE:
-        starts[1:] |= _differs(atoms[column])
-    located = (atoms.altloc != "").to_numpy()
-    starts[1:] |= _differs(atoms.residue_name) & ~(located[1:] & located[:-1])
-    number = np.cumsum(starts)
-    first = np.append(True, _differs(atoms.model))
-    return number - number[first][np.cumsum(first) - 1]
-
-
 def _differs(column: pd.Series) -> np.ndarray:
     """Return whether each value but the first differs from the one before."""
     values = column.to_numpy()
@@ -136,8 +114,14 @@ def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
 
 
 def _starts(atoms: pd.DataFrame) -> np.ndarray:
-    """Return the rows where runs of lines of one residue begin; a first atom that recurs beyond MAX_BOND begins another."""
-    begins = np.append(True, (np.diff(number_residues(atoms)) != 0) | _differs(atoms.model))
+    """Return the rows where runs of lines of one residue begin; a first atom that recurs beyond MAX_BOND begins another.
+
+    A run ends where a column of OF_RESIDUE changes, or the name. A change of the name between alternate locations does not count.
+    """
+    located = (atoms.altloc != "").to_numpy()
+    begins = np.append(True, _differs(atoms.residue_name) & ~(located[1:] & located[:-1]))
+    for column in OF_RESIDUE:
+        begins[1:] |= _differs(atoms[column])
     first = np.flatnonzero(begins)[np.cumsum(begins) - 1]
     name, xyz = (atoms.name + "\0" + atoms.altloc).to_numpy(), atoms[["x", "y", "z"]].to_numpy(float)
     again = np.flatnonzero((name == name[first]) & ~begins)
