@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -270,22 +270,13 @@ def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
     return arrays
 
 
-@dataclass(frozen=True)
-class Format:
-    """A file format that holds a surface.
+class Format(NamedTuple):
+    """A file format that holds a surface."""
 
-    Attributes
-    ----------
-    name : name of the format for people
-    suffixes : suffixes of its files, in lower case; a file may also be compressed (.gz)
-    sniff : function from the first bytes of an unpacked file to whether it has this format
-    read : function from (unpacked bytes of the file, path for messages) to a Surface
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
-    sniff: Callable[[bytes], bool]
-    read: Callable[[bytes, Path | str], Surface]
+    sniff: Callable[[bytes], bool]  # from the first bytes of an unpacked file to whether it has this format
+    read: Callable[
+        [bytes, Path | str], Surface
+    ]  # from the unpacked bytes of a file, and its path for messages
 
 
 def surface_of_columns(

@@ -184,4 +184,4 @@ def _ends_within_a_number(text: str) -> bool:
     return len(ends) == N_LINES_TO_COMPARE and len(set(decimals[:-1])) == 1 and decimals[-1] < decimals[0]
 
 
-FORMAT = Format("CSV", (".csv",), _sniff, read_csv)
+FORMAT = Format(_sniff, read_csv)

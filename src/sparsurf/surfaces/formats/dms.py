@@ -104,4 +104,4 @@ def write_dms(
         stream.write("".join(lines).encode("ascii", "replace"))
 
 
-FORMAT = Format("DMS", (".dms",), _sniff, read_dms)
+FORMAT = Format(_sniff, read_dms)

@@ -63,4 +63,4 @@ def with_fields(surface: Surface, path: Path | str | None) -> Surface:
         return replace(surface, fields=surface.fields | {name: file[name] for name in file.files})
 
 
-FORMAT = Format("npz", (".npz",), _sniff, _read)
+FORMAT = Format(_sniff, _read)

@@ -200,4 +200,4 @@ def _sniff(head: bytes) -> bool:
     return head.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"ply")
 
 
-FORMAT = Format("PLY", (".ply",), _sniff, read_ply)
+FORMAT = Format(_sniff, read_ply)
