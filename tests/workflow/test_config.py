@@ -4,6 +4,7 @@ import copy
 import datetime
 import json
 import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -15,6 +16,7 @@ from sparsurf.errors import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.surfaces import formats
 from sparsurf.surfaces.read_surface import FORMATS
 from sparsurf.workflow import config_reference, memory, names
 from sparsurf.workflow.config import check_config, read_config
@@ -379,8 +381,8 @@ def test_names_are_those_of_the_library():
     assert tuple(name for name in SAMPLERS if SAMPLERS[name].choosing) == settings.SAMPLERS_OF_COMBINATIONS
     assert (*ROUGHNESS,) == settings.ROUGHNESSES and (*DESCRIPTORS,) == settings.DESCRIPTORS
     assert (*FIELDS,) == names.FIELDS
-    readable = [suffix for file_format in FORMATS for suffix in file_format.suffixes]
-    assert sorted(names.SURFACE_SUFFIXES) == sorted(readable)
+    readable = [f".{module.stem}" for module in Path(formats.__file__).parent.glob("[!_]*.py")]
+    assert sorted(names.SURFACE_SUFFIXES) == sorted(readable) and len(readable) == len(FORMATS)
     assert {"fresh dots", "turned"} < {*settings.FLOORS}
 
 
