@@ -31,14 +31,6 @@ class Combination(NamedTuple):
         """Take the combination from a dict or a row of a table with the keys alpha, beta, gamma and delta."""
         return cls(*(float(row[name]) for name in cls._fields))
 
-    @classmethod
-    def parse(cls, text: str) -> Self:
-        """Read a combination from its text, four numbers in brackets."""
-        values = [float(part) for part in text.strip().removeprefix("(").removesuffix(")").split(",")]
-        if len(values) != len(cls._fields):
-            raise ValueError(f"{text!r} is not a combination of alpha, beta, gamma and delta")
-        return cls(*values)
-
     def keys(self) -> list[int]:
         """Return the parameters in millionths, as keys of a random stream: they do not depend on the order of a grid."""
         return [round(1e6 * p) for p in self]
