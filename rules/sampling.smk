@@ -71,6 +71,7 @@ rule draw_figures:
         required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
         curves="results/{run}/{protein}/{conformation}/curves.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
+        recovered="results/{run}/{protein}/{conformation}/recovered.csv",
     output:
         required_dots=in_report(
             "results/{run}/{protein}/{conformation}/figures/required_dots.png", "How many dots are enough"

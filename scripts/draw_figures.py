@@ -47,11 +47,12 @@ with job(snakemake) as s:
         subsets=[
             (words, sampled, layout.SAMPLED),
             ("uniform subset of the same size", uniform, layout.LINES["uniform"][0]),
-            (f"minimal.csv, {sampler_label(s.settings.minimal.sampler)}", minimal, layout.DARK),
+            (f"minimal subset, {sampler_label(s.settings.minimal.sampler)}", minimal, layout.DARK),
         ],
         recovered=subsets.recovered_from(prepared, minimal, s.threads),
         rough_and_flat=rough_and_flat.content(prepared, combination, around, best["references"]),
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
+        recovered_errors=read_table(s.input.recovered),
         **{name: read_table(s.input[name]) for name in ("floors", "required_dots", "curves")},
     )
     for module in FIGURES:

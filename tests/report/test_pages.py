@@ -145,9 +145,9 @@ def test_texts_of_numbers():
     assert [signed(x, 1) for x in (0.04, -1.26, 0.06, np.nan)] == ["0.0", "−1.3", "+0.1", ""]
     ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
     assert [against_zero(*each) for each in ends] == ["above", "below", "around", "unknown"]
-    assert enough_dots(6.44, 5.9, 11.6) == "Z near the floor: 6.4 % (5.9 to 12 %)"
+    assert enough_dots(6.44, 5.9, 11.6) == "6.4 % (5.9 to 12 %) come near the floor"
     bounds = [enough_dots(1.0, np.nan, np.nan, bound) for bound in ("at most", "more")]
-    assert bounds == ["Z near the floor: ≤ 1 %", "Z near the floor: all dots"]
+    assert bounds == ["≤ 1 % come near the floor", "only all dots come near the floor"]
     places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
     assert [*short_names(places).values()] == ["p", "q/c1", "q/c2", "r/f0000"]
     assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"

@@ -54,7 +54,8 @@ N_RESIDUES = 10  # that change most
 SIGNIFICANT = 0.05
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
 # Small figures
-GALLERY = ("subsets", "roughness", "rough_and_flat", "number_of_dots", "compare", "frames", "simulation")
+GALLERY = ("subsets", "roughness", "rough_and_flat", "compare", "frames", "simulation")
+PARAMETERS = "α,\u00a0β,\u00a0γ,\u00a0δ"
 SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
 
@@ -262,11 +263,13 @@ def sentence_of_grid(run: Run, place: str) -> str:
     first, *others = run.readings
     winner = run.best(place)[first]["unrestricted"]
     d, kept = d_of(winner_row(winner, rows, first)), share(winner["n_S_percent"])
+    n_best = int(winner["n_best_set"])
+    which = f", one of {n_best} that may be the best" if n_best > 1 else ""
     parts = [
-        f"Best (α, β, γ, δ) = {combination(winner)}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"
+        f"Best (α, β, γ, δ) = {combination(winner)}{which}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"
     ]
     if is_useless(winner, run.best(place)):
-        parts[0] += ", yet its patches are worse than the average patch"
+        parts[0] += ", but one average patch for all would be closer to the full surface"
     for reading in others:
         above, total = beaten(rows, reading)
         parts.append(
@@ -335,16 +338,18 @@ def ranges_table_of(run: Run, place: str) -> Table:
     published = run.read("paper_places.csv") if run.has("paper_places.csv") and len(run.grids) == 1 else None
     columns, blank = ["range of n_S / %"], []
     if published is not None:
-        columns += ["published: α, β, γ, δ", "d"]
+        columns += [f"published: {PARAMETERS}", "d"]
         blank = ["", ""]
     for reading in run.readings:
-        columns += [f"{READINGS[reading].words}: α, β, γ, δ", "its n_S / %", "d (95 %)"]
+        columns += [f"{READINGS[reading].words}: {PARAMETERS}", "its\u00a0n_S\u00a0/\u00a0%", "d (95 %)"]
         columns += ["d, scaled link"] if reading == KEPT_READING else []
     outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
 
     def cells(row: Mapping[Any, Any], reading: str, mark: str = "") -> list[str]:
         mark = " †" if is_useless(row, best) else mark
-        scaled = [interval(*(row.get(f"d{end}_{SCALED_READING}", math.nan) for end in ("", "_low", "_high")))]
+        scaled = [
+            interval(*(row.get(f"d{end}_{SCALED_READING}", math.nan) for end in ("", "_low", "_high"))) or "–"
+        ]
         line = [combination(row), number(row["n_S_percent"], 1), d_of(row) + mark]
         return line + (scaled if reading == KEPT_READING else [])
 
@@ -360,7 +365,7 @@ def ranges_table_of(run: Run, place: str) -> Table:
             line += cells(row, reading)
         table.append(line)
     below = f"best below {best['max_n_S_percent']:g} %"
-    for words, key in (("best of all, largest α", "unrestricted"), (below, "under_max_n_S")):
+    for words, key in (("best at the largest α", "unrestricted"), (below, "under_max_n_S")):
         line = [words, *blank]
         for reading in run.readings:
             if "answer" in (winner := best[reading][key]):
@@ -383,7 +388,7 @@ def table_over_all(run: Run) -> Table:
     relation, rows = run.read("relation.csv"), pd.concat(run.grids.values())
     columns = ["range of n_S / %"]
     for reading in run.readings:
-        columns += [f"{READINGS[reading].words}: α, β, γ, δ", "median d (lowest to highest)"]
+        columns += [f"{READINGS[reading].words}: {PARAMETERS}", "median d (lowest to highest)"]
     table = []
     for k, in_range in relation.groupby("range"):
         by = in_range.set_index("reading")
@@ -416,11 +421,12 @@ def sentence_of_dots(run: Run) -> str:
     """Say how many dots give the surface back, and how closely."""
     table, n = run.surfaces, len(run.surfaces)
     of = table.median(numeric_only=True)
-    words = f"{share(of['minimal_n_S_percent'])} % of the dots ({number(of['minimal_density'])} per Å²"
+    percent, density = share(of["minimal_n_S_percent"]), number(of["minimal_density"])
+    words = f"For few dots take minimal.csv: {percent} % of the dots ({density} per Å²"
     if table["minimal_n_S_percent_low"].notna().any():
         low, high = table["minimal_n_S_percent_low"].min(), table["minimal_n_S_percent_high"].max()
         words += f"; 95 % interval{'s within' if n > 1 else ''} {number(low, 1)} to {number(high, 1)} %"
-    off = f"99 % within {number(of['recovered_high_99'])} Å, all within {number(table['recovered_largest'].max())} Å"
+    off = f"99 % within {number(of['recovered_high_99'])} Å, the farthest {number(table['recovered_largest'].max())} Å off"
     several = f", median of {n} surfaces" if n > 1 else ""
     return f"{words}) recover the surface to {number(of['recovered_mean'], 3)} Å on average ({off}){several}."
 

@@ -43,9 +43,9 @@ def share(percent: float) -> str:
 def enough_dots(percent: float, low: float, high: float, bound: str = "") -> str:
     """Say from how many dots on Z is near a floor, with the 95 % interval if it is known; `bound` as in required_dots.csv."""
     if bound == "more":
-        return "Z near the floor: all dots"
+        return "only all dots come near the floor"
     limits = f" ({share(low)} to {share(high)} %)" if math.isfinite(low) else ""
-    return f"Z near the floor: {'≤ ' if bound == 'at most' else ''}{share(percent)} %{limits}"
+    return f"{'≤ ' if bound == 'at most' else ''}{share(percent)} %{limits} come near the floor"
 
 
 def span(values: Iterable[float], form: Callable[[float], str] = number) -> str:

@@ -54,7 +54,7 @@ CAPTIONS = {
     name: _joined(text)
     for name, text in {
         "d_over_grid": """d over γ and δ at the largest α, one map for each β. Above 0, the paper's sampling beats a uniform
-            subset.""",
+            subset. Black dots: the combinations that were measured.""",
         "required_dots": "Error Z of the patches against the dots kept.",
         "subsets": "Which dots are kept.",
         "roughness": "Roughness of the surface.",
@@ -82,15 +82,15 @@ TEXT = {
         "d": """d compares the dots kept with a uniform subset, as many dots drawn at random: above 0 the paper's
             sampling is better.""",
         "readings": """The paper removes points that are not connected with the rest of their patch. Its authors' code does so
-            {first}; the text can also mean {last}.""",
+            {first}; the text can also be read as {last}.""",
         "ranges": """d is cross-validated, its 95 % interval in brackets. Scaled link: the same combination, with a linking
             distance that fits the spacing of the kept dots.""",
         "worse": "†: one average patch in place of all would be closer to the full surface.",
-        "most": "‡: it keeps the most dots, so it is in no range, as in the authors' script.",
+        "most": "‡: it keeps the most dots; the authors' script leaves it out of the last range.",
         "over_all": "All {n} surfaces: best on average, and d of each surface's own best.",
         "relation": """{related} of {tested} tests find that the best combination follows the mean roughness (p < 0.05).""",
-        "dots": """The minimal subset is the fewest dots from which the surface is recovered as closely as asked for: from the
-            kept dots and their normals alone, compared with the true surface.""",
+        "dots": """The minimal subset is the smallest from which the surface can be recovered as closely as asked for, by default
+            to 0.02 Å on average, from the positions and normals of its dots alone.""",
         "floors": """Horizontal lines are noise floors: Z of something that should make no difference, such as a second set of
             dots. Z comes near a floor at fewer dots than the surface needs to be recovered to 0.02 Å.""",
         "changes": """Shape and hydropathy were measured around every tenth point and averaged per residue, over 10 Å: neighbours

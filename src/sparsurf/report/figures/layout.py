@@ -127,12 +127,12 @@ def headed(name: str, message: str) -> str:
 def better_than_uniform(grid: pd.DataFrame, reading: str) -> tuple[int, int]:
     """Count the rows of a grid.csv whose d lies above 0 with its 95 % interval, where that is known, and all.
 
-    The combination that keeps the most dots is in no range of n_S and does not count as better.
+    The combination that keeps the most dots is in no range of n_S and does not count.
     """
     d = grid[f"d_{reading}"]
     low = grid.get(f"d_low_{reading}", d).fillna(d)
-    better = (low > 0) & (grid["n_S_percent"] != beyond_ranges(grid["n_S_percent"]))
-    return int(better.sum()), int(d.notna().sum())
+    in_ranges = d.notna() & (grid["n_S_percent"] != beyond_ranges(grid["n_S_percent"]))
+    return int((in_ranges & (low > 0)).sum()), int(in_ranges.sum())
 
 
 def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:

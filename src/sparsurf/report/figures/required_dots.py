@@ -39,6 +39,7 @@ BAND = 0.1, 0.9  # quantiles over surfaces
 MAX_COMBINATIONS = 4000  # that are drawn of all surfaces
 DASHES = {"frames": (4, 3), "atoms": (1, 2)}  # of the noise floors by kind
 DASHES_OF_MAIN = (6, 2, 1, 2)
+MINIMAL_STYLE: dict[str, Any] = {"color": BACK, "linewidth": 0.8, "dashes": (2, 2)}
 MEAN_PATCH_STYLE: dict[str, Any] = {"color": "#CC79A7", "linewidth": 0.8, "dashes": (9, 2)}
 
 
@@ -51,6 +52,7 @@ class Tables(NamedTuple):
     required_dots: pd.DataFrame
     grid: pd.DataFrame | None = None  # if it exists
     mean_patch: float = np.nan  # Z of the mean patch in place of every patch, if known
+    minimal: float = np.nan  # % of the dots, of the minimal subset
 
 
 class Coded(NamedTuple):
@@ -72,20 +74,23 @@ class Panel(NamedTuple):
     answer: tuple[float, float]  # (n, Z), the fewest dots that are enough
     bound: str = ""  # "at most" if the fewest measured are enough, "more" if only all dots are
     interval: tuple[float, float] = (np.nan, np.nan)  # 95 %, of the answer's n; NaN where it has none
+    minimal: float = np.nan  # % of the dots, of the minimal subset
 
 
 def read(folder: Path, sampled: bool = True) -> Tables:
     """Read the tables of a surface from its folder, `<protein>/<conformation>`; with its grid if it was `sampled`."""
     curves, floors, required_dots = (read_table(folder / f"{name}.csv") for name in Tables._fields[1:4])
     grid = read_table(folder / "grid.csv") if sampled else None
-    return Tables(f"{folder.parent.name}/{folder.name}", curves, floors, required_dots, grid)
+    minimal = read_table(folder / "recovered.csv")["n_S_percent"].iloc[0]
+    return Tables(f"{folder.parent.name}/{folder.name}", curves, floors, required_dots, grid, minimal=minimal)
 
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
     mean_patch = results.best.get("references", {}).get(MEAN_PATCH, np.nan)
     tables = (results.name, results.curves, results.floors, results.required_dots, results.grid)
-    return figure([Tables(*tables, mean_patch)], results.floor)
+    minimal = results.recovered_errors["n_S_percent"].iloc[0]
+    return figure([Tables(*tables, mean_patch, minimal)], results.floor)
 
 
 @styled
@@ -151,7 +156,9 @@ def panel_of(tables: Tables, floor: str = FRESH, reading: str = FULL_READING) ->
     if grid is not None and f"Z_tS_{reading}" in grid:
         cloud = grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{reading}"].to_numpy()
     ends = (answer.get("n_S_percent_low", np.nan), answer.get("n_S_percent_high", np.nan))
-    return Panel(cloud, lines, floors, (answer["n_S_percent"], answer["Z"]), answer["bound"], ends)
+    return Panel(
+        cloud, lines, floors, (answer["n_S_percent"], answer["Z"]), answer["bound"], ends, tables.minimal
+    )
 
 
 def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
@@ -167,7 +174,7 @@ def _coded_cloud(surfaces: Sequence[Tables]) -> Coded | None:
     if np.isfinite(mean_patch) and not len(better):
         head += "\nall are worse than the mean patch"
     elif len(better) and better.min() > n.min():
-        head += f"\nbelow {share(better.min())} % worse than the mean patch"
+        head += f"\nworse than the mean patch below {share(better.min())} %"
     return Coded(n, sampled, uniform, mean_patch, head)
 
 
@@ -200,7 +207,9 @@ def median_panel(by_name: dict[str, Panel]) -> Panel:
     step = 1 + len(n) // MAX_COMBINATIONS
     n_answer, z_answer = np.median([panel.answer for panel in panels], axis=0)
     bound, *others = {panel.bound for panel in panels}
-    return Panel((n[::step], z[::step]), lines, floors, (n_answer, z_answer), "" if others else bound)
+    minimal = float(np.median([panel.minimal for panel in panels]))
+    bound = "" if others else bound
+    return Panel((n[::step], z[::step]), lines, floors, (n_answer, z_answer), bound, minimal=minimal)
 
 
 def _look(sampler: str, reading: str) -> tuple[dict[str, Any], str]:
@@ -227,6 +236,8 @@ def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
     for name in floors:
         if name in panel.floors:
             ax.axhline(panel.floors[name], zorder=0, **_floor_style(name, floor))
+    if np.isfinite(panel.minimal):
+        ax.axvline(panel.minimal, zorder=0, **MINIMAL_STYLE)
     n_answer, z_answer = panel.answer
     if np.isfinite(panel.interval[0]):
         ax.hlines(z_answer, *panel.interval, color=BACK, linewidth=3, alpha=0.4)
@@ -253,6 +264,8 @@ def _legend_handles(
     words = "near the floor, bar: 95 % interval" if bar else "near the floor"
     ring: dict[str, Any] = {"color": BACK, "marker": "o", "mfc": "white", "markersize": 5, "linestyle": ""}
     handles.append(Line2D([], [], label=words, **ring))
+    if any(np.isfinite(panel.minimal) for panel in panels.values()):
+        handles.append(Line2D([], [], label="the minimal subset", **MINIMAL_STYLE))
     for name in _floors_of(panels, floor):
         z = next(iter(panels.values())).floors.get(name, np.nan)
         words = FLOORS.get(name, name) + (f": {z:.2f}" if len(panels) == 1 else "")

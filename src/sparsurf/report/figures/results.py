@@ -19,6 +19,7 @@ class Results:
     curves: Any = None
     floors: Any = None
     required_dots: Any = None
+    recovered_errors: Any = None  # recovered.csv
     best: dict[str, Any] = field(default_factory=dict)  # as in best.json
     floor: str = "fresh dots"  # that defines how many dots are enough
     subsets: list[tuple[str, Surface, str]] = field(default_factory=list)  # title, dots and colour

@@ -82,7 +82,7 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
             readings = [title.partition(", ")[2] for title, *_ in panels]
             first, second = (" and ".join(np.array(readings)[np.array(signs) == sign]) for sign in (1, -1))
             if first and second:
-                return f"less error than a uniform subset {first}, more {second}"
+                return f"the sampling errs less than a uniform subset {first}, more {second}"
             return "whether the sampling errs less depends on the roughness"
     if not better:
         return "a uniform subset errs less everywhere"

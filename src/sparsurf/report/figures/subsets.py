@@ -30,7 +30,8 @@ CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
-    return figure(results.surface, results.subsets, results.recovered, results.name)
+    error = results.recovered_errors["mean"].iloc[0]
+    return figure(results.surface, results.subsets, results.recovered, results.name, error)
 
 
 def recovered_from(
@@ -40,7 +41,7 @@ def recovered_from(
     density = comparable_density(prepared.density, prepared.patches.d_link)
     surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
     distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
-    return "recovered from minimal.csv", surface, distance
+    return "recovered from the minimal subset", surface, distance
 
 
 @styled
@@ -49,13 +50,14 @@ def figure(
     subsets: Sequence[tuple[str, Surface, str]],
     recovered: tuple[str, Surface, np.ndarray] | None = None,
     name: str = "",
+    error: float | None = None,
 ) -> Figure:
-    """Draw the surface, subsets (title, Surface, colour) in one view, and a recovered surface (title, Surface, distance in Å)."""
+    """Draw the surface, subsets (title, Surface, colour) in one view, and a recovered one (title, Surface, distance in Å)."""
     cells = len(subsets) + (3 if recovered else 1)
     columns = 2 if cells == 4 else 3
     if recovered:
-        last = f"{len(subsets[-1][1]):,} dots recover the surface to {np.mean(recovered[2]):.2f} Å on average"
-        name = layout.headed(name, last)
+        off = "" if error is None else f" to {error:.3f} Å on average"
+        name = layout.headed(name, f"{len(subsets[-1][1]):,} dots recover the surface{off}")
     figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
     corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))
@@ -71,14 +73,13 @@ def figure(
     title, back, distance = recovered
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
-    words = f"{title}\nin the colours of panel {ascii_uppercase[cells - 1]}"
+    words = f"{title},\nin the colours of panel {ascii_uppercase[cells - 1]}"
     _show(figure, corners, cells - 2, scene, words, layout.DARK)
     words = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
     x, y = _cell(figure, corners, cells - 1, words, "black")
-    mean = f"mean {np.mean(distance):.3f} Å"
     ends = np.linspace(0, MAX_DISTANCE, 41)
     label = f"distance (Å; last bar: {MAX_DISTANCE:g} and more)"
-    layout.histogram(layout.axes(figure, x + 12, y + 14, 44, 32), distance, scale, label, mean, ends)
+    layout.histogram(layout.axes(figure, x + 12, y + 14, 44, 32), distance, scale, label, "mean", ends)
     return figure
 
 
