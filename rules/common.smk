@@ -13,11 +13,6 @@ from sparsurf.workflow.conformations import first_column, has_one_model, without
 
 let_jobs_import_library()
 
-if not {"proteins", "pairs"} & config.keys():  # a config that names neither changes the default study
-
-    configfile: HOME / "config.yaml"
-
-
 HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # jobs do not run on a cluster
 try:
     config = check_config(config, workflow.configfiles, HOME, HERE)

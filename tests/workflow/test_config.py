@@ -60,7 +60,7 @@ def test_a_config_without_proteins_changes_the_default_study(tmp_path, monkeypat
     assert whole["minimal"]["n_dots"] == 100 and whole["evaluation"]["test_dots"] == 200
     assert whole["proteins"]["tdp43"]["structure"] == str(ROOT / "data" / "tdp43" / "topology.pdb")
     (tmp_path / "config.yaml").write_text("run: own\nproteins: {a: {pdb: 1ubi}}\n")
-    own = check_config({"seed": 5}, home=ROOT)
+    own = check_config({"seed": 5})
     assert (own["run"], own["proteins"], own["seed"]) == ("own", {"a": {"pdb": "1ubi"}}, 5)
     assert check_config({"proteins": {"b": {"pdb": "1fas"}}}, home=ROOT)["run"] == "default"
 

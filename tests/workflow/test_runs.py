@@ -23,6 +23,7 @@ from small_study import (
     command,
     copy_of,
     output,
+    planned_jobs,
     planned_rules,
     snakemake,
     write_study,
@@ -82,6 +83,13 @@ def test_a_study_with_simulations_is_planned_by_another_workflow(tmp_path):
     for rule in ("prepare_system", "simulate_stage", "choose_frames", "follow_frames", "judge_simulation"):
         assert f"study_{rule} " in output(process)
     assert not (tmp_path / "results").exists()
+
+
+def test_a_config_of_one_section_and_no_proteins_changes_the_default_study(tmp_path):
+    (tmp_path / "config.yaml").write_text("of: another workflow\n")
+    jobs = planned_jobs(tmp_path, {"run": "few", "minimal": {"percent": 10}})
+    (chosen,) = (job for job in jobs if job["rule"] == "choose_frames")
+    assert chosen["wildcards"] == ["few", "tdp43"]
 
 
 def test_another_workflow_keeps_its_first_rule_as_the_default(tmp_path):

@@ -84,8 +84,8 @@ def _with_default_study(config: dict, home: Path) -> dict:
     """Add the keys of the default study to a config without proteins and pairs."""
     if {"proteins", "pairs"} & set(config):
         return config
-    path = next((path for path in (Path("config.yaml"), home / "config.yaml") if path.is_file()), None)
-    return read_config(path) | config if path else config
+    path = home / "config.yaml"
+    return read_config(path) | config if path.is_file() else config
 
 
 def _with_local_copy(name: str, protein: dict) -> dict:
