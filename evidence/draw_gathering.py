@@ -21,4 +21,4 @@ with job(snakemake):
         cells.append(("uniform subset of the same size", uniform, layout.RANDOM))
     drawn = subsets.figure(Surface(prepared.points, prepared.normals), cells)
     drawn.savefig(path, dpi=200, metadata={"Software": None})
-    reduce_figure(path, path)
+    reduce_figure(path, path, 256)

@@ -22,7 +22,7 @@ with job(snakemake):
     distance = recovery.distances(recovered[0], recovery.truth(*atoms))
     figure = subsets.figure(
         Surface(prepared.points, prepared.normals),
-        [("a tenth of them, with normals", Surface(*subset), layout.SAMPLED)],
+        [("a tenth of them, with normals", Surface(*subset), layout.DARK)],
         ("the surface recovered from these", Surface(*recovered), distance),
     )
     figure.savefig(snakemake.output.figure, dpi=200, metadata={"Software": None})
