@@ -43,8 +43,10 @@ RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
-# Several grids share the cores of this machine; a trajectory has two at least
-N_GRIDS = len(SAMPLED) + len({*SAMPLED} & {*SEVERAL_FRAMES})
+# Several grids share the cores of this machine; the conformations of a trajectory are two at least
+N_FRAMES = len(config["frames"]["selection"]) if isinstance(config["frames"]["selection"], list) else 2
+MOVING = [name for name in SAMPLED if PROTEINS[name].trajectory or name in SIMULATED]
+N_GRIDS = len(SAMPLED) + (N_FRAMES - 1) * len(MOVING)
 GRID_THREADS = max(1, min(8, workflow.cores // N_GRIDS)) if HERE and workflow.cores and N_GRIDS else 8
 GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
 
