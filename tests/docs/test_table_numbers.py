@@ -12,7 +12,6 @@ FARTHEST = 'recover_opponents_means.csv "sampler=farthest dots" percent=10'
 AT_44 = "{own:+.2f} ({own_low:+.2f} to {own_high:+.2f})"
 ON_A1 = "fragments_surfaces.csv surface=A1_file reading=kept"
 SURFACES = "surface=A1_file|A1_dms|A2|A3|A4|A5|B1|B2"
-AUC = "complexes_means.csv score=propensity_smoothed descriptor=published"
 RANGE = "{n_S_low_percent:.0f} to {n_S_high_percent:.0f}"
 D_CV = "{d_cv:+.2f} ({d_cv_low:+.2f} to {d_cv_high:+.2f})"
 ON_LINKS = "paper_readings.csv surface=A1 row=5"
@@ -26,8 +25,9 @@ SHOWN = {
         "{{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie }} in the",
         f"At {{{{ {ON_LINKS} | {{n_S_percent:.0f}} % of the dots of A1, d of {{combination}} is {D_OF('kept')} }}}} with islands",
         f"It is {{{{ {ON_LINKS} | {D_OF('kept_scaled')} with a link scaled to their spacing, and {D_OF('full')} }}}} with",
-        f"AUC is {{{{ {AUC} | {{mean:.2f}} ({{low:.2f}} to {{high:.2f}}) over {{complexes}} complexes }}}}",
-        "alone has {{ complexes_means.csv score=protrusion | {mean:.2f} ({low:.2f} to {high:.2f}) }}.",
+        "For {{ paper_ranges.csv reading=kept row=3 | {n_S_low_percent:.0f} to {n_S_high_percent:.0f} % of A1's dots, {best} is"
+        " best there, d {d_cv:.2f} ({d_cv_low:.2f} to {d_cv_high:.2f}), of {n_best_set} that may be; published:"
+        " {published} }}",
     ],
     "docs/paper_in_brief.md": [
         "{{ fragments_verdict.csv rows=10 | {d_inside} of {rows} published d and {Z_inside} of {rows} Z lie in the middle 95 % of"
