@@ -56,6 +56,7 @@ Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of 
 # Small figures
 GALLERY = ("subsets", "roughness", "rough_and_flat", "compare", "frames", "simulation")
 PARAMETERS = "α,\u00a0β,\u00a0γ,\u00a0δ"
+FILES_OF_SURFACE = ("minimal.csv", "residues.csv", "figures/number_of_dots.png")
 SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
 
@@ -595,7 +596,7 @@ def of_surfaces(run: Run) -> Iterator[Section]:
         ]
         name, cells = run.shown[str(place)], [Cell(text, key=str(value)) for value, text in values]
         first = Cell(name, picture=picture) if run.has(picture) else Cell("")
-        files = file_cells(run, str(place), ("minimal.csv", "residues.csv"))
+        files = file_cells(run, str(place), FILES_OF_SURFACE)
         rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
     columns = ["", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share"]
     columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
