@@ -40,7 +40,7 @@ MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
 # Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
 MAX_STRETCH = 1.2
 MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
-N_PARTS, MAX_CLOSER = 10, 2.2  # parts of a file; none has dots more than 1.6 times as close as all
+N_PARTS, MIN_SPACING_OF_PART = 10, 0.45  # parts of a file; the spacing of each is .64 of that of all or more
 # Median of the sum of the winding numbers behind and before a dot: 1 if its normal is outward, -1 if inward
 INWARD = -0.4
 MAX_OUTSIDE_OF_PART = 0.35  # share of dots of a part with no inside behind their normals; at most .1
@@ -68,6 +68,7 @@ class Sample:
         self.radius = self.spacing / self.angle if self.angle > 0 else math.inf  # of curvature, Å
         self.alike_nearest, self.alike = float((cosine[:, 0] > 0).mean()), float((cosine > 0).mean())
         self.opposing = 1 - min(self.alike_nearest, self.alike)
+        self.opposing_beside = 100 * (1 - self.alike)  # % of all pairs
         convex = float(((turns * steps).sum(axis=2) > 0).mean())
         self.molecular = SHARE_OF_CONVEX[0] < convex < SHARE_OF_CONVEX[1] and self.angle < MEDIUM_ANGLE
         # mean |cosine| between directions to neighbours and normals, and normals of some rows further
@@ -135,7 +136,7 @@ CHECKS = (  # in the order in which they count
     ),
     Check(
         lambda s: s.angle < DENSE_ANGLE and s.alike < MIN_ALIKE_TO_REPORT,
-        "{s.opposing:.0%} of neighbouring dots have normals that oppose each other; are all of them outward?",
+        "{s.opposing_beside:.0f} % of neighbouring dots have normals that oppose each other; are all of them outward?",
     ),
     Check(
         lambda s: (
@@ -149,7 +150,7 @@ CHECKS = (  # in the order in which they count
         "dots seem {s.stretch:.1f} times as far apart along one direction as across it; are all lengths in one unit?",
     ),
     Check(
-        lambda s: s.closer > MAX_CLOSER,
+        lambda s: s.closer > 1 / MIN_SPACING_OF_PART,
         "dots around {dot} lie {s.closer:.1f} times as close as the others; are all lengths in Å?",
         "close_dot",
     ),

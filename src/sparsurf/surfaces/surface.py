@@ -273,10 +273,10 @@ def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
 class Format(NamedTuple):
     """A file format that holds a surface."""
 
-    sniff: Callable[[bytes], bool]  # from the first bytes of an unpacked file to whether it has this format
-    read: Callable[
-        [bytes, Path | str], Surface
-    ]  # from the unpacked bytes of a file, and its path for messages
+    # from the first bytes of an unpacked file to whether it has this format
+    sniff: Callable[[bytes], bool]
+    # from the unpacked bytes of a file, and its path for messages
+    read: Callable[[bytes, Path | str], Surface]
 
 
 def surface_of_columns(
