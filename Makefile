@@ -112,17 +112,17 @@ evidence: setup
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
 
-$(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
+$(KERNELS): $(READY) $(shell find src -name '*.py')
 	@echo "Compiling kernels (once, about half a minute)"
 	@mkdir -p .cache
 	@$(BIN)/python -m sparsurf.compile_kernels remove
 	@$(BIN)/python -m sparsurf.compile_kernels surfaces & job=$$!; \
-	  $(BIN)/python -m sparsurf.compile_kernels patches && wait $$job
+	  $(BIN)/python -m sparsurf.compile_kernels patches && $(BIN)/python -m sparsurf_study.compile_kernels && wait $$job
 	@touch $@
 
 # JSON Schema and reference page of the config, from its models
 schema: $(READY)
-	$(BIN)/python -m sparsurf.workflow.config
+	$(BIN)/python -m sparsurf_study.workflow.config
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)

@@ -96,7 +96,7 @@ checkpoint choose_frames:
         frames=config["frames"],
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        code=METHOD,
+        code=code_of("choose_frames"),
     message:
         "Choosing the conformations of {wildcards.protein}"
     script:
@@ -122,7 +122,7 @@ rule draw_frames:
     conda:
         "envs/study.yaml"
     params:
-        code=REPORT,
+        code=code_of("draw_frames"),
     message:
         "Figure of the frames of {wildcards.protein}"
     script:
@@ -147,7 +147,7 @@ rule compute_surface:
     params:
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
-        code=METHOD,
+        code=code_of("compute_surface"),
     message:
         "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -168,7 +168,7 @@ rule read_surface:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
     params:
-        code=METHOD,
+        code=code_of("read_surface"),
     message:
         "Reading the surface of {wildcards.protein}"
     script:
@@ -188,7 +188,7 @@ rule measure_roughness:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
         patches=part_of("patches", "r_patch", "d_link", "roughness"),
-        code=METHOD,
+        code=code_of("measure_roughness"),
     message:
         "Roughness of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -217,7 +217,7 @@ rule measure_floors:
         evaluation=part_of("evaluation", "test_dots"),
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        code=METHOD,
+        code=code_of("measure_floors"),
     message:
         "Noise floors of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -260,7 +260,7 @@ rule select_minimal_subset:
         fields=config["fields"],
         with_tail=lambda wildcards: wildcards.protein in SAMPLED + READY_SURFACES,
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("select_minimal_subset"),
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -292,7 +292,7 @@ rule draw_view:
         minimal=config["minimal"],
         seed=config["seed"],
         title=title_of_page,
-        code=REPORT,
+        code=code_of("draw_view"),
     message:
         "Page of {wildcards.protein}/{wildcards.conformation} to look at"
     script:
@@ -321,7 +321,7 @@ rule tabulate_residues:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        code=METHOD,
+        code=code_of("tabulate_residues"),
     message:
         "Residues of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -360,7 +360,7 @@ rule summarise_surfaces:
         patches=config["patches"],
         minimal=config["minimal"],
         sampled=SAMPLED,
-        code=[METHOD, REPORT],
+        code=code_of("summarise_surfaces"),
     message:
         "All surfaces side by side"
     script:
@@ -405,7 +405,7 @@ else:
             exclude=config["exclude"],
             logs="results/{run}/logs",
             jobs=log_names(workflow.rules),
-            code=REPORT,
+            code=code_of("close_run"),
         message:
             "First page of the run"
         script:

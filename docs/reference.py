@@ -3,7 +3,7 @@
 import re
 import textwrap
 
-import sparsurf.columns
+import sparsurf_study.columns
 from sparsurf.cli import command
 
 PLACE = re.compile(r"(?P<mark><!-- generated: (?P<name>\w+) -->\n)(?P<old>.*?)(?P<end><!-- end -->)", re.S)
@@ -37,7 +37,7 @@ def _option(action):
 
 def columns():
     """A section for each table of a run or command: what a row is, and its columns."""
-    for key, table in sparsurf.columns.tables().items():
+    for key, table in sparsurf_study.columns.tables().items():
         yield f"### `{key}`\n\nA row is {table.row}.\n\n| column | type | unit | meaning |\n|---|---|---|---|\n"
         for column in table.columns:
             name, meaning = f"`{column.name}`{'*' * column.optional}", column.meaning.replace("|", "\\|")

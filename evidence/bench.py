@@ -31,8 +31,8 @@ from measures.timing import Table, machine, peak_memory, timed
 from sparsurf.api.points import points
 from sparsurf.api.surfaces import mesh
 from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.pairs.nearest import nearest
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import R_ZERNIKE, build_index
 from sparsurf.patches.islands import patch
@@ -44,15 +44,15 @@ from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.settings import Patches, Settings
 from sparsurf.streams import Streams
-from sparsurf.study import grid
-from sparsurf.study.ensemble import frame_row
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import DENSITY, Surface
 from sparsurf.threads import available_cores
-from sparsurf.workflow.config import check_config
+from sparsurf_study.analysis import grid
+from sparsurf_study.analysis.ensemble import frame_row
+from sparsurf_study.pairs.nearest import nearest
+from sparsurf_study.workflow.config import check_config
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))

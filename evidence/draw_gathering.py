@@ -2,11 +2,12 @@
 
 from measures import fragments
 from measures.pictures import reduce_figure
-from sparsurf.paper.replication import GATHERED
-from sparsurf.report.figures import layout, subsets
 from sparsurf.sampling.combination import Combination
 from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf_study.paper.replication import GATHERED
+from sparsurf_study.report.figures import subsets
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     params, path = snakemake.params, snakemake.output.figure

@@ -2,14 +2,15 @@
 
 from measures import recovery
 from measures.molecules import atoms_of
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.recovering import recover
-from sparsurf.report.figures import layout, subsets
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import Streams
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf_study.report.figures import subsets
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     atoms = atoms_of(snakemake.input.structure)

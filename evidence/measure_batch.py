@@ -8,15 +8,15 @@ import numpy as np
 import pandas as pd
 
 from measures.timing import peak_memory
-from sparsurf.batches.analysis import Structure, analyse_batch
-from sparsurf.batches.tables import write_parquet
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
 from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.config import check_config
-from sparsurf.workflow.jobs import job
-from sparsurf.workflow.yaml_file import read_config
+from sparsurf_study.batches.analysis import Structure, analyse_batch
+from sparsurf_study.batches.tables import write_parquet
+from sparsurf_study.workflow.config import check_config
+from sparsurf_study.workflow.jobs import job
+from sparsurf_study.workflow.yaml_file import read_config
 
 
 def cpu_of_placing(path: str, settings: Settings) -> float:

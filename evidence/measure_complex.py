@@ -3,13 +3,13 @@
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.pairs.matching import agreement, maps, match
-from sparsurf.pairs.partner_files import select_centres
-from sparsurf.pairs.partners import partner_of
 from sparsurf.settings import Patches, Settings
 from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.jobs import job
+from sparsurf_study.pairs.matching import agreement, maps, match
+from sparsurf_study.pairs.partner_files import select_centres
+from sparsurf_study.pairs.partners import partner_of
+from sparsurf_study.workflow.jobs import job
 
 SEED = 0
 SCORES = ("propensity_smoothed", "protrusion")

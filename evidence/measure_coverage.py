@@ -6,7 +6,7 @@ import pandas as pd
 from measures import coverage
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.streams import stream
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     protein, replicates = snakemake.wildcards.protein, snakemake.params.replicates

@@ -6,7 +6,7 @@ from measures.molecules import atoms_of
 from measures.steadiness import steadiness
 from sparsurf.streams import stream
 from sparsurf.surfaces.molecular_surface import molecular_surface
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     protein, seed = snakemake.wildcards.protein, snakemake.params.seed

@@ -3,12 +3,12 @@
 import pandas as pd
 
 from measures import enough, fragments
+from sparsurf.evaluation.required_dots import Trials
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Surface
-from sparsurf.study.required_dots import Trials
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     name, params = snakemake.wildcards.protein, snakemake.params

@@ -3,10 +3,10 @@
 import pandas as pd
 
 from measures import fragments
-from sparsurf.paper.replication import gathering_by_roughness
 from sparsurf.sampling.combination import PUBLISHED_ROWS
-from sparsurf.study.grid import evaluate_grid
-from sparsurf.workflow.jobs import job, reporter
+from sparsurf_study.analysis.grid import evaluate_grid
+from sparsurf_study.paper.replication import gathering_by_roughness
+from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake):
     name, params, output = snakemake.wildcards.surface, snakemake.params, snakemake.output

@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from measures import interfaces
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake), threadpool_limits(1):
     seed, tables, table = snakemake.params.seed, [], pd.DataFrame(columns=["density", *interfaces.MEASURES])

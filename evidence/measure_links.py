@@ -1,7 +1,7 @@
 """d of the published combinations on one surface by linking distance and reading."""
 
 from measures import fragments, links
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     name, params = snakemake.wildcards.protein, snakemake.params

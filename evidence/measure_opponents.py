@@ -2,7 +2,7 @@
 
 from measures import opponents, rebuilding
 from measures.molecules import atoms_of
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 MAX_ATOMS_FOR_MESHES = 3_000  # meshes of larger structures take minutes each
 

@@ -5,7 +5,7 @@ import pandas as pd
 from measures import protocols
 from measures.molecules import atoms_of
 from sparsurf.errors import InputError
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 COLUMNS = ["protocol", "chain", *protocols.MEASURES]
 

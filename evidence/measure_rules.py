@@ -2,7 +2,7 @@
 
 from measures import fragments, links
 from measures.tables import write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     params, path = snakemake.params, snakemake.input.structure

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 
 from measures import coverage
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.streams import Streams
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     prepared = PreparedSurface(

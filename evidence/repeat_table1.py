@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from measures import fragments
-from sparsurf.paper.published_runs import centres_in_random_orders, runs_as_published
-from sparsurf.workflow.jobs import job, reporter
+from sparsurf_study.paper.published_runs import centres_in_random_orders, runs_as_published
+from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake):
     params = snakemake.params

@@ -1,10 +1,10 @@
 """AUC of complementarity and of protrusion over many complexes: tables and figure."""
 
 from measures.tables import read_tables, write_tables
-from sparsurf.pairs.ranking import means_over_pairs
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.pair_figures import over_pairs
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf_study.pairs.ranking import means_over_pairs
+from sparsurf_study.report.figures.pair_figures import over_pairs
+from sparsurf_study.workflow.jobs import job
 
 COLUMNS = ["complex", "partner", "descriptor", "score", "auc", "low", "high", "dots", "interface"]
 NAMES = {"rotation_robust propensity_smoothed": "complementarity, rotation-robust"}  # in the figure

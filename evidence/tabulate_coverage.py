@@ -3,7 +3,7 @@
 from measures.coverage import of_means
 from measures.tables import read_tables, write_tables
 from sparsurf.streams import stream
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 NUMBERS = ["fixed_t", "fixed_normal", "winner", "cv", "cv_winner", "best_in_set"]
 NUMBERS += ["selected_bias", "cv_bias", "half_width", "set_size"]

@@ -2,7 +2,7 @@
 
 from measures.steadiness import draw, means
 from measures.tables import read_tables, write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     changes = read_tables(snakemake.input.changes)

@@ -1,7 +1,7 @@
 """How many dots are enough on several surfaces, and the coverage of the interval."""
 
 from measures.tables import read_tables, write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     write_tables(

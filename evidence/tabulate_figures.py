@@ -8,7 +8,7 @@ import pandas as pd
 from measures import paper_figures
 from measures.pictures import reduce_figure
 from measures.tables import write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     paths, output = snakemake.input, snakemake.output

@@ -4,10 +4,10 @@ import pandas as pd
 
 from measures import fragments
 from measures.tables import read_tables, write_tables
-from sparsurf.paper.published_runs import place_published_values, tests_of_table_1
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.table1 import table1_figure
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf_study.paper.published_runs import place_published_values, tests_of_table_1
+from sparsurf_study.report.figures.table1 import table1_figure
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     output = snakemake.output

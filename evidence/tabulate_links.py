@@ -2,7 +2,7 @@
 
 from measures.links import draw, readings_table
 from measures.tables import read_tables, write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     table = read_tables(snakemake.input.links)

@@ -5,7 +5,7 @@ import pandas as pd
 from measures import opponents, recovery
 from measures.rebuilding import rebuilders
 from measures.tables import read_tables, write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 COMPARED = (opponents.UNIFORM, opponents.MESH, opponents.CORNERS, *rebuilders())
 PAIRED = ("Z", "distance", "distance_99", "largest", "back_most", "angle")

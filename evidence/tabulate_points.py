@@ -3,7 +3,7 @@
 import pandas as pd
 
 from measures.tables import read_tables, write_tables
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 COUNTS = ["failed", "open", "topology_changed", "differs"]
 MEANS = ["density", "distance", "distance_99", "largest", "angle", "cpu_s", "short"]

@@ -8,7 +8,7 @@ from measures.protein_tables import tables_of
 from measures.studies import read_study, sizes
 from measures.tables import write_tables
 from sparsurf.recovery.readings import RECOVERED
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 GZIP = {"method": "gzip", "mtime": 0}  # the same bytes for the same table
 

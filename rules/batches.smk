@@ -46,7 +46,7 @@ rule analyse_batch:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("analyse_batch"),
     message:
         "Batch {wildcards.batch} of structures"
     script:
@@ -72,7 +72,7 @@ rule summarise_batches:
         exclude=config["exclude"],
         logs="results/{run}/logs",
         jobs=log_names(workflow.rules),
-        code=[METHOD, REPORT],
+        code=code_of("summarise_batches"),
     message:
         "First page of the run"
     script:

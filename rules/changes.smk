@@ -30,7 +30,7 @@ rule compare_forms:
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("compare_forms"),
     message:
         "Comparing the forms of {wildcards.comparison}"
     script:
@@ -65,7 +65,7 @@ rule draw_changes:
         forms=lambda wildcards: CHANGES[wildcards.comparison],
         patches=config["patches"],
         seed=config["seed"],
-        code=REPORT,
+        code=code_of("draw_changes"),
     message:
         "Pictures of the changes of {wildcards.comparison}"
     script:

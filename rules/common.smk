@@ -2,14 +2,14 @@
 
 import re
 
-from sparsurf.batches.assignment import batched_structures, batches_of
+from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
-from sparsurf.workflow.code_version import METHOD, REPORT
-from sparsurf.workflow.config import check_config, proteins, sampled_proteins
-from sparsurf.workflow.jobs import let_jobs_import_library
-from sparsurf.workflow.memory import memory_of_grid
-from sparsurf.workflow.names import PAPER_FIGURES
-from sparsurf.workflow.conformations import first_column, has_one_model, without_zeros
+from sparsurf_study.workflow.code_version import code_of
+from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins
+from sparsurf_study.workflow.jobs import let_jobs_import_library
+from sparsurf_study.workflow.memory import memory_of_grid
+from sparsurf_study.workflow.names import PAPER_FIGURES
+from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
 let_jobs_import_library()
 
@@ -60,7 +60,7 @@ def in_report(path, title, category="{protein}", caption=None):
     """An output that Snakemake's report shows; `caption` names a file of report/captions/, by default that of the output's name."""
     return report(
         path,
-        caption=HOME / f"src/sparsurf/report/captions/{caption or Path(path).stem}.rst",
+        caption=HOME / f"src/sparsurf_study/report/captions/{caption or Path(path).stem}.rst",
         category=category,
         subcategory="{conformation}" if "{conformation}" in path else None,
         labels={"result": title},

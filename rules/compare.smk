@@ -26,7 +26,7 @@ rule compare_samplers:
         samplers=config["compare"].get("samplers"),
         seed=config["seed"],
         title=title_of_page,
-        code=[METHOD, REPORT],
+        code=code_of("compare_samplers"),
     message:
         "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -45,7 +45,7 @@ rule summarise_comparison:
     conda:
         "../envs/study.yaml"
     params:
-        code=[METHOD, REPORT],
+        code=code_of("summarise_comparison"),
     message:
         "Comparing samplers over all conformations and proteins"
     script:

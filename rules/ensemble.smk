@@ -29,7 +29,7 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
         ensemble=part_of("ensemble", "combination", "test_dots", "stride"),
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        code=METHOD,
+        code=code_of("follow_frames"),
     message:
         "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.scatteritem}"
     script:
@@ -52,7 +52,7 @@ rule follow_ensemble:
         "../envs/study.yaml"
     params:
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        code=METHOD,
+        code=code_of("follow_ensemble"),
     message:
         "All frames of {wildcards.protein} in one table"
     script:
@@ -78,7 +78,7 @@ rule draw_ensemble:
         "../envs/study.yaml"
     params:
         combination=config["ensemble"]["combination"],
-        code=REPORT,
+        code=code_of("draw_ensemble"),
     message:
         "Figure of {wildcards.protein} over time"
     script:

@@ -34,7 +34,7 @@ rule compute_partner_surfaces:
         pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its files
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
-        code=METHOD,
+        code=code_of("compute_partner_surfaces"),
     message:
         "Surfaces of both partners of {wildcards.pair}"
     script:
@@ -63,7 +63,7 @@ rule match_partners:
         smoothing=config["complementarity"]["smoothing"],
         interface=config["complementarity"]["interface"],
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("match_partners"),
     message:
         "Comparing the patches of both partners of {wildcards.pair}"
     script:
@@ -86,7 +86,7 @@ rule tabulate_pair_residues:
     conda:
         "../envs/study.yaml"
     params:
-        code=METHOD,
+        code=code_of("tabulate_pair_residues"),
     message:
         "Propensity of the residues of {wildcards.pair}"
     script:
@@ -111,7 +111,7 @@ rule draw_pair:
     params:
         patches=config["patches"],
         seed=config["seed"],
-        code=REPORT,
+        code=code_of("draw_pair"),
     message:
         "Pictures of both partners of {wildcards.pair}"
     script:
@@ -130,7 +130,7 @@ rule summarise_pairs:
     conda:
         "../envs/study.yaml"
     params:
-        code=[METHOD, REPORT],
+        code=code_of("summarise_pairs"),
     message:
         "Agreement with the interface, over all pairs"
     script:

@@ -34,7 +34,7 @@ rule reproduce_paper:
         seed=config["seed"],
         a1=f"{config['paper']}/c1",
         path_to_surface=PROTEINS[config["paper"]].surface,
-        code=[METHOD, REPORT],
+        code=code_of("reproduce_paper"),
     message:
         "Comparing with the paper"
     script:

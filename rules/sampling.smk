@@ -23,7 +23,7 @@ rule evaluate_grid:
         sampling=config["sampling"],
         evaluation=config["evaluation"],
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("evaluate_grid"),
     message:
         "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
     script:
@@ -54,7 +54,7 @@ rule tabulate_best:
         evaluation=config["evaluation"],
         seed=config["seed"],
         ranges=config["tables"]["ranges"],
-        code=METHOD,
+        code=code_of("tabulate_best"),
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -108,7 +108,7 @@ rule draw_figures:
         evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         seed=config["seed"],
-        code=[METHOD, REPORT],
+        code=code_of("draw_figures"),
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -135,7 +135,7 @@ rule summarise_best:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 10 * input.size_mb),
     params:
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("summarise_best"),
     message:
         "Best parameters of all surfaces"
     script:

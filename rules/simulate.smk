@@ -27,7 +27,7 @@ rule prepare_system:  # hydrogens, a box of water, ions
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
         structure_options=lambda wildcards: PROTEINS[wildcards.protein].file_options,
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("prepare_system"),
     message:
         "Putting {wildcards.protein} into water"
     script:
@@ -56,7 +56,7 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
         stage="{stage}",
         unfinished="results/{run}/{protein}/simulation/.running/{stage}",  # survives a killed job: checkpoints
         seed=config["seed"],
-        code=METHOD,
+        code=code_of("simulate_stage"),
     message:
         "Simulating {wildcards.protein}: {wildcards.stage}"
     script:
@@ -85,7 +85,7 @@ rule judge_simulation:
         "../envs/study.yaml"
     params:
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
-        code=[METHOD, REPORT],
+        code=code_of("judge_simulation"),
     message:
         "Quality of the simulation of {wildcards.protein}"
     script:

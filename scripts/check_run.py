@@ -7,8 +7,8 @@ from urllib.parse import unquote
 
 from sparsurf.errors import InputError
 from sparsurf.files import checksum, open_closed_streams
-from sparsurf.workflow.models import Config
-from sparsurf.workflow.yaml_file import read_config
+from sparsurf_study.workflow.models import Config
+from sparsurf_study.workflow.yaml_file import read_config
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import choose_conformations
-from sparsurf.rounding import write_table
 from sparsurf.streams import stream
-from sparsurf.workflow.jobs import job
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     molecule, choice = choose_conformations(

@@ -1,8 +1,8 @@
 """Close a run: its warnings, its failures, its first page, and a description of all files for archives."""
 
-from sparsurf.report.closing import close_run
-from sparsurf.workflow.job_logs import collected_warnings
-from sparsurf.workflow.jobs import job
+from sparsurf_study.report.closing import close_run
+from sparsurf_study.workflow.job_logs import collected_warnings
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     warnings = collected_warnings(s.input.results, s.params.logs, s.params.jobs)

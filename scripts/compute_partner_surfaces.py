@@ -4,7 +4,7 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     chains = s.params.pair.get("chains")  # of both partners of a complex

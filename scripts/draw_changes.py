@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
-from sparsurf.pairs.changes import numbered_alike, over_floor
-from sparsurf.pairs.matching import on_atoms
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.changes import changes_figure, highest_shown, seen_alike
-from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.settings import Settings
-from sparsurf.study.tables import read_residues
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf.views.viewer.page import Values, coloured_page
+from sparsurf_study.analysis.tables import read_residues
+from sparsurf_study.pairs.changes import numbered_alike, over_floor
+from sparsurf_study.pairs.matching import on_atoms
+from sparsurf_study.report.figures.changes import changes_figure, highest_shown, seen_alike
+from sparsurf_study.workflow.jobs import job
 
 MEANING = "at its floor", "changed", "below it, or buried"
 

@@ -1,27 +1,27 @@
-"""Draw the figures of one surface, each by the module of its name in sparsurf.report.figures."""
+"""Draw the figures of one surface, each by the module of its name in sparsurf_study.report.figures."""
 
 import json
 from pathlib import Path
 
+from sparsurf.evaluation.floors import FRESH
 from sparsurf.recovery.readings import READINGS, readings_of_columns
-from sparsurf.report.figures import (
+from sparsurf.sampling.combination import Combination
+from sparsurf.sampling.samplers import sampler_label
+from sparsurf.surfaces.surface import Surface
+from sparsurf.views import layout
+from sparsurf_study.analysis.rough_and_flat import kept_and_any, table_of_bins
+from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table
+from sparsurf_study.report.figures import (
     d_over_grid,
-    layout,
     number_of_dots,
     required_dots,
     rough_and_flat,
     roughness,
     subsets,
 )
-from sparsurf.report.figures.results import Results
-from sparsurf.rounding import write_table
-from sparsurf.sampling.combination import Combination
-from sparsurf.sampling.samplers import sampler_label
-from sparsurf.study.floors import FRESH
-from sparsurf.study.rough_and_flat import kept_and_any, table_of_bins
-from sparsurf.study.tables import read_minimal, read_prepared, read_table
-from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow.jobs import job
+from sparsurf_study.report.figures.results import Results
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job
 
 FIGURES = (required_dots, roughness, number_of_dots, d_over_grid, rough_and_flat, subsets)
 

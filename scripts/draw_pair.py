@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import residue_labels
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.pair_figures import book_figure, opened, ranks, side_by_side
-from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf.views.viewer.page import Values, coloured_page
+from sparsurf_study.report.figures.pair_figures import book_figure, opened, ranks, side_by_side
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     name, dots = s.wildcards.pair, pd.read_csv(s.input.dots, low_memory=False)

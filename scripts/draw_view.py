@@ -5,15 +5,16 @@ from pathlib import Path
 
 from PIL import Image  # matplotlib takes longer to import than all of this to draw
 
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.recovery.errors import distance_to_recovered
-from sparsurf.report.figures.render import along_smallest_axis, thumbnail
-from sparsurf.report.viewer.page import MAX_DOTS, enough_of, page, values_of
 from sparsurf.sampling.samplers import farthest
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
-from sparsurf.workflow.jobs import job
+from sparsurf.views.render import along_smallest_axis, thumbnail
+from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
+from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table
+from sparsurf_study.report.texts import enough_of
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     dots = with_fields(read_npz(s.input.surface), s.input.fields or None)

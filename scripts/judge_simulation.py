@@ -3,13 +3,13 @@
 import logging
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.simulation import simulation_figure
-from sparsurf.rounding import write_table
-from sparsurf.simulation import quality
-from sparsurf.simulation.protocol import with_defaults
-from sparsurf.simulation.stages import extract_protein
-from sparsurf.workflow.jobs import job
+from sparsurf.views import layout
+from sparsurf_study.report.figures.simulation import simulation_figure
+from sparsurf_study.rounding import write_table
+from sparsurf_study.simulation import quality
+from sparsurf_study.simulation.protocol import with_defaults
+from sparsurf_study.simulation.stages import extract_protein
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     extract_protein(s.input.system, s.input.production, s.output.topology, s.output.trajectory)

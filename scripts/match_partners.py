@@ -1,11 +1,11 @@
 """Match both partners of a pair: propensity of every dot, best-matching patches, agreement with the interface."""
 
-from sparsurf.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
-from sparsurf.pairs.partner_files import read_partners, select_centres
-from sparsurf.rounding import write_table
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.workflow.jobs import job
+from sparsurf_study.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
+from sparsurf_study.pairs.partner_files import read_partners, select_centres
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     settings, seed, within = Settings(patches=s.params.patches), s.params.seed, s.params.interface

@@ -6,7 +6,7 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     dots, patches = read_npz(s.input.surface), s.params.patches

@@ -2,7 +2,7 @@
 
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.workflow.jobs import job
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     write_npz(s.output.surface, read_surface(s.input.surface))

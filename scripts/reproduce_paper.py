@@ -4,14 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sparsurf.paper.replication import facts_for_page, reproduce
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.table1 import table1_figure
-from sparsurf.report.page import embedded, write
-from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
-from sparsurf.rounding import write_table
-from sparsurf.study.tables import add_reference_columns, read_prepared, read_table
-from sparsurf.workflow.jobs import job, reporter
+from sparsurf.views import layout
+from sparsurf_study.analysis.tables import add_reference_columns, read_prepared, read_table
+from sparsurf_study.paper.replication import facts_for_page, reproduce
+from sparsurf_study.report.figures.table1 import table1_figure
+from sparsurf_study.report.page import embedded, write
+from sparsurf_study.report.paper_page import TEMPLATE, paper_page, surface_of
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     a1, best = s.params.a1, json.loads(Path(s.input.best).read_text(encoding="utf-8"))

@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from sparsurf.evaluation.floors import read_distances
+from sparsurf.evaluation.minimal_subset import represent
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
-from sparsurf.study.floors import read_distances
-from sparsurf.study.minimal_subset import represent
-from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.workflow.jobs import job
+from sparsurf_study.analysis.tables import read_roughness, read_table
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job
 
 REMARK = "%s: nothing was evaluated among the kept dots, so the paper's sampling takes the paper's parameters"
 

@@ -15,15 +15,15 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
-from sparsurf.batches.assignment import TABLES, batched_structures, batches_of
 from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams
 from sparsurf.threads import ignore_numba_threads
-from sparsurf.workflow.config import check_config, read_config
-from sparsurf.workflow.job_logs import collected_warnings
-from sparsurf.workflow.jobs import DISK_ERRORS, job
-from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
-from sparsurf.workflow.running import (
+from sparsurf_study.batches.assignment import TABLES, batched_structures, batches_of
+from sparsurf_study.workflow.config import check_config, read_config
+from sparsurf_study.workflow.job_logs import collected_warnings
+from sparsurf_study.workflow.jobs import DISK_ERRORS, job
+from sparsurf_study.workflow.memory import memory_of_grid, memory_of_machine
+from sparsurf_study.workflow.running import (
     failed_jobs,
     failed_places,
     finished_parts,
@@ -32,7 +32,7 @@ from sparsurf.workflow.running import (
     run_snakemake,
     say_what_failed,
 )
-from sparsurf.workflow.slurm import JOB_PREFIX, slurm_options, wait_on_slurm
+from sparsurf_study.workflow.slurm import JOB_PREFIX, slurm_options, wait_on_slurm
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
@@ -145,7 +145,7 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
 
 def closed(config: dict, run: Path, failures: dict[str, str]) -> bool:
     """Close a run in which jobs failed; return whether it has a first page."""
-    from sparsurf.report.closing import close_partial_run  # here, as it imports pandas and matplotlib
+    from sparsurf_study.report.closing import close_partial_run  # here, as it imports pandas and matplotlib
 
     closing = SimpleNamespace(rule="close_run", log=[run / "logs" / "close_run.log"])
     tables = [f"{run}/{name}/{batch}.parquet" for batch in batches_of(config) for name in TABLES]

@@ -1,8 +1,8 @@
 """Close a run in batches: its first page, the figure of its distributions, failures and warnings, and the crate."""
 
-from sparsurf.report.closing import close_batches
-from sparsurf.workflow.job_logs import collected_warnings
-from sparsurf.workflow.jobs import job
+from sparsurf_study.report.closing import close_batches
+from sparsurf_study.workflow.job_logs import collected_warnings
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     studied = list(s.input.studied)

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sparsurf.report.summaries import summarise_comparison
-from sparsurf.workflow.jobs import job
+from sparsurf_study.report.summaries import summarise_comparison
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     summarise_comparison(map(Path, s.input.tables), s.output.table, s.output.png)

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sparsurf.report.summaries import summarise_surfaces
-from sparsurf.workflow.jobs import job
+from sparsurf_study.report.summaries import summarise_surfaces
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     folders = {Path(path).parent: Path(path).parts[-3] in s.params.sampled for path in s.input.surfaces}

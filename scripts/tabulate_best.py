@@ -3,11 +3,11 @@
 import json
 from pathlib import Path
 
-from sparsurf.rounding import write_table
-from sparsurf.study import tables
-from sparsurf.study.grid import add_scaled_link, read_grid
-from sparsurf.study.prepared_surface import number_of_tests
-from sparsurf.workflow.jobs import job
+from sparsurf.evaluation.prepared_surface import number_of_tests
+from sparsurf_study.analysis import tables
+from sparsurf_study.analysis.grid import add_scaled_link, read_grid
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     result, evaluation = read_grid(s.input.distances), s.settings.evaluation

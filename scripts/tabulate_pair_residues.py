@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.pairs.matching import by_residue, on_atoms
-from sparsurf.report import viewer
-from sparsurf.study.tables import read_residues
-from sparsurf.workflow.jobs import job
+from sparsurf_study.analysis.tables import read_residues
+from sparsurf_study.pairs.matching import by_residue, on_atoms
+from sparsurf_study.report.scenes import script_text
+from sparsurf_study.workflow.jobs import job
 
 COLOUR_QUANTILES = {"%LOW%": 0.05, "%HIGH%": 0.95}  # over the residues: both ends of the colour scale
 B_FACTOR_OF_BURIED = -1.0  # of residues without dots
@@ -20,8 +20,7 @@ with job(snakemake) as s:
         b_factor = on_atoms(molecule, of_side, "propensity_smoothed", B_FACTOR_OF_BURIED)
         molecule.write_pdb(s.output[f"pdb_{side}"], b_factor=b_factor)
     for script in (s.output.pml, s.output.cxc):
-        template = Path(viewer.__file__).with_name(f"open_pair{Path(script).suffix}")
-        text = template.read_text(encoding="utf-8")
+        text = script_text(f"open_pair{Path(script).suffix}")
         for mark, quantile in COLOUR_QUANTILES.items():
             text = text.replace(mark, f"{residues['propensity_smoothed'].quantile(quantile):.3f}")
         Path(script).write_text(text, encoding="utf-8")

@@ -1,19 +1,18 @@
 """Tabulate a surface residue by residue, and write the structure with the mean R_i of its residues for other programs."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 
 from sparsurf.api.scenes import write_bild
+from sparsurf.evaluation.residues import residue_table
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.report import viewer
-from sparsurf.rounding import write_table
-from sparsurf.study.residues import residue_table
-from sparsurf.study.tables import read_minimal, read_roughness
 from sparsurf.surfaces.components import stored_components
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
-from sparsurf.workflow.jobs import job
+from sparsurf_study.analysis.tables import read_minimal, read_roughness
+from sparsurf_study.report.scenes import script_text
+from sparsurf_study.rounding import write_table
+from sparsurf_study.workflow.jobs import job
 
 BURIED = -1.0  # B factor of residues without dots outside of cavities
 
@@ -27,5 +26,5 @@ with job(snakemake) as s:
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
     molecule.write_pdb(s.output.pdb, b_factor=b_factor)
     for path in (s.output.pml, s.output.cxc):
-        shutil.copyfile(Path(viewer.__file__).with_name(Path(path).name), path)
+        Path(path).write_text(script_text(Path(path).name), encoding="utf-8")
     write_bild(s.output.bild, subset[["x", "y", "z"]].to_numpy())

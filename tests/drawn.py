@@ -9,7 +9,7 @@ from matplotlib.text import Text
 from PIL import Image
 from scipy.ndimage import uniform_filter
 
-from sparsurf.report.figures import layout
+from sparsurf.views import layout
 
 MADE_BY = "3.11"  # matplotlib that drew the stored pictures; others space letters otherwise
 REDUCED = 4  # stored pixels are so many of a figure's on a side

@@ -145,24 +145,24 @@ def measured():
     from dataclasses import replace
 
     from peptides import peptide, write
+    from sparsurf.evaluation.floors import floors_table, measure_floors
+    from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.molecules.conformations import choose_frames
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.orientation import principal_axes
-    from sparsurf.pairs.changes import superpose_forms
-    from sparsurf.pairs.matching import agreement, maps, match
-    from sparsurf.pairs.partners import partner_of
-    from sparsurf.pairs.residue_moments import describe_residues
     from sparsurf.patches import descriptors
     from sparsurf.patches.index import build_index
     from sparsurf.patches.roughness import published as roughness_of
     from sparsurf.recovery.recovering import recover
     from sparsurf.sampling.farthest_point import farthest_point_sampling
     from sparsurf.streams import Streams
-    from sparsurf.study.best_set import _critical_values, best_set, scatter
-    from sparsurf.study.floors import floors_table, measure_floors
-    from sparsurf.study.prepared_surface import PreparedSurface
     from sparsurf.surfaces.molecular_surface import molecular_surface
     from sparsurf.surfaces.radii import radii
+    from sparsurf_study.analysis.best_set import _critical_values, best_set, scatter
+    from sparsurf_study.pairs.changes import superpose_forms
+    from sparsurf_study.pairs.matching import agreement, maps, match
+    from sparsurf_study.pairs.partners import partner_of
+    from sparsurf_study.pairs.residue_moments import describe_residues
 
     logging.disable()
     out = {}

@@ -14,16 +14,16 @@ import pytest
 from conftest import ROOT
 from small_study import output, snakemake
 from sparsurf import settings
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.subset_search import find_subset
 from sparsurf.patches import descriptors, roughness
 from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
-from sparsurf.report.figures.results import Results
 from sparsurf.sampling import samplers
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces import read_surface as surface_files
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
+from sparsurf_study.report.figures.results import Results
 
 TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^## (An? .*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
@@ -163,8 +163,8 @@ def test_a_column(checkout):
     )
     code = """
 import sparsurf
-from sparsurf import columns
-from sparsurf.batches.tables import columns_of
+from sparsurf_study import columns
+from sparsurf_study.batches.tables import columns_of
 molecule = sparsurf.read_molecule("topology.pdb", residues="209-210")
 dots = sparsurf.surface(molecule)
 table = sparsurf.residues(dots, molecule, roughness_values=[0.5] * len(dots))
@@ -180,12 +180,12 @@ def test_a_default(checkout):
     for key in re.findall(r"`(probe_radius|r_\w+)`", RECIPES["A default"]):
         replace_once(checkout / "src/sparsurf/settings.py", rf"^(    {key}: \w+ = key\()[\d.]+", r"\g<1>4.25")
         replace_once(checkout / "config.yaml", rf"^(  {key}: )[\d.]+", r"\g<1>4.25")
-    printed(checkout, "-m", "sparsurf.workflow.config")
+    printed(checkout, "-m", "sparsurf_study.workflow.config")
     assert (checkout / "config" / "schema.json").read_text(encoding="utf-8").count('"default": 4.25') == 3
     assert (checkout / "docs" / "config.md").read_text(encoding="utf-8").count("| `4.25` |") == 3
     code = """
 import inspect, sparsurf
-from sparsurf.workflow.config import check_config
+from sparsurf_study.workflow.config import check_config
 from sparsurf.patches.index import R_ZERNIKE
 checked = check_config({"proteins": {"a": {"pdb": "1ubi"}}})
 print(checked["surface"]["probe_radius"], checked["patches"]["r_patch"], checked["patches"]["r_zernike"])

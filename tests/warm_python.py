@@ -26,8 +26,8 @@ from contextlib import suppress
 from pathlib import Path
 
 IMPORTED_BY_SNAKEMAKE = (
-    "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf.workflow.config", "sparsurf.workflow.jobs",
-    "sparsurf.dot_fields.columns", "sparsurf.molecules.read_molecule", "nbformat", "smart_open",
+    "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf_study.workflow.config",
+    "sparsurf_study.workflow.jobs", "sparsurf.dot_fields.columns", "sparsurf.molecules.read_molecule", "nbformat", "smart_open",
 )  # fmt: skip
 CLIENT = """
 import json, os, socket, sys
@@ -91,14 +91,17 @@ def import_snakemake():
 def serve(command, address):
     """Import what jobs need, then fork for each call; return in the fork that is to run it."""
     import sparsurf
+    import sparsurf_study
     from sparsurf import compile_kernels
 
-    for module in pkgutil.walk_packages(sparsurf.__path__, "sparsurf."):
-        if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
+    for package in (sparsurf, sparsurf_study):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
     import_snakemake()
     for part in compile_kernels.PARTS.values():
         part()
+    importlib.import_module("sparsurf_study.compile_kernels").compile_grid()
     gc.freeze()  # no fork searches what it shares with the others, which would copy it
     listener = socket.socket(socket.AF_UNIX)
     listener.bind(address)

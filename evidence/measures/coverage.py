@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 from scipy.stats import norm
 
 from measures.over_proteins import median_interval, spearman
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import cross_validated, estimate, mean_interval, winners_outside
 from sparsurf.sampling.combination import PARAMETERS
-from sparsurf.study import grid
-from sparsurf.study.best_set import best_set
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.relation import rho_interval
-from sparsurf.study.statistics import cross_validated, estimate, mean_interval, winners_outside
-from sparsurf.study.tables import d_values, range_index, range_limits
+from sparsurf_study.analysis import grid
+from sparsurf_study.analysis.best_set import best_set
+from sparsurf_study.analysis.relation import rho_interval
+from sparsurf_study.analysis.tables import d_values, range_index, range_limits
 
 CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
 N_RANGES = 10

@@ -5,6 +5,17 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
+from sparsurf.evaluation.crossing import fitted_crossing
+from sparsurf.evaluation.floors import FRESH, measure_floors
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.required_dots import (
+    DRAWS,
+    Required,
+    Trials,
+    required_for_error,
+    required_to_recover,
+    sizes_around,
+)
 from sparsurf.patches.descriptors import PUBLISHED
 from sparsurf.recovery.errors import (
     DENSITY_FOR_ERRORS,
@@ -12,17 +23,6 @@ from sparsurf.recovery.errors import (
     curvature,
     distance_to_recovered,
     error_table,
-)
-from sparsurf.study.crossing import fitted_crossing
-from sparsurf.study.floors import FRESH, measure_floors
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.required_dots import (
-    DRAWS,
-    Required,
-    Trials,
-    required_for_error,
-    required_to_recover,
-    sizes_around,
 )
 from sparsurf.surfaces.surface import Surface
 

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import cross_validated, estimate
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
 from sparsurf.sampling import published
@@ -12,15 +14,13 @@ from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.settings import Settings
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import Streams
-from sparsurf.study import tables
-from sparsurf.study.best_set import best_set
-from sparsurf.study.grid import Grid
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.statistics import cross_validated, estimate
 from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
+from sparsurf_study.analysis import tables
+from sparsurf_study.analysis.best_set import best_set
+from sparsurf_study.analysis.grid import Grid
 
 FROM_FILE = "file"  # the dots are those of the file
 PUBLISHED_BEST = 5  # row of Table I with the highest d, (1, 0, 6, 0)

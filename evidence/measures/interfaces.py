@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.pairs.ranking import auc
-from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.radii import radii
+from sparsurf_study.analysis.relation import with_interval
+from sparsurf_study.pairs.ranking import auc
 
 CONTACT = 5.0  # Å between heavy atoms of an interface
 AROUND = (6.0, 10.0)  # Å, of the points that a descriptor sees

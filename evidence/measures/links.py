@@ -6,16 +6,16 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
-from sparsurf.paper import replication
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING, KEPT_READING, SCALED_LINK, SCALED_READING
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.layout import styled
 from sparsurf.sampling.combination import PUBLISHED_ROWS, Combination
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.study import grid, tables
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.surface import Surface
+from sparsurf.views import layout
+from sparsurf.views.layout import styled
+from sparsurf_study.analysis import grid, tables
+from sparsurf_study.paper import replication
 
 COLUMNS = ["reading", "d_link", "row", "n_S_percent", "d", "d_low", "d_high"]
 N_SHOWN = 5  # rows of Table I in the figure, every second one

@@ -15,13 +15,13 @@ from scipy.spatial import cKDTree
 from measures.molecules import dotted_surface
 from measures.rebuilding import Rebuilder, Simplifier
 from measures.recovery import Truth, angles, nearest, truth
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.settings import Patches, Settings
 from sparsurf.streams import Streams
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
+from sparsurf.evaluation.required_dots import smallest_n_s
 from sparsurf.patches.readings import FULL_READING, SCALED_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import (
@@ -14,12 +15,11 @@ from sparsurf.sampling.combination import (
     join_combinations,
     split_combinations,
 )
-from sparsurf.study.best_set import best_set
-from sparsurf.study.comparison import REFERENCE
-from sparsurf.study.relation import NORMAL_QUANTILE, rho_interval, with_interval
-from sparsurf.study.required_dots import smallest_n_s
-from sparsurf.study.summary import Result, evaluated_readings, stack_column
-from sparsurf.study.tables import range_index, range_limits
+from sparsurf_study.analysis.best_set import best_set
+from sparsurf_study.analysis.comparison import REFERENCE
+from sparsurf_study.analysis.relation import NORMAL_QUANTILE, rho_interval, with_interval
+from sparsurf_study.analysis.summary import Result, evaluated_readings, stack_column
+from sparsurf_study.analysis.tables import range_index, range_limits
 
 FRESH = "fresh dots"  # the floor of other dots of the same surface
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z

@@ -9,9 +9,9 @@ from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
 from sparsurf.recovery.readings import READINGS, RECOVERED
-from sparsurf.report.figures import layout
-from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.sampling.samplers import sampler_label
+from sparsurf.views import layout
+from sparsurf.views.layout import LINES, PALETTE, styled
 
 FAIR = "atoms moved 0.3 Å"
 COLOURS = {FULL_READING: PALETTE[0], KEPT_READING: PALETTE[5], RECOVERED: PALETTE[2]}

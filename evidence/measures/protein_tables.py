@@ -9,7 +9,7 @@ from measures.studies import Measured
 from sparsurf.patches.readings import FULL_READING, KEPT_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
-from sparsurf.study.summary import Result, summary_table
+from sparsurf_study.analysis.summary import Result, summary_table
 
 SEED = 20261120
 LOWEST_TARGET = 10.0  # %; recovered dots reach its Z below the smallest n_S measured: only a bound

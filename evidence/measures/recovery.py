@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf_study.analysis.relation import with_interval
 
 TRUE_DENSITY = 60.0  # dots per Å^2 of the true surface that errors are measured from
 

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from sparsurf.patches.descriptors import DESCRIPTORS, describe
 from sparsurf.patches.index import D_LINK, build_index
-from sparsurf.report.figures.layout import COLUMN, PALETTE, axes, legend, sheet, styled
-from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
+from sparsurf.views.layout import COLUMN, PALETTE, axes, legend, sheet, styled
+from sparsurf_study.analysis.relation import with_interval
 
 CHANGES = ("turned", "fresh dots", "turned, fresh dots")
 TURNS = 5

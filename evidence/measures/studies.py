@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.summary import Result, read_result
+from sparsurf_study.analysis.summary import Result, read_result
 
 READING_OF_MEASURE = {"Z full": "full", "Z recovered": "recovered"}  # of compare.csv
 
@@ -15,7 +15,7 @@ READING_OF_MEASURE = {"Z full": "full", "Z recovered": "recovered"}  # of compar
 class Measured(NamedTuple):
     """One protein of a study, its first conformation.
 
-    result : sparsurf.study.summary.Result
+    result : sparsurf_study.analysis.summary.Result
     floors : DataFrame, floors.csv
     by_n_s : DataFrame: sampler, percent (requested), n_S, n_S_percent, reading, Z
     """

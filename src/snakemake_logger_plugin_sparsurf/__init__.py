@@ -1,5 +1,5 @@
 """What `make run` says on the terminal: Snakemake finds this module by its name (`--logger sparsurf`)."""
 
-from sparsurf.workflow.terminal import Terminal as LogHandler
+from sparsurf_study.workflow.terminal import Terminal as LogHandler
 
 __all__ = ["LogHandler"]

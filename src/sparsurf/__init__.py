@@ -65,10 +65,10 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surfaces import components, mesh, surface
     from sparsurf.api.writing import write
+    from sparsurf.evaluation.minimal_subset import Subset
+    from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
-    from sparsurf.study.minimal_subset import Subset
-    from sparsurf.study.prepared_surface import PreparedSurface
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.read_surface import read_surface
     from sparsurf.surfaces.surface import Surface

@@ -20,10 +20,10 @@ def compile_surfaces() -> None:
     from sparsurf.patches.index import build_index
     from sparsurf.recovery.errors import curvature
     from sparsurf.recovery.recovering import recover
-    from sparsurf.report.figures import render
     from sparsurf.surfaces.components import components_of
     from sparsurf.surfaces.molecular_surface import molecular_surface
     from sparsurf.surfaces.spacing import spacing
+    from sparsurf.views import render
 
     xyz, radii = np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7)
     dots = molecular_surface(xyz, radii)
@@ -38,21 +38,23 @@ def compile_surfaces() -> None:
 
 def compile_patches() -> None:
     """Compile the kernels of patches, descriptors and samplers."""
+    from sparsurf.evaluation.prepared_surface import PreparedSurface
+    from sparsurf.patches.readings import FULL_READING
     from sparsurf.sampling import samplers
-    from sparsurf.study import grid
-    from sparsurf.study.prepared_surface import PreparedSurface
     from sparsurf.surfaces.surface import Surface
 
     prepared = PreparedSurface(Surface(*ball()))
-    grid.evaluate_grid(prepared, np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    tests = prepared.draw_tests(4)
+    subsets = list(prepared.pair((0.5, 0.5, 1.0, 1.0), 0))
+    prepared.distances(subsets, tests, prepared.describe(tests)[0], FULL_READING)
     for choose in samplers.SAMPLERS.values():
         choose(prepared, 20, np.random.default_rng(0))
 
 
 def remove_kernels() -> None:
-    """Remove the compiled kernels of this package, wherever numba stores them."""
+    """Remove the compiled kernels of the library, and of the study beside it, wherever numba stores them."""
     library = Path(__file__).parent
-    for path in library.rglob("*.py"):
+    for path in [*library.rglob("*.py"), *library.with_name("sparsurf_study").rglob("*.py")]:
         if "@njit(" in path.read_text(encoding="utf-8"):
             module = import_module(".".join(path.relative_to(library.parent).with_suffix("").parts))
             kernels = (value for value in vars(module).values() if isinstance(value, Dispatcher))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import gzip
 import hashlib
+import importlib
 import io
 import logging
 import os
@@ -14,7 +15,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from sparsurf.errors import InputError, printable
 
@@ -182,3 +183,12 @@ def no_warnings() -> Iterator[None]:
         yield
     finally:
         log.disabled = before
+
+
+def import_pyarrow() -> Any:
+    """Return pyarrow with its module `parquet`, or say that it is not installed."""
+    try:
+        importlib.import_module("pyarrow.parquet")
+        return importlib.import_module("pyarrow")
+    except ImportError:
+        raise InputError("Parquet files need pyarrow: run pip install pyarrow.") from None

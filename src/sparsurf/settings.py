@@ -1,7 +1,7 @@
-"""Settings of the library: sections of the config of a study, each key with its type, limits, default and meaning.
+"""Settings of the functions that compute: sections with a type, limits, a default and a meaning for each key.
 
-They travel as objects from the config to the functions that compute. Names that a key may hold stand here, so that planning a
-study imports no numpy; a test compares them with the library.
+The config of a study has the same sections (`sparsurf_study.settings` adds those that only a study has). Names that a key may
+hold stand here, so that planning a study imports no numpy; a test compares them with the library.
 """
 
 from collections.abc import Mapping
@@ -58,30 +58,24 @@ def _alpha_first(combination: list) -> list:
 
 
 INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
-Integer = Annotated[int, INTEGER]
-Thousand = Annotated[int, Field(ge=1, le=1000), INTEGER]
 Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
-FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
 Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
 TestDots = Literal["published"] | Annotated[int, Field(ge=2, le=10**6), INTEGER]
 Number = Annotated[float, NUMBER]
 Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
 Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
 Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
-Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
 Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
 Distance = Annotated[float, Field(gt=0, le=10), NUMBER]  # Å
 Probe = Annotated[float, Field(gt=0, le=10), NUMBER]  # Å
 Density = Annotated[float, Field(gt=0, le=100), NUMBER]  # dots per Å^2
 Seed = Annotated[int, Field(ge=0, le=2**64 - 1), INTEGER]
-PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
 UniqueList = Annotated[
     list[T],
     Field(min_length=1),
     AfterValidator(without_repeats),
     Field(json_schema_extra={"uniqueItems": True}),
 ]
-Two = Annotated[list[T], Field(min_length=2, max_length=2)]
 Values = Annotated[UniqueList[T], Field(max_length=100)]
 Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)]
 
@@ -191,25 +185,14 @@ class Minimal(Section):
         return self
 
 
-class Ensemble(Section):
-    """One combination over all frames of each trajectory."""
-
-    run: bool = key(False, "Write ensemble.csv and its figure.")
-    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
-    test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
-    stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
-    jobs: Count = key(1, "Number of jobs that share the frames: a killed run keeps the finished ones.")
-
-
 class Settings(Section):
-    """The sections that the analysis of one surface follows."""
+    """The sections that computations on one surface follow."""
 
     surface: Surface = Surface()
     patches: Patches = Patches()
     sampling: Sampling = Sampling()
     evaluation: Evaluation = Evaluation()
     minimal: Minimal = Minimal()
-    ensemble: Ensemble = Ensemble()
     fields: list[str] = []
 
     @classmethod

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
-from sparsurf.workflow.config import check_config, read_config
+from sparsurf_study.workflow.config import check_config, read_config
 
 
 def page(name):

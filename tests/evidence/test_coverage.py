@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from measures import coverage
+from sparsurf.evaluation.statistics import cross_validated, estimate
 from sparsurf.sampling.combination import PARAMETERS
-from sparsurf.study.statistics import cross_validated, estimate
 
 
 def test_one_replicate_by_hand():

@@ -9,11 +9,11 @@ import pytest
 
 from measures import fragments
 from measures.paper_figures import ranges_of
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.study.grid import evaluate_grid
-from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf_study.analysis.grid import evaluate_grid
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ from scipy.spatial import cKDTree
 
 from measures import opponents, rebuilding
 from measures.recovery import truth
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import Streams
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.mesh import molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 

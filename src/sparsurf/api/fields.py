@@ -23,8 +23,8 @@ from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
 from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.errors import InputError
-from sparsurf.study.minimal_subset import Subset
-from sparsurf.study.residues import residue_table
+from sparsurf.evaluation.minimal_subset import Subset
+from sparsurf.evaluation.residues import residue_table
 from sparsurf.suggestions import public
 from sparsurf.surfaces.surface import Surface, real_numbers
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from mdtraj import Trajectory
     from numpy.typing import ArrayLike
 
-    from sparsurf.study.minimal_subset import Subset
+    from sparsurf.evaluation.minimal_subset import Subset
 
 # What the functions take as a molecule, and as dots; a molecule is also taken for the dots on it.
 MoleculeLike: TypeAlias = (

@@ -24,6 +24,9 @@ from sparsurf.api.inputs import (
 from sparsurf.api.subsets import prepare, warn_of_gaps
 from sparsurf.api.surfaces import surface
 from sparsurf.errors import InputError
+from sparsurf.evaluation.floors import floors_table, measure_floors
+from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
+from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
@@ -31,9 +34,6 @@ from sparsurf.recovery.recovering import recover as recovered_dots
 from sparsurf.sampling.samplers import get_samplers
 from sparsurf.settings import Distance, Minimal, Patches, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
-from sparsurf.study.floors import floors_table, measure_floors
-from sparsurf.study.minimal_subset import Representation, Subset, represent
-from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.suggestions import public
 from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse

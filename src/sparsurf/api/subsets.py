@@ -24,6 +24,10 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.api.surfaces import as_surface
 from sparsurf.errors import InputError
+from sparsurf.evaluation.minimal_subset import Subset
+from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.evaluation.statistics import mean_and_error, reference_values
+from sparsurf.evaluation.subset_search import draw_subset, find_subset
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_recovered, kept_out
 from sparsurf.recovery.readings import READINGS
@@ -32,10 +36,6 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import get_samplers
 from sparsurf.settings import SAMPLERS_OF_COMBINATIONS, Patches, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
-from sparsurf.study.minimal_subset import Subset
-from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
-from sparsurf.study.statistics import mean_and_error, reference_values
-from sparsurf.study.subset_search import draw_subset, find_subset
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import refuse_sparse

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import D_LINK
-from sparsurf.report.viewer.page import MAX_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Patches, Settings
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores
+from sparsurf.views.viewer.page import MAX_DOTS, Values, page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +66,7 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
     try:
         import matplotlib.pyplot as plt
 
-        from sparsurf.report.figures import layout, render
+        from sparsurf.views import layout, render
     except ImportError:
         raise InputError("plot() needs matplotlib: run pip install matplotlib.") from None
     numbers = _values_of_dots(surface, values)

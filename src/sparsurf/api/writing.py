@@ -27,7 +27,7 @@ from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import ARRAY_NAMES, Surface
 
 if TYPE_CHECKING:
-    from sparsurf.study.minimal_subset import Subset
+    from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
 
 MESHES = (".ply",)

@@ -30,7 +30,6 @@ COMMANDS = {
     "minimal": "the few dots that stand for a surface",
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
-    "export": "the files of one structure from a study of thousands",
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80

@@ -5,11 +5,11 @@ import argparse
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
 from sparsurf.cli import options, outputs
-from sparsurf.report.numbers import share
+from sparsurf.evaluation.minimal_subset import Representation
+from sparsurf.evaluation.statistics import reference_values
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.minimal_subset import Representation
-from sparsurf.study.statistics import reference_values
 from sparsurf.threads import available_cores
+from sparsurf.views.numbers import share
 
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 

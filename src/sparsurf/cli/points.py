@@ -13,7 +13,7 @@ from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import write_file
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
-from sparsurf.files import pluralise
+from sparsurf.files import import_pyarrow, pluralise
 from sparsurf.molecules.formats import STRUCTURES, stem
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import Surface
@@ -85,8 +85,6 @@ def run(args: argparse.Namespace) -> None:
 
 def _write_table(path: Path, named: Named, written: list[int]) -> None:
     """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`."""
-    from sparsurf.batches.tables import import_pyarrow  # here: the other formats need neither
-
     pyarrow = import_pyarrow()
     numbers = [(column, pyarrow.float32()) for column in COLUMNS]
     schema = pyarrow.schema([("name", pyarrow.string()), *numbers])

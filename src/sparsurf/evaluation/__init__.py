@@ -1,0 +1,1 @@
+"""How well a subset describes its surface, and which subset is enough."""

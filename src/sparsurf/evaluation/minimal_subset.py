@@ -1,0 +1,209 @@
+"""One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import DTypeLike
+
+from sparsurf.dot_fields.registry import FIELDS, compute_fields
+from sparsurf.evaluation.floors import ATOM_DISPLACEMENTS, FRESH, TURNED, measure_floors
+from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.evaluation.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots_table
+from sparsurf.evaluation.residues import residue_table
+from sparsurf.evaluation.subset_search import find_subset, smallest_recovered_subset, smallest_subset_of_error
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.patches.descriptors import DESCRIPTORS
+from sparsurf.patches.readings import FULL_READING
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
+from sparsurf.recovery.fields import recovery_table
+from sparsurf.recovery.readings import RECOVERED
+from sparsurf.recovery.recovering import REACH, dot_spacing
+from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
+from sparsurf.sampling.samplers import farthest, subset_weights
+from sparsurf.settings import Minimal, Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.surface import Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Subset:
+    """Dots that represent a surface; its length is their number.
+
+    Attributes
+    ----------
+    dots : (n,) int64, their indices, in the order of choice
+    weight : (n,) int64, number of dots of the surface that each represents
+    surface : Surface of the kept dots alone
+    molecule : Molecule that the dots lie on, or None
+    interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered
+    """
+
+    dots: np.ndarray
+    weight: np.ndarray
+    surface: Surface
+    molecule: Molecule | None = None
+    interval: tuple[float, float] | None = None
+
+    def __repr__(self) -> str:
+        return f"Subset of {len(self):,} dots of {self.weight.sum():,}"
+
+    def __len__(self) -> int:
+        return len(self.dots)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
+        """Return the points, (n, 3), for `numpy.asarray`."""
+        return self.surface.__array__(dtype, copy)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """Rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels."""
+        return subset_table(self.dots, self.weight, self.surface, self.molecule)
+
+    @property
+    def points(self) -> np.ndarray:
+        """Positions of the kept dots, (n, 3) float64, Å."""
+        return self.surface.points
+
+    @property
+    def normals(self) -> np.ndarray:
+        """Outward normals of the kept dots, (n, 3) float64."""
+        return self.surface.normals
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return `table`, like `to_frame` of a Surface."""
+        return self.table
+
+
+@dataclass(frozen=True, eq=False)
+class Representation:
+    """A surface, the roughness of its dots, and the few of them that stand for it; tables follow from these."""
+
+    trials: Trials  # with the prepared surface, its fields included, and the test dots
+    subset: Subset
+    molecule: Molecule | None = None  # that the dots lie on
+
+    @property
+    def surface(self) -> Surface:
+        """All dots, with their fields."""
+        return self.trials.prepared.surface
+
+    @property
+    def roughness(self) -> np.ndarray:
+        """R_i of all dots, (N,) float64."""
+        return self.trials.prepared.roughness
+
+    def residues(self, component: np.ndarray | None = None) -> pd.DataFrame:
+        """Return `residue_table`; `component` (N,) of each dot."""
+        if self.molecule is None:
+            raise ValueError("dots without a molecule have no residues")
+        weight = self.subset.weight
+        return residue_table(self.surface, self.roughness, self.molecule, self.subset.dots, weight, component)
+
+    def errors(self, threads: int = 1) -> pd.DataFrame:
+        """Return the distances of all dots from the surface recovered from the subset: the rows of recovered.csv."""
+        few, prepared = self.subset, self.trials.prepared
+        distances = distance_to_recovered(
+            prepared.points, few.points, few.normals, threads, DENSITY_FOR_ERRORS
+        )
+        errors = error_table(distances, curvature(prepared.index, threads=threads), few.dots)
+        low, high = few.interval or (np.nan, np.nan)
+        of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
+        of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
+        of_subset |= {"density": len(few) / prepared.area} | recovered_z(
+            prepared, few.dots, self.trials.tests
+        )
+        errors.loc[0, list(of_subset)] = list(of_subset.values())
+        return errors
+
+    def errors_of_fields(self) -> pd.DataFrame:
+        """Return how well the subset, and others, predict the fields at all other dots: the rows of fields.csv."""
+        prepared = self.trials.prepared
+        order = farthest(prepared, len(prepared) // 5, prepared.stream("minimal", "farthest"))
+        return recovery_table(self.surface, order, self.subset.dots, self.subset.points)
+
+    def required_dots(
+        self, floors: Mapping[str, np.ndarray], with_tail: bool
+    ) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Return the rows of required_dots.csv, and of curves.csv, recovered ones to the lowest floor, or `with_tail`."""
+        trials, lowest = self.trials, min(distances.mean() for distances in floors.values())
+        trials.down_to, trials.with_tail = FLOOR_FACTOR * lowest, with_tail
+        required, curves = required_dots_table(trials, floors), [curves_table(trials)]
+        if trials.sampler != UNIFORM:
+            uniform = Trials(trials.prepared, UNIFORM, len(trials.tests))
+            curves.append(curves_table(uniform, (FULL_READING,)))
+        return required, pd.concat(curves)
+
+
+def represent(
+    surface: Surface,
+    settings: Settings,
+    streams: Streams,
+    molecule: Molecule | None = None,
+    *,
+    table: str | Path | None = None,
+    roughness: np.ndarray | None = None,
+    floors: Mapping[str, np.ndarray] | None = None,
+    choices: Choices = PUBLISHED_CHOICES,
+    threads: int = 1,
+) -> Representation:
+    """Analyse one surface: the fields and roughness of its dots, and the minimal subset that the settings request.
+
+    The study, a batch, the functions and the commands all call this. `table` is a CSV with fields of the molecule's own,
+    `roughness` (N,) and `floors`, (D, T) distances by name, are given if known, and `choices` is for the paper's sampler. The
+    subset does not depend on the name in `streams`.
+    """
+    if molecule is not None and (names := [name for name in settings.fields if table or name in FIELDS]):
+        computed = compute_fields(names, molecule, surface.points, table=table)
+        fields = {str(name): computed[name].to_numpy() for name in computed}
+        surface = replace(surface, fields=surface.fields | fields)
+    prepared = PreparedSurface(surface, settings, roughness, replace(streams, shared=True), threads)
+    n_tests, request = number_of_tests(settings.evaluation.test_dots, len(surface)), settings.minimal
+    trials, interval = Trials(prepared, request.sampler, n_tests, choices), None
+    if request.error is not None:
+        dots, interval = smallest_subset_of_error(trials, request.error)
+        weight = subset_weights(prepared.points, dots)
+    elif request.floor is not None:
+        if floors is None:
+            generate, atoms = surface.generator
+            moved = () if request.floor in (FRESH, TURNED) else ATOM_DISPLACEMENTS
+            floors = measure_floors(prepared, len(trials.tests), generate, atoms, moved=moved)
+        dots, interval = smallest_recovered_subset(trials, floors, request.floor)
+        weight = subset_weights(prepared.points, dots)
+    else:
+        n_s, n_tests = _n_s(request, len(prepared.points)), len(trials.tests)
+        wanted = (n_s, request.max_z, request.combination)
+        dots, weight = find_subset(prepared, trials.sampler, *wanted, n_tests, choices)
+    subset = Subset(dots, weight, surface.take(dots), molecule, interval)
+    return Representation(trials, subset, molecule)
+
+
+def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:
+    """Compute Z of the surface recovered from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
+    out = {}
+    for name in DESCRIPTORS:
+        view = prepared.changed(patches=prepared.patches.model_copy(update={"descriptor": name}))
+        z = view.distances([dots], tests, view.describe(tests)[0], RECOVERED)[0]
+        out[f"Z_{name}"] = float(z.mean())
+    return out
+
+
+def _n_s(request: Minimal, n_dots: int) -> int | None:
+    """Return n_S from the config's n_dots or percent; None if neither is given."""
+    if request.percent is not None:
+        return max(1, round(request.percent / 100 * n_dots))
+    return request.n_dots
+
+
+def subset_table(
+    dots: np.ndarray, weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
+) -> pd.DataFrame:
+    """Return the rows of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
+    table = pd.DataFrame({"dot": dots})
+    table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
+    table["weight"], table["spacing"] = weight, dot_spacing(kept.points, kept.normals)
+    table["reach"] = REACH
+    return table if molecule is None else table.join(molecule.labels(kept.atom))

@@ -1,1 +1,0 @@
-"""Evaluation of subsets, as arrays and tables."""

@@ -1,0 +1,249 @@
+"""Interactive page of one surface: dots to rotate and pick, the paper's sampling live, d and Z of the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.sampling.samplers import farthest, sampler_label
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
+from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
+from sparsurf.surfaces.spacing import spacing
+from sparsurf.views.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
+
+if TYPE_CHECKING:
+    from sparsurf.sampling.published import Cover
+    from sparsurf.surfaces.surface import Surface
+
+MAX_DOTS = 100_000
+MAX_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
+COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
+CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
+SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
+KINDS = ["contact", "saddle", "concave", "unknown kind"]
+N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
+SAMPLERS = ("farthest", "uniform", "paper")  # that sampling.js draws
+
+
+@dataclass(frozen=True)
+class Values:
+    """Values of every dot, shown as colours."""
+
+    name: str
+    symbol: str
+    unit: str
+    values: np.ndarray  # (N,) float64, NaN where unknown
+    low_is: str = ""  # meaning of the ends
+    high_is: str = ""
+    unknown_is: str = "unknown"  # meaning of NaN, which is grey
+
+
+def page(
+    title: str,
+    surface: Surface,
+    rough: np.ndarray,
+    cover: Cover,
+    radius: float,
+    orders: dict[str, np.ndarray],
+    grid: pd.DataFrame | None = None,
+    best: dict[str, Any] | None = None,
+    residues: Sequence[str] = (),
+    values: Sequence[Values] = (),
+    minimal: Sequence[int] = (),
+    opens: tuple[str, int | str] | None = None,
+    up: str = "../../index.html",
+    says: str = "",
+    turn: np.ndarray | None = None,
+) -> str:
+    """Render the page, with everything in one file of at most MAX_BYTES.
+
+    `rough` is R_i by dot and `radius` r_patch in Å. `orders` hold dots in the order in which nested samplers choose them; if a
+    surface is too large for a page, the first dots of the first sampler are shown. Without `grid` (the rows of a grid.csv)
+    the page has no d and Z; `best` is the content of a best.json. `residues` names that of each atom of the
+    structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
+    that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'. `up` links to the page of the run,
+    `says` is a further answer below the title, and rows of `turn`, the rotation of the first view, point right, up and to the
+    viewer.
+    """
+    grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
+    values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
+    parts = {
+        "%TITLE%": escape(title),
+        "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}."
+        + (f" {says[0].upper()}{says[1:]}." if says else ""),
+        "%UP%": f'<a id="up" href="{escape(up)}">All of this run</a>' if up else "",
+        "%STYLE%": _read("page.css"),
+        "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
+    }
+    most = MAX_DOTS
+    while True:
+        dots = np.sort(next(iter(orders.values()))[:most])
+        whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
+        header = _header(surface, dots, radius, whole, grid, best, values, minimal)
+        header["turn"] = np.round(np.eye(3) if turn is None else turn, 6).ravel().tolist()
+        header["sampler"], header["colour"] = opens or (next(iter(header["samplers"])), 0)
+        columns = dot_columns(surface, dots, whole, residues, values, header)
+        if len(minimal):
+            columns["minimal"] = np.isin(dots, minimal).astype(int)
+        text = _read("page.html")
+        data = pack(header, columns | cover_columns(surface, dots, cover))
+        for mark, part in (parts | {"%DATA%": data}).items():
+            text = text.replace(mark, part)
+        if len(text.encode()) <= MAX_BYTES:
+            return text
+        most = int(0.95 * len(dots) * MAX_BYTES / len(text))
+
+
+def coloured_page(
+    title: str,
+    surface: Surface,
+    settings: Settings,
+    streams: Streams,
+    values: Sequence[Values],
+    residues: Sequence[str] = (),
+    says: str = "",
+) -> str:
+    """Render the page of a surface without a grid, which opens with all dots in the colours of the first values."""
+    prepared = PreparedSurface(surface, settings, None, streams)
+    order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
+    return page(
+        title, surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},
+        residues=residues, values=values, opens=("all", 1), says=says,
+    )  # fmt: skip
+
+
+def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
+    """Return what the dots of a surface show: their distance from the recovered one, component, and fields."""
+    name = "distance from the surface recovered from minimal.csv"
+    shown = [Values(name, "off", " Å", distance, "on it", "off")]
+    components = surface.fields.get(COMPONENT_FIELD)
+    if components is not None and components.max() > 0:
+        shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
+    for field, numbers in fields_without_component(surface).items():
+        words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
+        shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
+    return shown
+
+
+def _read(name: str) -> str:
+    """Read a file of this folder."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+def _header(
+    surface: Surface,
+    dots: np.ndarray,
+    radius: float,
+    orders: dict[str, np.ndarray],
+    grid: pd.DataFrame,
+    best: dict[str, Any],
+    values: Sequence[Values],
+    minimal: Sequence[int],
+) -> dict[str, Any]:
+    """Collect what the page needs besides the dots."""
+    readings = readings_of_columns(grid, "d_")
+    columns = [*PARAMETERS, "n_S_percent"]
+    columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
+    numbers = grid[columns].to_numpy(float)
+    samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
+    samplers |= {name: sampler_label(name) for name in (*orders, *SAMPLERS)}
+    return {
+        "total": len(surface),
+        "stored": len(dots),
+        "minimal": len(minimal),
+        "step": COORDINATE_STEP,
+        "radius": radius,
+        "octahedron": OCTAHEDRON,
+        "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
+        "samplers": samplers | {"all": "all dots"},
+        "readings": [READINGS[reading].words for reading in readings],
+        "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
+        "presets": _presets(best),
+        "values": [_scale(one) for one in values],
+        "kinds": [[name, rgb.tolist()] for name, rgb in zip(KINDS, [*KIND_COLOURS[:3], GREY], strict=True)],
+        "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
+    }
+
+
+def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
+    """List named combinations to start from."""
+    presets = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
+    for reading in readings_of_columns(best):
+        names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
+        for key, name in names.items():
+            if "d" in (winner := best[reading][key]):
+                presets.append((f"{name}, {READINGS[reading].words}", list(Combination.from_row(winner))))
+    return presets
+
+
+def _scale(values: Values) -> dict[str, Any]:
+    """Return the names and ends of some values."""
+    known = values.values[np.isfinite(values.values)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
+    meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
+    return scale | meanings
+
+
+def dot_columns(
+    surface: Surface,
+    dots: np.ndarray,
+    orders: dict[str, np.ndarray],
+    residues: Sequence[str],
+    values: Sequence[Values],
+    header: dict[str, Any],
+) -> dict[str, np.ndarray]:
+    """Return columns of the shown dots; kind and residue only if they are known."""
+    points = np.round(surface.points[dots] / COORDINATE_STEP).astype(int)
+    columns = dict(zip("xyz", points.T, strict=True)) | {"index": dots}
+    columns |= dict(zip("uv", flat_normals(surface.normals[dots]).T, strict=True))
+    if (surface.kind >= 0).any():
+        columns["kind"] = surface.kind[dots]
+    if len(residues) and (surface.atom >= 0).any():
+        names, number = np.unique(residues, return_inverse=True)
+        atom = surface.atom[dots]
+        columns["residue"] = np.where(atom >= 0, number[atom], -1)
+        header["residues"] = names.tolist()
+    for k, (one, scale) in enumerate(zip(values, header["values"], strict=True)):
+        columns[f"value {k}"] = in_steps(one.values[dots], scale["low"], scale["high"])
+    position = _places(dots, len(surface))
+    for name, order in orders.items():
+        rank = np.empty(len(dots), int)
+        chosen = position[order][position[order] >= 0]
+        rank[chosen] = np.arange(len(chosen))
+        columns[f"rank {name}"] = rank
+    return columns
+
+
+def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str, np.ndarray]:
+    """Return columns of the cover, by centre: place among the shown dots or -1, R_i, origin, pairs; and the dot of each pair."""
+    position = _places(dots, len(surface))
+    owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
+    shown = position[cover.dot] >= 0
+    owner, dot = owner[shown], position[cover.dot[shown]]
+    origin = np.round(surface.points[cover.origin] / COORDINATE_STEP).astype(int)
+    return dict(zip(("ox", "oy", "oz"), origin.T, strict=True)) | {
+        "centre": position[cover.centre],
+        "centreR": np.round(cover.roughness * CENTRE_STEPS).astype(int),
+        "size": np.bincount(owner, minlength=len(cover.centre)),
+        "pair": dot[np.lexsort((dot, owner))],
+    }
+
+
+def _places(dots: np.ndarray, n: int) -> np.ndarray:
+    """Return the index of each of n dots among those shown, -1 if it is not."""
+    position = np.full(n, -1)
+    position[dots] = np.arange(len(dots))
+    return position

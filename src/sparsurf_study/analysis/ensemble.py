@@ -1,0 +1,99 @@
+"""n_S and d of one combination over all frames of a trajectory."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.evaluation.residues import mean_roughness_by_residue
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.streams import Streams
+from sparsurf.surfaces.components import on_cavities
+from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.threads import parallel_map
+from sparsurf_study.analysis import grid
+from sparsurf_study.analysis.tables import grid_table
+from sparsurf_study.settings import Settings
+
+RESIDUE_PREFIX = "residue_"  # of the columns of residues
+DRAWS = 1  # samplings and uniform subsets of each frame
+FRAMES_PER_REPORT = 20
+
+
+def evaluate_frames(
+    molecule: Molecule,
+    settings: Settings,
+    streams: Streams,
+    threads: int,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+    part: tuple[int, int] = (1, 1),
+) -> pd.DataFrame:
+    """Evaluate one combination on every frame of a trajectory, or on the k-th, from 1, of n equal parts of the frames.
+
+    The columns are those of ensemble.csv, then the mean R_i of each residue; the number of threads does not change them.
+    """
+    surface, d_link = settings.surface, settings.patches.d_link
+    atom_radii = radii(molecule, surface.radii)
+    density = density_for_d_link(molecule, 0, atom_radii, surface, d_link, streams.name)
+    # one density for all frames
+    settings = settings.model_copy(update={"surface": surface.model_copy(update={"density": density})})
+    first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
+    rows: list[dict[str, Any]] = []
+    while first + len(rows) < last:
+
+        def row_of(i: int, _: int, begin: int = first + len(rows)) -> dict[str, Any]:
+            return frame_row(molecule, begin + i, atom_radii, settings, streams)
+
+        n_frames = min(FRAMES_PER_REPORT, last - first - len(rows))
+        rows += parallel_map(row_of, n_frames, threads, 1)
+        progress(len(rows), last - first)
+    return pd.DataFrame(rows)
+
+
+def frame_row(
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: Settings, streams: Streams
+) -> dict[str, Any]:
+    """Evaluate one frame and return its row; an error names the frame."""
+    number, ensemble = int(molecule.frame_number[position]), settings.ensemble
+    where = f"{streams.name}, frame {number}"
+    density = settings.surface.density
+    assert density != "auto"  # it is one for all frames
+    try:
+        rolled = roll_frame(molecule, position, atom_radii, settings.surface)
+        surface = rolled.surface(density)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    of_frame = replace(streams, name=f"{streams.name}/f{number}")
+    prepared = PreparedSurface(surface, settings, None, of_frame)
+    if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
+        refuse_sparse(prepared.points, settings.patches.d_link, where)
+    n_tests, readings = number_of_tests(ensemble.test_dots, len(surface)), tuple(settings.evaluation.readings)
+    result = grid.evaluate_grid(prepared, [ensemble.combination], n_tests, DRAWS, readings)
+    row = grid_table(result).drop(columns=PARAMETERS)
+    cavity = on_cavities(surface, rolled.components(surface))
+    outside, residue = np.where(cavity, np.nan, prepared.roughness), molecule.residue_index[surface.atom]
+    by_residue = mean_roughness_by_residue(outside, residue, molecule.n_residues)
+    return {
+        "frame": number,
+        "time_ps": float(molecule.time_ps[position]),
+        "N": len(surface),
+        "area": float(surface.area.sum()),
+        "mean_roughness": float(prepared.roughness.mean()),
+        **{str(column): value for column, value in row.iloc[0].items()},
+        **{f"{RESIDUE_PREFIX}{k}": value for k, value in enumerate(by_residue)},
+    }
+
+
+def split_residue_columns(table: pd.DataFrame, residues: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Split the rows of `evaluate_frames` into a table without residues, and one with frame, time_ps and the residues."""
+    columns = [name for name in table.columns if name.startswith(RESIDUE_PREFIX)]
+    labels = residues["chain"] + ":" + residues["residue_name"] + residues["residue"]
+    over_time = table[["frame", "time_ps", *columns]].set_axis(["frame", "time_ps", *labels], axis=1)
+    return table.drop(columns=columns), over_time

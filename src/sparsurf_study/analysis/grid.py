@@ -1,0 +1,254 @@
+"""The grid: compare sampled and uniform subsets of every combination with the full surface.
+
+By default, all combinations share their test dots, so that they differ only in the dots that they keep. They also share the
+uniform subsets of each draw: the first n_S dots of one random order. In readings where a subset forms its own surface, Z_tR
+is measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated, since it depends on n_S alone.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from threading import Lock
+from zipfile import BadZipFile
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import estimate
+from sparsurf.patches import descriptors
+from sparsurf.patches.readings import GRID_READINGS, SCALED_READING
+from sparsurf.sampling import published
+from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.threads import parallel_map
+
+# n_S of a curve: linear interpolation over ln n_S is off by 0.0005, while draws scatter by 0.01
+N_CURVE_SIZES = 32
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Raw distances of a grid with K combinations, D draws and T test dots."""
+
+    combinations: np.ndarray  # (K, 4) float64
+    n_dots: int  # N
+    n_s: np.ndarray  # (K, D) int64
+    n_s_expected: np.ndarray  # (K,) float64
+    tests: np.ndarray  # (T,) int64 dots, or (K, T) if every combination has its own
+    z_tot: np.ndarray  # (T, 121) float64, descriptors of the full surface at the (shared) test dots
+    z_ts: np.ndarray  # (readings, K, D, T) float32, |z_tot - z_S|
+    z_tr: np.ndarray  # the same of z_R
+    median_patch_size: np.ndarray  # (readings, 2, K) float64, of sampled and of uniform subsets
+    readings: tuple[str, ...]
+
+
+def evaluate_grid(
+    prepared: PreparedSurface,
+    combinations: ArrayLike,
+    n_tests: int,
+    draws: int = 1,
+    readings: Sequence[str] = GRID_READINGS,
+    shared: bool = True,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> Grid:
+    """Evaluate every combination, (K, 4), with `draws` sampled and uniform subsets each.
+
+    `GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per uniform subset (per n_S of a
+    curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots and uniform subsets are
+    drawn anew for each combination, as published.
+    """
+    combinations = np.asarray(combinations, float)
+    tests = prepared.draw_tests(n_tests)
+    if not shared:
+        tests = np.array([prepared.draw_tests(n_tests, *Combination(*c).keys()) for c in combinations])
+    out = _empty_grid(prepared, combinations, tests, draws, readings)
+    if shared:
+        _evaluate_with_shared_tests(prepared, out, tests, progress)
+    else:
+        out.z_tot[:] = prepared.describe(prepared.draw_tests(n_tests))[0]
+        _evaluate_with_own_tests(prepared, out, tests, progress)
+    return out
+
+
+def _empty_grid(
+    prepared: PreparedSurface,
+    combinations: np.ndarray,
+    tests: np.ndarray,
+    draws: int,
+    readings: Sequence[str],
+) -> Grid:
+    """Allocate a Grid."""
+    k, n_tests = len(combinations), tests.shape[-1]
+    shape = (len(readings), k, draws, n_tests)
+    return Grid(
+        combinations=combinations,
+        n_dots=len(prepared.points),
+        n_s=np.empty((k, draws), np.int64),
+        n_s_expected=published.expected_n_s(prepared.cover, combinations),
+        tests=tests,
+        z_tot=np.empty((n_tests, descriptors.DESCRIPTORS[prepared.patches.descriptor].width)),
+        z_ts=np.empty(shape, np.float32),
+        z_tr=np.empty(shape, np.float32),
+        median_patch_size=np.empty((len(readings), 2, k)),
+        readings=tuple(readings),
+    )
+
+
+def _evaluate_with_shared_tests(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+) -> None:
+    """Fill a Grid whose combinations share their test dots, and in each draw their uniform subsets."""
+    k, draws = out.n_s.shape
+    per_pass = max(1, descriptors.MAX_SUBSETS // draws)
+    z_tot = None
+    for a in range(0, k, per_pass):
+        z_tot = _fill(prepared, out, range(a, min(a + per_pass, k)), tests, z_tot)
+        progress(draws * min(a + per_pass, k), 2 * draws * k)
+    out.z_tot[:] = z_tot
+    _fill_uniform(prepared, out, tests, lambda draw: progress((draws + draw + 1) * k, 2 * draws * k))
+
+
+def _evaluate_with_own_tests(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+) -> None:
+    """Fill a Grid whose combinations each have their own test dots and uniform subsets, as published, a thread each."""
+    k, draws = out.n_s.shape
+    single, finished = prepared.changed(threads=1), []
+
+    def fill_one(i: int, _: int) -> None:
+        _fill(single, out, [i], tests[i], with_uniform=True)
+        finished.append(i)
+        progress(2 * draws * len(finished), 2 * draws * k)
+
+    parallel_map(fill_one, k, prepared.threads, 1)
+
+
+def _fill(
+    prepared: PreparedSurface,
+    out: Grid,
+    which: Sequence[int],
+    tests: np.ndarray,
+    z_tot: np.ndarray | None = None,
+    with_uniform: bool = False,
+) -> np.ndarray:
+    """Write the distances of sampled subsets of some combinations, and of uniform ones on request, into a Grid; return z_tot."""
+    draws, halves = out.n_s.shape[1], 1 + with_uniform
+    jobs = np.array([(k, draw) for k in which for draw in range(draws)])
+    sizes = np.zeros((len(out.readings), halves, len(jobs), len(tests)), np.int32)
+    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // halves):
+        part = slice(a, a + descriptors.MAX_SUBSETS // halves)
+        k, draw = jobs[part].T
+        words, subsets = _draw_subsets(prepared, out, jobs[part], halves)
+        packed, shape = (words, halves * len(k)), (len(out.readings), halves, len(k), len(tests))
+        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, many=True, packed=packed)
+        z, size = (values.reshape(shape) for values in measured)
+        for r in range(len(out.readings)):
+            for half, values in enumerate((out.z_ts, out.z_tr)[:halves]):
+                values[r, k, draw], sizes[r, half, part] = z[r, half], size[r, half]
+    by_combination = sizes.reshape(*sizes.shape[:2], len(which), -1)
+    out.median_patch_size[:, :halves, which] = np.median(by_combination, axis=3)
+    assert z_tot is not None  # there is a combination at least
+    return z_tot
+
+
+def _fill_uniform(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, finished: Callable[[int], None]
+) -> None:
+    """Write the distances of uniform subsets, which are nested in a draw, into a Grid, draw by draw.
+
+    Subsets that form their own surfaces are measured at the n_S of `_curve_sizes` if there are many combinations, and
+    interpolated over ln n_S; each draw has its own curve, so that the scatter of the draws includes the error of the curves.
+    """
+    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
+    alone = [reading for reading in out.readings if reading not in together]
+    shape = (len(out.readings), *out.n_s.shape, len(tests))
+    # patch sizes; interpolated ones are no integers
+    dots = np.empty(shape, np.float32 if alone else np.int32)
+    for draw in range(out.n_s.shape[1]):
+        n_s, at = np.unique(out.n_s[:, draw], return_inverse=True)
+        if together:
+            measured = prepared.compare_uniform(draw, n_s, tests, together, out.z_tot)
+            for i, reading in enumerate(together):
+                r = out.readings.index(reading)
+                out.z_tr[r, :, draw], dots[r, :, draw] = (values[i][at] for values in measured)
+        if alone:
+            sizes = _curve_sizes(out) if len(out.n_s) > N_CURVE_SIZES else n_s
+            order = prepared.uniform_order(draw)
+            subsets = [np.sort(order[:n]) for n in sizes]
+            for reading in alone:
+                r = out.readings.index(reading)
+                curves = prepared.distances(subsets, tests, out.z_tot, reading, many=True)
+                for values, curve in zip((out.z_tr, dots), curves, strict=True):
+                    values[r, :, draw] = _interpolated(out.n_s[:, draw], sizes, curve)
+        finished(draw)
+    out.median_patch_size[:, 1] = np.median(dots.reshape(*shape[:2], -1), axis=2)
+
+
+def _curve_sizes(out: Grid) -> np.ndarray:
+    """Return the n_S of a curve, evenly spaced in ln n_S."""
+    least, most = np.log(out.n_s.min()), np.log(out.n_s.max())
+    return np.unique(np.round(np.exp(np.linspace(least, most, N_CURVE_SIZES))).astype(int))
+
+
+def _interpolated(n_s: np.ndarray, sizes: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Interpolate a curve (sizes, T) over ln n_S."""
+    position = np.interp(np.log(n_s), np.log(sizes), np.arange(len(sizes)))
+    low, high = curve[position.astype(int)], curve[np.ceil(position).astype(int)]
+    return low + (position % 1)[:, None] * (high - low)
+
+
+def _draw_subsets(
+    prepared: PreparedSurface, out: Grid, jobs: np.ndarray, halves: int
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return packed words of sampled and uniform subsets of (combination, draw), and those that readings need; write n_S."""
+    words, lock = np.zeros(len(prepared.points), np.uint64), Lock()
+    keep = any(reading not in GRID_READINGS for reading in out.readings)
+    subsets = [np.empty(0, np.int64)] * (halves * len(jobs) if keep else 0)
+
+    def draw_one(i: int, _: int) -> None:
+        k, draw = jobs[i]
+        drawn = [prepared.sampled(out.combinations[k], draw)]
+        out.n_s[k, draw] = n_s = len(drawn[0])
+        if halves == 2:
+            rng = prepared.stream("uniform", *Combination(*out.combinations[k]).keys(), draw)
+            drawn.append(published.uniform_subset(out.n_dots, n_s, rng))
+        with lock:  # packed at once: 64 subsets of a million dots would need more memory than everything else
+            for half, subset in enumerate(drawn):
+                descriptors.add_subset(words, prepared.index, subset, i + half * len(jobs))
+        if keep:
+            subsets[i :: len(jobs)] = drawn
+
+    parallel_map(draw_one, len(jobs), prepared.threads, 1)
+    return words, subsets
+
+
+def add_scaled_link(
+    ranges: pd.DataFrame, prepared: PreparedSurface, n_tests: int, draws: int
+) -> pd.DataFrame:
+    """Add d of every winner of ranges.csv under `kept_scaled`, at the test dots, draws and uniform subsets of the grid."""
+    won = ranges["n_combinations"] > 0
+    combinations, at = np.unique(ranges.loc[won, PARAMETERS].to_numpy(float), axis=0, return_inverse=True)
+    result = evaluate_grid(prepared, combinations, n_tests, draws, (SCALED_READING,))
+    d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
+    out = ranges.copy()
+    for key, values in (("d", d.mean), ("d_low", d.low), ("d_high", d.high)):
+        out.loc[won, f"{key}_{SCALED_READING}"] = values[at]
+    return out
+
+
+def write_grid(path: Path | str, grid: Grid) -> None:
+    """Write a Grid as npz; equal grids give equal bytes."""
+    with open(path, "wb") as stream:
+        np.savez(stream, **{f.name: np.asarray(getattr(grid, f.name)) for f in fields(Grid)})  # type: ignore[arg-type]
+
+
+def read_grid(path: Path | str) -> Grid:
+    """Read a Grid that `write_grid` wrote."""
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            values = {f.name: data[f.name] for f in fields(Grid)}
+    except (KeyError, ValueError, OSError, EOFError, BadZipFile) as error:
+        raise InputError(f"{path} is damaged ({error}): delete it, it will be computed again.") from None
+    return Grid(**values | {"n_dots": int(values["n_dots"]), "readings": tuple(map(str, values["readings"]))})

@@ -1,0 +1,207 @@
+"""The published combinations of Table I evaluated on one prepared surface, and what their d depends on."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.evaluation.statistics import estimate
+from sparsurf.patches.index import build_index
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
+from sparsurf.sampling import published
+from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
+from sparsurf.sampling.samplers import tune_alpha
+from sparsurf.settings import Settings
+from sparsurf_study.analysis import grid, tables
+from sparsurf_study.paper import published_runs
+
+PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
+FRAGMENTED_BELOW = 0.3  # share of a patch's kept dots; below it, Z measures how the subset breaks up
+LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
+
+GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
+TENTHS = 10  # of all dots, by roughness
+
+
+def reproduce(
+    prepared: PreparedSurface, settings: Settings, progress: Callable[[int, int], None]
+) -> dict[str, pd.DataFrame]:
+    """Make the paper's runs again on a surface: the tables of the comparison, by name."""
+    sampling, evaluation = settings.sampling, settings.evaluation
+    combinations = published.parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta)
+    n_tests, draws = number_of_tests(evaluation.test_dots, len(prepared)), evaluation.draws
+    runs = published_runs.runs_as_published(prepared, combinations, progress=progress)
+    ranks = published_runs.place_published_values(runs)
+    n_centres = published_runs.centres_in_random_orders(prepared)
+    return {
+        "runs": runs,
+        "places": ranks,
+        "tests": published_runs.tests_of_table_1(ranks, n_centres),
+        "rows": published_rows(prepared, n_tests, draws),
+        "links": sweep_links(prepared, LINK_DISTANCES, n_tests, draws),
+        "defects": compare_defects(prepared, n_tests, draws),
+        "family": tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
+    }
+
+
+def facts_for_page(
+    prepared: PreparedSurface, results: Mapping[str, pd.DataFrame], table: pd.DataFrame, draws: int
+) -> dict[str, Any]:
+    """Collect what the page says of the results of `reproduce` and of the table grid.csv."""
+    return {
+        "bias": published_runs.selection_bias(results["runs"], table),
+        "signs": sign_changes(results["links"]),
+        "family": best_of_family(results["family"]),
+        "gathering": gathering_by_roughness(prepared, draws),
+        "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
+    }
+
+
+def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
+    """Evaluate the published combinations under three readings, with shared test dots: the rows of paper_rows.csv."""
+    published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
+    readings = (*GRID_READINGS, SCALED_READING)
+    measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, readings))
+    published = published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"})
+    return pd.concat([published, measured], axis=1)
+
+
+def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
+    """Measure d of the published combinations for other d_link of the islands, under `kept`: the rows of paper_links.csv."""
+    tests = prepared.draw_tests(n_tests)
+    pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    out = []
+    for link in links:
+        linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
+        z_tot, _ = linked.describe(tests)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, KEPT_READING)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, KEPT_READING)
+        shape = (len(PUBLISHED_ROWS), draws, len(tests))
+        d = estimate((z_tr - z_ts).reshape(shape))
+        n_s_percent = [100 * len(sampled) / len(prepared.points) for sampled, _ in pairs[::draws]]
+        columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1), "n_S_percent": n_s_percent}
+        columns |= {"d": d.mean, "d_low": d.low, "d_high": d.high}
+        columns["Z_tS"] = [z.mean() for z in z_ts.reshape(shape)]
+        columns["median_patch_size"] = [np.median(of_row) for of_row in size.reshape(shape)]
+        out.append(pd.DataFrame(columns))
+    return pd.concat(out, ignore_index=True)
+
+
+def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
+    """Find where d of each published row peaks over d_link, and where its sign is significant.
+
+    positive_to is the last d_link up to which the interval of d is above 0 everywhere, negative_from the first from which on it
+    is below 0; NaN if there is none.
+    """
+    out = []
+    for row, of_row in links.groupby("row"):
+        curve = of_row.sort_values("d_link").reset_index(drop=True)
+        above, below = (curve["d_low"] > 0).to_numpy(), (curve["d_high"] < 0).to_numpy()
+        best = curve.iloc[int(curve["d"].argmax())]
+        n_above = int(np.argmin(np.append(above, False)))
+        n_below = int(np.argmin(np.append(below[::-1], False)))
+        out.append(
+            {"row": row, "n_S_percent": curve["n_S_percent"].iloc[0], "d_first": curve["d"].iloc[0]}
+            | {"d_link_best": best["d_link"], "d_best": best["d"]}
+            | {"positive_to": curve["d_link"].iloc[n_above - 1] if n_above else np.nan}
+            | {"negative_from": curve["d_link"].iloc[len(curve) - n_below] if n_below else np.nan}
+        )
+    return pd.DataFrame(out)
+
+
+# Arguments of `build_cover`: distance_from_moved_centre, chance_in_every_patch
+DEFECTS = {
+    "as published": (True, True),
+    "distances from the dot itself": (False, True),
+    "one draw per dot": (True, False),
+    "both corrected": (False, False),
+}
+
+
+def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
+    """Measure the published combinations with each defect of the published sampling corrected: the rows of paper_defects.csv."""
+    out = []
+    for name, rules in DEFECTS.items():
+        cover = published.build_cover(prepared.index, prepared.roughness, prepared.patches.r_patch, *rules)
+        result = grid.evaluate_grid(prepared.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
+        table = tables.grid_table(result)
+        part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
+        part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots
+        for reading in result.readings:
+            for column in ("d", "d_se", "Z_tS", "median_patch_size"):
+                part[f"{column}_{reading}"] = table[f"{column}_{reading}"]
+        out.append(part)
+    return pd.concat(out, ignore_index=True)
+
+
+def tuned_family(
+    prepared: PreparedSurface,
+    exponents: np.ndarray,
+    percents: Sequence[float] = PERCENTS,
+    n_tests: int = 400,
+    draws: int = 3,
+) -> pd.DataFrame:
+    """Compare exponents (K, 3) at equal n_S with uniform subsets, under `full`: paper_family.csv, where alpha is at most 1."""
+    n_dots, requested, rows = len(prepared.points), [], []
+    exponents = np.unique(np.asarray(exponents, float), axis=0)
+    max_n_s = published.expected_n_s(prepared.cover, np.insert(exponents, 0, 1.0, axis=1))
+    for percent in percents:
+        n = percent / 100 * n_dots
+        for row in exponents[max_n_s >= n]:
+            requested.append(percent)
+            rows.append(tune_alpha(prepared.cover, (1.0, *row), n))
+    result = grid.evaluate_grid(prepared, rows, n_tests, draws, (FULL_READING,))
+    d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
+    table = pd.DataFrame(result.combinations, columns=PARAMETERS)
+    table.insert(0, "percent", requested)
+    table["n_S_percent"] = 100 * result.n_s.mean(axis=1) / n_dots
+    table["Z_tS"], table["Z_tR"] = (
+        z[0].mean(axis=(1, 2), dtype=np.float64) for z in (result.z_ts, result.z_tr)
+    )
+    return table.assign(d=d.mean, d_low=d.low, d_high=d.high)
+
+
+def gathering_by_roughness(prepared: PreparedSurface, draws: int) -> pd.DataFrame:
+    """Measure which share of the dots the sampling keeps in each tenth of all dots by roughness, the roughest first."""
+    order = np.argsort(prepared.roughness, kind="stable")
+    rows = []
+    for combination in GATHERED:
+        kept = np.zeros(len(order))
+        for draw in range(draws):
+            kept[prepared.pair(combination, draw)[0]] += 1 / draws
+        for tenth, dots in enumerate(np.array_split(order, TENTHS), 1):
+            row = {"combination": str(Combination(*combination)), "tenth": tenth}
+            row |= {"roughness": prepared.roughness[dots].mean(), "kept_percent": 100 * kept[dots].mean()}
+            rows.append(row | {"uniform_percent": 100 * kept.mean()})
+    return pd.DataFrame(rows)
+
+
+def best_of_family(table: pd.DataFrame) -> pd.DataFrame:
+    """Count, per requested n_S, the combinations and those significantly better than uniform, and find the lowest Z_tS."""
+    rows = []
+    for percent, members in table.groupby("percent"):
+        best = members.iloc[int(members["Z_tS"].argmin())]
+        n_better, n_worse = int((members["d_low"] > 0).sum()), int((members["d_high"] < 0).sum())
+        row = {"percent": percent, "members": len(members), "n_better": n_better, "n_worse": n_worse}
+        row |= {"largest_d": members["d"].max(), "Z_best": best["Z_tS"]}
+        rows.append(row | {"Z_uniform": members["Z_tR"].mean(), **best[PARAMETERS].to_dict()})
+    return pd.DataFrame(rows)
+
+
+def correlation_of_readings(table: pd.DataFrame) -> float:
+    """Correlate d under both readings over the grid."""
+    return float(np.corrcoef(table[f"d_{KEPT_READING}"], table[f"d_{FULL_READING}"])[0, 1])
+
+
+def correlation_with_fragments(table: pd.DataFrame) -> float:
+    """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
+    sampled, uniform = (table[f"median_patch_size_{key}{KEPT_READING}"] for key in ("", "uniform_"))
+    return float(np.corrcoef(table[f"d_{KEPT_READING}"], np.log(sampled / uniform))[0, 1])
+
+
+def fragmented_share(table: pd.DataFrame) -> float:
+    """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
+    kept, full = (table[f"median_patch_size_{reading}"] for reading in (KEPT_READING, FULL_READING))
+    return float((kept < FRAGMENTED_BELOW * full).mean())

@@ -1,0 +1,180 @@
+"""Close a run: its warnings, its failures, its first page, and a description of all files for archives."""
+
+from __future__ import annotations
+
+import json
+import mimetypes
+import os
+from collections.abc import Callable, Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+import pandas as pd
+
+from sparsurf.files import checksum
+from sparsurf.version import __version__
+from sparsurf.views import layout
+from sparsurf_study.batches.assignment import TABLES
+from sparsurf_study.batches.summary import grouped_reasons, measures, most_unusual
+from sparsurf_study.batches.tables import read_parquet
+from sparsurf_study.report import summaries
+from sparsurf_study.report.figures import distributions
+from sparsurf_study.report.front import DOWNLOADS, MAX_ROWS, write_front
+from sparsurf_study.rounding import write_table
+
+if TYPE_CHECKING:
+    from sparsurf_study.workflow.running import Finished
+
+Warnings = list[tuple[str, str, str, str]]
+COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
+CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
+CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
+PAGES = {"page": "index.html", "failures": "failures.csv", "warnings": "warnings.csv", "crate": CRATE}
+JOB = "analyse_batch"
+
+
+def close_run(
+    results: Sequence[str], warnings: Warnings, exclude: Mapping[str, str], outputs: Mapping[str, str]
+) -> None:
+    """Write page, failures, warnings and crate of a run with the files and folders `results`; `exclude` has reasons by place."""
+    folder = Path(outputs["page"]).parent
+    pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
+    files = [Path(path).relative_to(folder).as_posix() for path in results]
+    answers = write_front(outputs["page"], files, dict(exclude))
+    write_table(outputs["failures"], pd.DataFrame(exclude.items(), columns=["place", "reason"]))
+    pages = [outputs[name] for name in ("page", "failures", "warnings")]
+    write_crate([*results, *pages], outputs["crate"], answers)
+
+
+def close_batches(
+    tables: Sequence[str],
+    studied: Sequence[str],
+    warnings: Warnings,
+    exclude: Mapping[str, str],
+    outputs: Mapping[str, str],
+) -> None:
+    """Write the outputs page, failures, warnings, crate and png of a run in batches.
+
+    `tables` are the Parquet files of all batches; others in their folders are left from an earlier study and are removed.
+    `studied` are the files of the structures that have pages of their own.
+    """
+    run = Path(outputs["page"]).parent
+    stored = {path for name in TABLES for path in (run / name).glob("*.parquet")}
+    for path in stored - {*map(Path, tables)}:  # of an earlier study: a folder holds one run
+        path.unlink()
+    surfaces = read_parquet(run, "surfaces").sort_values("protein", ignore_index=True)
+    failed = read_parquet(run, "failures").sort_values("protein", ignore_index=True)
+    excluded = pd.DataFrame(exclude.items(), columns=["protein", "reason"])
+    write_table(outputs["failures"], pd.concat([excluded, failed]).set_axis(["place", "reason"], axis=1))
+    listed = read_parquet(run, "warnings").sort_values("protein", kind="stable")
+    listed = listed.assign(conformation="", job=JOB)[["protein", "conformation", "job", "sentence"]]
+    listed = pd.concat([listed, pd.DataFrame(warnings, columns=list(listed))])
+    write_table(outputs["warnings"], listed.drop_duplicates(["protein", "sentence"]))
+    layout.save(distributions.figure(measures(surfaces)), outputs["png"])
+    batches = {
+        "surfaces": surfaces,
+        "unusual": most_unusual(surfaces, MAX_ROWS),
+        "failures": grouped_reasons(failed),
+        "n_batches": len({Path(path).name for path in tables}),
+    }
+    files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
+    answers = write_front(outputs["page"], files, dict(exclude), batches)
+    pages = [outputs[name] for name in ("page", "failures", "warnings")]
+    write_crate([*tables, outputs["png"], *studied, *pages], outputs["crate"], answers)
+
+
+def close_partial_run(
+    config: dict,
+    run: Path,
+    failures: Mapping[str, str],
+    finished: Finished,
+    tables: Sequence[str],
+    warnings_of: Callable[[Sequence[str]], Warnings],
+) -> bool:
+    """Close a run in which jobs failed from what lies there, older than which it counts; return whether that is anything."""
+    if not (finished.conformations or finished.pairs or tables):
+        return False
+    written = write_summaries(config, run, finished.conformations, finished.sampled, finished.pairs)
+    results = [*map(str, finished.files), *map(str, written)]
+    outputs = {name: str(run / file) for name, file in PAGES.items()}
+    warnings = warnings_of(results) if results else []
+    if tables:
+        close_batches(tables, results, warnings, failures, outputs | {"png": str(run / "distributions.png")})
+    else:
+        close_run(results, warnings, failures, outputs)
+    oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
+    for path in [*map(str, written), *outputs.values()]:
+        os.utime(path, (oldest, oldest))
+    return True
+
+
+def write_summaries(
+    config: dict, run: Path, folders: Sequence[Path], sampled: Sequence[str], pairs: Sequence[Path]
+) -> list[Path]:
+    """Write the tables, figures and pages over all surfaces and pairs; return their paths."""
+    of_grid = [folder for folder in folders if folder.parent.name in sampled]
+    written: list[Path] = []
+
+    def paths(*names: str) -> list[str]:
+        written.extend(run / name for name in names)
+        return [str(run / name) for name in names]
+
+    if folders:
+        outputs = paths("surfaces.csv", "required_dots.png")
+        with_grid, floor = {folder: folder in of_grid for folder in folders}, config["minimal"].get("floor")
+        summaries.summarise_surfaces(with_grid, config["patches"], floor, *outputs)
+    if of_grid:
+        best = paths("summary.csv", "relation.csv")
+        summaries.summarise_best(of_grid, config["seed"], *best)
+    if of_grid and config["compare"]["run"]:
+        outputs = paths("compare.csv", "compare.png")
+        summaries.summarise_comparison([folder / "compare.csv" for folder in of_grid], *outputs)
+    if pairs:
+        outputs = paths("pairs/pairs.csv", "pairs/pairs.png")
+        summaries.summarise_pairs([pair / "agreement.csv" for pair in pairs], run.name, *outputs)
+    return written
+
+
+def write_crate(results: Sequence[str], crate: str, answers: Sequence[str]) -> None:
+    """Write the crate of the files and folders of a run: a description for archives, RO-Crate 1.1."""
+    folder = Path(crate).parent
+    paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
+    files = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
+    text = json.dumps(describe_files(folder, files, answers), indent=1)
+    Path(crate).write_text(text + "\n", encoding="utf-8")
+
+
+def describe_files(folder: Path, paths: list[Path], answers: Sequence[str]) -> dict:
+    """Return the files of a run as RO-Crate 1.1; licence and authors are for whoever publishes it."""
+    files = [path.relative_to(folder).as_posix() for path in paths]
+    metadata = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
+    program = {"@id": "#sparsurf", "@type": "SoftwareApplication", "name": "sparsurf", "version": __version__}
+    action = {
+        "@id": "#run",
+        "@type": "CreateAction",
+        "instrument": {"@id": "#sparsurf"},
+        "result": {"@id": "./"},
+    }
+    root = {
+        "@id": "./",
+        "@type": "Dataset",
+        "name": f"Minimal molecular surfaces: {folder.name}",
+        "description": "Results of a sparsurf study; index.html shows them.",
+        "abstract": answers,
+        "datePublished": date.today().isoformat(),
+        "hasPart": [{"@id": quote(file)} for file in files],
+        "mentions": {"@id": "#run"},
+    }
+    parts = [_describe_file(folder, file) for file in files]
+    return {"@context": CONTEXT, "@graph": [metadata, root, action, program, *parts]}
+
+
+def _describe_file(folder: Path, file: str) -> dict:
+    """Describe one file, with words where the first page has some for it."""
+    media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
+    size, description = str((folder / file).stat().st_size), DOWNLOADS.get(Path(file).name)
+    part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
+    part["sha256"] = checksum(folder / file)
+    return part | ({"description": description} if description else {})

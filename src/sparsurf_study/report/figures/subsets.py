@@ -1,0 +1,102 @@
+"""Figure 5 of the paper: the surface, subsets of it, and the surface recovered from the minimal subset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from string import ascii_uppercase
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import colors
+
+from sparsurf.recovery.errors import distance_to_surface
+from sparsurf.recovery.readings import comparable_density
+from sparsurf.recovery.recovering import recover
+from sparsurf.surfaces.surface import Surface
+from sparsurf.views import layout, render
+from sparsurf.views.layout import styled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sparsurf.evaluation.prepared_surface import PreparedSurface
+    from sparsurf.views.render import Scene
+    from sparsurf_study.report.figures.results import Results
+
+MAX_DISTANCE = 0.2  # Å, end of the colours of a recovered surface
+CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
+
+
+def draw(results: Results) -> Figure:
+    """Draw the figure of one surface."""
+    error = results.recovered_errors["mean"].iloc[0]
+    return figure(results.surface, results.subsets, results.recovered, results.name, error)
+
+
+def recovered_from(
+    prepared: PreparedSurface, subset: Surface, threads: int
+) -> tuple[str, Surface, np.ndarray]:
+    """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
+    density = comparable_density(prepared.density, prepared.patches.d_link)
+    surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
+    distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
+    return "recovered from the minimal subset", surface, distance
+
+
+@styled
+def figure(
+    surface: Surface,
+    subsets: Sequence[tuple[str, Surface, str]],
+    recovered: tuple[str, Surface, np.ndarray] | None = None,
+    name: str = "",
+    error: float | None = None,
+) -> Figure:
+    """Draw the surface, subsets (title, Surface, colour) in one view, and a recovered one (title, Surface, distance in Å)."""
+    cells = len(subsets) + (3 if recovered else 1)
+    columns = 2 if cells == 4 else 3
+    if recovered:
+        off = "" if error is None else f" to {error:.3f} Å on average"
+        name = layout.headed(name, f"{len(subsets[-1][1]):,} dots recover the surface{off}")
+    figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
+    corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
+    camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))
+    behind = render.draw_surface(surface.points, surface.normals, render.PALE, camera)
+    radius = max(render.DOT_RADIUS, 2 / camera.scale)  # at least two pixels, for large molecules
+    _show(figure, corners, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
+    for k, (words, subset, colour) in enumerate(subsets, 1):
+        scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
+        share = 100 * len(subset) / len(surface)
+        _show(figure, corners, k, scene, f"{fill(words, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
+    if recovered is None:
+        return figure
+    title, back, distance = recovered
+    scale = layout.scale(0, MAX_DISTANCE)
+    scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
+    words = f"{title},\nin the colours of panel {ascii_uppercase[cells - 1]}"
+    _show(figure, corners, cells - 2, scene, words, layout.DARK)
+    words = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
+    x, y = _cell(figure, corners, cells - 1, words, "black")
+    ends = np.linspace(0, MAX_DISTANCE, 41)
+    label = f"distance (Å; last bar: {MAX_DISTANCE:g} and more)"
+    layout.histogram(layout.axes(figure, x + 12, y + 14, 44, 32), distance, scale, label, "mean", ends)
+    return figure
+
+
+def _cell(
+    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, words: str, colour: str
+) -> tuple[float, float]:
+    """Write letter and title of cell k; return its upper left corner in mm."""
+    x, y = corners[k]
+    layout.letter(figure, x, y, ascii_uppercase[k])
+    layout.text(figure, x + 5, y + 0.3, words, color=colour)
+    return x, y
+
+
+def _show(
+    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, scene: Scene, words: str, colour: str
+) -> None:
+    """Show picture k with its letter and title."""
+    x, y = _cell(figure, corners, k, words, colour)
+    ax = layout.axes(figure, x + 1, y + 9.5, 58, 45)
+    layout.show(ax, render.picture(scene), scene.camera, scale_bar=k == 0)

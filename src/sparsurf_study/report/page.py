@@ -1,0 +1,126 @@
+"""Render the pages of a run: templates hold the sentences, filters format the numbers."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup, escape
+
+from sparsurf.views.numbers import interval, number, share
+from sparsurf_study.report.numbers import combination, interval_of, p_value
+
+TEMPLATES = Path(__file__).with_name("templates")
+MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
+MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
+MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
+FORMATS = (number, share, interval, interval_of, combination, p_value)  # filters of templates
+WEBP: dict[str, Any] = {"quality": 85, "method": 2}  # 1 MB becomes 0.15 MB that looks the same, quickly
+
+
+def embedded(path: Path | str) -> str | None:
+    """Encode the PNG at `path` as a data URL; None if it is missing or too large."""
+    path = Path(path)
+    if not path.is_file() or path.stat().st_size > MAX_FIGURE_BYTES:
+        return None
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
+
+
+def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
+    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`."""
+    from PIL import Image  # comes with matplotlib
+
+    urls: dict[str, str] = {}
+    size = 0
+    for path in dict.fromkeys(paths):
+        if not (folder / path).is_file():
+            continue
+        with Image.open(folder / path) as file:
+            picture = file.convert("RGB")
+        picture.thumbnail((MAX_FIGURE_PIXELS, MAX_FIGURE_PIXELS))
+        encoded = io.BytesIO()
+        picture.save(encoded, "WEBP", **WEBP)
+        url = "data:image/webp;base64," + base64.b64encode(encoded.getvalue()).decode()
+        size += len(url)
+        if size > MAX_PAGE_BYTES:
+            break
+        urls[path] = url
+    return urls
+
+
+def code(sentence: str) -> Markup:
+    """Escape a sentence, with its `names` as HTML code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(sentence))))
+
+
+def symbols(words: str) -> Markup:
+    """Escape words, with the indices of n_S and Z_tS as subscripts."""
+    return Markup(re.sub(r"\b(n|Z)_(t?[SR])\b", r"\1<sub>\2</sub>", str(escape(words))))
+
+
+@cache
+def _templates() -> jinja2.Environment:
+    """Return the environment of the templates."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=lambda name: ".html" in (name or ""),
+        undefined=jinja2.StrictUndefined,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"code": code, "symbols": symbols, "words": _explained} | {
+        form.__name__: form for form in FORMATS
+    }
+    return environment
+
+
+class Glossary:
+    """Words of a page that are explained: each links, where it first stands, to the list at the page's end."""
+
+    def __init__(self) -> None:
+        self.meanings: dict[str, str] = _templates().get_template("words.html.j2").module.meanings  # type: ignore[attr-defined]
+        self.used: set[str] = set()
+        words = "|".join(map(re.escape, sorted(self.meanings, key=len, reverse=True)))
+        self.pattern = re.compile(rf"(?<![\w/.])({words})(?=(?:s|es)?\b)(?![\w]*[/.]\w)")
+
+    def mark(self, sentence: str) -> Markup:
+        """Escape a sentence; link the words that no sentence before it has."""
+        parts = []
+        for k, part in enumerate(self.pattern.split(sentence)):
+            if k % 2 == 0 or part in self.used:
+                parts.append(symbols(part))
+                continue
+            self.used.add(part)
+            meaning = escape(self.meanings[part])
+            parts.append(
+                Markup('<a class="word" href="#words" title="{}">{}</a>').format(meaning, symbols(part))
+            )
+        return Markup("").join(parts)
+
+    def explained(self) -> list[tuple[str, str]]:
+        """Return the words that were linked, with their meanings."""
+        return [(word, meaning) for word, meaning in self.meanings.items() if word in self.used]
+
+
+@jinja2.pass_context
+def _explained(context: jinja2.runtime.Context, sentence: str) -> Markup:
+    """Mark the words of a sentence in the glossary of the page."""
+    return context["glossary"].mark(sentence)
+
+
+def render(template: str, **known: Any) -> str:
+    """Render a template with the values that it uses."""
+    glossary = Glossary()
+    known |= {"glossary": glossary, "explained_words": glossary.explained}
+    page = _templates().get_template(template).render(known)
+    return re.sub(r"\n\s*\n+", "\n", page).lstrip() if ".html" in template else page
+
+
+def write(path: Path | str, template: str, **known: Any) -> None:
+    """Render a page into the file `path`."""
+    Path(path).write_text(render(template, **known), encoding="utf-8")

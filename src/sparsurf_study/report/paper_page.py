@@ -1,0 +1,329 @@
+"""Values of the page on the paper: whether each claim holds under each reading, and the numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    PUBLISHED_ROWS,
+    TABLE_1,
+    Combination,
+    combination_labels,
+    split_combinations,
+)
+from sparsurf_study.analysis.rough_and_flat import MIN_TEST_DOTS
+from sparsurf_study.paper import replication
+from sparsurf_study.paper.published_runs import MEASURES
+from sparsurf_study.paper.verdict import is_one_more_run
+from sparsurf_study.report.numbers import against_zero
+
+if TYPE_CHECKING:
+    from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+
+TEMPLATE = "paper.html.j2"
+YES, NO, UNKNOWN = "yes", "no", "not measured"
+PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
+ROW_OF_BEST = 5  # of Table I
+OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
+MAX_LINK_COLUMNS = 6
+HALVES = ("rougher half", "flatter half")
+DISTANCES_UNMOVED = "distances from the dot itself"
+COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
+TURNED = 1.05  # Z of the turned molecule over that of fresh dots, above which a descriptor depends on the orientation
+FIGURES = {  # number in the paper: file in the surface's figures, and chapters with its numbers
+    1: ("roughness", ("range_of_roughness",)),
+    2: ("number_of_dots", ("span", "uniform")),
+    3: ("d_over_grid", ("best",)),
+    4: ("rough_and_flat", ("rough", "flat")),
+    5: ("subsets", ("gather", "fewer")),
+}
+
+
+def paper_page(data: dict[str, Any]) -> dict[str, Any]:
+    """Collect the values of the page.
+
+    `data` holds `grid`, `ranges`, `best` and `required_dots` of the surface; `rows`, `links`, `signs`, `defects`, `family` and
+    `gathering` of `paper.replication`; `places`, `tests` and `bias` of `paper.published_runs`; `bins` of
+    `rough_and_flat.bins_table` with a column `around`; `uniform`, the median number of patches of a dot; and `surface`, see
+    `surface_of`.
+    """
+    grid, references = data["grid"], data["best"]["references"]
+    rough, flat = rough_and_flat(data["bins"])
+    gathered, fewer = gather(data["gathering"])
+    low, high = data["surface"]["roughness"]
+    of_best = data["links"][data["links"]["row"] == ROW_OF_BEST].sort_values("d_link")
+    ends = of_best[["d_link", "d"]].iloc[[0, int(of_best["d"].argmin())]].to_numpy().tolist()
+    chapters = {
+        "table1": table1(data["places"], data["tests"], data["rows"], data["bias"]),
+        "winners": winners(data["ranges"], data["places"]),
+        "best": best_at_one(data["best"], grid, data["places"]),
+        "positive": positive(grid, data["rows"], data["family"]),
+        "describe": describe(grid, data["rows"], references["Z_mean_descriptor"]),
+        "rough": rough,
+        "flat": flat,
+        "fewer": fewer,
+        "gather": gathered,
+        "span": span_of(grid),
+        "uniform": uniform(grid, data["uniform"]["median"]),
+        "range_of_roughness": {"holds": both(low >= 0 and high <= 1), "measured": (low, high)},
+        "probability": probability(data["surface"], data["defects"]),
+        "orientation": orientation(references),
+        "parameter_free": {"holds": both(False), "links": ends},
+        "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
+    }
+    return chapters | {
+        "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
+        "readings": GRID_READINGS,
+        "surface": data["surface"],
+        "links": links(data["links"], data["signs"], grid),
+        "defects": defects(data["defects"]),
+        "outlook": outlook(data["required_dots"]),
+        "figures": [
+            (n, file, [(k, chapters[k]["holds"]) for k in names]) for n, (file, names) in FIGURES.items()
+        ],
+    }
+
+
+def surface_of(
+    prepared: PreparedSurface, rules: SurfaceSettings, path_to_surface: str | None = None
+) -> dict[str, Any]:
+    """Describe the dots: how they were generated, and their numbers."""
+    source = "file" if path_to_surface else rules.reentrant
+    return {
+        "source": source,
+        "n_dots": len(prepared.points),
+        "n_centres": len(prepared.cover.centre),
+        "mean_roughness": float(prepared.roughness.mean()),
+        "roughness": (float(prepared.roughness.min()), float(prepared.roughness.max())),
+        "largest_r": float(np.exp(-prepared.cover.log_ratio.min())),
+    }
+
+
+def answer(holds: bool) -> str:
+    """Return yes or no."""
+    return YES if holds else NO
+
+
+def both(holds: bool) -> dict[str, str]:
+    """Return the same answer for both readings."""
+    return dict.fromkeys(GRID_READINGS, answer(holds))
+
+
+def of_rows(holds: pd.Series) -> str:
+    """Count the rows that hold."""
+    return f"{int(holds.sum())} of {len(holds)}"
+
+
+def span_of(grid: pd.DataFrame) -> dict[str, Any]:
+    """Compare the range of n_S of the grid with the published one."""
+    measured = grid["n_S_percent"].min(), grid["n_S_percent"].max()
+    published = TABLE_1["n_S_low_percent"][0], TABLE_1["n_S_high_percent"][-1]
+    return {"holds": both(np.abs(np.subtract(measured, published)).max() < 0.2), "measured": measured}
+
+
+def table1(
+    places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame
+) -> dict[str, Any]:
+    """Compare Table I with runs made as published, and with means of its combinations under each reading.
+
+    Under a reading other than that of the authors' code it holds if no published d has the other sign than the mean.
+    """
+
+    def between(table: pd.DataFrame, name: str, low: str, high: str) -> int:
+        return int(table[f"{name}_published"].between(table[f"{name}_{low}"], table[f"{name}_{high}"]).sum())
+
+    inside, n = {name: int(places[f"{name}_inside"].sum()) for name in MEASURES}, len(places)
+    published, low, high = rows["d_published"], rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"]
+    opposite = ((published > 0) & (high < 0)) | ((published < 0) & (low > 0))
+    of_means = f"low_{KEPT_READING}", f"high_{KEPT_READING}"
+    return {
+        "holds": {
+            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {n}",
+            FULL_READING: answer(not opposite.any()),
+        },
+        "same": is_one_more_run(tests),
+        "inside": inside,
+        "in_span": sum(between(places, name, "lowest", "highest") for name in MEASURES),
+        "n": n,
+        "won": int((places["n_won"] > 0).sum()),
+        "runs": int(places["n_runs"].max()),
+        "tests": tests.to_dict("records"),
+        "loses": {reading: bool((rows[f"d_high_{reading}"] < 0).all()) for reading in OF_ROWS},
+        "bias": bias["d_bias"].mean(),
+        "means": {name: between(rows, name, *of_means) for name in MEASURES},
+        "rows": [a | b for a, b in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)],
+    }
+
+
+def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
+    """Compare our winner of each range with the published one, and count how often that won the runs."""
+    table = places[["range", "n_won", "n_runs"]].reset_index(drop=True)
+    table["published"] = [str(Combination(*row)) for row in PUBLISHED_ROWS]
+    same, among = {}, {}
+    for reading in GRID_READINGS:
+        rows = ranges[ranges["reading"] == reading].reset_index(drop=True)
+        table[reading] = pd.Series(combination_labels(rows))
+        if reading == KEPT_READING:
+            ends = ["", "_low", "_high"]
+            table[[f"d_cv{end}" for end in ends]] = rows[[f"d_cv{end}" for end in ends]]
+            scaled = [f"d{end}_{SCALED_READING}" for end in ends]
+            table[scaled] = rows[scaled]
+        same[reading] = int((table[reading] == table["published"]).sum())
+        sets = rows["best_set"].map(split_combinations)
+        among[reading] = pd.Series(
+            [name in best for name, best in zip(table["published"], sets, strict=False)]
+        )
+    return {
+        "holds": {reading: of_rows(among[reading]) for reading in GRID_READINGS},
+        "same": same,
+        "among": {reading: int(inside.sum()) for reading, inside in among.items()},
+        "rows": table.dropna(subset=list(GRID_READINGS)).to_dict("records"),
+    }
+
+
+def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
+    """Compare the best combination at the largest alpha with the published one; it holds if that may be the best."""
+    published = grid[np.isclose(grid[PARAMETERS], PUBLISHED_BEST).all(axis=1)]
+    ours = {reading: best[reading]["unrestricted"] for reading in GRID_READINGS}
+    name = str(Combination(*PUBLISHED_BEST))
+    run = places[places["range"] == ROW_OF_BEST].iloc[0]
+    holds = {key: answer(name in split_combinations(row["best_set"])) for key, row in ours.items()}
+    return {
+        "holds": holds,
+        "is_ours": str(Combination.from_row(ours[KEPT_READING])) == name,
+        "ours": ours,
+        "run": run.to_dict(),
+        "published": published.iloc[0] if len(published) else None,
+    }
+
+
+def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
+    """Count the rows of Table I and the combinations that beat a uniform subset, also with alpha tuned to equal n_S."""
+    counts: dict[str, dict[str, float]] = {}
+    for reading in GRID_READINGS:
+        d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
+        above_0, above, below = (int(holds.sum()) for holds in (d > 0, low > 0, high < 0))
+        counts[reading] = {"above_0": above_0, "above": above, "below": below}
+        counts[reading] |= {"mean": d.mean(), "largest": d.max()}
+    return {
+        "holds": {reading: of_rows(rows[f"d_low_{reading}"] > 0) for reading in GRID_READINGS},
+        "published": int((rows["d_published"] > 0).sum()),
+        "n": len(grid),
+        "counts": counts,
+        "members": int(family["members"].sum()),
+        "better": int(family["n_better"].sum()),
+        "family": family.to_dict("records"),
+    }
+
+
+def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
+    """Count the rows of Table I and the combinations that describe a patch better than the mean patch does."""
+    tables = (grid, rows)
+    better = {reading: [table[f"Z_tS_{reading}"] < null for table in tables] for reading in GRID_READINGS}
+    return {
+        "holds": {reading: of_rows(of_rows_of_table) for reading, (_, of_rows_of_table) in better.items()},
+        "null": null,
+        "counts": {reading: [int((~of).sum()) for of in pair] for reading, pair in better.items()},
+        "n": (len(grid), len(rows)),
+    }
+
+
+def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots: two chapters.
+
+    Rough patches gain if d of the rougher half exceeds that of the flatter half; flat ones come out nearly equal if d of the
+    flattest bin does not differ from 0.
+    """
+    gains: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
+    equal: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
+    table = {}
+    for around, rows in bins.groupby("around", sort=False):
+        flattest = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= MIN_TEST_DOTS)].iloc[-1]
+        rough, flat = (rows[rows["bin"] == name].iloc[0] for name in HALVES)
+        table[str(around)] = [rough, flat, flattest]
+        for reading in GRID_READINGS:
+            gains[reading].append(bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"])))
+            ends = flattest[f"d_low_{reading}"], flattest[f"d_high_{reading}"]
+            equal[reading].append(against_zero(*ends) == "around")
+    return (
+        {"holds": {reading: answer(all(cases)) for reading, cases in gains.items()}, "table": table},
+        {"holds": {reading: answer(all(cases)) for reading, cases in equal.items()}},
+    )
+
+
+def uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
+    """Compare what beta = gamma = delta = 0 keeps with the share alpha."""
+    rows = grid[(grid[["beta", "gamma", "delta"]] == 0).all(axis=1)]
+    near = len(rows) and (rows["n_S_percent"] - 100 * rows["alpha"]).abs().max() < 1
+    return {"holds": both(bool(near)), "patches": patches, "rows": rows.to_dict("records")}
+
+
+def gather(gathering: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Compare the shares of the dots kept where the surface is roughest, where it is flattest, and everywhere: two chapters."""
+    groups = gathering.groupby("combination", sort=False)
+    rows = groups["kept_percent"].agg(roughest="first", flattest="last")
+    rows["all"] = groups["uniform_percent"].first()
+    gathers, fewer = (rows["roughest"] > rows["flattest"]).all(), (rows["flattest"] < rows["all"]).all()
+    records = rows.reset_index().to_dict("records")
+    return {"holds": both(bool(gathers)), "rows": records}, {"holds": both(bool(fewer))}
+
+
+def probability(surface: dict[str, Any], table: pd.DataFrame) -> dict[str, Any]:
+    """Check that no distance exceeds r_patch, so that p of Eq. 2 cannot exceed 1; d by row with distances from the dot itself."""
+    d = table.pivot(index="row", columns="sampling", values=f"d_{KEPT_READING}")
+    return {
+        "holds": both(surface["largest_r"] <= 1),
+        "largest_r": surface["largest_r"],
+        "rows": d[["as published", DISTANCES_UNMOVED]].to_records().tolist(),
+    }
+
+
+def orientation(references: dict[str, Any]) -> dict[str, Any]:
+    """Compare Z of fresh dots of the turned molecule with Z of fresh dots."""
+    floors = references.get("floors", {})
+    fresh, turned = floors.get("fresh dots"), floors.get("turned")
+    known = fresh is not None and turned is not None
+    return {
+        "holds": both(turned <= TURNED * fresh) if known else dict.fromkeys(GRID_READINGS, UNKNOWN),
+        "fresh": fresh,
+        "turned": turned,
+        "two_patches": references["Z_two_patches"],
+    }
+
+
+def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
+    """Tabulate d of the published rows by linking distance, and what d depends on."""
+    d = table.pivot(index="row", columns="d_link", values="d")
+    d = d.iloc[:, :: -(-d.shape[1] // MAX_LINK_COLUMNS)]
+    return {
+        "d": d.to_dict("index"),
+        "distances": d.columns.tolist(),
+        "best": (signs["d_link_best"].min(), signs["d_link_best"].max()),
+        "turned": int(signs["negative_from"].notna().sum()),
+        "rows": len(signs),
+        "correlation": replication.correlation_of_readings(grid),
+        "fragments": replication.correlation_with_fragments(grid),
+        "fragmented_percent": 100 * replication.fragmented_share(grid),
+        "threshold_percent": 100 * replication.FRAGMENTED_BELOW,
+    }
+
+
+def defects(table: pd.DataFrame) -> dict[str, dict[Any, float]]:
+    """Average over the ten rows how n_S and d change with each defect of the published sampling corrected."""
+    columns = ["n_S_percent", *(f"d_{reading}" for reading in GRID_READINGS)]
+    by = {str(name): rows.set_index("row")[columns] for name, rows in table.groupby("sampling", sort=False)}
+    reference = by.pop("as published")
+    return {name: (rows - reference).mean().to_dict() for name, rows in by.items()}
+
+
+def outlook(required_dots: pd.DataFrame) -> dict[str, Any]:
+    """Tabulate how many dots reach each noise floor, by floor and reading."""
+    floors = required_dots.groupby("floor", sort=False)
+    by_floor = {floor: rows.set_index("reading").to_dict("index") for floor, rows in floors}
+    return {"sampler": required_dots["sampler"].iloc[0], "floors": by_floor}

@@ -1,0 +1,10 @@
+"""Scripts that open results in PyMOL (.pml) and ChimeraX (.cxc)."""
+
+from pathlib import Path
+
+SCRIPTS = ("open.pml", "open.cxc", "open_pair.pml", "open_pair.cxc")
+
+
+def script_text(name: str) -> str:
+    """Return the text of one of `SCRIPTS`."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")

@@ -1,0 +1,131 @@
+"""Fixed sentences of the first page: what stands above its tables and below its figures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sparsurf.recovery.readings import RECOVERED
+from sparsurf_study.report.numbers import enough_dots
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def _joined(text: str) -> str:
+    """Join the lines of a text."""
+    return " ".join(text.split())
+
+
+# Files of a surface and what they contain
+DOWNLOADS = {
+    "minimal.csv": "the minimal subset: positions, normals, weights",
+    "minimal.ply": "the same for 3D programs",
+    "surface.ply": "the whole surface with its roughness",
+    "residues.csv": "area, roughness and fields of each residue",
+    "structure_roughness.pdb": "the structure, roughness as B factors",
+    "open.pml": "opens the structure and the minimal subset in PyMOL",
+    "open.cxc": "opens the structure and the minimal subset in ChimeraX",
+    "ranges.csv": "the best combination per range of n_S, with its confidence set",
+    "best.json": "the best combination of all",
+    "grid.csv": "Z and d of every combination",
+    "floors.csv": "the noise floors",
+    "required_dots.csv": "how many dots reach each floor",
+    "fields.csv": "how well few dots recover each field",
+}
+# Folders of Parquet files, one for each batch
+BATCH_TABLES = {
+    "surfaces": "each surface",
+    "residues": "area, roughness and fields of each residue",
+    "dots": "the minimal subset of each surface",
+}
+FILES_OF_CHANGES = {
+    "view_1.html": "rotate the first form",
+    "view_2.html": "rotate the second form",
+    "changes.csv": "every residue",
+    "changed_1.pdb": "the first form, the change as B factor",
+    "changed_2.pdb": "the second form, superposed onto the first",
+}
+FILES_OF_PAIR = ("view.html", "propensity.csv", "best_pairs.csv", "residues.csv", "open.pml", "open.cxc")
+FILES_OVER_TIME = {
+    "ensemble.csv": "each frame",
+    "residues_over_time.csv": "each residue in each frame",
+    "residues.csv": "each residue over the frames",
+}
+FILES_OF_ALL = {
+    "surfaces.csv": "every surface",
+    "summary.csv": "every range of every surface",
+    "relation.csv": "the best parameters against mean roughness",
+    "compare.csv": "samplers compared",
+}
+# Figures, those of a surface or a protein in the order of the page
+CAPTIONS = {
+    name: _joined(text)
+    for name, text in {
+        "d_over_grid": """d over γ and δ at the largest α, one map for each β. Above 0, the paper's sampling beats a uniform
+            subset. Black dots: the combinations that were measured.""",
+        "required_dots": "Error Z of the patches against the dots kept.",
+        "subsets": "Which dots are kept.",
+        "roughness": "Roughness of the surface.",
+        "rough_and_flat": "Error of rough and of flat patches.",
+        "number_of_dots": "Dots kept by each choice of the parameters.",
+        "compare": "Samplers compared at equal numbers of dots.",
+        "frames": "Frames of the trajectory and the conformations chosen.",
+        "ensemble": "Dots kept, mean roughness and d of one combination, frame by frame.",
+        "residues": "Roughness of each residue over the frames; grey where it is buried.",
+        "simulation": "Quality of the simulation.",
+        "changes": """Above, both forms in the colours of their change over its floor, seen from the side that changes most.
+            Below, the change of each residue with the larger of its two floors.""",
+        "book": """Both partners opened like a book: above, how well each patch matches the nearest patch of the partner (dark:
+            best); below, the interface.""",
+        "table1": "Table I as published, and measured here.",
+        "pairs": "AUC of each pair, and the mean with its 95 % interval.",
+        "distributions": "Distributions over all surfaces. The line is the median.",
+    }.items()
+}
+TEXT = {
+    name: _joined(text)
+    for name, text in {
+        "sampling": """The paper (Grassmann et al., 2022) keeps a dot j in the patch of a centre i with a probability that depends
+            on how rough the patch is:""",
+        "d": """d compares the dots kept with a uniform subset, as many dots drawn at random: above 0 the paper's
+            sampling is better.""",
+        "readings": """The paper removes points that are not connected with the rest of their patch. Its authors' code does so
+            {first}; the text can also be read as {last}.""",
+        "ranges": """d is cross-validated, its 95 % interval in brackets. Scaled link: the same combination, with a linking
+            distance that fits the spacing of the kept dots.""",
+        "worse": "†: one average patch in place of all would be closer to the full surface.",
+        "most": "‡: it keeps the most dots; the authors' script leaves it out of the last range.",
+        "over_all": "All {n} surfaces: best on average, and d of each surface's own best.",
+        "relation": """{related} of {tested} tests find that the best combination follows the mean roughness (p < 0.05).""",
+        "dots": """The minimal subset is the smallest from which the surface can be recovered as closely as asked for, by default
+            to 0.02 Å on average, from the positions and normals of its dots alone.""",
+        "floors": """Horizontal lines are noise floors: Z of something that should make no difference, such as a second set of
+            dots. Z comes near a floor at fewer dots than the surface needs to be recovered to 0.02 Å.""",
+        "changes": """Shape and hydropathy were measured around every tenth point and averaged per residue, over 10 Å: neighbours
+            of a changed residue appear to change, too.""",
+        "floors_of_changes": """Each change is compared with two floors: other dots on the same form, and its atoms moved at
+            random by 0.3 Å, as in a fair crystal structure. 5 % of the residues lie above a floor by chance.""",
+        "most_changed": """What changes most, by change over the larger floor. The last two columns are the second form minus the
+            first.""",
+        "pairs": """Each patch of one partner is compared with those of the other; the maps are smoothed over the dots around. The
+            partners are placed as in the files, and nothing was docked.""",
+        "auc": """Protrusion: few heavy atoms within 10 Å. Neighbouring dots are alike, so the interval of a partner comes from
+            drawing whole blocks about 10 Å across. Means are over pairs, whose two partners are averaged first.""",
+        "frames": """One combination over {n} frames, each with its own dots, test dots and draws. Consecutive frames are alike,
+            so they are worth fewer independent frames.""",
+        "surfaces": """Pictures: roughness, dark: rough, yellow: flat; the bar is 10 Å long. Click one to enlarge it, a name to
+            turn the surface.""",
+        "masked": """{masked:,} of {total:,} residues of {models:,} predicted models are left out, since their pLDDT is below the
+            bound of the study.""",
+        "unusual": "Distance from the median of the run, in robust standard deviations, in the measure where it is largest.",
+    }.items()
+}
+
+
+def enough_of(required_dots: pd.DataFrame, floor: str | None) -> str:
+    """Say how many dots are enough; empty if no floor sets the size of the minimal subset."""
+    rows = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)]
+    if rows.empty:
+        return ""
+    row = rows.iloc[0]
+    return enough_dots(row["n_S_percent"], row["n_S_percent_low"], row["n_S_percent_high"], row["bound"])

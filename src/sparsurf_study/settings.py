@@ -1,0 +1,33 @@
+"""Settings that only a study has, next to those of the library."""
+
+from typing import Annotated, TypeVar
+
+from pydantic import Field
+
+from sparsurf.settings import INTEGER, NUMBER, Combination, Count, Positive, Section, TestDots, key
+from sparsurf.settings import Settings as LibrarySettings
+
+T = TypeVar("T")
+
+Integer = Annotated[int, INTEGER]
+Thousand = Annotated[int, Field(ge=1, le=1000), INTEGER]
+FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
+Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
+PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
+Two = Annotated[list[T], Field(min_length=2, max_length=2)]
+
+
+class Ensemble(Section):
+    """One combination over all frames of each trajectory."""
+
+    run: bool = key(False, "Write ensemble.csv and its figure.")
+    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
+    test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
+    stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
+    jobs: Count = key(1, "Number of jobs that share the frames: a killed run keeps the finished ones.")
+
+
+class Settings(LibrarySettings):
+    """The sections that the analysis of one surface of a study follows."""
+
+    ensemble: Ensemble = Ensemble()

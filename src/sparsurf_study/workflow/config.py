@@ -1,0 +1,350 @@
+"""Read and check the config of a study. `python -m sparsurf_study.workflow.config` writes its JSON Schema and reference page."""
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from sparsurf.errors import InputError
+from sparsurf.files import UNPACK, shorten
+from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.settings import REQUEST_KEYS, SAMPLERS_OF_COMBINATIONS
+from sparsurf.suggestions import did_you_mean
+from sparsurf_study.batches.assignment import BATCH_PERCENT, TABLES, batched_structures, takes_batches
+from sparsurf_study.workflow.conformations import has_one_model, without_zeros
+from sparsurf_study.workflow.download import ONLY, allowed, variable
+from sparsurf_study.workflow.memory import too_large
+from sparsurf_study.workflow.mistakes import one_of, sentences
+from sparsurf_study.workflow.models import Config, Protein
+from sparsurf_study.workflow.names import FIELDS, FILE_KEYS, SURFACE_SUFFIXES
+from sparsurf_study.workflow.yaml_file import read_config
+
+__all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
+
+RESERVED_FOLDERS = ("logs", "pairs", "changes")  # of results/<run>/, next to those of the proteins
+RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
+PUBLISHED_READINGS = ("kept", "full")
+PUBLISHED_RANGES = 10  # rows of the paper's Table I
+STRUCTURES_VARIABLE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures named like PDB ids
+CONFORMATION = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
+WILDCARD = re.compile(r"[{}]|<[a-z][a-z0-9_]*>")  # in a path, as Snakemake reads it
+MAX_SENTENCES = 20
+
+
+def check_config(
+    config: dict, paths: Iterable[str | Path] = (), home: str | Path = ".", here: bool = True
+) -> dict:
+    """Return a checked copy of `config` with all defaults, in the order of `Config`, without optional keys that are not given.
+
+    Without `proteins` and `pairs`, it changes the default study, which lies in `home`, key by key. The files `paths` that it
+    comes from are read again to find keys that occur twice. If jobs run `here`, the grid must fit into this machine's memory.
+    """
+    for path in paths:
+        read_config(path)
+    config = _with_default_study(config, Path(home))
+    errors: list[str] = []
+    try:
+        checked = Config.model_validate(config).model_dump(exclude_none=True)
+    except ValidationError as error:
+        errors = [*sentences(error.errors(include_url=False))]
+    if not {"proteins", "pairs"} & set(config):
+        errors.append("the config lacks the key 'proteins'.")
+    if not errors:
+        checked["proteins"] = {
+            name: _with_plddt(_with_file_at_home(_with_local_copy(name, protein), Path(home)), checked)
+            for name, protein in checked["proteins"].items()
+        }
+        if batched_structures(checked) and not {*REQUEST_KEYS} & {*config.get("minimal", {})}:
+            sampler = checked["minimal"]["sampler"]
+            checked["minimal"] = {"sampler": sampler, "percent": BATCH_PERCENT}
+        errors = [*_check_keys_together(checked)]
+        if here:
+            errors += [*too_large(checked)] if sampled_proteins(checked) else []
+    if errors:
+        errors = [*dict.fromkeys(errors)]
+        more = [f"{len(errors) - MAX_SENTENCES} more mistakes."] if len(errors) > MAX_SENTENCES else []
+        raise InputError("config: " + "\n        ".join(errors[:MAX_SENTENCES] + more))
+    return checked
+
+
+def proteins(config: dict) -> dict[str, Protein]:
+    """Return the proteins of a checked config, by name."""
+    return {name: Protein(**entry) for name, entry in config["proteins"].items()}
+
+
+def sampled_proteins(config: dict) -> list[str]:
+    """Return the names of the proteins of a checked config whose surfaces are sampled over the grid."""
+    run = config["sampling"]["run"]
+    return [name for name, entry in config["proteins"].items() if entry.get("sampling", run)]
+
+
+def _with_default_study(config: dict, home: Path) -> dict:
+    """Add the keys of the default study to a config without proteins and pairs."""
+    if {"proteins", "pairs"} & set(config):
+        return config
+    path = home / "config.yaml"
+    return read_config(path) | config if path.is_file() else config
+
+
+def _with_local_copy(name: str, protein: dict) -> dict:
+    """Replace a file from the network by the local file that an environment variable names."""
+    if not {"url", "pdb"} & set(protein):
+        return protein
+    path = os.environ.get(variable(name)) if variable(name) != STRUCTURES_VARIABLE else None
+    path = path or _structure_by_id(protein.get("pdb"))
+    if not path:
+        return protein
+    if suffix(path) in SURFACE_SUFFIXES:
+        return {"surface": path}
+    options = {key: value for key, value in protein.items() if key not in ("url", "pdb", "sha256")}
+    return {"structure": path} | options
+
+
+def _structure_by_id(pdb: str | None) -> str | None:
+    """Return the path of the structure named like a PDB id in the folder that SPARSURF_STRUCTURES names."""
+    folder = os.environ.get(STRUCTURES_VARIABLE)
+    if not (folder and pdb):
+        return None
+    if not Path(folder).is_dir():
+        raise InputError(f"{STRUCTURES_VARIABLE} is {folder!r}, but there is no such folder.")
+    names = {pdb.lower() + ending for ending in STRUCTURES}
+    files = sorted(file for file in Path(folder).iterdir() if file.name.lower().removesuffix(".gz") in names)
+    return str(files[0]) if files else None
+
+
+def _with_file_at_home(protein: dict, home: Path) -> dict:
+    """Let the path of a file that lies only in `home` start there."""
+    moved = {
+        key: str(home / protein[key])
+        for key in FILE_KEYS
+        if key in protein and not os.path.exists(protein[key]) and os.path.isfile(home / protein[key])
+    }
+    return protein | moved
+
+
+def _with_plddt(protein: dict, config: dict) -> dict:
+    """Give the bound of the study to a structure without one; a trajectory and a ready surface have no pLDDT."""
+    if "plddt" not in config or {"surface", "trajectory", "simulate"} & protein.keys():
+        return protein
+    return {"plddt": config["plddt"]} | protein
+
+
+def _check_keys_together(config: dict) -> Iterator[str]:
+    """Yield sentences on values that are valid alone, but not together."""
+    if not config["proteins"] and not config["pairs"]:
+        yield "proteins is empty; name at least one protein."
+    for check in CHECKS:
+        yield from check(config)
+
+
+def _missing_file(key: str, path: str) -> Iterator[str]:
+    there = os.path.isfile(path)
+    if not there and any(os.path.isfile(parent) for parent in Path(path).parents):
+        yield f"{key}: {shorten(repr(path))} leads into a file; {UNPACK}"
+    elif WILDCARD.search(path):
+        yield f"{key}: {shorten(repr(path))} holds a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
+    elif not there:
+        yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
+
+
+def _check_names(config: dict) -> Iterator[str]:
+    """Yield a sentence for each name that the study uses itself, or that differs from another in case only."""
+    for key in ("proteins", "pairs", "changes"):
+        names: dict[str, str] = {}
+        for name in config[key]:
+            if (twin := names.setdefault(name.lower(), name)) != name:
+                yield f"{key} {twin!r} and {name!r} differ in upper and lower case only; rename one of them."
+            if name.lower().endswith(RESERVED_SUFFIXES) or name.lower() in RESERVED_FOLDERS:
+                yield f"{key}: {name!r} is a file or folder of the study itself; choose another name."
+    if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
+        yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
+
+
+def _check_proteins(config: dict) -> Iterator[str]:
+    for name, protein in config["proteins"].items():
+        key = f"proteins.{name}"
+        for file_key in FILE_KEYS:
+            if file_key in protein:
+                yield from _missing_file(f"{key}.{file_key}", protein[file_key])
+        if "url" in protein and not allowed(protein["url"], protein.get("sha256")):
+            yield f"{key}.url is {shorten(repr(protein['url']))}, but {ONLY}."
+        if "simulate" in protein and "trajectory" in protein:
+            yield f"{key} has a trajectory and asks to simulate one; remove one of the two keys."
+        if "plddt" in protein and {"trajectory", "simulate"} & protein.keys():
+            yield f"{key}.plddt is for a structure, and this one moves; remove it, or choose the residues."
+        if "simulate" in protein and protein.get("ligands"):
+            yield f"{key} asks for ligands, but only the protein is simulated; remove `ligands` or `simulate`."
+        if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*FIELDS}:
+            yield f"{key}.table: `fields` names none of its columns; name one, or remove `table`."
+        if "sha256" in protein and not {"url", "pdb"} & protein.keys():
+            yield f"{key}.sha256 is for a file that is fetched, and this one is not; remove it."
+        for other in Protein(**protein).keys_of_atoms:
+            yield f"{key}: remove `{other}`: it applies to structures, and this protein is a ready surface."
+
+
+def _check_fields(config: dict) -> Iterator[str]:
+    """Yield a sentence for each field that is neither computed from the atoms nor a column of every table."""
+    tables = [protein["table"] for protein in config["proteins"].values() if "table" in protein]
+    tables = [table for table in tables if os.path.isfile(table)]
+    columns: list[set[str]] = []
+    if tables and {*config["fields"]} - {*FIELDS}:
+        from sparsurf.dot_fields.columns import columns_of  # imports pandas, which few configs need
+        from sparsurf.surfaces.surface import is_field_name
+
+        columns = [{*filter(is_field_name, columns_of(table))} for table in tables]
+    for k, field in enumerate(config["fields"]):
+        if field not in FIELDS and not (columns and all(field in names for names in columns)):
+            words = one_of(field, [*FIELDS])
+            yield f"fields.{k} is {shorten(repr(field))}, but must be {words}{'' if words.endswith('?') else '.'}"
+
+
+def _check_surfaces(config: dict) -> Iterator[str]:
+    """Yield a sentence for each key that needs atoms where every protein is a ready surface."""
+    ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
+    if not ready:
+        return
+    if len(ready) == len(config["proteins"]):
+        if config["ensemble"]["run"]:
+            yield "ensemble.run is true, but every protein is a ready surface without frames; remove one of the two."
+        if fields := [name for name in config["fields"] if name in FIELDS]:
+            yield f"fields names {fields[0]}, which needs atoms, but every protein is a ready surface; remove it."
+    floor = config["minimal"].get("floor", "")
+    if floor.startswith("atoms"):
+        yield f"minimal.floor is {floor!r}, but proteins.{ready[0]} is a ready surface without atoms; take fresh dots or turned."
+    samplers = config["compare"].get("samplers", ["uniform"])
+    if len(samplers) > 1 and not {"uniform", "farthest"} & {*samplers}:
+        yield f"compare.samplers has neither uniform nor farthest, which proteins.{ready[0]}, a ready surface, needs; add one."
+
+
+def _check_paper(config: dict) -> Iterator[str]:
+    """Yield a sentence where the results could not be compared with the tables of the paper."""
+    readings = config["evaluation"]["readings"]
+    if not {*PUBLISHED_READINGS} & {*readings}:
+        yield f"evaluation.readings is {readings}, but needs kept or full."
+    if "paper" not in config:
+        return
+    a1, selection = config["proteins"].get(config["paper"]), config["frames"]["selection"]
+    if a1 is None:
+        yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
+    elif "surface" not in a1 and selection != "clusters":
+        yield f"frames.selection is {selection}, but `paper` compares the first of the clusters; remove frames.selection."
+    if not {*PUBLISHED_READINGS} <= {*readings}:
+        yield f"evaluation.readings is {readings}, but `paper` needs both of [kept, full]."
+    if (ranges := config["tables"]["ranges"]) != PUBLISHED_RANGES:
+        yield f"tables.ranges is {ranges}, but `paper` has {PUBLISHED_RANGES} to compare with; remove tables.ranges."
+
+
+def _check_sections(config: dict) -> Iterator[str]:
+    compare, minimal, patches = config["compare"], config["minimal"], config["patches"]
+    if compare["run"] and not config["proteins"]:
+        yield "compare.run is true, but there are no surfaces to sample; name a protein under proteins."
+    if len(compare.get("samplers", "ab")) == 1:
+        yield f"compare.samplers names {compare['samplers'][0]} alone; name another to compare it with."
+    sampled = sampled_proteins(config)
+    if compare["run"] and config["proteins"] and not sampled:
+        yield "sampling is false, but `compare` needs its grid; remove one of the two."
+    if config.get("paper", "") in {*config["proteins"]} - {*sampled}:
+        yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
+    if "combination" in minimal and minimal["sampler"] not in SAMPLERS_OF_COMBINATIONS:
+        yield f"minimal.sampler is {minimal['sampler']}, but minimal.combination belongs to the paper's; remove one of the two."
+    if patches["d_link"] >= min(patches["r_patch"], patches["r_zernike"]):
+        yield f"patches.d_link is {patches['d_link']:g} Å, but must be smaller than r_patch and r_zernike."
+
+
+def _check_batch(config: dict) -> Iterator[str]:
+    """Yield a sentence for each page of a study in batches that there cannot be."""
+    if "pages" in config and (config["sampling"]["run"] or not takes_batches(config)):
+        yield "pages is for a study of structures alone with `sampling: false`: remove it, as every protein here has pages."
+        return
+    batched = batched_structures(config)
+    for name in config.get("pages", []):
+        if name not in config["proteins"]:
+            yield f"pages: {shorten(repr(name))} is none of the proteins{did_you_mean(name, config['proteins'])}."
+        elif batched and name.lower() in TABLES:
+            yield f"pages: {name!r} is a folder of the study itself; rename the structure, or give it no page."
+    files: dict[tuple[str, str], str] = {}
+    for name in batched:
+        path = Path(config["proteins"][name]["structure"])
+        stem = path.name.lower().removesuffix(".gz").removesuffix(suffix(path))
+        twin = files.setdefault((str(path.parent), stem), str(path))
+        if twin != str(path):
+            yield f"proteins: {twin} and {path.name} have one name; rename or remove one of the two files."
+
+
+def _check_known(key: str, names: Iterable[str], config: dict) -> Iterator[str]:
+    known = ", ".join(config["proteins"]) or "none"
+    for name in names:
+        if name.partition("/")[0] not in config["proteins"]:
+            yield f"{key}: {name!r} is none of the proteins; these are {known}."
+
+
+def _check_pairs(config: dict) -> Iterator[str]:
+    for name, pair in config["pairs"].items():
+        yield from _check_known(f"pairs.{name}", pair.get("proteins", ()), config)
+        for path in [*pair.get("files", ()), *([pair["complex"]] if "complex" in pair else [])]:
+            yield from _missing_file(f"pairs.{name}", path)
+        partners = pair.get("proteins") or pair.get("files") or ("", None)
+        if partners[0] == partners[1]:
+            yield f"pairs.{name}: {partners[0]!r} is on both sides; name two partners."
+        if shared := set.intersection(*map(set, pair.get("chains", [[]]))):
+            yield f"pairs.{name}.chains: chain {min(shared)} is on both sides; give each chain to one partner."
+
+
+def needed_conformations(config: dict) -> dict[str, list[str]]:
+    """Return the proteins and conformations that pairs/<name> and changes/<name> need."""
+    needed = {f"pairs/{name}": list(pair.get("proteins", ())) for name, pair in config["pairs"].items()}
+    return needed | {f"changes/{name}": list(forms) for name, forms in config["changes"].items()}
+
+
+def _check_changes(config: dict) -> Iterator[str]:
+    for name, forms in config["changes"].items():
+        yield from _check_known(f"changes.{name}", forms, config)
+        for form in forms:
+            protein, _, conformation = form.partition("/")
+            entry = config["proteins"].get(protein, {})
+            if "surface" in entry:
+                yield f"changes.{name}: {form!r} is a ready surface without residues; name a structure."
+            only = "c1" if config["frames"]["selection"] == "clusters" else "f0"
+            single = os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry))
+            if conformation and single and without_zeros(f"/{conformation}") != f"/{only}":
+                yield f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
+        if forms[0] == forms[1]:
+            yield f"changes.{name}: {forms[0]!r} is on both sides; name another."
+
+
+def _check_excluded(config: dict) -> Iterator[str]:
+    """Yield a sentence where `exclude` names what the study lacks, or keeps what needs an excluded part."""
+    for part in config["exclude"]:
+        kind, _, name = part.partition("/")
+        known = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
+        if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
+            yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
+    first = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # stands for its protein
+    excluded = {without_zeros(part) for part in config["exclude"]}
+    for part, named in needed_conformations(config).items():
+        for name in named:
+            parts = {name.partition("/")[0], without_zeros(name) if "/" in name else f"{name}/{first}"}
+            if parts & excluded and part not in config["exclude"]:
+                yield f"exclude: {part} needs {name!r}, which is excluded; exclude {part} too."
+                break
+
+
+CHECKS = (
+    _check_names,
+    _check_pairs,
+    _check_changes,
+    _check_excluded,
+    _check_proteins,
+    _check_fields,
+    _check_surfaces,
+    _check_paper,
+    _check_sections,
+    _check_batch,
+)
+
+if __name__ == "__main__":
+    from sparsurf_study.workflow import config_reference
+
+    config_reference.main()

@@ -1,0 +1,63 @@
+"""Names of conformations, and whether a molecule has only one."""
+
+import gzip
+import re
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sparsurf.errors import InputError
+from sparsurf.molecules.formats import MMCIF, PDB, suffix
+
+if TYPE_CHECKING:
+    from sparsurf_study.workflow.models import Protein
+
+
+def first_column(path: str | Path) -> list[str]:
+    """Return the cells of the first column of a CSV table, without its header."""
+    lines = Path(path).read_text(encoding="utf-8").splitlines()
+    return [line.split(",")[0] for line in lines[1:]]
+
+
+def without_zeros(name: str) -> str:
+    """Return a place of a study without leading zeros in the number of its conformation: p/f0007 is p/f7."""
+    return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", name)
+
+
+def require_conformation(path: str | None, comparison: str) -> str:
+    """Return the file of a conformation that a comparison names; raise InputError where the study does not have it."""
+    if not path:
+        raise InputError(
+            f"changes.{comparison} names a conformation that this study does not have; frames.csv of its protein lists them."
+        )
+    return path
+
+
+def has_one_model(protein: "Protein") -> bool:
+    """Return whether a protein is certainly a single structure; False where its frames must be read first."""
+    if protein.source or protein.trajectory or protein.simulate is not None or protein.model:
+        return False
+    return file_has_one_model(protein.structure)
+
+
+@cache
+def file_has_one_model(path: str) -> bool:
+    """Return whether a PDB or mmCIF file certainly holds one model; False where that takes a closer look."""
+    kind = suffix(path)
+    if kind not in PDB + MMCIF:
+        return False
+    try:
+        content = Path(path).read_bytes()
+        content = gzip.decompress(content) if content[:2] == b"\x1f\x8b" else content
+    except (OSError, EOFError):  # choose_frames reports it
+        return False
+    if kind in PDB:
+        end = content.find(b"\nEND")
+        models = content.startswith(b"MODEL ") + content.count(b"\nMODEL ")
+        return models <= 1 and not (end >= 0 and re.search(rb"^(ATOM|HETATM)", content[end:], re.M))
+    columns = re.findall(rb"^_atom_site\.(\w+)", content, re.M)
+    rows = re.findall(rb"^(?:ATOM|HETATM)\s.*", content, re.M)
+    if columns[-1:] != [b"pdbx_PDB_model_num"] or not rows:
+        return False
+    first, last = rows[0].split(), rows[-1].split()
+    return len(first) == len(last) == len(columns) and first[-1] == last[-1]

@@ -1,0 +1,132 @@
+"""The frame of a job: its log, its error as one sentence, and how far it is."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import resource
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sparsurf.errors import InputError
+from sparsurf.threads import ignore_numba_threads
+from sparsurf_study.settings import Settings
+from sparsurf_study.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
+
+if TYPE_CHECKING:
+    from sparsurf.streams import Streams
+
+# A full disk, a folder that may not be written
+DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
+
+
+class Job:
+    """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake."""
+
+    def __init__(self, snakemake: Any) -> None:
+        self.snakemake = snakemake
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.snakemake, name)
+
+    @property
+    def settings(self) -> Settings:
+        """The sections of the config among the params."""
+        return Settings.of(self.params)
+
+    @property
+    def place(self) -> str:
+        """Name of a conformation: protein/conformation."""
+        return f"{self.wildcards.protein}/{self.wildcards.conformation}"
+
+    def streams(self, name: str | None = None, *, shared: bool = False) -> Streams:
+        """Return the random streams of the conformation, or of another place."""
+        from sparsurf.streams import Streams  # here, as it imports numpy
+
+        return Streams(self.params.seed, self.place if name is None else name, shared)
+
+
+@contextmanager
+def job(snakemake: Any) -> Iterator[Job]:
+    """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
+    try:
+        log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
+    except OSError as error:
+        sys.exit(f"\n  {_sentence(error, snakemake)}\n")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it removes its temporary folders
+    with redirect_stdout(log), redirect_stderr(log):
+        handler = logging.StreamHandler(log)
+        form = "%(levelname)s %(message)s"
+        logging.basicConfig(handlers=[handler], level=logging.INFO, format=form, force=True)
+        logging.captureWarnings(True)
+        try:
+            yield Job(snakemake)
+            print(f"{USED}{used()}", file=log)
+        except (KeyboardInterrupt, Exception) as error:
+            sentence = _sentence(error, snakemake)
+            with suppress(OSError):  # the log may lie on the same full disk
+                print(f"{ERROR}{sentence}", file=log)
+            if sentence == STOPPED:
+                raise KeyboardInterrupt from None
+            print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
+            sys.exit(1)
+        finally:
+            logging.captureWarnings(False)
+            logging.getLogger().removeHandler(handler)
+            with suppress(OSError):
+                log.close()
+
+
+def let_jobs_import_library() -> None:
+    """Put this library first on the import path of the processes that Snakemake starts."""
+    ignore_numba_threads()
+    paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+
+
+def _sentence(error: BaseException, snakemake: Any) -> str:
+    """Return the message of an error for the user."""
+    if KeyboardInterrupt in (type(error), type(error.__cause__)):  # numba makes it the cause of its own
+        return STOPPED
+    if isinstance(error, InputError):
+        return str(error)
+    if isinstance(error, OSError) and error.errno in DISK_ERRORS:
+        what = error.filename or f"the outputs of {snakemake.rule}"
+        return f"{what}: {os.strerror(error.errno)}. Free or repair the disk and run again: finished results stay."
+    traceback.print_exc()
+    kind = f"{type(error).__name__}: {error}"
+    return (
+        f"A defect of this program ({kind}). Please report it with {snakemake.log[0]}; finished results stay."
+    )
+
+
+def used() -> str:
+    """Return the memory and CPU time of this process and those that it started."""
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    bytes_per_unit = 1 if sys.platform == "darwin" else 1024
+    megabytes = sum(usage.ru_maxrss for usage in usages) * bytes_per_unit / 1e6
+    seconds = sum(usage.ru_utime + usage.ru_stime for usage in usages)
+    return f"{megabytes:.0f} MB {seconds:.1f} s"
+
+
+def reporter(what: str, unit: str = "subsets", every: float = 2.0) -> Callable[[int, int], None]:
+    """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds."""
+    begin = last = time.monotonic()
+
+    def report(done: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= every or done >= total:
+            last = now
+            left = (now - begin) * (total - done) / max(done, 1)
+            words = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
+            print(f"{PROGRESS}{what}: {words}", file=sys.stderr)
+
+    return report

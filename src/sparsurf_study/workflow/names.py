@@ -1,0 +1,17 @@
+"""Names that a config may hold, written out so that planning a study imports no numpy; a test compares them with the library."""
+
+from typing import Literal, get_args
+
+from sparsurf_study.simulation.protocol import SELECTION_KEYS
+
+Field = Literal["hydropathy", "potential", "bfactor"]
+FIELDS = get_args(Field)
+SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
+
+# Keys of a protein by their purpose.
+FILE_KEYS = ("structure", "trajectory", "surface", "table")
+SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
+MOLECULE_KEYS = (*SELECTION_KEYS, "hydrogens", "ligands", "plddt")
+
+PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
+FIGURES = ("required_dots", *PAPER_FIGURES)  # of a surface, in the order of the first page

@@ -1,0 +1,208 @@
+"""Snakemake as another process: one study at a time per checkout, signals passed on, its errors kept and reported."""
+
+import fcntl
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import NamedTuple
+
+from sparsurf.errors import InputError
+from sparsurf_study.batches.assignment import batched_structures
+from sparsurf_study.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
+from sparsurf_study.workflow.conformations import first_column, without_zeros
+from sparsurf_study.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure, place_of_log
+from sparsurf_study.workflow.names import FIGURES
+
+# Jobs that lead to the conformations of a protein: without one of them there are none
+BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
+OF_PAPER = ("verdict.html", "table1.*", "paper_*.csv")
+LAST_FILE = "view.html"  # of a conformation
+SNAKEMAKES_GREETING = "Using workflow specific profile"
+
+
+@contextmanager
+def locked(root: Path) -> Iterator[None]:
+    """Hold the operating system's lock of a checkout, which ends with the process and with Snakemake, which inherits it."""
+    path = root / ".snakemake" / "study.lock"
+    try:
+        path.parent.mkdir(exist_ok=True)
+        lock = path.open("w", encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"{path.parent} cannot be written ({error.strerror}): a study needs its folder."
+        ) from None
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError("Another study runs in this folder; wait for it to end.") from None
+        os.set_inheritable(lock.fileno(), True)
+        yield
+
+
+def run_snakemake(
+    root: Path,
+    configs: Sequence[Path],
+    *options: str,
+    errors: Path | None = None,
+    wait: Callable[[subprocess.Popen, list[int]], int] = lambda process, _: process.wait(),
+) -> int:
+    """Run Snakemake in a checkout and return its exit code; a config stands before an earlier one.
+
+    The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal; both wait until it has ended its
+    jobs. `errors` is a file for standard error, and `wait` takes the process and the signals received so far.
+    """
+    where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
+    command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
+    received: list[int] = []
+
+    def pass_on(number: int, _: FrameType | None) -> None:
+        received.append(number)
+        if number != signal.SIGINT:
+            process.terminate()
+
+    with open(errors or os.devnull, "a", encoding="utf-8") as stream:
+        process = subprocess.Popen(command, close_fds=False, stderr=stream if errors else None)
+        numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last is ignored under nohup
+        heard = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
+        handlers = {number: signal.signal(number, pass_on) for number in heard}
+        code = wait(process, received)
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+    if received and code:
+        raise KeyboardInterrupt(received[0])
+    return code
+
+
+def make_writable(folder: Path) -> None:
+    """Create a folder; raise InputError if it cannot be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(FULL_DISK_BYTES // 10))
+    except OSError as error:
+        raise InputError(f"{folder}/ cannot be written ({error.strerror}). Repair that first.") from None
+
+
+@contextmanager
+def failed_jobs() -> Iterator[list[str]]:
+    """Yield a list that receives the logs of the failed jobs on exit."""
+    failed: list[str] = []
+    with tempfile.NamedTemporaryFile("r", encoding="utf-8") as file:
+        os.environ[FAILED_JOBS] = file.name
+        yield failed
+        logs = dict.fromkeys(file.read().splitlines())
+        failed += [log for log in logs if failure(log) is not None]  # a second attempt may have finished
+
+
+def say_what_failed(run: Path, failed: list[str]) -> None:
+    """Print on standard error why some results are missing."""
+    folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
+    for folder in folders:
+        if shutil.disk_usage(folder).free < FULL_DISK_BYTES:
+            words = f"The disk of {folder}/ is full. Free some space and run again: finished results stay."
+            print(words, file=sys.stderr)
+            break
+    reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
+    if not reasons:
+        errors = run / "logs" / "snakemake.err"
+        lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []
+        reasons = [line for line in lines if line.strip() and not line.startswith(SNAKEMAKES_GREETING)][-1:]
+        reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
+    words = f"\nSome results could not be computed. Finished results are in {run}/."
+    print(words, *reasons, sep="\n", file=sys.stderr)
+
+
+class Finished(NamedTuple):
+    """What is finished of a run in which jobs failed."""
+
+    conformations: list[Path]  # folders, as `pairs`
+    pairs: list[Path]
+    sampled: list[str]  # names of the proteins with a grid
+    files: list[Path]  # of these, of their proteins and of the changes, in the order of the first page
+
+
+def finished_parts(config: dict, run: Path, failures: Mapping[str, str]) -> Finished:
+    """Return what is finished of a run without the places in `failures`, see `failed_places`."""
+    folders = finished_conformations(config, run, failures)
+    pairs = [run / "pairs" / name for name in config["pairs"] if f"pairs/{name}" not in failures]
+    pairs = [pair for pair in pairs if (pair / "agreement.csv").is_file()]
+    changes = [run / "changes" / name for name in config["changes"] if f"changes/{name}" not in failures]
+    parts = [*files_of_proteins(config, run, failures, folders), *changes]
+    if run / config.get("paper", "") / "c1" in folders:
+        parts += [path for name in OF_PAPER for path in sorted(run.glob(name))]
+    files = [path for part in (*parts, *pairs) for path in in_order_of_page(part)]
+    return Finished(folders, pairs, sampled_proteins(config), files)
+
+
+def files_of_proteins(
+    config: dict, run: Path, failures: Mapping[str, str], folders: Sequence[Path]
+) -> Iterator[Path]:
+    """Yield the files and folders of the proteins that are finished."""
+    for protein in proteins_with_folders(config):
+        if not {protein, f"{protein}/*"} & failures.keys():
+            paths = sorted(run.glob(f"{protein}/[!.]*"))
+            yield from (path for path in paths if not CONFORMATION.fullmatch(path.name))
+        yield from (folder for folder in folders if folder.parent.name == protein)
+
+
+def in_order_of_page(result: Path) -> list[Path]:
+    """Return a file, or the files of a folder."""
+    files = [result] if result.is_file() else [path for path in result.rglob("[!.]*") if path.is_file()]
+    return sorted(files, key=lambda path: ((*FIGURES, path.stem).index(path.stem), path))
+
+
+def failed_places(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
+    """Return what a checked config excludes, the places of jobs with failed logs, and what needs them, with their reasons."""
+    places = dict(config["exclude"])
+    whole = "/*" if batched_structures(config) else ""  # the page of a structure failed; its batch keeps it
+    for log in failed:
+        protein, conformation, job = place_of_log(log, run / "logs")
+        over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
+        place = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
+        place += whole if place and place == protein else ""
+        if place:  # a job over all proteins has no place
+            places[place] = f"{job}: {failure(log)}"
+    for place, needed in needed_conformations(config).items():
+        for name in needed:
+            protein, _, conformation = name.partition("/")
+            first = next(iter(chosen_conformations(config, run, protein)), "c1")
+            if is_in(places, protein, conformation or first):
+                places.setdefault(place, f"{name} could not be finished.")
+    return places
+
+
+def finished_conformations(config: dict, run: Path, failures: Mapping[str, str]) -> list[Path]:
+    """Return the folders of the conformations that are finished."""
+    folders = [
+        run / protein / conformation
+        for protein in proteins_with_folders(config)
+        for conformation in chosen_conformations(config, run, protein)
+        if not is_in(failures, protein, conformation)
+    ]
+    return [folder for folder in folders if (folder / LAST_FILE).is_file()]
+
+
+def proteins_with_folders(config: dict) -> list[str]:
+    """Return the names of the proteins whose files lie in folders of their own."""
+    return config.get("pages", []) if batched_structures(config) else [*config["proteins"]]
+
+
+def chosen_conformations(config: dict, run: Path, protein: str) -> list[str]:
+    """Return the conformations of a protein, none where its frames are not chosen yet."""
+    if "surface" in config["proteins"][protein]:
+        return ["c1"]
+    frames = run / protein / "frames.csv"
+    return first_column(frames) if frames.is_file() else []
+
+
+def is_in(places: Mapping[str, str], protein: str, conformation: str) -> bool:
+    """Return whether a conformation, by any way to write its name, or its protein is among some places."""
+    return not {protein, without_zeros(f"{protein}/{conformation}")}.isdisjoint(map(without_zeros, places))

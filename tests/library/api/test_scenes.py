@@ -1,0 +1,155 @@
+"""Files for PyMOL and ChimeraX: what they hold, as those programs read it."""
+
+import os
+import shutil
+import subprocess
+from types import SimpleNamespace
+
+import gemmi
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from peptides import peptide
+from sparsurf import Surface
+from sparsurf.errors import InputError
+from sparsurf_study.report.scenes import script_text
+
+PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
+
+
+@pytest.fixture(scope="module")
+def few():
+    return sparsurf.minimal(sparsurf.read_molecule(PEPTIDE, residues="209-214"), n_dots=40)
+
+
+def in_pymol(path):
+    """Run a script as PyMOL runs it: its Python blocks with `cmd`; return what they load, by name, and the other lines."""
+    loaded, lines, block = {}, [], None
+    cmd = SimpleNamespace(
+        load_cgo=lambda objects, name: loaded.setdefault(name, objects),
+        read_pdbstr=lambda text, name: loaded.setdefault(name, text),
+    )
+    names = ("COLOR", "SPHERE", "BEGIN", "TRIANGLES", "NORMAL", "VERTEX", "END")
+    cgo = SimpleNamespace(**{name: name.lower() for name in names})
+    for line in path.read_text().splitlines():
+        if line == "python":
+            block = []
+        elif line == "python end":
+            exec("\n".join(block).replace("from pymol import cgo", ""), {"cmd": cmd, "cgo": cgo})
+            block = None
+        elif block is None:
+            lines.append(line)
+        else:
+            block.append(line)
+    return loaded, lines
+
+
+def test_pymol_opens_the_dots_on_their_molecule(few, tmp_path):
+    sparsurf.write(few, tmp_path / "few.pml")
+    loaded, lines = in_pymol(tmp_path / "few.pml")
+    spheres = np.array(loaded["dots"]).reshape(40, -1)
+    assert spheres[0, :4].tolist() == ["color", "0.84", "0.37", "0.0"] and spheres[0, 8] == "0.3"
+    assert np.abs(spheres[:, 5:8].astype(float) - few.points).max() <= 0.0005
+    structure = gemmi.read_pdb_string(loaded["structure"])
+    assert structure[0].count_atom_sites() == few.surface.origin.molecule.n_atoms
+    assert lines == ["hide everything, structure", "show cartoon, structure", "bg_color white", "orient"]
+
+
+def test_a_real_pymol_opens_names_that_mean_something_to_it(tmp_path):
+    if shutil.which("pymol") is None:
+        pytest.skip("the program pymol is not installed")
+    text = peptide(["GLY", "ALA"]).replace("  CB  ALA A", '  """ ALA A').replace(" A  ", " \\  ")
+    (tmp_path / "named.pdb").write_text(text + "END\n")
+    molecule = sparsurf.read_molecule(tmp_path / "named.pdb")
+    sparsurf.write(sparsurf.minimal(molecule, n_dots=40), tmp_path / "few.pml")
+    molecule.write_pdb(tmp_path / "structure_roughness.pdb")
+    (tmp_path / "minimal.csv").write_text("x,y,z\n1,2,3\n")
+    (tmp_path / "residues.csv").write_text(
+        "chain,residue,mean_roughness,mean_all,mean_structure\n\\,1,1,1,1\n"
+    )
+    (tmp_path / "open.pml").write_text(script_text("open.pml"))
+    seen = "print('SEEN', sorted(cmd.get_names()), cmd.count_atoms('{}'), cmd.get_chains('{}'))"
+    path = os.pathsep.join(["/usr/bin", os.environ["PATH"]])  # Debian's own python runs it
+    environment = {"env": os.environ | {"PATH": path}, "cwd": tmp_path}
+    for script, name, names in (
+        ("few.pml", "structure", ["dots", "structure"]),
+        ("open.pml", "mean_all", ["mean_all", "mean_structure", "minimal", "structure"]),
+    ):
+        command = ["pymol", "-ckq", script, "-d", seen.replace("{}", name)]
+        said = subprocess.run(command, **environment, capture_output=True, text=True, timeout=100, check=True)
+        assert f"SEEN {names} {molecule.n_atoms} ['\\\\']\n" in said.stdout
+
+
+def test_a_molecule_that_is_given_is_drawn_where_the_dots_know_none(tmp_path):
+    molecule = sparsurf.read_molecule(PEPTIDE, residues="209-214")
+    dots = sparsurf.surface(molecule)
+    few = sparsurf.minimal((dots.points, dots.normals), n_dots=40)
+    assert few.surface.origin is None
+    for result in (few, sparsurf.mesh(few)):
+        sparsurf.write(result, tmp_path / "few.pml", molecule=molecule)
+        structure = gemmi.read_pdb_string(in_pymol(tmp_path / "few.pml")[0]["structure"])
+        assert structure[0].count_atom_sites() == molecule.n_atoms
+        with pytest.raises(InputError, match=r"cannot be written as '\.dms'"):
+            sparsurf.write(result, tmp_path / "few.dms", molecule=molecule)
+
+
+def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
+    mesh = sparsurf.mesh(([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5]), density=1)
+    sparsurf.write(mesh, tmp_path / "mesh.pml")
+    loaded, _ = in_pymol(tmp_path / "mesh.pml")
+    assert loaded["mesh"][:2] == ["begin", "triangles"] and loaded["mesh"][-1] == "end"
+    corners = np.array(loaded["mesh"][2:-1]).reshape(-1, 12)
+    expected = mesh.vertices.points[mesh.triangles.ravel()]
+    assert np.abs(corners[:, 9:].astype(float) - expected).max() <= 0.0005
+    sparsurf.write(mesh, tmp_path / "mesh.bild")
+    lines = (tmp_path / "mesh.bild").read_text().splitlines()
+    polygons = np.array([line.split()[1:] for line in lines[1:]], float)
+    assert np.abs(polygons.reshape(-1, 3) - expected).max() <= 0.0005
+
+
+def test_chimerax_opens_what_lies_next_to_the_script(few, tmp_path):
+    sparsurf.write(few, tmp_path / "few.cxc")
+    sparsurf.write(few, tmp_path / "so few.cxc")
+    assert '\nopen "so few.pdb"\n' in (tmp_path / "so few.cxc").read_text()
+    opened = [
+        line.split()[1] for line in (tmp_path / "few.cxc").read_text().splitlines() if line.startswith("open")
+    ]
+    assert opened == ["few.pdb", "few.bild"]
+    assert (
+        gemmi.read_structure(str(tmp_path / "few.pdb"))[0].count_atom_sites()
+        == few.surface.origin.molecule.n_atoms
+    )
+    lines = (tmp_path / "few.bild").read_text().splitlines()
+    assert lines[0] == ".color 0.84 0.37 0" and len(lines) == 41  # the colour once
+    assert lines[1] == ".sphere {:.3f} {:.3f} {:.3f} 0.3".format(*few.points[0])
+
+
+def test_dots_are_atoms_of_a_pdb_with_their_weight_or_field(few, tmp_path):
+    sparsurf.write(few, tmp_path / "few.pdb")
+    atoms = [site.atom for site in gemmi.read_structure(str(tmp_path / "few.pdb"))[0].all()]
+    assert [atom.b_iso for atom in atoms] == few.weight.tolist()
+    assert np.abs([atom.pos.tolist() for atom in atoms] - few.points).max() <= 0.0005
+    n = 10_001  # more residues than four digits number
+    normals = np.tile([0.0, 0, 1], (n, 1))
+    points = np.column_stack([np.arange(n) % 100, np.arange(n) // 100, np.zeros(n)]).astype(float)
+    dots = Surface(points, normals, fields={"height": np.linspace(-500, 5000, n)})
+    sparsurf.write(dots, tmp_path / "dots.pdb")
+    residues = gemmi.read_structure(str(tmp_path / "dots.pdb"))[0]["X"]
+    assert [residue.seqid.num for residue in residues] == list(range(1, n + 1))
+    assert [residues[k][0].b_iso for k in (0, n - 1)] == pytest.approx([-99.99, 999.99])  # the most that fits
+    sparsurf.write(dots, tmp_path / "dots.bild")
+    assert (
+        len(set((tmp_path / "dots.bild").read_text().splitlines()) & {".color 0.27 0.00 0.33"}) == 1
+    )  # viridis
+
+
+def test_a_molecule_is_a_pdb_and_nothing_else(tmp_path):
+    molecule = sparsurf.read_molecule(PEPTIDE)
+    sparsurf.write(molecule, tmp_path / "molecule.pdb")
+    assert np.allclose(sparsurf.read_molecule(tmp_path / "molecule.pdb").xyz, molecule.xyz)
+    with pytest.raises(InputError, match=r"a molecule is written as a PDB; name a file in \.pdb"):
+        sparsurf.write(molecule, tmp_path / "molecule.csv")
+    with pytest.raises(InputError, match="there is no folder"):
+        sparsurf.write(sparsurf.surface(([[0.0, 0, 0]], [1.5])), tmp_path / "no" / "dots.bild")

@@ -1,0 +1,533 @@
+"""The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
+
+import importlib.util
+import logging
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial import cKDTree
+
+import sparsurf
+from conftest import ROOT
+from peptides import peptide
+from sparsurf.cli import command, surface
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.recovery.errors import distance_to_recovered
+from sparsurf.settings import Settings
+from sparsurf.surfaces.spacing import area_of
+from sparsurf_study.batches.analysis import Structure, analyse_batch
+from sparsurf_study.batches.tables import write_parquet
+from sparsurf_study.workflow.config import check_config
+
+TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
+HABITS = (  # of a machine: environment, and what stands behind the command
+    ("LC_ALL=C PYTHONUNBUFFERED=1", "<&- >&- 2>&-"),
+    ("NUMBA_NUM_THREADS=0 PYTHONWARNINGS=error::ResourceWarning", ">&-"),
+)
+EXAMPLES = sorted(
+    {line.strip() for name in command.COMMANDS for line in [*command.EPILOG.splitlines(),
+     *command.build_parser(name)[1].epilog.splitlines()] if line.startswith("  sparsurf ")}
+)  # fmt: skip
+
+
+def write_run_in_batches(place):
+    """Write the tables of a study in batches of protein.pdb into results/many, if pyarrow is there."""
+    if importlib.util.find_spec("pyarrow") is None:
+        return
+    entry = {"structure": str(place / "protein.pdb")}
+    config = check_config({"sampling": False, "pages": [], "proteins": {"protein": entry}})
+    for name, rows in analyse_batch(
+        [Structure("protein", entry["structure"])], Settings.of(config), config["seed"]
+    ).items():
+        (place / "results/many" / name).mkdir(parents=True)
+        write_parquet(place / "results/many" / name / "0001.parquet", name, rows)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with the files that the examples name, small ones."""
+    place = tmp_path_factory.mktemp("commands")
+    read_molecule(TDP43, residues="209-216").write_pdb(place / "protein.pdb")
+    shutil.copy(place / "protein.pdb", place / "run.pdb")
+    write_run_in_batches(place)
+    (place / "models.pdb").write_text(models(place / "protein.pdb", 3))
+    dots = sparsurf.surface(place / "protein.pdb")
+    table = np.hstack([dots.points, dots.normals])
+    table = pd.DataFrame(table, columns=["x", "y", "z", "nx", "ny", "nz"])
+    table.to_csv(place / "dots.csv", index=False)
+    table.head(1).to_csv(place / "one.csv", index=False)
+    table.iloc[sparsurf.sample(dots, percent=10)].to_csv(place / "minimal.csv", index=False)
+    pd.concat([table, table]).assign(frame=np.arange(2).repeat(len(table))).to_csv(place / "frames.csv")
+    (place / "structures").mkdir()
+    for name in ("bound", "unbound", "structures/a", "structures/b"):
+        (place / f"{name}.pdb").write_text(
+            numbered(place / "protein.pdb", (10, 11, 25, 57, 102, 195, 196, 197))
+        )
+    return place
+
+
+def numbered(path, numbers):
+    """Text of a PDB file with a chain A whose residues have the numbers given."""
+    lines = [line for line in path.read_text().splitlines() if line.startswith("ATOM")]
+    new = dict(zip(dict.fromkeys(line[22:26] for line in lines), numbers, strict=True))
+    return "".join(f"{line[:21]}A{new[line[22:26]]:4d}{line[26:]}\n" for line in lines)
+
+
+def models(path, n):
+    """Text of a PDB file with n models, each a little farther along x."""
+    lines = [line for line in path.read_text().splitlines() if line.startswith("ATOM")]
+    moved = [
+        [f"{line[:30]}{float(line[30:38]) + 0.3 * k:8.3f}{line[38:]}" for line in lines] for k in range(n)
+    ]
+    return "".join(f"MODEL     {k + 1:4d}\n" + "\n".join(rows) + "\nENDMDL\n" for k, rows in enumerate(moved))
+
+
+def ended(*arguments):
+    """Exit code of a command."""
+    try:
+        return command.main(list(map(str, arguments)))
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.mark.parametrize("line", EXAMPLES)
+def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, capfd):
+    if "--trajectory" in line:
+        pytest.skip("test_a_frame_of_a_trajectory has the files for it")
+    if "results/many" in line:
+        pytest.importorskip("pyarrow")
+    folder = shutil.copytree(folder, tmp_path / "own")  # an example overwrites what others read
+    monkeypatch.chdir(folder)
+    words = shlex.split(line.split("|")[0].split(">")[0])[1:]
+    assert ended(*words) == 0
+    shown = capfd.readouterr()
+    told = [each for each in shown.err.splitlines() if not each.startswith("Compiling")]
+    if "-o" in words:
+        out = words[words.index("-o") + 1]
+        begins = ("wrote ", "The surface recovered", "Its Z is", "sparsurf: warning: protein.pdb: left out")
+        assert all(each.startswith(begins) for each in told) and (out == "-") == (told == [])
+        assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
+
+
+@pytest.mark.parametrize("name", [None, *command.COMMANDS])
+def test_the_help_fits_a_terminal_and_explains_every_option(name, capsys):
+    parsers = [parser for parser in command.build_parser(name) if parser]
+    assert ended(*([name] if name else []), "--help") == 0
+    assert "examples:" in capsys.readouterr().out
+    assert max(map(len, parsers[-1].epilog.splitlines())) <= 80 and "  sparsurf " in parsers[-1].epilog
+    assert all(action.help for action in parsers[-1]._actions if action.dest != "command")
+
+
+def test_the_version_and_an_automatic_density_without_a_warning(folder, tmp_path, capfd):
+    assert ended("surface", folder / "protein.pdb", "-q", "-o", tmp_path / "all.csv") == 0
+    assert capfd.readouterr() == ("", "")
+    assert ended("--version") == 0
+    assert capfd.readouterr().out == f"sparsurf {sparsurf.__version__}\n"
+    assert ended("--help") == 0
+    shown = capfd.readouterr().out
+    assert all(name in shown for name in command.COMMANDS) and ended() == 2
+
+
+def test_formats_hold_the_same_dots(folder, tmp_path):
+    files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
+    for path in files.values():
+        assert ended("surface", folder / "protein.pdb", "-o", path) == 0
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for end, digits in {"csv": 6e-5, "npz": 0, "dms": 6e-4, "dms.gz": 6e-4}.items():
+        again = sparsurf.read_surface(files[end])
+        assert np.abs(again.points - dots.points).max() <= digits, end
+        assert np.abs(again.normals - dots.normals).max() <= digits, end
+    table = pd.read_csv(files["csv"])
+    assert list(table) == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "component", "chain", "residue",
+                           "residue_name", "atom_name", "atom"]  # fmt: skip
+    assert np.allclose(table["area"], dots.area, atol=6e-5) and np.array_equal(table["atom"], dots.atom)
+    assert files["ply"].read_bytes().startswith(b"ply\n")
+    assert f"element vertex {len(dots)}\n".encode() in files["ply"].read_bytes()
+
+
+def test_cavities_are_reported_and_removed(tmp_path, capsys):
+    place = TDP43
+    for asked, words in (
+        ("keep", "2 components, of which 1 cavity with 224 dots"),
+        ("remove", "1 component\n"),
+    ):
+        assert ended("surface", place, "--cavities", asked, "-o", tmp_path / "d.csv") == 0
+        assert words in capsys.readouterr().err
+        table = pd.read_csv(tmp_path / "d.csv")
+        assert len(table) - (table["component"] == 0).sum() == (224 if asked == "keep" else 0)
+    assert ended("minimal", tmp_path / "d.csv", "--n-dots", 50, "-o", tmp_path / "m.csv") == 0
+    assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 224
+
+
+CALLS = {  # other values than the defaults
+    "surface --density 7 --probe-radius 1.5 --radii bondi": lambda path: sparsurf.surface(
+        path, density=7, probe_radius=1.5, radii="bondi"
+    ),
+    "minimal --percent 8 --seed 5 --d-link 0.7": lambda path: (
+        sparsurf.minimal(path, percent=8, seed=5, d_link=0.7).surface
+    ),
+    "minimal --max-z 0.9": lambda path: sparsurf.minimal(path, max_z=0.9).surface,
+    "minimal --error 0.05": lambda path: sparsurf.minimal(path, error=0.05).surface,
+    "recover --density 7 --reach 1.7": lambda path: sparsurf.recover(path, density=7, reach=1.7),
+}
+
+
+@pytest.mark.parametrize("words", CALLS)
+def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
+    name, *options = words.split()
+    path = folder / ("minimal.csv" if name == "recover" else "protein.pdb")
+    assert ended(name, path, *options, "-o", tmp_path / "dots.npz") == 0
+    found, wanted = sparsurf.read_surface(tmp_path / "dots.npz"), CALLS[words](path)
+    assert np.array_equal(found.points, wanted.points) and np.array_equal(found.normals, wanted.normals)
+
+
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
+     "radii": "bondi", "cavities": "remove"})],
+)  # fmt: skip
+def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
+    path = TDP43 if words else folder / "protein.pdb"  # with a cavity
+    assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
+    sparsurf.write(sparsurf.mesh(path, **options), tmp_path / "own.ply")
+    assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
+
+
+def test_a_recovered_mesh_follows_its_options(folder, tmp_path):
+    for words, options in (("", {}), ("--density 3", {"density": 3}), ("--reach 2.5", None)):
+        call = ["--mesh", *words.split(), "-o", tmp_path / "m.ply"]
+        assert ended("recover", folder / "minimal.csv", *call) == 0
+        found = (tmp_path / "m.ply").read_bytes()
+        sparsurf.write(sparsurf.mesh(folder / "minimal.csv", **(options or {})), tmp_path / "own.ply")
+        assert ((tmp_path / "own.ply").read_bytes() == found) == (options is not None)
+
+
+@pytest.mark.parametrize("source", ["protein.pdb", "dots.csv"])
+def test_roughness_and_descriptors_are_those_of_the_functions(folder, tmp_path, source):
+    path, link = folder / source, {"d_link": 0.6}
+    read = sparsurf.read_surface if source == "dots.csv" else sparsurf.surface
+    bare, dots = read(path), sparsurf.surface(path, **link) if source == "protein.pdb" else read(path)
+    assert ended("roughness", path, "--r-patch", 5, "--d-link", 0.6, "-o", tmp_path / "r.npz") == 0
+    with np.load(tmp_path / "r.npz") as found:
+        assert np.allclose(found["roughness"], sparsurf.roughness(dots, r_patch=5, **link), rtol=1e-12)
+    robust = "--every 500 --descriptor rotation_robust --r-zernike 5 --d-link 0.6"
+    for words, at, own, settings in (
+        ("--at 3,40 --down", [3, 40], bare, {"up": False}),
+        (robust, [*range(0, len(dots), 500)], dots, link | {"descriptor": "rotation_robust", "r_zernike": 5}),
+    ):
+        for out in ("z.npz", "z.csv"):
+            assert ended("descriptors", path, *words.split(), "-o", tmp_path / out) == 0
+        table = pd.read_csv(tmp_path / "z.csv")
+        with np.load(tmp_path / "z.npz") as found:
+            assert np.array_equal(found["z"], sparsurf.descriptors(own, at, **settings))
+            assert np.array_equal(found["points"], own.points[at])
+            assert found["dot"].tolist() == at == table["dot"].tolist()
+            assert np.allclose(table.filter(like="z_"), found["z"], rtol=1e-8)
+    assert [*table][:5] == ["dot", "x", "y", "z", "z_0_0"] and [*table][-1] == "z_20_20"
+
+
+def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folder, tmp_path):
+    ends = ("csv", "npz")
+    for radius, name in ((6, "first.csv"), *((3, f"second.{end}") for end in ends)):
+        own = folder / "protein.pdb" if radius == 6 else tmp_path / "first.csv"
+        assert ended("roughness", own, "--r-patch", radius, "-o", tmp_path / name) == 0
+    first, second = (pd.read_csv(tmp_path / f"{name}.csv")["roughness"] for name in ("first", "second"))
+    assert abs(first - second).mean() > 0.01
+    with np.load(tmp_path / "second.npz") as held:
+        assert np.allclose(held["roughness"], second, atol=1e-4)
+
+
+def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
+    """The models are one molecule, moved along x."""
+    found = []
+    for k in (0, 2):
+        call = ["--frame", k, "--fields", "potential", "-o", tmp_path / "dots.csv"]
+        assert ended("surface", folder / "models.pdb", *call) == 0
+        found.append(pd.read_csv(tmp_path / "dots.csv")["potential"])
+    assert np.allclose(*found, rtol=2e-3, atol=1e-3)
+
+
+def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
+    import mdtraj
+
+    mdtraj.load(str(folder / "models.pdb")).save_gro(str(tmp_path / "m.gro"))
+    call = ["-o", tmp_path / "x.csv"]
+    for name, what in ((tmp_path / "m.gro", "frames"), (folder / "models.pdb", "models")):
+        assert ended("surface", name, *call) == 0
+        assert f"has 3 {what}: the first is taken. --frame takes another." in capsys.readouterr().err
+
+
+def test_the_kept_dots_stand_for_all(folder, tmp_path):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for how, n in (("--n-dots 77", 77), ("--percent 5", round(0.05 * len(dots)))):
+        assert ended("minimal", folder / "protein.pdb", *how.split(), "-o", tmp_path / "m.csv") == 0
+        table = pd.read_csv(tmp_path / "m.csv")
+        assert len(table) == table["dot"].nunique() == n and table["weight"].sum() == len(dots)
+        assert np.allclose(table[["x", "y", "z"]], dots.points[table["dot"]])
+        assert table["spacing"].median() == pytest.approx(np.sqrt(dots.area.sum() / n), rel=0.35)
+
+
+@pytest.mark.parametrize("protein", ["loaded", "still"])
+def test_a_study_and_the_command_hand_out_the_same_subset(study, tmp_path, protein):
+    """Whatever the study calls the protein; what sets the size, and the seed, are the same by default."""
+    (folder,) = (path.parent for path in (study / "results" / "small" / protein).glob("*/minimal.csv"))
+    assert (
+        ended("minimal", study / f"{protein}.pdb", "--fields", "hydropathy", "-o", tmp_path / "own.csv") == 0
+    )
+    few = pd.read_csv(tmp_path / "own.csv")
+    pd.testing.assert_frame_equal(few, pd.read_csv(folder / "minimal.csv")[[*few]])
+    dots = sparsurf.surface(study / f"{protein}.pdb")
+    points, normals = (few[names].to_numpy() for names in (["x", "y", "z"], ["nx", "ny", "nz"]))
+    errors = np.delete(distance_to_recovered(dots.points, points, normals, 1, density=20.0), few["dot"])
+    known = pd.read_csv(folder / "recovered.csv")
+    assert known["mean"][0] == pytest.approx(errors.mean(), abs=2e-4)  # of positions with four decimals
+
+
+def test_without_a_size_the_surface_comes_back_within_two_hundredths_of_an_angstrom(folder, tmp_path, capsys):
+    assert ended("minimal", folder / "protein.pdb", "-o", tmp_path / "few.csv") == 0
+    assert "95 % interval" in capsys.readouterr().err
+    kept = pd.read_csv(tmp_path / "few.csv")["dot"].to_numpy()
+    dots = sparsurf.surface(folder / "protein.pdb")
+
+    def error(kept):
+        few = dots.take(kept)
+        return np.delete(distance_to_recovered(dots.points, few.points, few.normals, 1, 20.0), kept).mean()
+
+    assert error(kept) == pytest.approx(0.02, rel=0.1) and error(kept[: len(kept) // 2]) > 0.03
+
+
+def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
+    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.csv") == 0
+    for end in ("npz", "dms"):
+        assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / f"dense.{end}") == 0
+    dots, dense = sparsurf.surface(folder / "protein.pdb"), sparsurf.read_surface(tmp_path / "dense.npz")
+    few = sparsurf.read_surface(tmp_path / "few.csv")
+    assert np.isnan(dense.area).all() and set(dense.atom) == {-1} == set(dense.kind)  # nobody knows
+    area = area_of(dense)[0]
+    assert sparsurf.read_surface(tmp_path / "dense.dms").area == pytest.approx(area / len(dense), abs=0.0005)
+    assert np.allclose(dense.points[: len(few)], few.points) and len(dense) > 0.8 * len(dots)
+    assert cKDTree(dots.points).query(dense.points)[0].mean() < 0.25  # half the distance between dots, about
+
+
+def test_normals_that_point_inward_are_reported_of(folder, tmp_path, capfd):
+    table = pd.read_csv(folder / "minimal.csv")
+    assert ended("recover", folder / "minimal.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    assert "point inward" not in capfd.readouterr().err
+    table[["nx", "ny", "nz"]] *= -1
+    table.to_csv(tmp_path / "inside.csv", index=False)
+    assert ended("recover", tmp_path / "inside.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    assert (
+        "the normals point inward, so that the mesh encloses the outside: reverse them"
+        in capfd.readouterr().err
+    )
+
+
+def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
+    for words in (["--residues", "-3-2"], ["--residues=-3-2"]):
+        assert ended("surface", folder / "protein.pdb", *words, "-o", tmp_path / "o.csv") == 1
+        assert "expected one argument" not in capfd.readouterr().err
+    assert ended("surface", folder / "protein.pdb", "--residues", "-3-212", "-o", tmp_path / "o.csv") == 0
+    assert set(pd.read_csv(tmp_path / "o.csv")["residue"]) == {*range(209, 213)}
+
+
+def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_path):
+    """Their dots, roughness, descriptors and area are those of the surface of all atoms; a selection cuts it."""
+    path, own = folder / "protein.pdb", ["--residues", "211-212"]
+    dots = sparsurf.surface(path)
+    inside = np.flatnonzero(dots.to_frame()["residue"].isin(["211", "212"]))
+    for name in ("surface", "roughness", "descriptors", "residues"):
+        options = ["--every", 50] if name == "descriptors" else []
+        assert ended(name, path, *own, *options, "-o", tmp_path / f"{name}.csv") == 0
+    of = {name: pd.read_csv(tmp_path / f"{name}.csv") for name in ("surface", "roughness", "descriptors")}
+    assert np.allclose(of["surface"][["x", "y", "z"]], dots.points[inside], atol=1e-3)
+    assert np.allclose(of["roughness"]["roughness"], sparsurf.roughness(dots)[inside], atol=1e-4)
+    assert of["descriptors"]["dot"].tolist() == inside[::50].tolist()
+    table = pd.read_csv(tmp_path / "residues.csv")
+    assert table["residue"].tolist() == [211, 212] and table["dots"].sum() == len(inside)
+    assert np.isclose(table["area"].sum(), dots.area[inside].sum())
+    assert ended("surface", path, "--selection", "residue 211 to 212", "-o", tmp_path / "cut.csv") == 0
+    assert len(pd.read_csv(tmp_path / "cut.csv")) > 1.2 * len(inside)
+
+
+def test_minimal_prints_its_error_and_warns_of_gaps(folder, tmp_path, capsys):
+    assert ended("minimal", folder / "protein.pdb", "--percent", 20, "-o", tmp_path / "m.csv") == 0
+    shown = capsys.readouterr().err
+    assert re.search(
+        r"recovered from them is 0\.0\d+ Å off on average, and 99 % of it is within 0\.\d+ Å", shown
+    )
+    assert re.search(r"Its Z is 0\.\d+: 0 is the same surface", shown) and "too few" not in shown
+    assert ended("minimal", folder / "protein.pdb", "--n-dots", 9, "-o", tmp_path / "m.csv") == 0
+    assert "warning: minimal: too few dots (9) to hold the surface together" in capsys.readouterr().err
+
+
+def test_a_frame_of_a_trajectory(folder, tmp_path):
+    path = TDP43.with_name("trajectory.xtc")
+    call = ["surface", TDP43, "--trajectory", path, "--selection", "residue 209 to 212", "--frame", 20]
+    assert ended(*call, "-o", tmp_path / "dots.npz") == 0
+    wanted = sparsurf.surface(sparsurf.read_molecule(TDP43, path, residues="209-212"), frame=20)
+    assert np.array_equal(sparsurf.read_surface(tmp_path / "dots.npz").points, wanted.points)
+
+
+MISTAKES = [  # one of each kind: the command, its exit code, and what its sentence holds
+    ("surface no.pdb -o x.csv", 1, "no.pdb does not exist"),
+    ("surface dots.csv -o x.csv", 1, "dots.csv is not a structure"),
+    ("surface protein.pdb", 2, "-o/--output"),
+    ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
+    ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),
+    ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues: it is about dots"),
+    ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, and residues are those of atoms"),
+    ("surface protein.pdb --fields , -o x.csv", 1, "--fields names none"),
+    ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
+    ("surface protein.pdb --mesh --fields hydropathy -o x.ply", 1, "--fields: it is about dots"),
+    ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "d_link = 0.1"),
+    ("roughness dots.csv more.csv -o -", 2, "one file at a time"),
+    ("roughness . -o -", 1, "folder"),
+    ("descriptors protein.pdb --at 9999999 -o x.csv", 1, "no dot 9999999"),
+    ("descriptors protein.pdb --at 1,-2 -o x.csv", 2, "--at: '1,-2'"),
+    ("minimal protein.pdb --n-dots 1000000 -o x.csv", 1, "n_dots is 1000000"),
+    ("minimal protein.pdb --n-dots 2.5 -o x.csv", 2, "--n-dots: '2.5' must be a whole number"),
+    ("minimal protein.pdb --n-dots 5 --percent 1 -o x.csv", 2, "not allowed with"),
+    ("minimal one.csv -o x.csv", 1, "one dot alone"),
+    ("minimal one.csv --n-dots 1 -o x.csv", 1, "one dot alone"),
+    ("recover frames.csv -o x.csv", 1, "frames.csv holds the dots of 2 frames"),
+    ("recover minimal.csv --at '' -o x.csv", 1, "a path is empty"),
+    ("recover minimal.csv --at protein.pdb -o x.csv", 1, "protein.pdb holds no dots"),
+    ("recover minimal.csv --at minimal.csv --density 2 -o x.csv", 1, "larger --density"),
+    ("recover minimal.csv --at minimal.csv --mesh -o x.ply", 1, "--at writes descriptors, --mesh triangles"),
+    ("recover minimal.csv --mesh --density 0.01 -o x.ply", 1, "increase the density"),
+    ("roughness dots.csv --chains A -o x.csv", 1, "--chains has no meaning for dots.csv"),
+    ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
+    ("surface protein.pdb --probe-radius 11 -o x.csv", 2, "--probe-radius: '11' must be"),
+    ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' must be"),
+    ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' must be"),
+    ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' must be"),
+    ("minimal dots.csv --seed -1 -o x.csv", 2, "--seed: '-1' must be"),
+    ("recover minimal.csv --reach 10.1 -o x.csv", 2, "--reach: '10.1' must be"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "code", "words"), MISTAKES)
+def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, line, code, words):
+    monkeypatch.chdir(folder)
+    assert ended(*shlex.split(line)) == code
+    shown = capsys.readouterr()
+    assert shown.out == "" and words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
+    assert not list(folder.glob("x.*")) and not list(folder.glob(".sparsurf-*"))
+
+
+@pytest.mark.parametrize("words", ["surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
+                                   "recover --mesh", "recover --at few.csv"])  # fmt: skip
+def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
+    tmp_path, monkeypatch, capsys, words
+):
+    """The file that is read is not there, which would be told otherwise."""
+    monkeypatch.chdir(tmp_path)
+    name, *options = words.split()
+    end = "csv" if name == "descriptors" or "--at" in options else "ply"
+    (tmp_path / f"own.{end}").mkdir()
+    for out, told in (("x.foo", "'.foo'; name a file in "), (f"a b/ü.{end}", "there is no folder"),
+                      (f"own.{end}", "is a folder"), ("x", "no suffix"), (f"{'é' * 126}.{end}", "cannot name a file"),
+                      (f"a\0.{end}", "cannot name a file")):  # fmt: skip
+        assert ended(name, "no.pdb", *options, "-o", out) == 1
+        shown = capsys.readouterr().err
+        assert told in shown and "no.pdb" not in shown
+    monkeypatch.setattr(os, "access", lambda path, _: str(path) != str(tmp_path))  # root may write anywhere
+    assert ended(name, "no.pdb", *options, "-o", f"x.{end}") == 1
+    assert "nothing may be written into" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["roughness over.csv -o over.csv", "roughness over.csv -o link.csv", "surface a.pdb -o ./a.pdb",
+     "surface a.pdb --trajectory over.csv -o over.csv", "recover dots.csv --at over.csv -o over.csv"],
+)  # fmt: skip
+def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    for name in ("over.csv", "a.pdb", "dots.csv"):
+        (tmp_path / name).write_text("old")
+    (tmp_path / "link.csv").symlink_to("over.csv")
+    assert ended(*words.split()) == 1
+    assert "is a file that is read; name another" in capsys.readouterr().err
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"old"}
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "there is not enough memory"), (OSError(2,
+     "No such file", "a.pdb"), 1, "a.pdb: No such file"), (OSError(28, "No space left"), 1, "the output: No space left")],
+)  # fmt: skip
+def test_an_end_before_the_end_has_its_code_and_its_sentence(monkeypatch, capsys, error, code, told):
+    def work(_):
+        logging.getLogger("sparsurf").info("a note")
+        raise error
+
+    log = logging.getLogger("sparsurf")
+    before = list(log.handlers), log.propagate, log.level
+    monkeypatch.setattr(surface, "run", work)
+    assert ended("surface", "a.pdb", "-o", "x.csv") == code
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"sparsurf surface: {told}")
+    assert (
+        log.handlers,
+        log.propagate,
+        log.level,
+    ) == before  # who calls it from Python has a log of their own
+
+
+def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
+    """A reader that leaves early, as `head` does, is no error; a small command loads nothing of the study."""
+    call = [sys.executable, "-X", "importtime", "-m", "sparsurf", "surface", "protein.pdb", "-o", "-"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    with open(tmp_path / "loaded", "w", encoding="utf-8") as errors:
+        process = subprocess.Popen(call, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=errors)
+        assert (
+            process.stdout.readline()
+            == b"x,y,z,nx,ny,nz,area,kind,component,chain,residue,residue_name,atom_name,atom\n"
+        )
+        process.stdout.close()
+        assert process.wait(60) == 0
+    told = (tmp_path / "loaded").read_text()
+    assert "Traceback" not in told
+    loaded = {line.rpartition("|")[2].strip() for line in told.splitlines()}
+    assert "sparsurf.surfaces.molecular_surface" in loaded
+    ours = {"sparsurf.study", "sparsurf.sampling", "sparsurf_study.report", "sparsurf_study.workflow"}
+    theirs = {"snakemake", "mdtraj", "matplotlib", "scipy.spatial", "scipy.sparse", "tqdm"}
+    assert not loaded & (ours | theirs)
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("surfce a.pdb", "did you mean 'surface'?"),
+        ("minimal a.pdb --sampler farhest", "did you mean 'farthest'? See sparsurf minimal --help."),
+        ("surface a.pdb -o a.csv --frme=3", "did you mean '--frame'?"),
+        (
+            "surface a.pdb --densty 3",
+            "unrecognized arguments: --densty; did you mean '--density'?",
+        ),  # -o is missing
+        ("surface a.pdb --dens 3", "required: -o/--output"),
+        ("compare a.pdb", "invalid choice: 'compare'"),
+        ("--qiet", "See sparsurf --help."),
+    ],
+)
+def test_a_misspelt_name_is_answered_with_the_nearest(words, hint, capsys):
+    assert ended(*words.split()) == 2
+    assert hint in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(("variable", "streams"), HABITS)
+def test_habits_of_a_machine_change_nothing(tmp_path, variable, streams):
+    (tmp_path / "é {x}").mkdir()
+    (tmp_path / "é {x}" / "s <x>.pdb").write_text(peptide(["GLY", "ALA"]) + "END\n")
+    order = f'{variable} "{sys.executable}" -m sparsurf surface "é {{x}}/s <x>.pdb" -o é.npz {streams}'
+    environment = {"env": os.environ | {"PYTHONPATH": str(ROOT / "src")}, "cwd": tmp_path}
+    done = subprocess.run(order, shell=True, **environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    assert len(sparsurf.read_surface(tmp_path / "é.npz")) > 100

@@ -1,0 +1,94 @@
+"""Predicted models: residues of low pLDDT are left out, and only where the file says that it is a model."""
+
+import numpy as np
+import pytest
+
+from peptides import peptide
+from sparsurf import read_molecule
+from sparsurf.errors import InputError
+from sparsurf.molecules.plddt import PREDICTED, doubtful_residues
+from sparsurf_study.workflow.config import check_config, proteins
+
+TITLE = "TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION FOR HEMOGLOBIN SUBUNIT ALPHA\nTITLE    2 (P69905)\n"
+METRIC = "loop_\n_ma_qa_metric.id\n_ma_qa_metric.name\n_ma_qa_metric.type\n1 {0} {0}\n#\n"
+ITEMS = "group_PDB type_symbol label_atom_id label_comp_id label_asym_id label_seq_id Cartn_x Cartn_y Cartn_z B_iso_or_equiv"
+SCORES = {1: 35.0, 2: 69.99, 3: 70.0, 4: 95.5}
+
+
+def pdb(path, head="", scores=SCORES):
+    """Write a peptide with the scores of its residues as B factors; return its path."""
+    lines = peptide(("ALA", "SER", "VAL", "ALA")).splitlines()
+    lines = [f"{line[:60]}{scores[int(line[22:26])]:6.2f}{line[66:]}" for line in lines if line[:4] == "ATOM"]
+    path.write_text(head + "\n".join(lines) + "\nEND\n")
+    return path
+
+
+def cif(path, head):
+    """Write the same as mmCIF."""
+    molecule = read_molecule(pdb(path.with_suffix(".pdb")))
+    rows = [
+        f"ATOM {element} {name} {residue_name} A {residue} {x:.3f} {y:.3f} {z:.3f} {b}"
+        for element, name, residue_name, residue, (x, y, z), b in zip(
+            molecule.element, molecule.name, molecule.residue_name, molecule.residue, molecule.xyz[0],
+            molecule.b_factor, strict=True,
+        )
+    ]  # fmt: skip
+    items = "".join(f"_atom_site.{item}\n" for item in ITEMS.split())
+    path.write_text(f"data_x\n{head}loop_\n{items}" + "\n".join(rows) + "\n#\n")
+    return path
+
+
+@pytest.mark.parametrize("kind", ["pdb", "cif"])
+def test_residues_below_the_bound_are_left_out_of_a_model(tmp_path, kind, caplog):
+    path = tmp_path / f"a.{kind}"
+    pdb(path, TITLE) if kind == "pdb" else cif(path, METRIC.format("pLDDT"))
+    whole = read_molecule(path)
+    assert whole.masked_residues is None and whole.n_residues == 4
+    caplog.clear()
+    kept = read_molecule(path, plddt=70)
+    assert kept.residue.tolist() == whole.residue[whole.b_factor >= 70].tolist()
+    assert set(kept.residue) == {"3", "4"} and kept.masked_residues == 2
+    assert caplog.messages[-1:] == [f"{path}: left out 2 of 4 residues, whose pLDDT is below 70"]
+    assert read_molecule(path, plddt=0).masked_residues == 0
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["", "MODEL     1\n", "PARENT N/A\n", "REMARK   1 PREDICTED BY BOLTZ-2\n", "EXPDTA    THEORETICAL MODEL, ESMFOLD\n",
+     "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00\n"],
+)  # fmt: skip
+def test_models_of_other_predictors_are_known_by_a_word_or_by_their_b_factors(tmp_path, caplog, head):
+    assert set(read_molecule(pdb(tmp_path / "a.pdb", head), plddt=75).residue) == {"4"}
+    assert ("they are taken for pLDDT" in caplog.text) == (head[:5] in ("", "MODEL", "CRYST"))
+
+
+def test_a_model_without_plddt_or_without_a_confident_residue_is_refused(tmp_path):
+    for scores in ((0, 0, 0, 0), (80, 80, 80, 80), (20, 30, 120, 10)):
+        path = pdb(tmp_path / "a.pdb", TITLE, dict(enumerate(scores, 1)))
+        assert read_molecule(path).n_residues == 4
+        with pytest.raises(InputError, match=r"a.pdb is a predicted model without pLDDT in its B factors"):
+            read_molecule(path, plddt=70)
+    with pytest.raises(InputError, match="without pLDDT"):
+        read_molecule(cif(tmp_path / "a.cif", METRIC.format("QMEANDisCo")), plddt=70)
+    with pytest.raises(InputError, match="has no residue with a pLDDT of 96 or more: lower the bound"):
+        read_molecule(pdb(tmp_path / "a.pdb", TITLE), plddt=96)
+
+
+def test_the_mean_of_a_residue_counts():
+    b_factor, residue_index = np.array([60.0, 81.0, 60.0, 79.0, 90.0]), np.array([0, 0, 1, 1, 2])
+    masked = doubtful_residues(b_factor, residue_index, PREDICTED, 70.0, "x")
+    assert masked.tolist() == [False, False, True, True, False]
+
+
+def test_the_bound_of_a_study_holds_for_structures_without_one_of_their_own(tmp_path):
+    pdb(tmp_path / "a.pdb")
+    entry = {"structure": str(tmp_path / "a.pdb")}
+    config = check_config({"plddt": 70, "proteins": {"a": entry, "b": entry | {"plddt": 50}}})
+    options = {name: protein.molecule_options["plddt"] for name, protein in proteins(config).items()}
+    assert options == {"a": 70, "b": 50}
+    moving = entry | {"trajectory": str(tmp_path / "a.pdb")}
+    assert "plddt" not in check_config({"plddt": 70, "proteins": {"a": moving}})["proteins"]["a"]
+    with pytest.raises(InputError, match=r"proteins.a.plddt is for a structure, and this one moves"):
+        check_config({"proteins": {"a": moving | {"plddt": 70}}})
+    with pytest.raises(InputError, match="plddt is 101, but must be"):
+        check_config({"plddt": 101, "proteins": {"a": entry}})

@@ -1,0 +1,255 @@
+"""Meshes: closed and turned outwards whatever the values, with their corners on the surface, readable by others."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+import sparsurf
+from conftest import ROOT, sphere
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.recovery.mesh import recovered_mesh
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
+from sparsurf.surfaces import mesh as meshes
+from sparsurf.surfaces.decimation import decimate
+from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
+from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.triangulation import triangulate
+
+ATOMS = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1]])
+RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.7])
+TURN = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+RING = np.column_stack([5 * np.cos(TURN), 5 * np.sin(TURN), 0 * TURN])
+# the probe's way around the last two reaches as far from the middle one as an arc can
+ROD = np.array([[0.0, 0, 0], [3.0, 0, 0], [8.0, 0, 0]])
+
+
+def closed(triangles, n):
+    """Euler number and number of parts of a mesh of n vertices, after a check that it is closed and turned alike."""
+    directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    _, edge, times = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    assert (times == 2).all(), "an edge does not belong to two triangles"
+    ways = np.bincount(edge.ravel(), np.where(directed[:, 0] < directed[:, 1], 1, -1))
+    assert (ways == 0).all(), "two triangles run along an edge in one direction"
+    assert len(np.unique(triangles)) == n, "a vertex is in no triangle"
+    links = coo_matrix((np.ones(len(directed)), directed.T), shape=(n, n))
+    return n - len(times) + len(triangles), connected_components(links, directed=False)[0]
+
+
+def volume(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.sum(a * np.cross(b, c)) / 6
+
+
+def area(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
+
+def by_gauss(dots):
+    """Volume from dots: a third of the sum of area times distance along the normal."""
+    return np.sum(dots.area * np.sum(dots.points * dots.normals, axis=1)) / 3
+
+
+@pytest.mark.parametrize("share", [0.03, 0.3, 0.7, 1.0])
+def test_any_values_give_a_closed_mesh(share):
+    """Even noise: each point of the grid inside by chance."""
+    rng = np.random.default_rng(3)
+    values = np.full((9, 10, 11), -1.0)
+    values[1:-1, 1:-1, 1:-1] = rng.uniform(0, 1, (7, 8, 9)) * np.where(rng.random((7, 8, 9)) < share, 1, -1)
+    values[3, 3, 3] = 0.0  # counts as outside
+    vertices, triangles = marching_tetrahedra(values)
+    closed(triangles, len(vertices))
+    assert volume(vertices, triangles) > 0
+    assert len(marching_tetrahedra(np.full((4, 4, 4), -1.0))[1]) == 0
+
+
+@pytest.mark.parametrize("inside, outside, share", [(1.0, -1.0, 0.5), (1e-9, -1.0, 0.02), (1.0, -1e-9, 0.98)])
+def test_no_triangle_shrinks_to_a_point_of_the_grid(inside, outside, share):
+    """One point inside: a vertex on each of its fourteen edges, at a share of the way that leaves a rest at both ends."""
+    values = np.full((3, 3, 3), outside)
+    values[1, 1, 1] = inside
+    vertices, triangles = marching_tetrahedra(values)
+    assert len(vertices) == 14 and closed(triangles, 14) == (2, 1)
+    assert np.abs(vertices - 1).max(axis=1) == pytest.approx(share)
+
+
+def test_a_sphere():
+    mesh = molecular_mesh(np.ones((1, 3)), np.array([2.0]), step=0.3)
+    assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
+    outward = mesh.vertices.points - 1
+    assert np.linalg.norm(outward, axis=1) == pytest.approx(2, abs=1e-6)
+    assert outward / 2 == pytest.approx(mesh.vertices.normals, abs=1e-6)
+    assert mesh.vertices.area.sum() == pytest.approx(16 * np.pi, rel=5e-3)
+    assert mesh.volume == pytest.approx(32 / 3 * np.pi, rel=1e-2) and mesh.volume < 32 / 3 * np.pi
+
+
+def test_two_spheres_and_the_saddle_between_them():
+    """Volume by its closed form: two cut balls and the room under the arc of the probe between them."""
+    d, r, p = 3.0, 1.7, 1.4
+    mesh = molecular_mesh(np.array([[0, 0, 0], [d, 0, 0]]), np.full(2, r), p, 0.2)
+    x = np.linspace(-r, d / 2, 200_001)
+    height = np.sqrt((r + p) ** 2 - d**2 / 4)
+    touch = d / 2 * r / (r + p)
+    ball = np.sqrt(np.maximum(r**2 - x**2, 0))
+    saddle = height - np.sqrt(p**2 - (np.clip(x, touch, None) - d / 2) ** 2)
+    profile = np.where(x < touch, ball, saddle)
+    exact = 2 * np.pi * np.trapezoid(profile**2, x)
+    assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
+    assert mesh.volume == pytest.approx(exact, rel=5e-3)
+    assert set(mesh.vertices.kind) == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("xyz", "sizes", "handles"), [(ATOMS, RADII, 0), (RING, np.full(12, 1.7), 1), (ROD, np.full(3, 1.7), 0)]
+)
+def test_corners_lie_on_the_surface(xyz, sizes, handles):
+    """The probe that touches a corner along its normal overlaps no atom and touches as many as its kind says."""
+    mesh = molecular_mesh(xyz, sizes)
+    assert closed(mesh.triangles, len(mesh.vertices)) == (2 - 2 * handles, 1)
+    centre = mesh.vertices.points + 1.4 * mesh.vertices.normals
+    gap = np.linalg.norm(centre[:, None] - xyz, axis=2) - sizes - 1.4
+    assert gap.min() > -1e-6
+    assert ((gap < 1e-6).sum(axis=1) >= mesh.vertices.kind + 1).all()
+    dots = molecular_surface(xyz, sizes, density=20)
+    assert mesh.vertices.area.sum() == pytest.approx(dots.area.sum(), rel=0.01)
+    assert mesh.volume == pytest.approx(by_gauss(dots), rel=0.02)
+
+
+def test_a_cavity_is_closed_from_within():
+    """Of a shell of atoms, and between a shell of dots and another inside it, whose normals point to their middle."""
+    unit = sphere(60)[0]
+    mesh = molecular_mesh(5 * unit, np.full(60, 1.7))
+    assert closed(mesh.triangles, len(mesh.vertices)) == (4, 2)
+    assert mesh.volume == pytest.approx(by_gauss(molecular_surface(5 * unit, np.full(60, 1.7))), rel=0.02)
+    unit = sphere(600)[0]
+    points = np.concatenate([4 * unit, 2 * unit])
+    triangles = triangulate(Surface(points, np.concatenate([unit, -unit])))
+    assert closed(triangles, 1200) == (4, 2)
+    assert volume(points, triangles) == pytest.approx(4 / 3 * np.pi * (4**3 - 2**3), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("xyz", "sizes", "handles"), [(ATOMS[:3], RADII[:3], 0), (RING, np.full(12, 1.7), 1)]
+)
+def test_triangles_between_dots_close_and_face_outwards(xyz, sizes, handles):
+    """Every dot in use."""
+    dots = molecular_surface(xyz, sizes)
+    triangles = triangulate(dots)
+    assert closed(triangles, len(dots)) == (2 - 2 * handles, 1)
+    assert (
+        0.97 * dots.area.sum() < area(dots.points, triangles) < dots.area.sum()
+    )  # flat triangles on a rounded surface
+    assert volume(dots.points, triangles) == pytest.approx(by_gauss(dots), rel=0.04)
+
+
+def test_triangles_of_a_protein_close(a1):
+    """DMS keeps one dot in a hundred inside other probes: those may be left out, the mesh closes nevertheless."""
+    triangles = triangulate(a1)
+    used, numbered = np.unique(triangles, return_inverse=True)
+    closed(numbered.reshape(-1, 3), len(used))
+    assert len(used) > 0.995 * len(a1) and area(a1.points, triangles) == pytest.approx(
+        a1.area.sum(), rel=0.01
+    )
+
+
+def test_threads_places_and_the_widest_step_of_a_grid(monkeypatch):
+    one, two = (molecular_mesh(ATOMS, RADII, threads=t) for t in (1, 2))
+    assert np.array_equal(one.vertices.points, two.vertices.points)
+    moved = molecular_mesh(ATOMS + 64.0, RADII)
+    assert np.array_equal(moved.triangles, one.triangles)
+    assert moved.vertices.points - 64 == pytest.approx(one.vertices.points, abs=1e-9)
+    one = np.zeros((1, 3)), np.array([1.5])
+    assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
+    monkeypatch.setattr(meshes, "MAX_GRID_POINTS", 1000)
+    with pytest.raises(InputError, match="Å would have"):
+        molecular_mesh(ATOMS, RADII)
+
+
+def test_the_recovered_surface_as_a_mesh():
+    dots = molecular_surface(ATOMS, RADII)
+    prepared = PreparedSurface(dots, streams=Streams(1))
+    kept = SAMPLERS["farthest"](prepared, len(dots) // 8, np.random.default_rng(0))
+    mesh, true = recovered_mesh(dots.points[kept], dots.normals[kept]), molecular_mesh(ATOMS, RADII)
+    assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
+    assert mesh.volume == pytest.approx(true.volume, rel=0.015)
+    assert mesh.vertices.area.sum() == pytest.approx(true.vertices.area.sum(), rel=0.03)
+    again = recovered_mesh(dots.points[kept], dots.normals[kept], threads=2)
+    assert np.array_equal(mesh.vertices.points, again.vertices.points)
+
+
+def test_holes_are_closed_and_an_end_is_reported(caplog):
+    """Dots of a ball without those of a cap: the inside stays one; a sheet has none."""
+    unit = sphere(700)[0]
+    unit = unit[unit[:, 2] < 0.92]  # a hole of 5 Å, where the recovered surface goes on by half an Å
+    mesh = recovered_mesh(6 * unit, unit)
+    assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * 6**3, rel=0.03)
+    radius = np.linalg.norm(mesh.vertices.points[mesh.vertices.points[:, 2] < 4], axis=1)
+    assert np.abs(radius - 6).max() < 0.02 and not caplog.records
+    sheet = recovered_mesh(6 * unit[unit[:, 2] < 0], unit[unit[:, 2] < 0])
+    closed(sheet.triangles, len(sheet.vertices))
+    assert "leave holes wider than 8.0 Å" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["ala3_3res.pdb", "A6PA6_13res_nochain.pdb", "7etn_tiny.cif.gz", "1ubi.pdb"])
+def test_proteins_close(shared, name):
+    """The mesh of the atoms, and that of a tenth of their dots."""
+    molecule = read_molecule(shared / "data" / "structures" / name, selection=None)
+    xyz, sizes = molecule.xyz[0], radii(molecule, "dms")
+    true, dots = molecular_mesh(xyz, sizes), molecular_surface(xyz, sizes)
+    closed(true.triangles, len(true.vertices))
+    assert true.vertices.area.sum() == pytest.approx(dots.area.sum(), rel=0.005)
+    kept = SAMPLERS["farthest"](PreparedSurface(dots), len(dots) // 10, np.random.default_rng(0))
+    back = recovered_mesh(dots.points[kept], dots.normals[kept])
+    closed(back.triangles, len(back.vertices))
+    assert back.volume == pytest.approx(true.volume, rel=0.015)
+
+
+# ---- coarse meshes
+
+
+@pytest.fixture(scope="module")
+def ring():
+    """A torus, and a ball beside it."""
+    return molecular_mesh(np.vstack([RING, [[20, 0, 0]]]), np.full(13, 1.7))
+
+
+def test_a_ring_stays_a_ring_whose_vertices_are_those_of_the_fine_mesh(ring):
+    coarse = decimate(ring, 60)
+    assert closed(coarse.triangles, 60) == (2, 2)
+    fine, kept = (
+        np.hstack([mesh.vertices.points, mesh.vertices.normals]).astype("f4") for mesh in (ring, coarse)
+    )
+    assert {row.tobytes() for row in kept} <= {row.tobytes() for row in fine}
+    with pytest.raises(InputError, match="at least"):
+        decimate(ring, 8)
+    noise = np.random.default_rng(0).uniform(-1e-13, 1e-13, ring.vertices.points.shape)  # of another machine
+    other = replace(ring, vertices=replace(ring.vertices, points=ring.vertices.points + noise))
+    assert np.array_equal(decimate(other, 60).triangles, coarse.triangles)
+
+
+def test_sides_are_about_equally_long_and_close_the_volume():
+    mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", 1024)
+    points, corners = mesh.vertices.points, mesh.triangles
+    sides = np.linalg.norm(points[corners] - points[np.roll(corners, 1, axis=1)], axis=2)
+    assert len(mesh.vertices) == 1024 and (sides < 0.3 * np.median(sides)).mean() < 0.01
+    assert mesh.volume == pytest.approx(7870, rel=0.03)
+
+
+def test_a_density_and_a_number_of_vertices_are_honoured():
+    spheres = ([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5])
+    fine = sparsurf.mesh(spheres, density=3.0)
+    for density in (2.0, 0.5):
+        coarse = sparsurf.mesh(spheres, density=density)
+        assert len(coarse.vertices) == pytest.approx(density * fine.vertices.area.sum(), abs=1)
+    assert len(sparsurf.mesh(spheres, 3 * len(fine.vertices)).vertices) == 3 * len(fine.vertices)
+    with pytest.raises(InputError, match="either n_vertices or density"):
+        sparsurf.mesh(spheres, 100, density=1.0)

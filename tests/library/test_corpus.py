@@ -1,0 +1,1381 @@
+"""The corpus: files and planted changes, one row each, and what becomes of them.
+
+An outcome is what is measured (of a molecule: frames, atoms, residues and area in Å^2 at one dot per Å^2, as far as the row
+gives them), then ~ and words of the warning if there is one. An outcome of ! and words is a refusal, in one sentence with the
+name of the file. Words are regular expressions.
+"""
+
+import gzip
+import io
+import logging
+import os
+import random
+import re
+import shutil
+import signal
+import struct
+import warnings
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import gemmi
+import mdtraj
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import sparsurf
+from conftest import ROOT, make_blob, sphere
+from peptides import ALANINE, STEP, atom_line, peptide
+from sparsurf.api.inputs import as_dots, as_molecule
+from sparsurf.cli.command import main
+from sparsurf.dot_fields.charges import pqr_charges
+from sparsurf.dot_fields.columns import column_of_atoms
+from sparsurf.errors import InputError
+from sparsurf.molecules import geometry
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.molecules.trajectory import check_dcd
+from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.spacing import nearest_neighbours
+from sparsurf.surfaces.surface import Surface
+
+EXAMPLE = ROOT / "data" / "tdp43" / "topology.pdb"
+SEEDS = ROOT / "tests" / "library" / "corpus"
+SECONDS = 60  # an answer that takes longer is none; kernels may have to be compiled
+MAX_WORDS = 40
+
+
+def judge(expected, measure, caplog, name):
+    """Compare what `measure` returns, or what is said, with an outcome; `name` stands in every sentence."""
+    numbers, _, words = (part.strip() for part in expected.replace("!", "! ~", 1).partition("~"))
+    caplog.clear()
+    signal.signal(signal.SIGALRM, lambda *_: pytest.fail(f"no answer in {SECONDS} s"))
+    signal.alarm(SECONDS)
+    try:
+        with caplog.at_level(logging.WARNING, "sparsurf"):
+            found = [float(number) for number in measure()]
+        said = "\n".join(caplog.messages)
+    except InputError as error:
+        found, said = None, str(error)
+        assert "\n" not in said and said.endswith(".") and said.isprintable(), said
+        assert len(re.sub(r"/\S+", "path", said).split()) <= MAX_WORDS, said
+    finally:
+        signal.alarm(0)
+    assert (found is None) == (numbers == "!"), (found, said)
+    assert re.search(words, said) if words or found is None else said == "", said
+    assert not said or name in said or re.match(r"\w+: |no dms", said), said  # of a file, or of a key
+    for number, value in zip(numbers.split(), found or (), strict=False):
+        assert number == "!" or value == pytest.approx(float(number), abs=0.06), (found, said)
+
+
+def area(molecule):
+    """Area of a surface of one dot per Å^2."""
+    return sparsurf.surface(molecule, density=1.0).area.sum()
+
+
+def measured(molecule):
+    """What an outcome holds of a molecule."""
+    yield from (molecule.n_frames, molecule.n_atoms, molecule.n_residues)
+    yield area(molecule)
+
+
+# ---- inputs: residues 209 to 222 of the example as chain A, and a peptide of four alanines
+
+
+def put(line, **columns):
+    """Return a PDB line with other values in some columns; `by` moves the atom."""
+    places = {
+        "record": (0, 6, "<6"), "name": (12, 16, "<4"), "altloc": (16, 17, "<1"), "residue_name": (17, 20, ">3"),
+        "chain": (21, 22, "<1"), "residue": (22, 26, ">4"), "code": (26, 27, "<1"), "occupancy": (54, 60, ">6"),
+        "b_factor": (60, 66, ">6"), "segid": (72, 76, "<4"), "element": (76, 78, ">2"),
+    }  # fmt: skip
+    line = f"{line.rstrip():<80s}\n"
+    for column, value in columns.items():
+        if column == "by":
+            xyz = np.add([float(line[k : k + 8]) for k in (30, 38, 46)], value)
+            line = line[:30] + "".join(f"{x:8.3f}" for x in xyz) + line[54:]
+        else:
+            begin, end, form = places[column]
+            line = f"{line[:begin]}{value:{form}s}{line[end:]}"
+    return line
+
+
+def every(lines, **columns):
+    return [put(line, **columns) for line in lines]
+
+
+def of(lines, *residues):
+    return [line for line in lines if line[22:26].strip() in residues]
+
+
+def without(lines, *residues):
+    return [line for line in lines if line[22:26].strip() not in residues]
+
+
+def end(*parts):
+    """Return lines and strings as one PDB file."""
+    return "".join("".join(part) for part in parts) + "END\n"
+
+
+def models(*parts):
+    return "".join(f"MODEL     {k:4d}\n{''.join(part)}ENDMDL\n" for k, part in enumerate(parts, 1)) + "END\n"
+
+
+def cif(text):
+    structure = gemmi.read_pdb_string(text)
+    structure.setup_entities()
+    structure.assign_label_seq_id()
+    return structure.make_mmcif_document().as_string()
+
+
+def atoms(residue_name, residue, places, **columns):
+    """HETATM lines of a residue from names and places."""
+    return [
+        put(atom_line(name, residue_name[:3], "A", residue, place, record="HETATM"), **columns)
+        for name, place in places.items()
+    ]
+
+
+ALL = [
+    put(line, chain="A")
+    for line in EXAMPLE.read_text().splitlines()
+    if line.startswith("ATOM") and 209 <= int(line[22:26]) <= 222
+]
+HEAVY = [line for line in ALL if line[76:78].strip() != "H"]
+HYDROGENS = [line for line in ALL if line[76:78].strip() == "H"]
+PDB = end(HEAVY)
+CIF = cif(PDB)
+AWAY = (40.0, 0.0, 0.0)
+COPY = every(HEAVY, by=AWAY)
+WATER = {"O": (0, 0, 50), "H1": (0.76, 0.59, 50), "H2": (-0.76, 0.59, 50)}
+ACE = {"CH3": (1.46, -1.21, 0), "C": (0, -1.33, 0), "O": (-0.9, -2.1, 0)}
+GOOD = peptide() + "END\n"
+SHORT = "\n".join(line[:54] for line in GOOD.split("\n"))
+SEQUENCE = "SEQRES   1 A    9  ALA ALA ALA ALA ALA ALA ALA ALA ALA\n"
+NEGATIVE = peptide(["ALA"] * 7, first=-5) + "END\n"
+INSERTED = peptide(["ALA"]) + "".join(
+    peptide(["ALA"], origin=STEP * (1 + k)).replace("A   1 ", f"A   1{code}") for k, code in enumerate("ABC")
+)
+EITHER = peptide(["SER"], altloc="A", occupancy=0.4) + peptide(["THR"], altloc="B", occupancy=0.6)
+ZIPPED = gzip.compress(GOOD.encode())
+GRO_LINE = "    1ALA     CA    1   0.100   0.200   0.300\n"
+ITEMS = [
+    "group_PDB", "auth_atom_id", "auth_comp_id", "auth_asym_id", "auth_seq_id", "Cartn_x", "Cartn_y", "Cartn_z",
+]  # fmt: skip
+TINY = "data_x\nloop_\n" + "".join(f"_atom_site.{item}\n" for item in ITEMS)
+TINY += "ATOM CA ALA A 1 1.0 2.0 3.0\nATOM CB ALA A 1 2.0 2.0 3.0\n"
+LABELS = (
+    "group_PDB id type_symbol label_atom_id label_comp_id label_asym_id label_seq_id Cartn_x Cartn_y Cartn_z"
+)
+
+
+def tiny(order=1, quote="", newline="\n", between=" "):
+    """Return the peptide as mmCIF: columns in one order or the other, names in quotes or not."""
+    rows = [line.split() for line in peptide().splitlines()]
+    rows = [
+        ["ATOM", str(k), row[-1], f"{quote}{row[2]}{quote}", row[3], "A", row[5], *row[6:9]]
+        for k, row in enumerate(rows)
+    ]
+    lines = ["data_x", "loop_", *(f"_atom_site.{label}" for label in LABELS.split()[::order])]
+    return newline.join([*lines, *(between.join(row[::order]) for row in rows), "#", ""])
+
+
+def without_chain_names(text):
+    return "".join(
+        put(line, chain=" ") if line.startswith("ATOM") else line + "\n" for line in text.splitlines()
+    )
+
+
+def gro(lines, nm=0.1, shift=0.0):
+    """Return lines of a PDB file as a GRO file."""
+    rows = "".join(
+        f"{line[22:26].strip():>5s}{line[17:20]:<5s}{line[12:16].strip():>5s}{k:5d}"
+        + "".join(f"{(float(line[a : a + 8]) + shift) * nm:8.3f}" for a in (30, 38, 46)) + "\n"
+        for k, line in enumerate(lines, 1)
+    )  # fmt: skip
+    return f"title\n{len(lines)}\n{rows}   0.00000   0.00000   0.00000\n"
+
+
+# ---- structures
+
+
+def ligand(name="LIG", residue="300", at=(30, 0, 0), **columns):
+    return atoms(name, residue, {"C1": at, "O2": np.add(at, (1.4, 0, 0))}, **columns)
+
+
+def long_names(text, *names):
+    """Give ligands of mmCIF names of five letters."""
+    for short, name in zip(("L06", "L07"), names, strict=True):
+        text = text.replace(f" {short} ", f" {name} ")
+    return text
+
+
+def reordered(n, order):
+    """Return a peptide whose residues have the places of others."""
+    lines, rows = (
+        peptide(["ALA"] * n).splitlines(keepends=True),
+        np.arange(5 * n).reshape(n, 5)[order].ravel(),
+    )
+    return "".join(line[:30] + lines[row][30:] for line, row in zip(lines, rows, strict=True)) + "END\n"
+
+
+def spread(n):
+    """Return atoms that are bonded to none."""
+    lines = peptide(["ALA"] * 2).splitlines(keepends=True)[:n]
+    return "".join(
+        f"{line[:30]}{3.0 * k:8.3f}{k % 3:8.3f}{k % 4:8.3f}{line[54:]}" for k, line in enumerate(lines)
+    )
+
+
+def by_element(lines):
+    return sorted(lines, key=lambda line: line[76:78])
+
+
+def plddt(lines, scale=1.0):
+    """Give each residue one pLDDT, below 70 in residues 209 to 212."""
+    return [put(line, b_factor=f"{(60 if int(line[22:26]) < 213 else 90) * scale:.2f}") for line in lines]
+
+
+def with_items(text, column, change):
+    """Change the values of one column of the _atom_site loop of gemmi's mmCIF."""
+    block = gemmi.cif.read_string(text).sole_block()
+    values = block.find_loop(f"_atom_site.{column}")
+    for k in range(len(values)):
+        values[k] = change(k, values[k])
+    return block.as_string()
+
+
+LONG = [put(line) for line in EXAMPLE.read_text().splitlines() if line.startswith("ATOM")]
+TWIN = every([line for line in of(HEAVY, "213") if line[12:16].split()[0] in ALANINE], residue_name="ALA")
+BRIDGE = "LINK         CG  ALA A   3                 NZ  ALA A   5     1555   1555  1.33\n"
+LACKING = "".join(
+    line for k, line in enumerate(peptide(["ALA"] * 5).splitlines(keepends=True)) if k != 14
+)  # CB of 3
+WHOLE = "1 119 14 1281.3"
+TWICE = f"1 238 28 {2 * 1281.31:.1f}"
+STRUCTURES = {  # name: content, keys of read_molecule, outcome
+    "example.pdb": (PDB, {}, WHOLE),
+    "example.cif": (CIF, {}, WHOLE),
+    "example.gro": (gro(HEAVY), {}, "1 119 14"),
+    # the order of lines
+    "hydrogens behind the chain.pdb": (end(HEAVY, HYDROGENS), {"hydrogens": "remove"}, WHOLE),
+    "atoms in the order of elements.pdb": (end(by_element(HEAVY)), {}, WHOLE),
+    "residues backwards.pdb": (end(*(of(HEAVY, str(k)) for k in range(222, 208, -1))), {}, WHOLE),
+    "a modified residue behind the chain.pdb": (
+        end(without(HEAVY, "213"), every(of(HEAVY, "213"), record="HETATM", residue_name="DGN")), {}, WHOLE),
+    "a modified residue behind the chain.cif": (
+        cif(end(without(HEAVY, "213"), every(of(HEAVY, "213"), record="HETATM", residue_name="DGN"))), {}, WHOLE),
+    "an unknown cap bonded to the first residue.pdb": (
+        end(atoms("XYZ", "208", {"C1": (0, -1.33, 0), "O1": (-0.9, -2.1, 0)}), peptide(first=209)), {}, "1 22 5"),
+    "a cap behind the chain.pdb": (end(peptide(), atoms("ACE", "0", ACE)), {}, "1 23 5"),
+    "a cap of the number of the first residue.pdb": (end(atoms("ACE", "1", ACE), peptide()), {}, "1 23 5"),
+    "a lipid on the first residue.pdb": (
+        end(peptide(), atoms("MYR", "99", {f"C{k}": (0, -1.33 - 1.5 * k, 0) for k in range(5)})), {}, "1 25 5"),
+    "a ligand beside the end of the chain.pdb": (
+        end(peptide(), atoms("XYZ", "9", {"C1": (0, -3.4, 0), "O1": (-0.9, -4.5, 0)})), {}, "1 20 4 ~ left out 1 XYZ"),
+    # chains and molecules
+    "two copies of one chain letter, by TER.pdb": (end(HEAVY, "TER\n", COPY), {}, f"{TWICE} ~ called A, B"),
+    "two copies of one chain letter, by segments.pdb": (
+        end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"chains": "PROB"}, f"{WHOLE} ~ called PROA, PROB"),
+    "a range in both copies.pdb": (
+        end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "209-212"}, "! in PROA, PROB: name one"),
+    "a range in one copy.pdb": (
+        end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "PROB:209-212"}, "1 37 4 ~ called PROA"),
+    "chains of two letters.pdb": (end(line[:20] + "AB" + line[22:] for line in HEAVY), {"chains": "AB"}, WHOLE),
+    "a chain without its name in some rows.cif": (
+        with_items(CIF, "auth_asym_id", lambda k, value: "?" if k % 3 else value), {"chains": "A"}, WHOLE),
+    "no label of the chain in some rows.cif": (
+        with_items(CIF, "label_asym_id", lambda k, value: "." if k % 2 else value), {}, WHOLE),
+    "no numbers of the authors in some rows.cif": (
+        with_items(with_items(CIF, "label_seq_id", lambda k, _: HEAVY[k][23:26]), "auth_seq_id",
+                   lambda k, value: value if k % 4 else "."),
+        {"residues": "A:209-222"}, WHOLE),
+    "no number of any water.cif": (
+        with_items(cif(end(HEAVY, *(atoms("HOH", str(k), {"O": (0, 3.0 * k - 900, 50)}) for k in range(300, 309)))),
+                   "auth_seq_id", lambda k, value: value if k < 121 else "?"), {"selection": "all"}, "1 128 23"),
+    "a chain taken out.cif": (
+        CIF.replace("\nAxp A\n", "\nAxp A\nBxp A\n"), {}, f"{WHOLE} ~ no atoms for Bxp"),
+    "no chain.pdb": (without_chain_names(PDB), {"chains": "A"}, "! one chain, without a name: leave out"),
+    "DNA without a chain.pdb": (
+        end(every(atoms("DA", "1", {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}), chain="",
+                  record="ATOM")), {}, "! name the chains of the nucleic acids, as `chains` ''"),
+    "DNA by a chain without a name.pdb": (
+        end(every(atoms("DA", "1", {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}), chain="",
+                  record="ATOM")), {"chains": ""}, "1 4 1 ~ lacks heavy atoms"),
+    "residues that lack in the middle.pdb": (
+        end(without(HEAVY, "214", "215")), {}, "1 103 12 ~ 2 residues are missing .* GLN 213"),
+    "a number that jumps without a gap.pdb": (peptide(["ALA"] * 2) + "".join(
+        peptide(["ALA"] * 2, first=9, origin=2 * STEP)) + "END\n", {}, "1 20 4"),
+    # alternate locations
+    "A and B of a residue.pdb": (
+        end(every(of(HEAVY, "209"), altloc="A"), every(of(HEAVY, "209"), altloc="B", by=(0.5, 0, 0)), without(HEAVY, "209")),
+        {}, WHOLE),
+    "blank and A of a residue.pdb": (
+        end(without(HEAVY, "209"), of(HEAVY, "209"), every(of(HEAVY, "209"), altloc="A", by=(0.5, 0, 0))), {}, WHOLE),
+    "all A behind all B.pdb": (
+        end(every(HEAVY, altloc="B", by=(0.3, 0, 0)), every(HEAVY, altloc="A")), {"altloc": "A"}, WHOLE),
+    "B of the highest occupancy.pdb": (EITHER, {"altloc": "highest"}, "1 5 1 ~ THR 1 A"),
+    "a second molecule in location A.pdb": (
+        end(peptide(["SER"], altloc="A"), peptide(["SER"], altloc="B"), peptide(["ALA"] * 3, first=2, origin=STEP), "TER\n",
+            peptide(["GLY"] * 4, origin=(0, 30, 0), altloc="A")), {}, "1 40 8 ~ called A, B"),
+    "a copy in location A.pdb": (end(HEAVY, "TER\n", every(COPY, altloc="A")), {}, f"{TWICE} ~ called A, B"),
+    "a letter that no residue has.pdb": (PDB, {"altloc": "Q"}, f"{WHOLE} ~ altloc Q changes nothing"),
+    # waters, ions, ligands
+    "water TP3.pdb": (end(HEAVY, atoms("TP3", "300", WATER), atoms("TP3", "301", WATER, by=(9, 0, 0))), {"ligands": True}, WHOLE),
+    "water SWM4 with a Drude particle.pdb": (
+        end(HEAVY, (line[:17] + "SWM4" + line[21:] for line in atoms("SWM", "300", WATER | {"DOH2": (0, 0, 50)}))),
+        {"ligands": True}, WHOLE),
+    "water of an unknown name.pdb": (end(HEAVY, atoms("XYZ", "300", WATER)), {"ligands": True}, WHOLE),
+    "ion SOD.pdb": (
+        end(HEAVY, atoms("SOD", "300", {"SOD": (0, 0, 50)}, element="")), {"ligands": ["SOD"]}, "1 120 15 ~ radius for NA"),
+    "ion POT of element P.pdb": (
+        end(HEAVY, atoms("POT", "300", {"POT": (0, 0, 50)}, element="P")), {"ligands": ["POT"]}, "1 120 15 ~ radius for K"),
+    "a ligand that is not there.pdb": (end(HEAVY, ligand()), {"ligands": ["XXX"]}, "! XXX"),
+    "components of five letters.cif": (
+        long_names(cif(end(HEAVY, ligand("L06"), ligand("L07", "301", (60, 0, 0)))), "A1LU6", "A1LU7"),
+        {"ligands": ["A1LU7"]}, "1 121 15 ~ left out 1 A1LU6"),
+    "heavy-water.pdb": (GOOD[:-4] + atom_line("D1", "DOD", residue="9", record="HETATM", element="D"), {}, "1 20 4"),
+    "deuterium.pdb": (
+        GOOD[:-4] + atom_line("D", residue="4", place=(1, 1, 1), element="D"), {"hydrogens": "remove"}, "1 20 4"),
+    # pLDDT
+    "ColabFold.pdb": (end(plddt(HEAVY)), {"plddt": 70}, "1 82 10 ~ left out 4 of 14 residues"),
+    "ESMFold, 0 to 1.pdb": (end(plddt(HEAVY, 0.01)), {"plddt": 70}, "1 82 10 ~ scale of 0 to 1"),
+    "Boltz.pdb": ("TITLE     BOLTZ-1 PREDICTION\n" + end(plddt(HEAVY)), {"plddt": 70}, "1 82 10 ~ left out 4"),
+    "ModelCIF, 0 to 1.cif": (
+        cif(end(plddt(HEAVY, 0.01))) + "_ma_qa_metric.id 1\n_ma_qa_metric.type pLDDT\n_ma_qa_metric.name pLDDT\n",
+        {"plddt": 70}, "1 82 10 ~ scale of 0 to 1"),
+    "a crystal of the same B factors.pdb": ("EXPDTA    X-RAY DIFFRACTION\n" + end(plddt(HEAVY)), {"plddt": 70}, WHOLE),
+    "SWISS-MODEL, 0 to 1.pdb": (
+        "EXPDTA    THEORETICAL MODEL (SWISS-MODEL SERVER)\nREMARK   3 GMQE 0.75\n" + end(plddt(HEAVY, 0.01)), {"plddt": 70},
+        "! without pLDDT"),
+    "no B factors.gro": (gro(HEAVY), {"plddt": 70}, "1 119 14 ~ plddt is not applied"),
+    "B factors that are no pLDDT.pdb": (PDB, {"plddt": 70}, f"{WHOLE} ~ plddt is not applied"),
+    # models
+    "models that are copies elsewhere.pdb": (models(HEAVY, COPY), {}, "2 119 14 ~ copies of the first at other places"),
+    "an assembly of other chain letters.pdb": (models(HEAVY, every(COPY, chain="B")), {}, "! one molecule by `assembly`"),
+    "an assembly.pdb": (models(HEAVY, COPY), {"assembly": True}, TWICE),
+    "the second model 5 % longer along y.pdb": (
+        models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
+        "2 953 61 ~ longer along y .* in frame 1"),
+    "an assembly of frames.gro": (gro(HEAVY), {"assembly": True}, "! it takes all models of a structure"),
+    "models that repeat.pdb": (models(HEAVY, HEAVY), {}, "2 119 14 ~ 1 frame repeats the one before"),
+    "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
+    "models.pdb": (models(peptide(), peptide(["ALA"] * 3)), {}, "! models of different atoms .* 20 15.*model"),
+    "fewer models than announced.pdb": (
+        "NUMMDL    3\n" + models(peptide(), peptide(origin=(0, 0, 0.5))), {}, "2 20 4 ~ announces 3 models and holds 2"),
+    "open-model.pdb": ("MODEL        1\n" + peptide(), {}, "! its last MODEL has no ENDMDL"),
+    # incomplete and damaged
+    "empty.pdb": ("", {}, "! holds no atoms"),
+    "Damaged.PDB": (GOOD.replace("   1.460", "   1x460", 1), {}, "! Line 2 of .* no readable coordinates"),
+    "comma.pdb": (GOOD.replace(".", ","), {}, "! Line 1 of .* no readable coordinates"),
+    "short-line.pdb": (GOOD[:40] + "\n" + GOOD, {}, "! Line 1 of .* is cut short"),
+    "shifted.pdb": (GOOD.replace("A   1  ", "A   1 1", 1), {}, "! Line 1 of .* not in the columns"),
+    "keyword.pdb": (GOOD.replace("ATOM  ", "ATQM  ", 1), {}, "! Line 1 of .* holds an atom but begins with 'ATQM"),
+    "tab.pdb": (GOOD.replace("ATOM  ", "ATOM\t", 1), {}, "! Line 1 of .* holds an atom but begins with 'ATOM"),
+    "number.pdb": (GOOD.replace("A   1 ", "A  1x ", 1), {}, "! Line 1 of .* not in the columns"),
+    "cut.pdb": (GOOD[:-24], {}, "! cut short: it stops in the middle"),
+    "zeros.pdb": (GOOD + "\0", {}, "! damaged or not a text file"),
+    "escape.pdb": (GOOD[:-4] + atom_line("C1", "\x1b[3", residue="9", place=(0, 40, 0), record="HETATM"), {}, r"! '\\x1b\[3'"),
+    "no-end.pdb": (SEQUENCE + peptide(), {}, "! 4 of the 9 residues .* SEQRES .* no END"),
+    "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), {}, "! 20% of the heavy atoms"),
+    "backbone.pdb": (
+        "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line), {},
+        "! 50% of the heavy atoms"),
+    "two C-alpha.pdb": (atom_line() + atom_line(residue="2", place=(3.8, 0, 0)), {}, "1 2 2 ~ 2 residues lack heavy atoms"),
+    "ions.pdb": (
+        "".join(atom_line("NA  ", "NA", residue=str(i), place=(i, 0, 0), element="NA") for i in range(3)), {},
+        "! there is no protein; the file has chains A with 3 NA"),
+    "one-place.pdb": (
+        re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), {}, "! all atoms at one position"),
+    "an atom twice.pdb": (end(HEAVY[:5], HEAVY[4], HEAVY[5:]), {}, "1 120 14 1281.3 ~ 1 atom is repeated in its residue"),
+    "a residue twice under two names.pdb": (
+        end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213 A lie in one place; keep one of them"),
+    "an occupancy above 1.pdb": (
+        end(put(HEAVY[0], occupancy="37.00"), HEAVY[1:]), {}, f"{WHOLE} ~ 1 atom has an occupancy outside"),
+    "an atom lacks.pdb": (end(HEAVY[:8], HEAVY[9:]), {}, "1 118 14 ~ 1 residue lacks heavy atoms, the first is GLU 209 A"),
+    "an atom that a bridge replaces.pdb": (BRIDGE + LACKING, {}, "1 24 5"),
+    "an atom that a metal does not replace.pdb": (
+        BRIDGE.replace(" NZ  ALA A   5", "ZN    ZN A   9") + LACKING, {}, "1 24 5 ~ lacks heavy atoms, the first is ALA 3 A"),
+    "two atoms and one bridge.pdb": (
+        BRIDGE + "".join(LACKING.splitlines(keepends=True)[:13] + LACKING.splitlines(keepends=True)[14:]), {},
+        "1 23 5 ~ lacks heavy atoms"),
+    "wrong elements.pdb": (
+        end(put(line, element="S") if k in (1, 20, 33) else line for k, line in enumerate(HEAVY)), {},
+        "1 119 14 ~ has the element S; 3 atoms have"),
+    "residues that are not there.pdb": (PDB, {"residues": "1-222"}, f"{WHOLE} ~ has no residue 1 of '1-222'"),
+    # mmCIF
+    "is-cif.pdb": (TINY, {}, "! is an mmCIF file by its content: rename"),
+    "is-pdb.cif": (GOOD, {}, "! not a readable mmCIF"),
+    "no-loop.cif": ("data_x\n_cell.length_a 10\n", {}, "! holds no atoms"),
+    "nan.cif": (TINY.replace("3.0", "nan", 1), {}, "! not numbers"),
+    "cut.cif": (TINY[:-8], {}, "! not a readable mmCIF file .*Wrong number of values"),
+    "no-x.cif": (TINY.replace("Cartn_y", "Cartn_q"), {}, "! has no y in its _atom_site"),
+    "number.cif": (TINY.replace(" A 1 ", " A one ", 1), {}, "! residue numbered 'one'"),
+    "lost-chain.cif": (
+        "data_x\nloop_\n_struct_asym.id\nA\nB\n" + TINY[7:-1].replace("auth_asym_id", "label_asym_id"), {},
+        "! cut short: it has no atoms for B"),
+    "plain.cif": (TINY, {}, "1 2 1 ~ lacks heavy atoms"),
+    "two blocks.cif": (TINY + TINY.replace("data_x", "data_y"), {}, "1 2 1 ~ 2 data blocks with atoms: the first is read"),
+    "reversed.cif": (tiny(-1), {}, "1 20 4"),
+    "quoted.cif": (tiny(quote='"'), {}, "1 20 4"),
+    "tabs.cif": (tiny(between="\t"), {}, "1 20 4"),
+    # GRO and others
+    "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", {}, "! line 3 has no three coordinates"),
+    "count.gro": ("title\nx\n", {}, "! line 2 is not the number of atoms"),
+    "few.gro": (f"title\n 2\n{GRO_LINE}", {}, "! has 1 of 2 atoms"),
+    "no-box.gro": (f"title\n 1\n{GRO_LINE}1.0 1.0\n", {}, "! line 4 is not a box of 3 or 9 numbers"),
+    "in Å.gro": (gro(HEAVY, nm=1.0), {}, "! give lengths in nm"),
+    "numbers that touch.gro": (gro(GOOD.splitlines()[:20], shift=-2000), {}, "1 20 4"),
+    "empty.psf": ("", {}, "! cannot be read"),
+    "notes.txt": (GOOD, {}, "! not a structure by its extension: give one of .pdb, .ent, .cif"),
+    # encodings, compression, ends of lines, columns
+    "is-not.pdb.gz": (GOOD, {}, "! is named .gz but is not gzip"),
+    "cut.pdb.gz": (ZIPPED[:-9], {}, "! cut short or damaged inside its gzip"),
+    "twice.pdb.gz": (gzip.compress(ZIPPED), {}, "! is compressed twice"),
+    "members.pdb.gz": (gzip.compress(GOOD[:162].encode()) + gzip.compress(GOOD[162:].encode()), {}, "1 20 4"),
+    "twice.pdb.gz.gz": (ZIPPED, {}, "! not a structure by its extension"),
+    "utf16.pdb": (GOOD.encode("utf-16"), {}, "! stored as UTF-16"),
+    "bom.pdb": ("\ufeff" + GOOD, {}, "1 20 4"),
+    "mixed.pdb": (b"REMARK \xe9\nREMARK \xc3\xa9\n" + GOOD.encode(), {}, "1 20 4"),
+    "crcrlf.pdb": (GOOD.replace("\n", "\r\r\n"), {}, "1 20 4"),
+    "mac.pdb": (GOOD.replace("\n", "\r"), {}, "1 20 4"),
+    "name.ent": (GOOD, {}, "1 20 4"),
+    "a name with blanks, Å and ü.pdb": (GOOD, {}, "1 20 4"),
+    "rstripped.pdb": ("\n".join(line.rstrip() for line in peptide().split("\n")), {}, "1 20 4"),
+    "disordered.pdb": (SEQUENCE + GOOD, {}, "1 20 4 ~ no coordinates for 5 residues"),
+    "one-atom.pdb": (atom_line(), {}, "1 1 1 ~ a single atom"),
+    "one-residue.pdb": (peptide(["ALA"]), {}, "1 5 1"),
+    "no-chain.pdb": (peptide(chain=" "), {}, "1 20 4"),
+    "short-lines.pdb": (SHORT, {}, "1 20 4"),
+    "words.pdb": (f"{'AUTHOR':30}   1.000 and.so  and.so  \n" + GOOD, {}, "1 20 4"),
+    "no-element.pdb": ("\n".join(line[:66] for line in GOOD.split("\n")), {}, "1 20 4"),
+    "remark.pdb": (peptide().replace("ATOM  ", "REMARK") + peptide().replace("ATOM  ", "SIGATM") + GOOD, {}, "1 20 4"),
+    "hybrid36.pdb": (GOOD.replace("A   2 ", "AA000 "), {"residues": "A:10000"}, "1 5 1"),
+    # ranges of residues
+    "negative.pdb": (NEGATIVE, {"residues": "A:-5--3,1"}, "1 20 4"),
+    "backwards.pdb": (NEGATIVE, {"residues": "A:-1--5"}, "! 'A:-1--5' ends before it begins"),
+    "dashes.pdb": (NEGATIVE, {"residues": "-5\u2013-1"}, "! chain:first-last"),
+    "codes.pdb": (INSERTED, {"residues": "1A-1B"}, "1 10 2"),
+    # geometry
+    "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
+    "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
+    "residues in another order, five bonds lost.pdb": (
+        reordered(20, [1, 0, 2, 4, 3, *range(5, 20)]), {}, "1 100 20 ~ 5 peptide bonds are missing"),
+    "ten atoms apart.pdb": (spread(10), {}, "! only 0% of the bonds that its names imply"),
+    "two chains of a crystal.pdb": (peptide() + peptide(chain="B", origin=(0, 300, 0)), {}, "1 40 8"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_structures(tmp_path, caplog, name):
+    content, keys, expected = STRUCTURES[name]
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    judge(expected, lambda: measured(read_molecule(path, **keys)), caplog, name)
+
+
+SHARED = {  # of the reference data: the file, its trajectory, and the outcome without what is said of good files
+    "bad/1ubi_CAonly.pdb": "! 13% of the heavy atoms .*C-alpha",
+    "bad/3enl_TRUNCATED_at60000bytes.pdb": "! cut short: it stops in the middle of an atom",
+    "bad/header_only.pdb": "! holds no atoms",
+    "bad/adk_notop_BAD.psf": "! cannot be read .* damaged",
+    "bad/1lcd_models_differ.pdb": "3 497 51", "bad/blank_occupancy.pdb": "1 3 1", "structures/1BD2.cif.gz": "1 6339 815",
+    "structures/1BD2.pdb.gz": "1 6339 815", "structures/1a8o_mse.cif": "1 556 70", "structures/1a8o_mse.pdb": "1 556 70",
+    "structures/1fas.cif": "1 468 61", "structures/1hvr_dimer_ligand_CSO.pdb": "1 1844 198", "structures/1ubi.pdb": "1 602 76",
+    "structures/2beg_fibril5chains.pdb": "1 1855 130", "structures/2k39_nmr15.pdb.gz": "15 1231 76",
+    "structures/3mht_dna.pdb": "1 2606 327", "structures/3nzmA_negres.pdb.gz": "1 1285 163", "structures/4cup.cif": "1 924 115",
+    "structures/6zu5_ribosome.cif.gz": "1 80970 10308", "structures/7etn_tiny.cif.gz": "1 150 8",
+    "structures/A6PA6_13res_nochain.pdb": "1 137 13", "structures/ala3_3res.pdb": "1 33 3",
+    "structures/cobrotoxin_gmx_nochain.pdb": "1 918 62", "structures/neopetrosiamide_nmr24.pdb": "24 392 28",
+    "trajectories/1vii_3frames.pdb": "3 596 36", "trajectories/ala2.h5": "100 22 3",
+    "trajectories/trpcage_38models.pdb.gz": "38 304 20",
+    "trajectories/adk.psf adk_dims.dcd": "98 3341 214", "trajectories/DPDP.parm7 DPDP.nc": "100 332 22",
+    "trajectories/tz2.parm7 tz2.nc": "101 223 13", "trajectories/tz2.parm7 DPDP.nc": "! 332 atoms and .*tz2.parm7 has 223",
+    "trajectories/tz2.parm7": "! holds no coordinates: give the trajectory",
+    "trajectories/tz2.nc": "! is a trajectory: give it as",
+    "trajectories/tz2.parm7 1vii_3frames.pdb": "! is not a trajectory by its extension",
+    "trajectories/tz2.parm7 none.xtc": "! does not exist", "trajectories/tz2.parm7 none.xtc.gz": "! is compressed",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("names", SHARED)
+def test_files_of_the_reference_data(shared, caplog, monkeypatch, names):
+    path, *trajectory = (Path(name) for name in names.split())
+    path = shared / "data" / path
+    if not SHARED[names].startswith("!"):
+        monkeypatch.setattr(logging.getLogger("sparsurf"), "disabled", True)
+
+    def measure():
+        molecule = read_molecule(path, *(path.parent / name for name in trajectory))
+        assert set(molecule.element) <= {"C", "N", "O", "S", "H", "SE"} and np.isfinite(molecule.xyz).all()
+        return molecule.n_frames, molecule.n_atoms, molecule.n_residues
+
+    judge(SHARED[names], measure, caplog, (trajectory or [path])[-1].name)
+
+
+TOPOLOGIES = {"perm.xtc": "top.pdb", "twice.dcd": "top.pdb"} | dict.fromkeys(
+    ["two_bmir.dcd", "two_bscale.dcd", "two_bstretch.dcd", "wrongbox2.2.xtc"], "top2.pdb"
+)
+SILENT = {"fs.nc", "top.pdb", "top2.pdb", "README.tsv"}  # good, or what no check can notice
+
+
+def test_each_bad_file_of_the_reference_data_is_refused_or_reported(shared, caplog, tmp_path):
+    (tmp_path / "top.pdb").write_text(PDB)
+    silent = set()
+    for path in sorted(
+        each for kind in ("second", "third") for each in (shared / "data" / "bad" / kind).rglob("*.*")
+    ):
+        if not path.is_file() or path.suffix in (".sites", ".yaml", ".tsv") or path.name == "grid_full.csv":
+            continue
+        paths = [path]
+        if path.name in TOPOLOGIES:
+            paths = [path.with_name(TOPOLOGIES[path.name]), path]
+        elif path.parent.name == "traj" and path.name not in ("top.pdb", "top2.pdb"):
+            paths = [tmp_path / "top.pdb", path]
+        read = read_surface if {".csv", ".npz", ".dms"} & set(path.suffixes) else read_molecule
+        caplog.clear()
+        with caplog.at_level(logging.WARNING, "sparsurf"):
+            if is_read(read, *paths) and not caplog.text:
+                silent.add(path.name)
+        assert "\x1b" not in caplog.text
+    assert silent <= SILENT, silent
+
+
+def test_five_letters_pass_through_a_study(tmp_path):
+    path = tmp_path / "a.cif"
+    path.write_text(STRUCTURES["components of five letters.cif"][0])
+    read_molecule(path, ligands=True).write_pdb(tmp_path / "a.pdb")
+    assert {"A1LU6", "A1LU7"} < set(read_study_structure(tmp_path / "a.pdb").residue_name)
+
+
+def test_labels_of_copies_are_known_apart(tmp_path):
+    path = tmp_path / "a.pdb"
+    path.write_text(STRUCTURES["two copies of one chain letter, by segments.pdb"][0])
+    assert len(read_molecule(path).residues.drop_duplicates()) == 28
+
+
+# ---- geometry: planted in six frames of the example
+
+
+@pytest.fixture(scope="module")
+def example():
+    frames = read_molecule(EXAMPLE, EXAMPLE.with_name("trajectory.xtc"), residues="209-222", stride=180)
+    return replace(frames, frame_number=np.arange(6))
+
+
+def at(molecule, residue, name):
+    return int(np.flatnonzero((molecule.residue == str(residue)) & (molecule.name == name))[0])
+
+
+def moved(place):
+    """Return a change of a molecule by a function that changes its coordinates."""
+
+    def change(molecule):
+        xyz = molecule.xyz.copy()
+        place(molecule, xyz)
+        return replace(molecule, xyz=xyz)
+
+    return change
+
+
+def shift(frame, atom, by):
+    """Move an atom, (residue, name), or residues from a number on, in one frame or all."""
+
+    def place(molecule, xyz):
+        xyz[frame, at(molecule, *atom) if isinstance(atom, tuple) else molecule.residue_index >= atom] += by
+
+    return moved(place)
+
+
+def scale(*by, frames=slice(None)):
+    def place(molecule, xyz):
+        xyz[frames] *= by if len(by) > 1 else by[0]
+
+    return moved(place)
+
+
+def bond(frame, first, second, length):
+    """Give one bond another length."""
+
+    def place(molecule, xyz):
+        a, b = xyz[frame, at(molecule, *first)], xyz[frame, at(molecule, *second)]
+        b += (b - a) * (length / np.linalg.norm(b - a) - 1)
+
+    return moved(place)
+
+
+def mixed(molecule):
+    """Exchange the atoms inside each residue."""
+    rng = np.random.default_rng(5)
+    parts = [rng.permutation(np.flatnonzero(molecule.residue_index == k)) for k in range(molecule.n_residues)]
+    return replace(molecule, xyz=molecule.xyz[:, np.concatenate(parts)])
+
+
+def elements(**changed):
+    """Give other elements to atoms by their positions, as _3='O'."""
+
+    def change(molecule):
+        element = molecule.element.astype("<U2")
+        for atom, symbol in changed.items():
+            element[int(atom[1:])] = symbol
+        return replace(molecule, element=element)
+
+    return change
+
+
+def residues(n, change=lambda molecule: molecule):
+    """Take the first residues with C-beta."""
+    return lambda m: change(m).take(m.residue_index <= m.residue_index[m.name == "CB"][n - 1])
+
+
+def doubled(by, change=lambda first, second, frame: second):
+    """Add a copy as chain B; `change` moves it in later frames."""
+
+    def double(molecule):
+        n, names = molecule.n_atoms, ("name", "residue_name", "element", "residue", "kind", "b_factor")
+        second = molecule.xyz + np.asarray(by)
+        for frame in range(1, len(second)):
+            second[frame] = change(molecule.xyz[frame], second[frame], frame)
+        return replace(
+            molecule, xyz=np.concatenate([molecule.xyz, second], axis=1), chain=np.repeat(["A", "B"], n),
+            residue_index=np.concatenate([molecule.residue_index, molecule.residue_index + molecule.n_residues]),
+            **{name: np.tile(getattr(molecule, name), 2) for name in names},
+        )  # fmt: skip
+
+    return double
+
+
+GEOMETRY = {
+    "nothing": (lambda m: m, ""),
+    "turned and moved": (lambda m: replace(m, xyz=m.xyz[:, :, [1, 2, 0]] + [900.0, -900, 0]), ""),
+    "an atom 30 Å away": (shift(4, (213, "CG"), 30.0), "! GLN 213 .* in frame 4 .atom CG is farthest out"),
+    "nm as Å": (scale(10.0), "! GLU 209 .* in frame 0 .* give lengths in nm"),
+    "Å as nm": (scale(0.1), "! bonds are 1 Å or longer"),
+    "two parts 6 Å apart": (shift(5, 7, 6.0), "! the bond C-N of .* in frame 5"),
+    "two parts 900 Å apart": (shift(4, 7, 900.0), r"! lies [89]\d\d Å from the other atoms in frame 4; give"),
+    "two parts apart in all frames": (shift(slice(None), 7, 9.0), "~ 1 peptide bond is missing, the first between GLY 215"),
+    "a bond of 2.9 Å": (bond(3, (214, "CZ"), (214, "OH"), 2.95), ""),
+    "a bond of 3.1 Å": (bond(3, (214, "CZ"), (214, "OH"), 3.05), "! the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3"),
+    "a bond of the backbone 1.3 times as long": (
+        bond(4, (214, "N"), (214, "CA"), 1.9), "~ bond N-CA of TYR 214 is 1.9 Å long instead of 1.5 Å in frame 4"),
+    "a bond of the backbone 1.2 times as long": (
+        bond(4, (214, "N"), (214, "CA"), 1.75), "~ 1.05 times as long as usual along one direction"),
+    "atoms of a residue exchanged": (mixed, "! of the bonds that its names imply"),
+    "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0"),
+    "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
+    "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
+    "1.02 times as long": (scale(1.02), ""),
+    "noise of 0.2 Å": (
+        moved(lambda m, xyz: np.add(xyz, np.random.default_rng(0).normal(0, 0.2 / 3**0.5, xyz.shape), out=xyz)),
+        "~ half of the bonds"),
+    "x 1.05 times as long": (scale(1.05, 1, 1), "~ 5 % longer along x than across it"),
+    "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
+    "five residues mirrored from frame 2 on": (
+        lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(5)(m)), "~ mirror image, of D-amino acids, in frame 2"),
+    "nine residues mirrored": (residues(9, scale(1, 1, -1)), ""),
+    "mirrored without C-beta": (
+        lambda m: scale(1, 1, -1)(m).take(np.isin(m.name, ["N", "CA", "C", "O"])), ""),
+    "one atom": (lambda m: m.take([4]), "~ a single atom"),
+    "one atom elsewhere": (shift(0, (213, "CB"), [0, 8, 0]), "~ Å from the nearest atom of its residue"),
+    "two atoms of a residue in one place": (bond(0, (213, "CB"), (213, "CG"), 0.0), r"~ lie in one place \(1 such pair\)"),
+    "a molecule twice": (doubled((0.67, 0.67, 0.33)), "~ 100 % of its atoms lie inside other residues"),
+    "two molecules": (doubled((40, 0, 0)), ""),
+    "a copy that is mirrored later": (doubled((60, 0, 0), lambda a, b, k: b * [1, 1, -1]), "~ B is a mirror image.* in frame 1"),
+    "a copy that shrinks later": (
+        doubled((60, 0, 0), lambda a, b, k: b.mean(axis=0) + 0.3 * (b - b.mean(axis=0))), "! times as long as usual in frame 1"),
+    "a copy laid on the first later": (doubled((60, 0, 0), lambda a, b, k: a + 0.05), "~ Å apart in frame 1"),
+    "all elements C": (lambda m: replace(m, element=np.full(m.n_atoms, "C")), "! N of GLU 209 has the element C"),
+    "one wrong element": (elements(_3="O"), "~ GLU 209 has the element O; 1 atom has"),
+    "selenium in place of sulfur": (elements(_3="SE"), ""),
+    "not a number": (shift(2, (213, "CB"), np.nan), "! not numbers"),
+    "a coordinate of 1.1e5 Å": (shift(2, (213, "CB"), [0, 0, 1.1e5]), "! beyond 1e.05 Å in frame 2"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GEOMETRY)
+def test_geometry(example, monkeypatch, caplog, name):
+    monkeypatch.setattr(geometry, "FRAMES_AT_ONCE", 2)
+    change, expected = GEOMETRY[name]
+
+    def measure():
+        molecule = change(example)
+        geometry.refuse_invalid_coordinates(molecule.xyz, "run.xtc")
+        geometry.refuse_impossible(molecule, "run.xtc")
+        return ()
+
+    judge(expected, measure, caplog, "run.xtc")
+
+
+# ---- objects of other libraries: as the file
+
+
+def with_biotite(path):
+    pdb = pytest.importorskip(
+        "biotite.structure.io.pdb", reason="biotite is installed by the extra `interop`"
+    )
+    return pdb.PDBFile.read(path).get_structure(model=1, altloc="all", extra_fields=["b_factor", "occupancy"])
+
+
+def with_mdanalysis(path):
+    universe = pytest.importorskip(
+        "MDAnalysis", reason="MDAnalysis is installed by the extra `interop`"
+    ).Universe
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return universe(str(path))
+
+
+def with_biopython(path):
+    parser = pytest.importorskip("Bio.PDB", reason="Biopython is installed by the extra `interop`").PDBParser
+    return parser(QUIET=True).get_structure("a", str(path))
+
+
+LIBRARIES = {
+    "mdtraj": lambda path: mdtraj.load(str(path), standard_names=False), "biotite": with_biotite, "MDAnalysis": with_mdanalysis,
+    "Biopython": with_biopython, "gemmi": lambda path: gemmi.read_pdb(str(path)),
+}  # fmt: skip
+OBJECTS = {  # rows of the corpus, and the libraries that leave something out when they read the file
+    "example.pdb": "", "hydrogens behind the chain.pdb": "", "a modified residue behind the chain.pdb": "MDAnalysis",
+    "two copies of one chain letter, by segments.pdb": "biotite Biopython", "A and B of a residue.pdb": "mdtraj",
+    "water TP3.pdb": "", "an occupancy above 1.pdb": "mdtraj",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+@pytest.mark.parametrize("name", OBJECTS)
+def test_objects_of_other_libraries_are_taken_as_their_files(tmp_path, name, library):
+    path = tmp_path / name
+    path.write_text(STRUCTURES[name][0])
+    molecule, of_object = read_molecule(path), as_molecule(LIBRARIES[library](path))
+    if library in OBJECTS[name]:
+        return
+    for key in ("name", "residue_name", "chain", "residue", "residue_index", "element", "kind"):
+        assert np.array_equal(getattr(of_object, key), getattr(molecule, key)), key
+    np.testing.assert_allclose(of_object.xyz[:1], molecule.xyz, atol=1e-3)
+
+
+def test_waters_of_gemmi_without_a_number():
+    document = gemmi.cif.read_string(STRUCTURES["no number of any water.cif"][0])
+    assert as_molecule(gemmi.make_structure_from_block(document.sole_block())).n_atoms == 119
+
+
+# ---- trajectories: three frames of the example
+
+
+def frames(n=3, step=0.0121):
+    one = mdtraj.load(str(EXAMPLE))
+    many = mdtraj.join([one] * n)
+    many.xyz = many.xyz + step * np.arange(n)[:, None, None]  # so that no number ends in a 0
+    many.time = np.arange(float(n))
+    return many
+
+
+def shorter(by):
+    return lambda content: content[: len(content) - by]
+
+
+def shorter_by_frames(share):
+    """Leave out the end of the last of three frames of a text file, at the end of a line."""
+
+    def change(content):
+        lines = content.splitlines(keepends=True)
+        title = len(lines) % 3
+        n = (len(lines) - title) // 3
+        return b"".join(lines[: len(lines) - round(share * n)])
+
+    return change
+
+
+def announced(n):
+    """Give the header of a DCD file another number of frames."""
+    return lambda content: content[:8] + n.to_bytes(4, "little") + content[12:]
+
+
+def dcd_cut(n_frames, of_frames):
+    return lambda content: content[: 276 + n_frames * (len(content) - 276) // of_frames]
+
+
+def joined(*order, times=None):
+    def change(several):
+        chosen = mdtraj.join([several[k] for k in order])
+        chosen.time = np.asarray(times if times else range(len(order)), float)
+        return chosen
+
+    return change
+
+
+def zeroed(several):
+    several.xyz[2, 100:300] = 0.0
+    return several
+
+
+def not_a_number(several):
+    several.xyz[2, 5, 1] = np.nan
+    return several
+
+
+def boxless(content):
+    """Leave out the boxes of three frames of a TRR file."""
+    parts = (content[k * len(content) // 3 : (k + 1) * len(content) // 3] for k in range(3))
+    return b"".join(part[:32] + bytes(4) + part[36:84] + part[120:] for part in parts)
+
+
+def same(content):
+    return content
+
+
+CUT = "~ cut short: its incomplete last frame is left out, 2 were read"
+TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes of the file, keys, outcome: frames
+    "whole": (same, "xtc trr dcd nc h5 xyz lammpstrj gro mdcrd", same, {}, "3 953 61"),
+    "a stride of 2": (same, "xtc trr dcd nc h5 xyz lammpstrj gro mdcrd", same, {"stride": 2}, "2 953 61"),
+    "frames at some times": (same, "xtc trr nc h5 gro", same, {"times": [2.0]}, "2 953 61"),
+    "without a time that is named": (same, "xtc", same, {"times": [9.0]}, "1 953 61 ~ no frame at any of the requested times"),
+    "within a frame, at the end of a line": (same, "xyz lammpstrj mdcrd", shorter_by_frames(0.5), {}, f"2 953 61 {CUT}"),
+    "within a number": (same, "xyz lammpstrj mdcrd", shorter(2), {}, f"2 953 61 {CUT}"),
+    "without the last newline": (same, "xyz lammpstrj gro mdcrd", shorter(1), {}, "3 953 61"),
+    "behind a frame": (same, "xyz lammpstrj gro mdcrd", shorter_by_frames(1), {}, "2 953 61"),
+    "within the first frame": (joined(0), "xyz", shorter(2), {}, "! cut short within its first frame"),
+    "half a file": (joined(0), "xtc trr dcd nc", lambda content: content[: len(content) // 3], {}, "! cannot be read"),
+    "nothing": (same, "xtc trr dcd nc h5", lambda content: b"", {}, "! cannot be read"),
+    "fewer frames than announced": (same, "dcd", dcd_cut(2, 3), {}, "2 953 61 ~ announces 3 frames, 2 were read .stride 1"),
+    "more frames than announced": (same, "dcd", announced(2), {}, "3 953 61 ~ continues after the 2 frames"),
+    "without a box": (same, "trr", boxless, {}, "3 953 61"),
+    "the same frame again": (joined(0, 1, 1, 2), "xtc trr dcd nc xyz", same, {}, "3 953 61 ~ 1 frame repeats the one before"),
+    "all frames again": (joined(0, 1, 0, 1), "xtc trr dcd nc xyz", same, {}, "4 953 61 ~ its second half repeats the first"),
+    "frames there and back": (joined(0, 1, 1, 0), "xtc", same, {}, "3 953 61 ~ repeats the one before"),
+    "a time that goes back": (joined(0, 1, 2, times=[0, 2, 1]), "xtc", same, {}, "3 953 61 ~ time goes back to 1 ps at frame 2"),
+    "a time that stands still": (joined(0, 1, 2, times=[0, 1, 1]), "xtc", same, {}, "3 953 61"),
+    "zeros": (zeroed, "xtc dcd trr nc", same, {}, "! in frame 2"),
+    "not a number": (not_a_number, "dcd", same, {}, "! not numbers .* in frame 2"),
+    "other atoms": (lambda several: several.atom_slice(range(950)), "xtc dcd nc xyz", same, {}, "! 950 atoms and .* has 953"),
+    "ten times as long": (
+        lambda several: setattr(several, "xyz", 10 * several.xyz) or several, "dcd", same, {}, "! give lengths in Å"),
+}  # fmt: skip
+EVERY_TRAJECTORY = [f"{name}.{kind}" for name, row in TRAJECTORIES.items() for kind in row[1].split()]
+
+
+@pytest.mark.parametrize("name", EVERY_TRAJECTORY)
+@pytest.mark.filterwarnings("ignore")
+def test_trajectories(tmp_path, caplog, name):
+    row, _, kind = name.partition(".")
+    change, _, damage, keys, expected = TRAJECTORIES[row]
+    path = tmp_path / f"run.{kind}"
+    several = change(frames())
+    if kind == "mdcrd":
+        several.unitcell_vectors = None
+    several.save(str(path))
+    path.write_bytes(damage(path.read_bytes()))
+    top = path if kind in ("h5", "gro") else EXAMPLE
+
+    def measure():
+        molecule = read_molecule(top, None if top == path else path, **keys)
+        return molecule.n_frames, molecule.n_atoms, molecule.n_residues
+
+    judge(expected, measure, caplog, path.name)
+
+
+@pytest.mark.parametrize(("order", "cell"), [("<", False), (">", True)])
+def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, cell):
+    def record(content):
+        return (length := struct.pack(order + "i", len(content))) + content + length
+
+    path, frame = tmp_path / "a.dcd", cell * record(bytes(48)) + 3 * record(bytes(16))
+    for n, count, stride, words in (
+        (100, 100, 1, ""), (99, 100, 1, "~ continues after the 99"), (1, 2, 1, "~ continues after the 1 "), (0, 2, 1, ""),
+        (101, 100, 1, "~ cut short"), (100, 100, 2, ""), (103, 100, 2, "~ its header announces 103 frames, 50 were read"),
+    ):  # fmt: skip
+        head = record(b"CORD" + struct.pack(order + "i", n) + bytes(76)) + record(bytes(84))
+        path.write_bytes(head + record(struct.pack(order + "i", 4)) + count * frame)
+        found = -(-count // stride)
+        judge(
+            words, lambda n=found, s=stride: check_dcd(path, 4, n, s) or (), caplog, "a.dcd",
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [("femtosecond", "0.001"), ("picosecond", "1"), ("nanosecond", "1000"), ("year", "! 'year'")],
+)
+def test_times_of_netcdf_are_read_in_their_unit(tmp_path, caplog, unit, expected):
+    from scipy.io import netcdf_file
+
+    several = frames()
+    with netcdf_file(tmp_path / "a.nc", "w", version=2) as file:
+        file.Conventions, file.ConventionVersion = "AMBER", "1.0"
+        for name, size in (("frame", 0), ("spatial", 3), ("atom", several.n_atoms)):
+            file.createDimension(name, size)
+        times = file.createVariable("time", "f4", ("frame",))
+        places = file.createVariable("coordinates", "f4", ("frame", "atom", "spatial"))
+        times.units, places.units = unit, "angstrom"
+        for k in range(3):
+            times[k], places[k] = k, 10 * several.xyz[k]
+    judge(expected, lambda: read_molecule(EXAMPLE, tmp_path / "a.nc").time_ps[1:2], caplog, "a.nc")
+
+
+def test_velocities_between_positions_are_no_frames(tmp_path, caplog):
+    """A TRR file with velocities at 0, 5, 10 ps and positions at 0 and 10 ps."""
+    path = tmp_path / "a.trr"
+    frames().save(str(path))
+    content = path.read_bytes()
+    size = len(content) // 3
+    sizes = slice(size + 24 + 28, size + 24 + 36)  # of the positions and the velocities of the second frame
+    path.write_bytes(content[: sizes.start] + content[sizes][4:] + content[sizes][:4] + content[sizes.stop :])
+    judge("2 953 61", lambda: measured(read_molecule(EXAMPLE, tmp_path / "a.trr")), caplog, "a.trr")
+
+
+# ---- dots: changes of a surface of the example, as a file and as arrays
+
+
+@pytest.fixture(scope="module")
+def dots():
+    molecule = read_molecule(EXAMPLE, residues="209-222", hydrogens="remove")
+    return molecular_surface(molecule.xyz[0], radii(molecule))
+
+
+def flipped(share):
+    def change(points, normals):
+        wrong = np.random.default_rng(1).random(len(points)) < share
+        return points, np.where(wrong[:, None], -normals, normals)
+
+    return change
+
+
+def random_normals(share):
+    def change(points, normals):
+        rng = np.random.default_rng(2)
+        other = rng.normal(size=normals.shape)
+        other /= np.linalg.norm(other, axis=1)[:, None]
+        return points, np.where(rng.random(len(points))[:, None] < share, other, normals)
+
+    return change
+
+
+def last(share, points_times=1.0, normals_times=1.0):
+    def change(points, normals):
+        late = (np.arange(len(points)) >= (1 - share) * len(points))[:, None]
+        return np.where(late, points_times * points, points), np.where(late, normals_times * normals, normals)
+
+    return change
+
+
+def some(share, by=1.0):
+    """Take dots at random; `by` multiplies the normals."""
+
+    def change(points, normals):
+        few = np.random.default_rng(3).choice(len(points), int(share * len(points)), replace=False)
+        return points[few], normals[few] * by
+
+    return change
+
+
+def ball(n, radius, without=0, places=(0, 0, 0)):
+    """Return dots spread evenly over a sphere but for the first ones, which lie around a pole, and their normals."""
+    unit = sphere(n)[0][without:]
+    return lambda *_: (radius * unit + places, unit)
+
+
+def pile(points, normals):
+    return np.where((np.arange(len(points)) < 0.3 * len(points))[:, None], points[0], points), normals
+
+
+def far(points, normals):
+    points = points.copy()
+    points[7, 1] -= 5000
+    return points, normals
+
+
+UPRIGHT, OPPOSE, LENGTHS = "! do not stand upright", "oppose each other", "~ are lengths in Å"
+DOTS = {
+    "nothing": (lambda p, n: (p, n), ""),
+    "turned": (lambda p, n: (p[:, [2, 0, 1]] + 3000, n[:, [2, 0, 1]]), ""),
+    "columns of normals exchanged": (lambda p, n: (p, n[:, [1, 0, 2]]), UPRIGHT),
+    "one axis mirrored": (lambda p, n: (p, n * [1, 1, -1]), UPRIGHT),
+    "points inexact": (lambda p, n: (p + np.random.default_rng(0).normal(0, 0.5, p.shape), n), UPRIGHT),
+    "normals of the next row": (lambda p, n: (p, np.roll(n, -1, axis=0)), "! fit the dots 1 row further down"),
+    "normals two rows before": (lambda p, n: (p, np.roll(n, 2, axis=0)), "! fit the dots 2 rows further up"),
+    "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! {OPPOSE}"),
+    "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), "~ times as far apart along one direction"),
+    "every 10th flipped": (flipped(0.1), "! give outward normals"),
+    "every 4th flipped": (flipped(0.25), f"! {OPPOSE}: give outward normals"),
+    "every 5th random": (random_normals(0.2), f"! {OPPOSE}"),
+    "the last inward": (last(0.05, normals_times=-1), "~ some dots around"),
+    "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
+    "the last in nm": (last(0.1, points_times=0.1), "~ times as close as the others"),
+    "twice as long": (lambda p, n: (2 * p, n), LENGTHS),
+    "in nm": (lambda p, n: (p / 10, n), "! lengths seem to be nm"),
+    "a tenth of the dots": (some(0.1), ""),
+    "one dot in fifty": (some(0.02), ""),
+    "the first half, in the order of atoms": (
+        lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), "~ do not close around a molecule"),
+    "a dot far from the others": (far, r"! lies 49\d\d Å from all other dots"),
+    "a heap of dots": (pile, "! lie in one place"),
+    "two dots in one place": (lambda p, n: (np.tile(p[:1], (2, 1)), n[:2]), "! lie in one place"),
+    "normals of length 0": (lambda p, n: (p, np.where(np.arange(len(n))[:, None] == 5, 0, n)), "! normal of length 0"),
+    "normals of length 0.2 to 6": (
+        lambda p, n: (p, n * np.random.default_rng(1).uniform(0.2, 6, (len(n), 1))), "~ are scaled to 1"),
+    "normals and points exchanged": (lambda p, n: (n, p), "! exchange the columns"),
+    "a ball of 0.35 Å": (ball(900, 0.35), "! lengths seem to be nm"),
+    "a ball of 0.5 Å": (ball(900, 0.5), ""),
+    "a ball of 12 Å": (ball(900, 12.0), "~ dots lie on curves of 12 Å; are lengths in Å?"),
+    "a ball of 104 Å": (ball(900, 104.0), ""),
+    "a ball without 4 %": (ball(1200, 5.0, 44), r"~ do not close around a molecule \(4 % of the normals do not cancel\)"),
+    "a ball without 2.5 %": (ball(1200, 5.0, 30), ""),
+    "half a ball": (ball(2002, 5.0, 1001), "~ do not close"),
+    "normals of 170 dots flipped": (lambda *_: flipped(0.5)(*ball(170, 9.0)()), ""),
+    "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! {OPPOSE}"),
+    "a plane": (
+        lambda *_: (np.column_stack([*np.divmod(np.arange(100.0), 10), np.zeros(100)]), np.tile([0, 0, 1.0], (100, 1))), ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DOTS)
+@pytest.mark.parametrize("form", ["a.csv", "surface"])
+def test_dots(dots, caplog, tmp_path, name, form):
+    change, expected = DOTS[name]
+    if form == "surface" and name.startswith("normals") and ("length" in name or "points" in name):
+        expected = "! normals are not of unit length"
+    points, normals = change(dots.points, dots.normals)
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.column_stack([points, normals]), "%.4f", ",", header="x,y,z,nx,ny,nz", comments="")
+
+    def measure():
+        surface = read_surface(path) if form == "a.csv" else as_dots((points, normals))
+        assert np.abs(np.linalg.norm(surface.normals, axis=1) - 1).max() < 2e-3
+        return ()
+
+    judge(expected, measure, caplog, form)
+
+
+@pytest.mark.parametrize(("density", "probe"), [(1.0, 1.4), (20.0, 1.4), (3.0, 0.8), (3.0, 3.0)])
+def test_true_surfaces_of_every_kind_pass(dots, caplog, density, probe):
+    molecule = read_molecule(EXAMPLE, residues="209-222", hydrogens="remove")
+    found = molecular_surface(molecule.xyz[0], radii(molecule), probe=probe, density=density)
+    judge("", lambda: as_dots((found.points, found.normals)) and (), caplog, "surface")
+
+
+def value_at(name, value, row=5):
+    def change(columns):
+        columns[name] = columns[name].astype(type(value))
+        columns[name][(row, 1) if name == "points" else row] = value
+
+    return change
+
+
+def times(name, factor):
+    def change(columns):
+        columns[name] = columns[name] * factor
+
+    return change
+
+
+def of_type(name, kind):
+    def change(columns):
+        columns[name] = columns[name].astype(kind)
+
+    return change
+
+
+def left_out(name):
+    return lambda columns: columns.pop(name)
+
+
+ARRAYS = {  # of an NPZ file: what is changed, and the sum of areas with the outcome; nan stands for an estimate
+    "nothing": (lambda columns: None, "1280.7"),
+    "areas in nm^2": (times("area", 0.01), "nan ~ they are left out, and estimated"),
+    "areas six times too large": (times("area", 6.0), "! 6.2 times as large as the spacing"),
+    "areas 1.4 times too large": (times("area", 1.4), "1793.0"),
+    "areas of 0": (times("area", 0.0), "nan ~ all areas are 0; they are estimated"),
+    "positions in half precision": (of_type("points", np.float16), "1280.7 ~ float16, which rounds them by up to 0.03 Å"),
+    "a negative area": (value_at("area", -0.1), "! dot 6 has a negative area: repair or remove it"),
+    "an area of 1e4": (value_at("area", 1e4), "! dot 6 has an area above"),
+    "a kind of 3": (value_at("kind", 3), "! dot 6 has a kind other than"),
+    "a kind of 256": (value_at("kind", 256), "! dot 6 has a kind other than"),  # which is 0 in a byte
+    "an atom of -2": (value_at("atom", -2), "! dot 6 has an atom that is no index"),
+    "a point at -2.1e6": (value_at("points", -2.1e6), r"! dot 6 has a coordinate beyond 2e\+06 Å \(.+, -2.1e\+06, .+\)"),
+    "no normals": (left_out("normals"), "! has no normals"),
+    "objects": (lambda columns: columns.update(kind=np.array([None] * len(columns["kind"]))), "! a.npz"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_arrays_of_a_file(dots, tmp_path, caplog, name):
+    change, expected = ARRAYS[name]
+    columns = {key: getattr(dots, key).copy() for key in ("points", "normals", "area", "kind", "atom")}
+    change(columns)
+    np.savez(tmp_path / "a.npz", **columns)
+
+    def measure():
+        total = read_surface(tmp_path / "a.npz").area.sum()
+        assert np.isnan(total) == expected.startswith("nan")
+        return [] if np.isnan(total) else [total]
+
+    judge(expected.removeprefix("nan"), measure, caplog, "a.npz")
+
+
+WRONG = {  # arrays of Surface, and words of the refusal
+    "points": [
+        (None, "points has the shape"), ("dots.csv", "points holds something else than real numbers"),
+        (3, "points holds something else"), ([[1, 2, 3], [1, 2]], "points holds something else"),
+        (np.eye(3) * 1j, "points holds something else than real numbers"),
+        (np.eye(3) > 0, "points holds True and False: give numbers"),
+        (np.eye(3).astype("m8[s]"), "points holds something else than real numbers"),
+        (np.ma.masked_array(np.eye(3), np.eye(3) > 0), "points has masked values"),
+    ],
+    "normals": [(np.eye(3) + 0j, "normals holds something else"), (np.eye(3, dtype=bool), "normals holds True and False")],
+    "area": [
+        ("large", "area holds something else"), ([None, 1, 1], "area that is NaN"),
+        (np.ma.masked_array([1.0, 2, 3], [0, 1, 0]), "area has masked values"),
+    ],
+    "kind": [(np.array(["SC"] * 3), "kind holds something else"), ([True, False, True], "kind holds True and False")],
+    "atom": [([0, 1, 2**31], "dot 3 has an atom that is no index"), ([0, 1, 2e40], "dot 3 has an atom that is no index")],
+    "fields": [
+        (3, "fields must be a dictionary"), ({1: [1, 2, 3]}, "fields must be a dictionary of names"),
+        ({"a": "b"}, "the field a holds something else"), ({"a": np.ones(3) * 1j}, "the field a holds something else"),
+        *(({name: [1, 2, 3]}, "a field cannot be called")
+          for name in ("", "a b", "1a", "é", "q\n", "area", "Weight", "points", "file")),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"), [(name, *row) for name, rows in WRONG.items() for row in rows]
+)
+def test_something_else_than_arrays_of_numbers(caplog, name, value, words):
+    given = {"points": np.eye(3), "normals": np.eye(3), name: value}
+    judge(f"! {words}", lambda: Surface(**given) and (), caplog, "")
+    if name in ("points", "normals"):
+        judge(f"! {words}", lambda: as_dots((given["points"], given["normals"])) and (), caplog, "")
+
+
+def test_nearest_dots_are_those_of_a_search_over_all(dots):
+    points, chosen = dots.points[:300], np.array([0, 5, 299])
+    every_distance = np.linalg.norm(points[:, None] - points, axis=2) + np.diag(np.full(300, np.inf))
+    distance, other = nearest_neighbours(points, chosen)
+    assert other.tolist() == every_distance[chosen].argmin(axis=1).tolist()
+    np.testing.assert_allclose(distance, every_distance[chosen].min(axis=1), rtol=1e-12)
+
+
+# ---- files of dots
+
+N = 300
+BLOB = make_blob(N + 60)  # points and normals
+TABLE = np.column_stack(BLOB)
+ROWS = [[f"{value:.4f}" for value in row] for row in TABLE]
+CSV = "x,y,z,nx,ny,nz\n" + "".join(",".join(row) + "\n" for row in ROWS)
+VERTEX = "element vertex {}\n" + "".join(f"property float {a}\n" for a in ["x", "y", "z", "nx", "ny", "nz"])
+WORDS = "".join(" ".join(row) + "\n" for row in ROWS)
+BEFORE = "element camera 1\nproperty float view\nelement face 2\nproperty list uchar int vertex_indices\n"
+DMS = "".join(
+    f"ALA {k + 1:5d}   CA {x:8.3f} {y:8.3f} {z:8.3f} SC0 {0.3:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n"
+    for k, (x, y, z, u, v, w) in enumerate(TABLE)
+)
+
+
+def ply(kind, n=N + 60, table=None, before=""):
+    """Return a PLY file: its header, and words or bytes."""
+    head = (f"ply\nformat {kind} 1.0\n{before}" + VERTEX + "end_header\n").format(n).encode()
+    return head + (WORDS.encode() if table is None else table)
+
+
+def member(content):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("points.npy", content)
+    return stream.getvalue()
+
+
+def numpy_header(text):
+    return b"\x93NUMPY\x01\x00v\x00" + text.ljust(117) + b"\n"
+
+
+SURFACES = {  # content, and the number of dots with the outcome
+    "good.csv": (CSV, "360"),
+    "crlf.csv": (CSV.replace("\n", "\r\n"), "360"),
+    "bom.csv": ("\ufeff" + CSV, "360"),
+    "quoted.csv": (CSV.replace(",", '","').replace("\n", '"\n"')[:-1].join(['"', ""]), "360"),
+    "each dot twice.csv": (CSV + CSV[15:], "360 ~ dots that occur twice are removed"),
+    "utf16.csv": (CSV.encode("utf-16"), "! stored as UTF-16"),
+    "semicolons.csv": (CSV.replace(",", ";").replace(".", ","), "! no commas in its header"),
+    "header_twice.csv": (CSV + CSV, f"! line {N + 62} "),
+    "wide.csv": (CSV + "1," * 2000 + "\n", "! more than 1000 values"),
+    **{
+        f"value {k}.csv": (CSV.replace(ROWS[9][0], value, 1), "! line 11 ")
+        for k, value in enumerate(("NaN", "n/a", "", "-inf", "1e400", "0x10", "1_0", "\u22121", "1d0"))
+    },
+    "page.csv": ("<html><body>404, not found</body></html>", "! needs one column x"),
+    "big.ply": (ply("binary_big_endian", table=TABLE.astype(">f4").tobytes()), "360"),
+    "camera and faces first.ply": (
+        ply("ascii", before=BEFORE).replace(b"end_header\n", b"end_header\n0.5\n3 0 1 2\n2 1 2\n"), "360"),
+    "camera and faces first, binary.ply": (
+        ply("binary_little_endian", before=BEFORE,
+            table=struct.pack("<fB3iB2i", 0.5, 3, 0, 1, 2, 2, 1, 2) + TABLE.astype("<f4").tobytes()),
+        "360"),
+    "two lists of vertices.ply": (
+        ply("ascii", before=VERTEX.format(1)).replace(b"end_header\n", b"end_header\n0 0 0 0 0 1\n"), "! several lists"),
+    "faces that do not end.ply": (ply("ascii", before=BEFORE.replace("face 2", "face 9000")), "! cannot be read"),
+    "more.ply": (ply("ascii", N), f"! more than the {N} vertices"),
+    "more_bytes.ply": (ply("binary_little_endian", N, TABLE.astype("<f4").tobytes()), "! more than"),
+    "good.dms": (DMS, "360 ~ they are left out"),
+    "type.dms": (DMS.replace("SC0", "XX0", 1), "! line 1 is a dot of no type"),
+    "cut.dms": (DMS[:-12], "! line 360 is not a dot"),
+    "grid.dx": ("object 1 class gridpositions counts 3 3 3\norigin 0 0 0\n", "! holds no dots"),
+    "no array.npz": (member(b"raw bytes"), "! or damaged"),
+    "a huge shape.npz": (
+        member(numpy_header(b"{'descr': '<f8', 'fortran_order': False, 'shape': (300000000000,), }")), "! or damaged"),
+    "a negative shape.npz": (member(numpy_header(b"{'descr': '<f8', 'fortran_order': False, 'shape': (-1,), }")), "! or damaged"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_files_of_dots(tmp_path, caplog, name):
+    content, expected = SURFACES[name]
+    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+
+    def measure():
+        surface = read_surface(tmp_path / name)
+        np.testing.assert_allclose(surface.points, BLOB[0], atol=0.003)
+        return [len(surface)]
+
+    judge(expected, measure, caplog, name)
+
+
+def test_each_line_of_the_page_on_odd_files_is_a_row():
+    rows = re.findall(r"\| `(.+)` \|$", (ROOT / "docs" / "odd_files.md").read_text(), re.M)
+    assert len(rows) > 40
+    assert {*rows} <= {*STRUCTURES, *GEOMETRY, *TRAJECTORIES, *DOTS, *ARRAYS, *SURFACES, *globals()}
+
+
+# ---- paths and keys
+
+READERS = {  # of every kind of file that a command takes
+    **dict.fromkeys(["pdb", "cif", "gro", "h5"], read_molecule),
+    **dict.fromkeys(["psf", "prmtop"], lambda path: read_molecule(path, path.with_suffix(".xtc"))),
+    **dict.fromkeys(["xtc", "dcd", "nc", "mdcrd", "rst7"], lambda path: read_molecule(EXAMPLE, path)),
+    **dict.fromkeys(["csv", "npz", "dms"], read_surface),
+    "pqr": pqr_charges,
+    "table": lambda path: column_of_atoms(path, "value", read_molecule(EXAMPLE)),
+}
+PATHS = {
+    "nothing": (lambda path: None, "does not exist"),
+    "a pipe": (os.mkfifo, "is a pipe or a device: store its content in a file"),
+    "a device": (lambda path: path.symlink_to(os.devnull), "is a pipe or a device"),
+    "a folder": (lambda path: path.mkdir(), "is a folder: give one file"),
+    "a circle of links": (lambda path: path.symlink_to(path.name), "cannot be read: Too many"),
+    "a folder that is a file": (
+        lambda path: path.parent.rmdir() or path.parent.touch(),
+        "leads into a file: unpack an archive first",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("kind", READERS)
+def test_paths(tmp_path, caplog, name, kind):
+    make, words = PATHS[name]
+    path = tmp_path / "folder" / f"a.{kind}"
+    path.parent.mkdir()
+    make(path)
+    judge(f"! {words}", lambda: READERS[kind](path) and (), caplog, path.name)
+
+
+KEYS = ["altloc", "hydrogens", "ligands", "chains", "residues", "selection", "model", "stride"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [(key, value) for key in KEYS for value in (np.zeros(3), 2.5, b"x", {"a": 1})]
+    + [("plddt", value) for value in ("70", -1, 101, np.nan, [70])] + [("times", value) for value in (["a"], b"x", {"a": 1})],
+)  # fmt: skip
+def test_a_key_of_a_wrong_type(caplog, key, value):
+    judge("!", lambda: read_molecule(EXAMPLE, **{key: value}) and (), caplog, "")
+
+
+def test_control_characters_do_not_reach_the_terminal(tmp_path, caplog, capsys):
+    path = tmp_path / "a.pdb"
+    path.write_text(STRUCTURES["escape.pdb"][0])
+    assert main(["surface", str(path), "-o", str(tmp_path / "a.csv")]) == 1
+    assert "\x1b" not in capsys.readouterr().err
+    assert str(InputError("a\x1b[31mb\0\nc")) == "a\\x1b[31mb\\x00\nc"
+    logging.getLogger("sparsurf").warning("%s is odd", "a\x1b[31m.pdb")
+    assert "\x1b" not in caplog.text and "\\x1b[31m.pdb is odd" in caplog.text
+
+
+# ---- damage at random, and what fuzzing found
+
+KINDS = {"pdb": read_molecule, "mmcif": read_molecule, "gro": read_molecule} | dict.fromkeys(
+    ["dms", "csv", "ply", "npz"], read_surface
+)
+SUFFIXES = {"mmcif": "cif"}
+
+
+def is_read(read, *paths):
+    """Read a file; return whether it is not refused. The sentence of a refusal is one line that a terminal can show."""
+    try:
+        read(*paths)
+    except InputError as error:
+        assert str(error).isprintable()
+        return False
+    return True
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_file_that_fuzzing_found_is_read_or_refused(tmp_path, kind):
+    outcomes = {}
+    for path in sorted((SEEDS / kind).iterdir()):
+        copied = shutil.copy(path, tmp_path / f"{path.stem}.{SUFFIXES.get(kind, kind)}")
+        outcomes[path.name] = is_read(KINDS[kind], copied)
+    seeds = [name for name in outcomes if "." in name]
+    assert seeds and all(outcomes[name] for name in seeds) and len(outcomes) > len(seeds)
+
+
+@given(st.binary(max_size=300), st.sampled_from(["pdb", "cif", "pdb.gz", "ent", "gro", "psf", "h5"]))
+@settings(max_examples=40, deadline=None)
+def test_any_bytes_are_refused(tmp_path_factory, content, extension):
+    path = tmp_path_factory.mktemp("fuzz") / f"a.{extension}"
+    path.write_bytes(content)
+    assert not is_read(read_molecule, path)
+
+
+def damaged(content, rng):
+    """Return content with one random fault of the kinds that disks, editors and killed copies make."""
+    data = bytearray(content)
+    start, length = rng.randrange(len(data)), rng.choice([1, 4, 16, 81, 1000])
+    part = slice(start, start + length)
+    fault = rng.choice(["cut", "flip", "delete", "repeat", "insert", "zero", "header"])
+    if fault == "cut":
+        del data[start:]
+    elif fault == "flip":
+        for _ in range(rng.choice([1, 5, 50])):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+    elif fault == "repeat":
+        data[start:start] = data[part]
+    elif fault == "header":  # where binary formats keep their counts
+        data[start % 400 : start % 400 + 4] = rng.choice(
+            [b"\xff\xff\xff\x7f", bytes(4), b"\x7f\xff\xff\xff", b"9999"]
+        )
+    else:
+        data[part] = {"delete": b"", "insert": rng.randbytes(length), "zero": bytes(length)}[fault]
+    return bytes(data)
+
+
+@pytest.mark.parametrize("kind", ["pdb", "cif", "gro", "xtc", "trr", "dcd", "nc", "h5"])
+@pytest.mark.filterwarnings("ignore")
+def test_damaged_files_are_read_or_refused(tmp_path, kind):
+    """Neither a crash nor another error than a sentence; SPARSURF_FUZZ_CASES sets how many files."""
+    whole, rng = tmp_path / f"whole.{kind}", random.Random(20260101)
+    if kind in ("pdb", "cif"):
+        whole.write_text(PDB if kind == "pdb" else CIF)
+    else:
+        frames().save(str(whole))
+    outcomes = []
+    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "6"))):
+        path = tmp_path / f"{case}.{kind}"
+        path.write_bytes(damaged(whole.read_bytes(), rng))
+        outcomes.append(
+            is_read(read_molecule, *([path] if kind in ("pdb", "cif", "gro", "h5") else [EXAMPLE, path]))
+        )
+    assert not all(outcomes)

@@ -1,0 +1,235 @@
+"""The comparison of samplers: plain references, exact cases, means over proteins, and figure."""
+
+import logging
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import naive
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.subset_search import find_subset
+from sparsurf.patches.readings import SCALED_LINK
+from sparsurf.sampling import published, samplers
+from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.surface import Surface
+from sparsurf_study.analysis import comparison, grid, tables
+from sparsurf_study.analysis.comparison import means_by_protein, means_over_proteins
+
+D_LINK = 0.8
+GRID = published.parameter_grid([0.3, 0.6, 1.0], [0, 1], [0, 6], [0, 4])
+
+
+def measure_matrix(table, measure, column="value"):
+    """One measure by sampler (rows) and requested n_S (columns), in the order of the table."""
+    part = table[table["measure"] == measure]
+    matrix = part.pivot(index="sampler", columns="percent", values=column)
+    return matrix.reindex(index=part["sampler"].unique(), columns=part["percent"].unique())
+
+
+@pytest.fixture(scope="module")
+def surface(blob):
+    return Surface(*blob)
+
+
+@pytest.fixture(scope="module")
+def prepared(surface):
+    return PreparedSurface(surface, Settings(patches={"d_link": D_LINK}), streams=Streams(3, "blob/c1"))
+
+
+@pytest.fixture(scope="module")
+def study(prepared):
+    """grid.csv and ranges.csv of the blob."""
+    result = grid.evaluate_grid(prepared, GRID, 40, 2)
+    table = tables.grid_table(result)
+    return table, tables.ranges_table(table, result, 5)
+
+
+@pytest.fixture(scope="module")
+def table(prepared, study):
+    drawers = comparison.select_methods(prepared, None, study[1])
+    return comparison.compare_samplers(prepared, drawers, (5, 20, 60), n_tests=60, draws=2)
+
+
+def test_a_row_for_every_sampler_size_and_measure(table):
+    assert list(table["sampler"].unique()) == [*samplers.SAMPLERS]
+    assert len(table) == len(samplers.SAMPLERS) * 3 * len(comparison.USE)
+    exact = table[~table["sampler"].str.startswith("paper")]
+    assert (exact["n_S"] == 3000 * exact["percent"] / 100).all()
+    assert np.allclose(table["n_S_percent"], table["n_S"] / 30)
+    of_z = table["measure"].str.startswith("Z ")
+    assert table.loc[of_z, ["Z_mean_descriptor", "Z_empty", "se", "low", "high"]].notna().all(axis=None)
+    assert table.loc[~of_z, "Z_mean_descriptor"].isna().all()
+    use = table.groupby("measure")["use"].unique().map(list).to_dict()
+    of_surface = {measure for measure, names in use.items() if names == ["surface"]}
+    patches = {f"Z {name}" for name in ("full", "full weighted", "recovered", "kept_scaled", "kept")}
+    assert of_surface == patches | {"median patch size kept_scaled", "median patch size kept"}
+    assert {measure: use[measure] for measure in use.keys() - of_surface} == {
+        "Z centres": ["centres"], "position": ["dots"], "normal": ["dots"], "seconds": ["dots"]
+    }  # fmt: skip
+
+
+def test_every_measure_equals_the_plain_method(prepared, surface):
+    kept = np.sort(samplers.poisson(prepared, 150, np.random.default_rng(1)))
+    tests = prepared.draw_tests(3)
+    z_tot, _ = prepared.describe(tests)
+    found = comparison._measure(prepared, [kept], tests, z_tot, (1, 1, -1))
+    points, normals = surface.points, surface.normals
+    gaps = np.linalg.norm(points[:, None] - points[kept][None], axis=2)
+    weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
+    link = SCALED_LINK * np.sqrt(prepared.area / len(kept))
+    assert link > D_LINK
+    sizes = {}
+    for t, i in enumerate(tests):
+        nearest = kept[gaps[i].argmin()]
+        cosine = normals[i] @ normals[nearest]
+        assert found["position"][0, 0, t] == pytest.approx(gaps[i].min())
+        assert found["normal"][0, 0, t] == pytest.approx(np.degrees(np.arccos(min(cosine, 1.0))), abs=1e-4)
+        ball = kept[np.linalg.norm(points[kept] - points[i], axis=1) <= 6.0]
+        whole, at_centre = (naive.patch(points, k, 6.0, D_LINK) for k in (i, nearest))
+        on_surface = np.intersect1d(ball, whole)
+        share = weight[np.searchsorted(kept, on_surface)]
+        cases = {
+            "Z full": (on_surface, None),
+            "Z full weighted": (on_surface, share),
+            "Z kept_scaled": (naive.island(points, ball, link), None),
+            "Z kept": (naive.island(points, ball, D_LINK), None),
+            "Z centres": (at_centre, None),
+        }
+        true = naive.descriptor(points[whole], normals[whole])
+        for measure, (ids, weights) in cases.items():
+            z = np.linalg.norm(true - naive.descriptor(points[ids], normals[ids], weights=weights))
+            assert found[measure][0, 0, t] == pytest.approx(z, rel=1e-6, abs=1e-9), measure
+            sizes.setdefault(measure, []).append(len(ids))
+    median = {measure: np.median(counts) for measure, counts in sizes.items()}
+    for rule in ("kept_scaled", "kept"):
+        assert found[f"median patch size {rule}"] == 100 * median[f"Z {rule}"] / median["Z full"]
+    assert median["Z kept_scaled"] > median["Z kept"]
+
+
+def test_all_dots_have_no_error(prepared):
+    whole = comparison.compare_samplers(
+        prepared, comparison.select_methods(prepared, ["uniform"]), (100,), n_tests=20, draws=1
+    ).set_index("measure")["value"]
+    # 'kept' and 'kept_scaled' link the same dots, within d_link and within at least d_link
+    assert whole[["Z full", "Z kept", "Z centres", "position"]].abs().max() < 1e-9
+    assert whole[["median patch size kept"]].eq(100).all() and whole["Z kept_scaled"] < 0.2
+
+
+def test_cores_change_nothing_but_the_time(prepared, surface):
+    drawers = [
+        comparison.select_methods(e, ["paper", "farthest"]) for e in (prepared, prepared.changed(threads=2))
+    ]
+    one, two = (comparison.compare_samplers(prepared, d, (10,), n_tests=30, draws=2) for d in drawers)
+    same = one["measure"] != "seconds"
+    pd.testing.assert_frame_equal(one[same], two[same])
+
+
+def test_one_warning_per_surface(prepared, caplog):
+    drawers = comparison.select_methods(prepared, ["uniform", "poisson", "farthest"])
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        table = comparison.compare_samplers(prepared, drawers, (10, 90), n_tests=30, draws=1)
+    (record,) = [r.getMessage() for r in caplog.records]
+    left = measure_matrix(table, "median patch size kept")
+    assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
+    assert record.startswith("blob/c1: some subsets break up, which dominates their Z: kept at ")
+    assert record.endswith(": kept at 10 % (uniform, poisson, farthest)")
+
+
+def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
+    ranges = study[1]
+    lowest, rows = choices_from_ranges(ranges)
+    kept = ranges[(ranges["reading"] == "kept") & ranges["alpha"].notna()]
+    assert np.array_equal(rows, kept[PARAMETERS]) and np.isfinite(rows).all()
+    assert np.array_equal(lowest, kept["n_S_low_percent"])
+    own = samplers.get_samplers(["paper"], "compare.samplers", choices_from_ranges(ranges))["paper"]
+    n = round(0.01 * (lowest[1] + 1) * 3000)
+    wanted = published.sample(
+        prepared.cover, samplers.tune_alpha(prepared.cover, rows[1], n), np.random.default_rng(4)
+    )
+    assert np.array_equal(own(prepared, n, np.random.default_rng(4)), wanted)
+    assert choices_from_ranges(ranges[ranges["reading"] == "full"]) is PUBLISHED_CHOICES
+
+
+def curves(measure="Z full", percents=(2.5, 10, 40), **factors):
+    """A comparison in which Z = factor / sqrt(n_S)."""
+    rows = [
+        {"sampler": name, "percent": p, "n_S": 10 * p, "n_S_percent": p, "use": "surface", "measure": m}
+        | {"value": factor / np.sqrt(p), "se": 0.01, "low": factor / np.sqrt(p) - 0.02}
+        | {"high": factor / np.sqrt(p) + 0.02, "Z_mean_descriptor": 1.5, "Z_empty": 9.6}
+        for m in (measure, "Z centres")
+        for name, factor in factors.items()
+        for p in percents
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_summary_means_and_spread_between_proteins():
+    one, two, three = (curves(uniform=4.0, farthest=f) for f in (2.0, 4.0, 1.0))
+    tables_of = {("p", "c1"): one, ("p", "c2"): two, ("q", "c1"): three}
+    units = means_by_protein(tables_of)
+    assert list(units) == ["p", "q"]
+    row = (
+        means_over_proteins(units)
+        .query("sampler == 'farthest' and percent == 10 and measure == 'Z full'")
+        .iloc[0]
+    )
+    z = np.array([3.0, 1.0]) / np.sqrt(10)  # the mean of the conformations, then protein by protein
+    assert row["value"] == pytest.approx(z.mean()) and row["sd"] == pytest.approx(z.std(ddof=1))
+    assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 2
+    assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 0.75))
+    assert list(means_by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
+
+
+def test_minimal_has_the_requested_size_in_order_of_choice(prepared):
+    for name in samplers.SAMPLERS:
+        dots, weight = find_subset(prepared, name, 300)
+        assert weight.sum() == 3000 and (weight > 0).all() and len(dots) == len(weight)
+        assert name.startswith("paper") or len(dots) == 300
+    short, long = (find_subset(prepared, "farthest", n)[0] for n in (100, 300))
+    assert np.array_equal(short, long[:100])
+    published, corrected = (
+        prepared.changed(cover=each) for each in (prepared.cover, prepared.corrected_cover)
+    )
+    for name, own in (("paper", published), ("paper_corrected", corrected)):
+        dots, weight = find_subset(prepared, name, combination=(1.0, 0.0, 6.0, 0.0))
+        assert dots.tolist() == own.pair((1.0, 0.0, 6.0, 0.0), 0)[0].tolist() and weight.sum() == 3000
+    assert len(dots) != len(published.pair((1.0, 0.0, 6.0, 0.0), 0)[0])
+
+
+@pytest.mark.parametrize("name", ["farthest", "uniform", "poisson", "paper"])
+def test_minimal_for_a_requested_z(prepared, name):
+    tests = prepared.draw_tests(100)
+    z_tot, _ = prepared.describe(tests)
+
+    def z_of(subset):
+        return prepared.distances([subset], tests, z_tot, "full")[0].mean()
+
+    dots, _ = find_subset(prepared, name, z=1.0, n_tests=100)
+    assert z_of(dots) <= 1.0
+    if samplers.SAMPLERS[name].nested:
+        assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
+        # nor any of the sizes on the way there
+        assert all(z_of(dots[:n]) > 1.0 for n in np.geomspace(10, 0.95 * len(dots), 20).astype(int))
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"n_s": 3001}, "minimal.n_dots is 3001, but blob/c1 has 3000 dots"),
+        ({"n_s": 0}, "minimal.n_dots is 0, but"),
+        ({"z": -0.1}, "minimal.max_z is -0.1, but a distance cannot be negative"),
+        ({"z": float("nan")}, "minimal.max_z is nan"),
+        ({"sampler": "best", "n_s": 3}, "minimal.sampler: there is no sampler 'best'"),
+        (
+            {"sampler": "paper_corrected", "z": 1e-4},
+            "minimal.max_z is 0.0001, but paper_corrected reaches only",
+        ),
+    ],
+)
+def test_minimal_refuses_in_one_sentence(prepared, asked, sentence):
+    with pytest.raises(InputError, match=sentence.replace(".", r"\.")):
+        find_subset(prepared, **asked)

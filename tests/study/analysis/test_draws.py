@@ -1,0 +1,140 @@
+"""Draws that must differ, weights that belong to their subset, numbers of test dots."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.evaluation.subset_search import find_subset
+from sparsurf.sampling import published
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams, stream
+from sparsurf_study.analysis import comparison, grid
+
+COMBINATION = (0.5, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def prepared(blob):
+    points, normals = blob
+    return PreparedSurface(
+        SimpleNamespace(points=points, normals=normals),
+        Settings(patches={"d_link": 0.8}),
+        streams=Streams(3, "blob"),
+    )
+
+
+def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(prepared):
+    pairs = [prepared.pair(COMBINATION, draw) for draw in (0, 1, 0)]
+    for half in (0, 1):
+        assert not np.array_equal(pairs[0][half], pairs[1][half])
+        assert np.array_equal(pairs[0][half], pairs[2][half])
+    # two uniform draws share no more dots than by chance: n m / N, within five standard deviations
+    one, two = pairs[0][1], pairs[1][1]
+    n, m, every = len(one), len(two), len(prepared.points)
+    assert abs(len(np.intersect1d(one, two)) - n * m / every) < 5 * np.sqrt(n * m / every)
+
+
+def test_uniform_subsets_of_a_draw_are_nested_and_every_dot_is_as_likely(prepared):
+    small, large = (prepared.uniform(n, 4) for n in (100, 2000))
+    assert len(small) == 100 and set(small) < set(large)
+    assert np.array_equal(small, np.sort(small)) and np.array_equal(
+        prepared.uniform(3000, 4), np.arange(3000)
+    )
+    times = np.bincount(np.concatenate([prepared.uniform(600, draw) for draw in range(400)]), minlength=3000)
+    assert times.mean() == 80 and times.std() == pytest.approx(np.sqrt(400 * 0.2 * 0.8), rel=0.05)
+    # the first and the second half of a draw are as independent of the order of the dots as of each other
+    assert abs(np.corrcoef(prepared.uniform_order(0), np.arange(3000))[0, 1]) < 5 / np.sqrt(3000)
+
+
+def test_seed_name_and_every_key_make_another_stream():
+    first = stream(1, "a/c1", "tests").random(4)
+    assert np.array_equal(first, stream(1, "a/c1", "tests").random(4))
+    for other in (stream(2, "a/c1", "tests"), stream(1, "a/c2", "tests"), stream(1, "a/c1", "tests", 0)):
+        assert not np.isclose(first, other.random(4)).any()
+
+
+def test_weights_belong_to_their_subset_also_beyond_64_subsets(prepared):
+    rng = np.random.default_rng(1)
+    subsets = [rng.choice(3000, 900, replace=False) for _ in range(66)]
+    weights = rng.uniform(0.2, 5, (66, 3000))
+    tests = np.array([5, 700, 2100])
+    z_tot, _ = prepared.describe(tests)
+    together, _ = prepared.distances(subsets, tests, z_tot, "full", weights)
+    for k in (0, 1, 63, 64, 65):
+        alone, _ = prepared.distances(subsets[k : k + 1], tests, z_tot, "full", weights[k : k + 1])
+        assert np.allclose(together[k], alone[0], rtol=0, atol=1e-9), k
+
+
+@pytest.mark.parametrize(
+    ("requested", "n_dots", "number"),
+    [("published", 20045, 100), ("published", 300, 2), (50, 1000, 50), (50, 20, 20), (1, 100, 2)],
+)
+def test_number_of_test_dots(requested, n_dots, number):
+    assert number_of_tests(requested, n_dots) == number
+
+
+def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(prepared):
+    def draw(n, rng):
+        return rng.permutation(3000)[:n]
+
+    subsets, seconds = comparison._draw(prepared, "any", draw, (1.0, 2.0), 3)
+    assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
+    assert seconds.shape == (2, 3)
+    for a in range(6):
+        assert (np.diff(subsets[a]) > 0).all()
+        assert not any(set(subsets[a]) <= set(subsets[b]) for b in range(6) if b != a)
+
+
+def test_all_dots_may_be_handed_out_but_not_more(prepared):
+    kept, weight = find_subset(prepared, "uniform", 3000)
+    assert sorted(kept.tolist()) == list(range(3000)) and (weight == 1).all()
+    with pytest.raises(InputError, match="blob has 3000 dots; give 1 to 3000"):
+        find_subset(prepared, "uniform", 3001)
+
+
+def test_fragments_are_medians_over_draws_and_test_dots(prepared):
+    found = grid.evaluate_grid(prepared, [COMBINATION], 15, draws=3, readings=("kept",))
+    z_tot, _ = prepared.describe(found.tests)
+    for half in (0, 1):
+        subsets = [prepared.pair(COMBINATION, draw)[half] for draw in range(3)]
+        _, sizes = prepared.distances(subsets, found.tests, z_tot, "kept")
+        assert found.median_patch_size[0, half, 0] == np.median(sizes) != np.mean(sizes)
+
+
+@pytest.mark.parametrize(("shared", "told"), [(True, [63, 72, 96, 120, 144]), (False, range(6, 145, 6))])
+def test_a_grid_says_how_many_subsets_are_done(prepared, shared, told):
+    combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 24)], []
+    grid.evaluate_grid(prepared, combinations, 2, 3, ("kept",), shared, lambda *counts: done.append(counts))
+    assert done == [(count, 144) for count in told]  # 64 subsets go into a pass
+
+
+def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
+    rng = np.random.default_rng(0)
+    subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
+    tests = prepared.draw_tests(4)
+    readings = ["full", "kept_scaled", "kept"]
+    z_tot, found, _ = prepared.compare(subsets, tests, readings)
+    assert np.allclose(z_tot, prepared.describe(tests)[0], atol=1e-12)
+    for reading, z in zip(readings, found, strict=True):
+        for i in (0, 63, 64, 69):  # more than one pass
+            alone = prepared.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
+            assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
+    assert np.abs(found[2] - found[0]).max() > 0.1
+
+
+def test_blocks_of_random_numbers_change_no_draw(prepared, monkeypatch):
+    combination = (0.7, 0.2, 2.0, 2.0)
+    whole = published.sample(prepared.cover, combination, np.random.default_rng(5))
+    for block in (1, 100, 3333):
+        monkeypatch.setattr(published, "PAIRS_PER_BLOCK", block)
+        assert np.array_equal(published.sample(prepared.cover, combination, np.random.default_rng(5)), whole)
+
+
+def test_expected_numbers_do_not_depend_on_company_or_order(prepared):
+    rows = published.parameter_grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
+    together = published.expected_n_s(prepared.cover, rows)
+    assert np.array_equal(published.expected_n_s(prepared.cover, rows[::-1])[::-1], together)
+    assert [published.expected_n_s(prepared.cover, [row])[0] for row in rows] == together.tolist()

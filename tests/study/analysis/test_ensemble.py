@@ -1,0 +1,128 @@
+"""One combination over frames: the same rows whatever the threads and jobs, and the chain's own surface."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from peptides import peptide, write
+from small_study import run_script
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.residues import residue_table
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
+from sparsurf.surfaces.radii import radii
+from sparsurf_study.analysis import ensemble
+
+SETTINGS = Settings(surface={"density": 6.0}, patches={"d_link": 0.6}, ensemble={"test_dots": 20})
+STREAMS = Streams(3, "p")
+FRAMES = 7
+
+
+@pytest.fixture(scope="module")
+def molecule(tmp_path_factory):
+    """Seven models of a peptide, the last residue farther out in each."""
+    models = ""
+    for k in range(FRAMES):
+        models += f"MODEL     {k + 1:4d}\n{peptide()}{peptide(['ALA'], 'B', 9, (0, 0, 4 + 0.5 * k))}ENDMDL\n"
+    return read_molecule(write(tmp_path_factory.mktemp("models") / "m.pdb", models + "END\n"))
+
+
+@pytest.fixture(scope="module")
+def table(molecule):
+    return ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1)
+
+
+def test_one_row_per_frame_in_order(table):
+    assert table["frame"].tolist() == list(range(FRAMES))
+    assert table["time_ps"].isna().all()
+    first = ["frame", "time_ps", "N", "area", "mean_roughness", "n_S", "n_S_percent", "n_S_expected"]
+    assert table.columns[:8].tolist() == first
+    for reading in ("kept", "full"):
+        for name in ("Z_tS", "Z_tR", "d"):
+            assert np.isfinite(table[f"{name}_{reading}"]).all()
+            assert (table[f"{name}_se_{reading}"] > 0).all()
+        difference = table[f"Z_tR_{reading}"] - table[f"Z_tS_{reading}"]
+        assert np.allclose(table[f"d_{reading}"], difference, atol=1e-9)
+
+
+@pytest.mark.parametrize("n", [2, 3, 9])
+def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path, monkeypatch, n):
+    """Seven frames; nine parts leave two without any. Progress counts the frames of the part."""
+    monkeypatch.setattr(ensemble, "FRAMES_PER_REPORT", 2)
+    molecule.write_pdb(structure := tmp_path / "own.pdb")
+    written, counted = {}, []
+    for name, n_parts in (("whole", 1), ("parts", n)):
+        rows = [tmp_path / f"{name}_{k}" for k in range(1, n_parts + 1)]
+        for k, path in enumerate(rows, 1):
+            note = lambda *done: counted.append(done)  # noqa: E731
+            part = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1, note, (k, n_parts))
+            part.to_csv(path, index=False)
+        outputs = {key: tmp_path / f"{name}_{key}.csv" for key in ("table", "over_time", "residues")}
+        inputs = {"structure": structure, "rows": rows}
+        run_script("follow_ensemble", tmp_path, inputs, outputs, {"molecule_options": {}})
+        written[name] = [path.read_bytes() for path in outputs.values()]
+    assert written["whole"] == written["parts"] and len(pd.read_csv(tmp_path / "parts_table.csv")) == FRAMES
+    assert counted[:4] == [(2, 7), (4, 7), (6, 7), (7, 7)]
+    assert sum(done for done, of in counted[4:] if done == of) == FRAMES
+
+
+def test_a_row_is_what_the_parts_give(molecule, table):
+    surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
+    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.6}), streams=Streams(3, "p/f3"))
+    row = table.iloc[3]
+    assert row["N"] == len(surface) and row["area"] == surface.area.sum()
+    assert row["mean_roughness"] == prepared.roughness.mean()
+    n_kept = len(prepared.pair([1, 0, 6, 0], 0)[0])
+    assert row["n_S"] == n_kept
+    assert row["n_S_percent"] == pytest.approx(100 * n_kept / len(surface))
+    timed = replace(molecule, time_ps=10.0 * np.arange(FRAMES))
+    assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, STREAMS)["time_ps"] == 30
+
+
+def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
+    auto = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": "auto"})})
+    table = ensemble.evaluate_frames(molecule, auto, STREAMS, 1)
+    own = radii(molecule)
+    density = density_for_d_link(molecule, 0, own, auto.surface, 0.6, "p")
+    assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
+
+
+def test_a_surface_that_is_too_sparse_is_refused(molecule):
+    sparse = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": 2.0})})
+    with pytest.raises(InputError, match="p, frame 0: d_link"):
+        ensemble.evaluate_frames(molecule, sparse, STREAMS, 1)
+
+
+def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
+    by_frame, over_time = ensemble.split_residue_columns(table, molecule.residues)
+    assert not [name for name in by_frame if name.startswith("residue")]
+    assert over_time.columns.tolist() == ["frame", "time_ps", *(f"A:ALA{k}" for k in range(1, 5)), "B:ALA9"]
+    surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
+    rough = PreparedSurface(surface, Settings(patches={"d_link": 0.6})).roughness
+    expected = residue_table(surface, rough, molecule)["mean_roughness"]
+    assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
+
+
+def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, table, monkeypatch):
+    below = []
+
+    def on_cavities(surface, components):
+        below.append(surface.points[:, 2] < np.median(surface.points[:, 2]))
+        return below[0]
+
+    monkeypatch.setattr(ensemble, "on_cavities", on_cavities)
+    row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, STREAMS)
+    surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
+    rough, residue = (
+        PreparedSurface(surface, Settings(patches={"d_link": 0.6})).roughness,
+        molecule.residue_index[surface.atom],
+    )
+    for k in range(molecule.n_residues):
+        inside = (residue == k) & ~below[0]
+        assert row[f"residue_{k}"] == pytest.approx(rough[inside].mean(), abs=1e-12, nan_ok=True)
+    assert row["mean_roughness"] == pytest.approx(table["mean_roughness"][3])  # of all dots

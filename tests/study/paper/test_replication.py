@@ -1,0 +1,480 @@
+"""The comparison with the paper: agreement, bias and sentences from made-up numbers, and a run on a small surface."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from parsed_pages import Page
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import estimate
+from sparsurf.patches.readings import READINGS
+from sparsurf.sampling import published
+from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.views.numbers import interval, number
+from sparsurf_study.analysis import grid, rough_and_flat, tables
+from sparsurf_study.paper import published_runs, replication
+from sparsurf_study.report.page import render
+from sparsurf_study.report.paper_page import TEMPLATE, defects, paper_page, surface_of, uniform
+
+ENOUGH = pd.DataFrame(
+    [
+        ("farthest", "fresh dots", 0.45, "full", 80.0, 0.44),
+        ("farthest", "turned", 0.7, "full", 20.0, 0.72),
+        ("farthest", "fresh dots", 0.45, "recovered", 7.0, 0.48),
+        ("farthest", "turned", 0.7, "recovered", 2.5, 0.74),
+    ],
+    columns=["sampler", "floor", "Z_floor", "reading", "n_S_percent", "Z"],
+).assign(bound=np.nan)
+
+
+@pytest.fixture(scope="module")
+def prepared(blob):
+    """The bumpy surface."""
+    surface = SimpleNamespace(points=blob[0], normals=blob[1])
+    return PreparedSurface(surface, Settings(patches={"d_link": 0.8}), streams=Streams(1, "blob"))
+
+
+def runs(shift=0.0, sd=0.1, n=40):
+    """Winners of as-published runs around the published values, shifted; the published combinations win."""
+    rng, out = np.random.default_rng(0), []
+    table = pd.DataFrame(TABLE_1)
+    for run in range(1, n + 1):
+        one = table.assign(run=run, range=range(1, 11), n_combinations=5, n_S_percent=50.0)
+        d, z = (one[name] + sd * rng.normal(size=10) for name in ("d", "Z_tS"))
+        out.append(one.assign(d=d + shift, Z_tS=z))
+    return pd.concat(out, ignore_index=True)
+
+
+def test_runs_of_the_same_kind_agree_and_shifted_ones_do_not():
+    own = published_runs.place_published_values(runs())
+    assert own["d_inside"].all() and own["Z_tS_inside"].all()
+    assert (own["n_won"] == 40).all() and own["d_n_below"].between(5, 35).all()
+    assert published_runs.joint_test(own, "d")["p"] > 0.3
+    far = published_runs.place_published_values(runs(shift=-0.3))
+    assert (far["d_n_below"] >= 38).all() and (far["d_p"] < 0.1).all()
+    assert far["d_inside"].tolist() == (far["d_p"] >= 0.05).astype(int).tolist() and not far["d_inside"].all()
+    assert published_runs.joint_test(far, "d")["p"] < 1e-3
+    assert published_runs.joint_test(far, "Z_tS")["p"] > 0.3
+
+
+def test_one_test_of_all_rows_keeps_its_level(monkeypatch):
+    monkeypatch.setattr(published_runs, "SIMULATED", 4000)
+    # published values drawn as one more run: p < 0.05 in 5 % of 300 cases (standard deviation 1.3 %)
+    rng, p = np.random.default_rng(1), []
+    for _ in range(300):
+        x = rng.normal(size=(11, 6))
+        places = pd.DataFrame({"range": range(1, 7), "n_runs": 10, "d_published": x[10]})
+        places["d_mean"], places["d_sd"] = x[:10].mean(axis=0), x[:10].std(axis=0, ddof=1)
+        p.append(published_runs.joint_test(places, "d")["p"])
+    assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.04)
+
+
+def test_places_among_three_runs_by_hand():
+    """Table I's first row has d 0.95 and Z_tS 2.85."""
+    own = runs(sd=0.0, n=3)
+    own = own[own["range"] == 1].assign(d=[0.95, 0.9, 1.0], Z_tS=[2.9, 3.0, 3.1])
+    own.loc[own["run"] == 3, "gamma"] += 1
+    published = TABLE_1[0]
+    own["d"] = published["d"] + np.array([0.0, -0.1, 0.1])
+    own["Z_tS"] = published["Z_tS"] + np.array([0.1, 0.2, 0.3])
+    place = published_runs.place_published_values(own).iloc[0]
+    assert (place["n_runs"], place["n_won"]) == (3, 2)
+    assert (place["d_n_below"], place["Z_tS_n_below"]) == (1, 0)
+    assert place["d_p"] == 1.0  # 2 (1 + 1) / (3 + 1)
+    assert place["Z_tS_p"] == 0.5  # 2 (0 + 1) / (3 + 1)
+    assert place["Z_tS_mean"] - place["Z_tS_published"] == pytest.approx(0.2)
+    assert place["Z_tS_sd"] == pytest.approx(0.1)
+
+
+def test_one_row_alone_is_tested_by_students_t():
+    # (2 - 0) / (0.5 sqrt(1 + 1/4)) = 3.578; t of 3 degrees lies beyond with p = 0.0373
+    places = pd.DataFrame(
+        {"range": [1, 2], "n_runs": [4, 4], "d_published": [2.0, 9.0], "d_mean": 0.0, "d_sd": 0.5}
+    )
+    far = published_runs.joint_test(places.assign(d_published=1e9), "d")
+    assert far["p"] == 1 / (published_runs.SIMULATED + 1)  # never 0
+    found = published_runs.joint_test(places, "d", leave_out=[2])
+    assert found["n_rows"] == 1
+    assert found["statistic"] == pytest.approx(12.8)
+    assert found["p"] == pytest.approx(0.0373, abs=0.002)
+
+
+def test_the_number_of_centres_is_a_test_of_its_own():
+    """Of 178, 180, 182 the mean is 180 and the standard deviation 2: 190 lies 10 / (2 sqrt(4 / 3)) = 4.33 away."""
+    places, centres = published_runs.place_published_values(runs()), np.array([178, 180, 182])
+    found = published_runs.tests_of_table_1(places, centres, 190).set_index("measure")
+    assert found.loc["centres", "p"] == pytest.approx(0.04943, abs=1e-4)  # t of two degrees
+    assert found.loc["centres", ["n_rows", "statistic"]].tolist() == pytest.approx([1, 18.75])
+    assert found.loc["together", "p"] == pytest.approx(3 * 0.04943, abs=3e-4)
+    same = published_runs.tests_of_table_1(places, centres, 180)
+    assert (same["p"] > 0.2).all() and same["measure"].tolist() == ["d", "Z_tS", "centres", "together"]
+
+
+def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(prepared):
+    found = published_runs.centres_in_random_orders(prepared, 5)
+    assert len(set(found)) > 1 and abs(found.mean() - len(prepared.cover.centre)) < 0.15 * found.mean()
+    settings = Settings(patches={"r_patch": 3.0, "d_link": 0.8})
+    smaller = PreparedSurface(prepared.surface, settings, streams=Streams(1, "blob"))
+    assert published_runs.centres_in_random_orders(smaller, 2).min() > found.max()
+
+
+def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(prepared, monkeypatch):
+    asked, told, run = [], [], grid.evaluate_grid
+
+    def evaluate(*args, **keys):
+        asked.append((args, keys, run(*args, **keys)))
+        return asked[-1][2]
+
+    monkeypatch.setattr(grid, "evaluate_grid", evaluate)
+    found = published_runs.runs_as_published(prepared, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
+    for args, keys, _ in asked:
+        assert (args[2:], keys) == ((15, 1, ("kept",)), {"shared": False})  # 3000 dots / 200
+    assert found["run"].unique().tolist() == [1, 2] and told == [(1, 2), (2, 2)]
+    by_run = found.dropna(subset="d").groupby("run")[["d", "Z_tS"]].first()
+    means = np.array([[z.mean(dtype=float) for z in (each.z_tr, each.z_ts)] for *_, each in asked])
+    assert np.allclose(by_run, np.column_stack([means[:, 0] - means[:, 1], means[:, 1]]))
+    assert by_run["d"].nunique() == 2
+
+
+def test_the_largest_number_of_dots_belongs_to_no_range():
+    percent = np.array([0.0, 5.0, 9.9, 10.0, 95.0, 100.0])
+    d = np.array([1.0, 3, 2, 0, 4, 9])
+    found = pd.DataFrame(published_runs.winners(np.arange(24.0).reshape(6, 4), percent, d, -d))
+    assert found["d"].dropna().tolist() == [3, 0, 4]  # 9, of all dots, wins nothing
+    assert found["n_combinations"].tolist() == [3, 1, *7 * [0], 1]
+
+
+def test_bias_is_the_winner_minus_its_true_value():
+    winners = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(d=2.0, Z_tS=3.0, range=range(1, 11))
+    truth = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(d_kept=1.5, Z_tS_kept=3.25)
+    bias = published_runs.selection_bias(pd.concat([winners, winners]), truth)
+    assert len(bias) == 10 and np.allclose(bias["d_bias"], 0.5) and np.allclose(bias["Z_tS_bias"], -0.25)
+
+
+def test_bins_of_roughness_by_hand():
+    r = np.tile([0.0, 0.05, 0.95, 1.0], (2, 1))
+    z = np.array([np.zeros((2, 4)), [[1.0, 3, 5, 7], [2.0, 4, 6, 8]]])
+    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"kept": z})
+    bins = rough_and_flat.bins_table(found, kept=True, bins=2).set_index("bin")
+    assert bins["d_kept"].tolist() == [2.5, 6.5, 2.5, 6.5] and bins["n"].tolist() == [2, 2, 2, 2]
+    # two draws whose means differ by 1: half width t(0.975, 1) * 0.5
+    assert bins.loc["1", "d_high_kept"] == pytest.approx(2.5 + 12.7062 * 0.5, abs=1e-3)
+    one_rough = rough_and_flat.ByRoughness(found.dots, np.array([r[0], [0.95, 0.95, 1, 1]]), found.z)
+    without = rough_and_flat.bins_table(one_rough, kept=True, bins=2)  # a draw has no rough patch
+    assert without["d_kept"].isna().tolist() == [True, False, True, False]
+    crossed = rough_and_flat.bins_table(found, kept=False, bins=2).set_index("bin")
+    assert crossed.loc["1", "d_high_kept"] == pytest.approx(estimate(z[1][:, :2]).high)
+
+
+def test_halves_of_four_bins_have_their_limits_and_dots():
+    r = np.tile([0.0, 0.1, 0.3, 0.6, 0.8, 0.9, 1.0], (2, 1))
+    z = np.stack([np.zeros((2, 7)), np.tile([1.0, 3, 8, 5, 2, 4, 6], (2, 1))])
+    found = rough_and_flat.ByRoughness(np.zeros((2, 7), int), r, {"kept": z})
+    bins = rough_and_flat.bins_table(found, kept=True, bins=4)
+    rows = bins[["bin", "roughness_low", "roughness_high", "n", "d_kept"]].to_numpy().tolist()
+    assert rows == [
+        ["1", 0.0, 0.25, 2.0, 2.0],
+        ["2", 0.25, 0.5, 1.0, 8.0],
+        ["3", 0.5, 0.75, 1.0, 5.0],
+        ["4", 0.75, 1.0, 3.0, 4.0],
+        ["rougher half", 0.0, 0.5, 3.0, 4.0],
+        ["flatter half", 0.5, 1.0, 4.0, 4.25],
+    ]
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_d_of_a_bin_is_what_its_means_differ_by(kept):
+    # three rough and one flat test dot in the first draw, around kept dots one and three in the second
+    r = np.array([[0.0, 0.1, 0.2, 1.0], [0.0, 0.8, 0.9, 1.0] if kept else [0.0, 0.1, 0.2, 1.0]])
+    z = np.array([[[1.0, 2, 3, 4], [5.0, 6, 7, 8]], [[2.0, 4, 9, 4], [4.0, 8, 8, 8]]])
+    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"kept": z})
+    bins = rough_and_flat.bins_table(found, kept, bins=2).set_index("bin")
+    assert np.allclose(bins["d_kept"], bins["Z_tR_kept"] - bins["Z_tS_kept"], rtol=0, atol=1e-12)
+    # the mean of 2 and 5, or of all six; of 5 and 4, or of all six
+    assert bins.loc["1", ["Z_tS_kept", "Z_tR_kept"]].tolist() == pytest.approx(
+        [3.5, 4.5] if kept else [4.0, 35 / 6]
+    )
+    missing = rough_and_flat.ByRoughness(found.dots, np.array([r[0], [0.8, 0.8, 0.9, 1]]), found.z)
+    row = rough_and_flat.bins_table(missing, True, 2).set_index("bin").loc["1"]
+    assert row[["Z_tS_kept", "Z_tR_kept", "d_kept"]].isna().all()  # a draw has no rough patch
+
+
+def test_patches_lie_around_kept_dots_or_any(prepared):
+    combination = Combination(0.8, 0.0, 4.0, 0.0)
+    kept = rough_and_flat.by_roughness(prepared, combination, ["kept"], 100, 2, True)
+    for draw in range(2):
+        assert np.isin(kept.dots[draw], prepared.pair(combination, draw)[0]).all()
+    assert not np.array_equal(*kept.dots)
+    fewest = min(100, *(len(prepared.pair(combination, draw)[0]) for draw in range(2)))
+    assert kept.dots.shape == (2, fewest) and kept.z["kept"].shape == (2, 2, fewest)
+    any_dots = rough_and_flat.by_roughness(prepared, combination, ["kept"], 100, 2, False)
+    assert np.array_equal(*any_dots.dots) and any_dots.z["kept"].shape == (2, 2, 100)
+    tests, pair = any_dots.dots[0], prepared.pair(combination, 1)
+    z, _ = prepared.distances(pair, tests, prepared.describe(tests)[0], "kept")
+    assert np.allclose(any_dots.z["kept"][:, 1], z)
+
+
+@pytest.fixture(scope="module")
+def page(prepared):
+    """Data of a verdict on a small surface, everything but the published values computed."""
+    result = grid.evaluate_grid(prepared, PUBLISHED_ROWS, 40, 2)
+    table = tables.grid_table(result)
+    runs = published_runs.runs_as_published(prepared, PUBLISHED_ROWS, 3)
+    best = tables.best_combinations(table, result, 20)
+    links = replication.sweep_links(prepared, (0.8, 1.2), 20, 2)
+    combination, bins = Combination.from_row(best["kept"]["unrestricted"]), []
+    for around, kept in rough_and_flat.AROUND.items():
+        found = rough_and_flat.by_roughness(prepared, combination, ["kept", "full"], 600, 2, kept)
+        bins.append(rough_and_flat.bins_table(found, kept).assign(around=around))
+    return {
+        "grid": table,
+        "ranges": grid.add_scaled_link(tables.ranges_table(table, result), prepared, 40, 2),
+        "best": best,
+        "rows": replication.published_rows(prepared, 20, 2),
+        "places": published_runs.place_published_values(runs),
+        "tests": published_runs.tests_of_table_1(
+            published_runs.place_published_values(runs), np.array([30, 31, 33])
+        ),
+        "bias": published_runs.selection_bias(runs, table),
+        "links": links,
+        "signs": replication.sign_changes(links),
+        "defects": replication.compare_defects(prepared, 20, 1),
+        "bins": pd.concat(bins),
+        "family": replication.best_of_family(
+            replication.tuned_family(prepared, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)
+        ),
+        "required_dots": ENOUGH,
+        "gathering": replication.gathering_by_roughness(prepared, 2),
+        "uniform": {"median": 3.0},
+        "surface": surface_of(prepared, {"reentrant": "exact"}, "a/blob.dms"),
+    }
+
+
+def html_of(page):
+    return render(TEMPLATE, **paper_page(page), first="p/c1", figure=None)
+
+
+def test_every_claim_has_a_chapter_and_a_table(page):
+    text = html_of(page)
+    claims = re.findall(r'href="#(\w+)">(yes|no|not measured|d \d+, Z \d+ of 10|\d+ of 10)<', text)
+    assert len(claims) == 32 and len({name for name, _ in claims}) == 16
+    for name in {name for name, _ in claims} - {"univocal"}:
+        chapter = text.split(f'<h2 id="{name}">')[1].split("<h2")[0]
+        assert ".csv" in chapter or ".json" in chapter, name
+    assert "3,000" in text and not re.search(r"\b(nan|None|inf)\b", text)
+
+
+def test_d_is_correlated_with_the_other_reading_and_with_the_sizes_of_patches(page):
+    """By hand: d on the full surface is twice d among the kept dots; ln of the ratio of the sizes has another order."""
+    d = np.array([1.0, 2.0, 4.0])
+    sizes = {"median_patch_size_kept": [10.0, 80.0, 20.0], "median_patch_size_uniform_kept": 10.0}
+    columns = {"d_kept": d, "d_full": 2 * d, "median_patch_size_full": 100.0} | sizes
+    found = paper_page(page | {"grid": page["grid"][:3].assign(**columns)})["links"]
+    assert found["correlation"] == pytest.approx(1)
+    assert found["fragments"] == pytest.approx(np.corrcoef(d, [0, 3, 1])[0, 1])
+
+
+def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
+    places = page["places"].assign(d_inside=[0, *9 * [1]], Z_tS_inside=1)
+    tests, rows = page["tests"], page["rows"]
+    lost = rows.assign(d_high_kept_scaled=-0.3, d_high_full=-0.2)
+
+    def said(p, rows):
+        own = tests.assign(p=p)
+        return Page(html_of(page | {"places": places, "tests": own, "rows": rows})).text
+
+    words = "9 of 10 published d and 10 of 10 Z lie in the middle 95 % of 3 runs made as published."
+    assert f"Table I is reproduced as the authors' code does it: {words}" in said(0.5, lost)
+    assert f"Table I is not reproduced on this surface: {words}" in said(0.01, lost)
+    loses = "it loses to a uniform subset in all ten rows"
+    assert loses in said(0.5, lost) and loses not in said(0.5, lost.assign(d_high_full=[*9 * [-0.2], 0.1]))
+
+
+def test_claims_follow_from_the_numbers(page):
+    def holds(**changed):
+        found = paper_page(page | changed)
+        return {name: tuple(of.values()) for name, of in found["claims"]}
+
+    grid, bins = page["grid"], page["bins"]
+    ends = {"d_low_kept": 0.1, "d_high_kept": 0.3, "d_low_full": -0.3, "d_high_full": -0.1}
+    rows = page["rows"].assign(**ends)
+    assert holds(rows=rows)["positive"] == ("10 of 10", "0 of 10")
+    some = rows.assign(d_low_kept=np.where(np.arange(10) < 3, -0.1, 0.1))
+    assert holds(rows=some)["positive"] == ("7 of 10", "0 of 10")
+    assert holds(rows=rows)["table1"][1] == "no"  # eight published d are above 0
+    assert holds(rows=rows.assign(d_published=-0.1))["table1"][1] == "yes"
+    null = page["best"]["references"]["Z_mean_descriptor"]
+    z = rows.assign(Z_tS_kept=null + 1, Z_tS_full=null - 0.1)
+    assert holds(rows=z)["describe"] == ("0 of 10", "10 of 10")
+    surface = page["surface"]
+    for largest, p in ((1.0, "yes"), (1.2, "no")):
+        assert holds(surface=surface | {"largest_r": largest})["probability"] == (p, p)
+    for turned, free in ((0.5, "yes"), (0.7, "no")):
+        floors = page["best"]["references"] | {"floors": {"fresh dots": 0.5, "turned": turned}}
+        assert holds(best=page["best"] | {"references": floors})["orientation"] == (free, free)
+    assert holds()["orientation"] == ("not measured", "not measured")
+    assert holds(grid=grid.assign(n_S_percent=np.linspace(2.63, 99.73, len(grid))))["span"] == ("yes", "yes")
+    assert holds(grid=grid.assign(n_S_percent=np.linspace(3.63, 99.73, len(grid))))["span"] == ("no", "no")
+    rough, flat = bins["bin"] == "rougher half", ~(bins["bin"] == "rougher half")
+    one = bins.assign(n=50.0)
+    for reading in ("kept", "full"):
+        one.loc[rough, [f"d_low_{reading}", f"d_high_{reading}"]] = 0.5, 0.9
+        one.loc[flat, [f"d_low_{reading}", f"d_high_{reading}"]] = -0.1, 0.2
+    assert holds(bins=one)["rough"] == holds(bins=one)["flat"] == ("yes", "yes")
+    one.loc[flat, ["d_low_kept", "d_high_kept"]] = 0.1, 0.2
+    assert (holds(bins=one)["rough"], holds(bins=one)["flat"]) == (("yes", "yes"), ("no", "yes"))
+    one.loc[bins["bin"] == "flatter half", ["d_low_kept", "d_high_kept"]] = -0.1, 0.7
+    assert holds(bins=one)["rough"] == ("no", "yes")  # above 0, but not above the flatter half
+    few = one["bin"] == one["bin"][~one["bin"].isin(["rougher half", "flatter half"])].iloc[-1]
+    one.loc[few, ["n", "d_low_full", "d_high_full"]] = 9.0, 0.1, 0.2
+    assert holds(bins=one)["flat"] == ("no", "yes")  # a bin of nine test dots says nothing
+
+
+@pytest.mark.parametrize(("off", "answer"), [(0.9, "yes"), (1.1, "no")])
+def test_a_uniform_subset_keeps_alpha_to_one_percent(off, answer):
+    grid = pd.DataFrame({"alpha": [0.1, 0.5, 0.5], "beta": [0.0, 0, 1], "gamma": 0.0, "delta": 0.0})
+    found = uniform(grid.assign(n_S_percent=[10.0, 50 + off, 80]), 7.0)
+    assert found["holds"] == {"kept": answer, "full": answer} and len(found["rows"]) == 2
+
+
+def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
+    bias = pd.DataFrame({"d_bias": [0.1, 0.3]})
+    assert paper_page(page | {"bias": bias})["table1"]["bias"] == pytest.approx(0.2)
+    ends = {f"{name}_{end}": x for name in ("d", "Z_tS") for end, x in (("lowest", -9.0), ("highest", 9.0))}
+    places = page["places"].assign(**ends | {"d_lowest": [5.0, *9 * [-9.0]]}, n_won=[0, 0, *8 * [1]])
+    found = paper_page(page | {"places": places})["table1"]
+    assert (found["in_span"], found["won"]) == (19, 8)
+    values = {"row": [1, 2], "n_S_percent": [10.0, 20], "d_kept": [1.0, 2], "d_full": [-1.0, 0]}
+    corrected = {"row": [1, 2], "n_S_percent": [14.0, 22], "d_kept": [0.5, 2], "d_full": [-1.0, 1]}
+    table = [
+        pd.DataFrame(values).assign(sampling="as published"),
+        pd.DataFrame(corrected).assign(sampling="x"),
+    ]
+    assert defects(pd.concat(table))["x"] == {"n_S_percent": 3.0, "d_kept": -0.25, "d_full": 0.5}
+    signs = page["signs"].head(3).assign(negative_from=[0.5, np.nan, np.nan])
+    assert paper_page(page | {"signs": signs})["links"]["turned"] == 1
+
+
+def test_the_published_best_must_be_among_ours(page):
+    def best(best_set, ours):
+        results = json.loads(json.dumps(page["best"]))
+        results["kept"]["unrestricted"] |= {"best_set": best_set} | dict(zip(PARAMETERS, ours, strict=True))
+        found = paper_page(page | {"best": results})["best"]
+        return found["holds"]["kept"], found["is_ours"]
+
+    assert best("(1, 0, 6, 0); (1, 0, 2, 4)", (1, 0, 6, 0)) == ("yes", True)
+    assert best("(1, 0, 6, 0); (1, 0, 2, 4)", (1, 0, 2, 4)) == ("yes", False)
+    assert best("(1, 0, 2, 4)", (1, 0, 2, 4)) == ("no", False)
+
+
+def test_kept_dots_are_counted_from_rough_to_flat(page):
+    kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
+    found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
+    row = {"combination": "(1, 0, 6, 0)", "roughest": 60.0, "flattest": 30.0, "all": 45.0}
+    assert found["holds"]["kept"] == "yes" and found["rows"] == [row]
+    html = html_of(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})
+    shown = re.search(r"roughest tenth / %.*?<td>(.*?)</tr>", html, re.S)[1]
+    assert re.findall(r"[^<>]+(?=</td>)", shown) == ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
+    even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
+    assert even["holds"]["full"] == "no"
+    # the blob: every tenth is a tenth of its dots, and together they are what is kept
+    own = page["gathering"]
+    means = own.groupby("combination")[["kept_percent", "uniform_percent"]].mean()
+    assert len(own) == 20 and np.allclose(means["kept_percent"], means["uniform_percent"])
+    assert own.groupby("combination")["roughness"].apply(lambda of: of.is_monotonic_increasing).all()
+
+
+def test_links_keep_the_samplings_and_change_the_islands(page):
+    links = page["links"].set_index(["d_link", "row"])
+    assert np.allclose(links.loc[0.8]["n_S_percent"], links.loc[1.2]["n_S_percent"])
+    assert (links.loc[1.2]["median_patch_size"] >= links.loc[0.8]["median_patch_size"]).all()
+    # at the surface's own d_link the sweep is the table of the published rows
+    assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
+    assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
+    # of one draw, and the mean of all
+    assert np.allclose(links.loc[0.8]["n_S_percent"], page["rows"]["n_S_percent"], rtol=0.1)
+    assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_kept"].tolist()
+
+
+def test_each_defect_has_its_own_cover(page, prepared):
+    percent = page["defects"].pivot(index="row", columns="sampling", values="n_S_percent")
+    for name, moved, every in (
+        ("distances from the dot itself", False, True),
+        ("one draw per dot", True, False),
+        ("both corrected", False, False),
+    ):
+        cover = published.build_cover(
+            prepared.index,
+            prepared.roughness,
+            prepared.patches.r_patch,
+            distance_from_moved_centre=moved,
+            chance_in_every_patch=every,
+        )
+        assert np.allclose(percent[name], 100 * published.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
+
+
+def test_every_row_of_the_page_is_that_of_its_table(page):
+    """Each table of the page, by the columns of the tables that it is made of."""
+    shown, (grid, rows, readings) = Page(html_of(page)).rows, (page["grid"], page["rows"], ("kept", "full"))
+    words = {reading: READINGS[reading].words for reading in readings}
+    null = page["best"]["references"]["Z_mean_descriptor"]
+
+    def measured(row, reading):
+        return interval(*(row[f"d{end}_{reading}"] for end in ("", "_low", "_high"))) or "–"
+
+    def of_runs(row, name):
+        return interval(*(row[f"{name}_{end}"] for end in ("mean", "lowest", "highest"))) or "–"
+
+    wanted = []
+    best = [page["ranges"][page["ranges"]["reading"] == reading].to_dict("records") for reading in readings]
+    for k, (row, run) in enumerate(
+        zip(rows.to_dict("records"), page["places"].to_dict("records"), strict=True), 1
+    ):
+        d, z = (number(row[f"{name}_published"]) for name in ("d", "Z_tS"))
+        won, own = f"{run['n_won']} of {run['n_runs']}", str(Combination.from_row(row))
+        wanted.append([str(k), d, *(measured(row, reading) for reading in ("kept", "kept_scaled", "full"))])
+        wanted.append([str(k), own, d, of_runs(run, "d"), z, of_runs(run, "Z_tS"), won])
+        kept, full = (table[k - 1] for table in best)
+        if kept["n_combinations"] and full["n_combinations"]:
+            d = interval(*(kept[f"d_cv{end}"] for end in ("", "_low", "_high")))
+            ours = [
+                str(Combination.from_row(kept)),
+                d,
+                measured(kept, "kept_scaled"),
+                str(Combination.from_row(full)),
+            ]
+            wanted.append([str(k), own, *ours])
+    halves = page["bins"].set_index(["around", "bin"])
+    for reading in readings:
+        d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
+        counts = map(str, ((d > 0).sum(), (low > 0).sum(), (high < 0).sum()))
+        wanted.append([words[reading], *counts, number(d.mean()), number(d.max())])
+        above = [table[f"Z_tS_{reading}"] > null for table in (grid, rows)]
+        wanted.append([words[reading], *(f"{of.sum()} of {len(of)}" for of in above)])
+        for around, own in page["bins"].query("n >= 10").groupby("around"):
+            flattest = own[~own["bin"].str.endswith("half")]["bin"].iloc[-1]
+            of_bins = [halves.loc[around, name] for name in ("rougher half", "flatter half", flattest)]
+            wanted.append([around, words[reading], *(measured(row, reading) for row in of_bins)])
+    wanted += [
+        [f"{of.percent:g}", number(of.Z_best), number(of.Z_uniform)] for of in page["family"].itertuples()
+    ]
+    links = page["links"].pivot(index="row", columns="d_link", values="d")
+    wanted += [
+        [str(k), *map(number, values)] for k, values in zip(links.index, links.to_numpy(), strict=True)
+    ]
+    defects = page["defects"].set_index(["sampling", "row"])
+    for name in {*defects.index.levels[0]} - {"as published"}:
+        change = (defects.loc[name] - defects.loc["as published"]).mean()
+        wanted.append(
+            [name, number(change["n_S_percent"], 1), *(number(change[f"d_{of}"]) for of in readings)]
+        )
+    outlook = page["required_dots"].pivot(index=["floor", "Z_floor"], columns="reading", values="n_S_percent")
+    for (floor, z), of in outlook.iterrows():
+        wanted.append([floor, number(z), *(f"{of[reading]:.3g}" for reading in ("full", "recovered"))])
+    assert not [row for row in wanted if row not in shown]

@@ -1,0 +1,144 @@
+"""Pages of the small study: what a reader looks for is that of the tables, each link leads to a file."""
+
+import base64
+import io
+import re
+from urllib.parse import unquote, urldefrag
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+from browser import Browser, programs
+from parsed_pages import Page
+from sparsurf.views.numbers import interval, number, share, signed, span
+from sparsurf_study.report import page as pages
+from sparsurf_study.report.numbers import against_zero, combination, enough_dots, short_names
+from sparsurf_study.report.page import code, embedded_figures
+
+
+@pytest.fixture(scope="module")
+def run(study):
+    """Folder of the results."""
+    return study / "results" / "small"
+
+
+@pytest.fixture(scope="module")
+def shown(run):
+    """What each page of the run holds."""
+    return {path: Page(path.read_text(encoding="utf-8")) for path in run.rglob("[!.]*.html")}
+
+
+def facts(run):
+    """Yield what a reader looks for: the name of each fact, and its texts, which stand in one row of a page."""
+    for path in sorted(run.glob("*/*/ranges.csv")):
+        for row in pd.read_csv(path).dropna(subset="d_cv").to_dict("records"):
+            d = interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])
+            yield (
+                f"{path.parent}, {row['reading']}, from {row['n_S_low_percent']} %",
+                [combination(row), number(row["n_S_percent"], 1), d],
+            )
+    surfaces = pd.read_csv(run / "surfaces.csv")
+    for row in surfaces[surfaces["best_kept"].isna()].to_dict("records"):
+        texts = [
+            f"{row['N']:,}",
+            number(row["area"], 0),
+            number(row["mean_roughness"]),
+            f"{row['minimal_n_S']:,}",
+        ]
+        texts += [share(row["minimal_n_S_percent"]), number(row["recovered_mean"], 3)]
+        texts += [number(row[f"recovered_Z_{kind}"]) for kind in ("published", "rotation_robust")]
+        yield row["protein"], [row["protein"], *texts]
+    for row in pd.read_csv(run / "ready/c1/required_dots.csv").to_dict("records"):
+        yield f"floor {row['floor']}", [row["floor"], number(row["Z_floor"])]
+    pairs = pd.read_csv(run / "pairs/pairs.csv").query("score in ('propensity_smoothed', 'protrusion')")
+    for (name, side), rows in pairs.groupby(["complex", "partner"]):
+        yield f"{name}, partner {side}", [str(side), *map(interval, rows["auc"], rows["low"], rows["high"])]
+    frames = pd.read_csv(run / "moving/ensemble.csv")
+    digits = {"N": 0, "area": 0, "mean_roughness": 3, "n_S_percent": 1, "d_kept": 2, "d_full": 2}
+    for column, n in digits.items():
+        yield f"{column} over time", [number(x, n) for x in frames[column].agg(["mean", "std", "min", "max"])]
+    changes = pd.read_csv(run / "changes/bend/changes.csv")
+    floors = ["total_floor", "total_moved"]
+    changes = changes.assign(over=changes["total"] / changes[floors].max(axis=1)).nlargest(10, "over")
+    for row in changes.to_dict("records"):
+        name = f"{row['residue_name']}{row['residue']}"
+        yield name, [name, *(number(row[column]) for column in ("total", *floors))]
+
+
+def test_what_a_reader_looks_for_stands_on_a_page_as_in_its_table(run, shown):
+    """In any row of any page, in the order of its cells."""
+    rows = [row for page in shown.values() for row in page.rows]
+    wanted = [*facts(run)]
+    found = [
+        any(all(any(text in cell for cell in cells) for text in texts) for cells in map(iter, rows))
+        for _, texts in wanted
+    ]
+    assert len(found) > 50 and not [name for (name, _), known in zip(wanted, found, strict=True) if not known]
+
+
+def test_each_link_leads_to_a_file_and_its_place(shown):
+    """On every page, so that a folder of results can be sent; nothing is read from another site."""
+    assert len(shown) > 8
+    for path, page in shown.items():
+        for link in {*page.links, *(source for source in page.sources if not source.startswith("data:"))}:
+            address, anchor = urldefrag(unquote(link))
+            target = (path.parent / address).resolve() if address else path
+            assert target.exists(), f"{path}: {link}"
+            assert not anchor or anchor in shown[target].anchors, f"{path}: {link}"
+
+
+def test_no_page_shows_a_value_of_the_program(shown):
+    for path, page in shown.items():
+        assert not re.search(r"\b(nan|None|inf|NaN)\b|\{\{|\bTrue\b|<[a-z]", page.text), path
+
+
+@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
+def test_a_page_that_was_sent_alone_enlarges_its_figures(run, tmp_path):
+    (sent := tmp_path / "sent.html").write_bytes((run / "index.html").read_bytes())
+    browser = Browser(tmp_path)
+    try:
+        browser.open(sent.as_uri())
+        widths = browser.run("return [...document.querySelectorAll('.zoom img')].map(i => i.naturalWidth)")
+        assert widths and min(widths) > 100
+        browser.run("document.querySelector('.zoom').click()")
+        assert browser.run("return document.querySelector('dialog').open")
+        assert browser.run("return document.querySelector('dialog img').naturalWidth") == widths[0]
+        browser.click("dialog")
+        assert not browser.run("return document.querySelector('dialog').open")
+        browser.screen(400, 800)
+        assert (
+            browser.run("return document.documentElement.scrollWidth") <= 400 and browser.complaints() == []
+        )
+    finally:
+        browser.close()
+
+
+def test_a_page_holds_its_figures_smaller_and_up_to_its_size(tmp_path, monkeypatch):
+    for name in ("a b", "c", "d"):
+        Image.new("RGBA", (3200, 800), (0, 80, 160, 255)).save(tmp_path / f"{name}.png")
+    urls = embedded_figures(tmp_path, ["a b.png", "missing.png", "c.png", "a b.png", "d.png"])
+    assert [*urls] == ["a b.png", "c.png", "d.png"]
+    picture = Image.open(io.BytesIO(base64.b64decode(urls["c.png"].removeprefix("data:image/webp;base64,"))))
+    assert picture.size == (1600, 400)
+    assert np.allclose(np.asarray(picture.convert("RGB")).mean(axis=(0, 1)), (0, 80, 160), atol=4)
+    monkeypatch.setattr(pages, "MAX_PAGE_BYTES", 2 * len(urls["c.png"]) + 9)
+    assert [*embedded_figures(tmp_path, ["a b.png", "c.png", "d.png"])] == ["a b.png", "c.png"]
+
+
+def test_texts_of_numbers():
+    assert number(-0.004) == "0.00" and number(-0.006) == "−0.01" and number(np.nan) == number(None) == ""
+    texts = {6.44: "6.4", 7.0: "7", 9.94: "9.9", 9.96: "10", 45.2: "45", 99.7: "99.7", 100: "100"}
+    assert [share(x) for x in texts] == [*texts.values()]
+    assert span([1.0, 1.001]) == "1.00" and span([2.0, 1.0]) == "1.00 to 2.00"
+    assert interval(1.0, 0.5, 1.5) == "1.00 (0.50 to 1.50)" and interval(1.0, np.nan, np.nan) == "1.00"
+    assert [signed(x, 1) for x in (0.04, -1.26, 0.06, np.nan)] == ["0.0", "−1.3", "+0.1", ""]
+    ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
+    assert [against_zero(*each) for each in ends] == ["above", "below", "around", "unknown"]
+    assert enough_dots(6.44, 5.9, 11.6) == "6.4 % (5.9 to 12 %) come near the floor"
+    bounds = [enough_dots(1.0, np.nan, np.nan, bound) for bound in ("at most", "more")]
+    assert bounds == ["≤ 1 % come near the floor", "only all dots come near the floor"]
+    places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
+    assert [*short_names(places).values()] == ["p", "q/c1", "q/c2", "r/f0000"]
+    assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"

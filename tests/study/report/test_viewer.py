@@ -1,0 +1,445 @@
+"""The page of a surface: what it stores, and what a real browser makes of it."""
+
+import base64
+import json
+import zlib
+
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+
+from browser import Browser, programs
+from small_study import run_script
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.molecules.read_molecule import residue_labels
+from sparsurf.recovery.errors import distance_to_recovered
+from sparsurf.recovery.readings import READINGS
+from sparsurf.sampling import published
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.sampling.samplers import farthest
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.formats.ply import KIND_COLOURS
+from sparsurf.surfaces.surface import Surface
+from sparsurf.views.viewer import packing
+from sparsurf.views.viewer import page as viewer
+from sparsurf_study.analysis import grid as grids
+from sparsurf_study.analysis import tables
+
+COMBINATIONS = [(1, 0, 6, 0), (0.2, 0.4, 2, 1), (0.6, 1, 0, 0), (1, 0.5, 10, 10)]
+MINIMAL = [5, 70, 2999]
+RESIDUES = ["LEU 212 A", "HIS 256 A"]
+READY = "document.getElementById('shown').textContent.includes('dots (')"
+
+
+@pytest.fixture(scope="module")
+def prepared(blob):
+    """A bumpy surface whose places have three decimals, as those of a DMS file."""
+    points, normals = blob[0].round(3), blob[1]
+    n = len(points)
+    surface = Surface(points, normals, kind=np.arange(n) % 3, atom=np.arange(n) % 2)
+    return PreparedSurface(surface, Settings(patches={"d_link": 1.5}), streams=Streams(0, "blob"))
+
+
+@pytest.fixture(scope="module")
+def grid(prepared):
+    """The table of a small grid and its raw distances."""
+    raw = grids.evaluate_grid(prepared, published.parameter_grid([0.5, 1], [0, 1], [0, 6], [0, 6]), 20, 2)
+    return tables.grid_table(raw), raw
+
+
+@pytest.fixture(scope="module")
+def order(prepared):
+    """Order of farthest-point sampling."""
+    return farthest(prepared, len(prepared.points), prepared.stream("test"))
+
+
+def page_of(prepared, order, *more, **known):
+    """Return the page of the surface."""
+    return viewer.page(
+        "blob/c1", prepared.surface, prepared.roughness, prepared.cover, 4.0, {"farthest": order}, *more, **known
+    )  # fmt: skip
+
+
+def unpacked(text):
+    """Header and columns, read back as slowly as it goes."""
+    content = zlib.decompress(base64.b64decode(text.split('PACKED = "')[1].split('"')[0]))
+    size = int.from_bytes(content[:4], "little")
+    header, place, columns = json.loads(content[4 : 4 + size]), 4 + size, {}
+    for name, length, planes, summed in header["columns"]:
+        values = []
+        for i in range(length):
+            folded = sum(content[place + k * length + i] << 8 * k for k in range(planes))
+            value = -(folded + 1) // 2 if folded % 2 else folded // 2
+            values.append(value + (values[-1] if summed and values else 0))
+        columns[name], place = np.array(values, int), place + length * planes
+    assert place == len(content)
+    return header, columns
+
+
+def test_columns_come_back_as_they_were():
+    given = {
+        "mixed": [0, -1, 5, 300, -70_000, 2**24],
+        "slow": [*range(-5, 900)],
+        "none": [],
+        "zeros": [0, 0, 0],
+    }
+    packed = packing.pack({"n": 3}, {name: np.array(v, int) for name, v in given.items()})
+    header, columns = unpacked(f'PACKED = "{packed}"')
+    assert header["n"] == 3 and {name: values.tolist() for name, values in columns.items()} == given
+
+
+def test_values_beyond_their_limits_are_at_the_ends():
+    values = np.array([-1.0, 0.0, 0.5, 2.0, np.nan])
+    assert packing.in_steps(values, 0.0, 1.0).tolist() == [0, 0, 127, 254, 255]
+    assert packing.in_steps(values[1:2], 0.0, 0.0).tolist() == [0]
+
+
+@pytest.mark.parametrize("place", ["moving/f0000", "ready/c1"])
+def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
+    run, folder = study / "results/small", study / "results/small" / place
+    text = (folder / "view.html").read_text(encoding="utf-8")
+    header, columns = unpacked(text)
+    surface, best = read_npz(folder / "surface.npz"), json.loads((folder / "best.json").read_text())
+    names = ("grid", "roughness", "minimal")
+    table, roughness, minimal = (pd.read_csv(folder / f"{name}.csv") for name in names)
+    places = np.column_stack([columns[axis] for axis in "xyz"]) * header["step"]
+    assert np.allclose(places, surface.points, atol=header["step"]) and header["total"] == len(surface)
+    wanted = [f"{name}_{reading}" for reading in ("kept", "full") for name in ("Z_tS", "Z_tR", "d")]
+    assert np.allclose(header["grid"], table[[*PARAMETERS, "n_S_percent", *wanted]], rtol=1e-4, atol=1e-12)
+    assert header["readings"] == [READINGS[reading].words for reading in ("kept", "full")]
+    presets = dict((name, values) for name, values in header["presets"])
+    assert presets["the paper's best"] == [1, 0, 6, 0]
+    row = best["full"]["unrestricted"]
+    assert presets[f"best, {READINGS['full'].words}"] == [row[name] for name in PARAMETERS]
+    assert columns["minimal"].nonzero()[0].tolist() == sorted(minimal["dot"])
+    values = {scale["symbol"]: (k, scale) for k, scale in enumerate(header["values"])}
+    kept = [minimal[names].to_numpy() for names in (["x", "y", "z"], ["nx", "ny", "nz"])]
+    wanted = {"R_i": roughness["roughness"], "off": distance_to_recovered(surface.points, *kept)}
+    for symbol, of_dots in (wanted | dict(np.load(folder / "fields.npz"))).items():
+        k, scale = values[symbol]
+        steps, known = (
+            scale["low"] + columns[f"value {k}"] / 254 * (scale["high"] - scale["low"]),
+            np.isfinite(of_dots),
+        )
+        assert np.abs(steps - of_dots)[known].max() <= (scale["high"] - scale["low"]) / 254 / 2 + 1e-6
+        assert (columns[f"value {k}"][~known] == 255).all()
+    assert [(scale["low is"], scale["high is"]) for _, scale in values.values()][:2] == [
+        ("rough", "flat"),
+        ("on it", "off"),
+    ]
+    if "moving" in place:
+        shown = [header["residues"][k] for k in columns["residue"]]
+        assert shown == [residue_labels(folder / "structure.pdb")[atom] for atom in surface.atom]
+        assert columns["kind"].tolist() == surface.kind.tolist()
+    assert f"{len(surface):,} dots, mean roughness {roughness['roughness'].mean():.2f}." in text
+    assert (run / place / "view.png").is_file()
+
+
+def test_the_page_of_a_pair_ranks_each_partner_and_turns_its_interface_to_the_viewer(study):
+    folder = study / "results/small/pairs/files"
+    header, columns = unpacked((folder / "view.html").read_text(encoding="utf-8"))
+    dots = pd.read_csv(folder / "propensity.csv").iloc[columns["index"]]
+    _, rank, gap = header["values"]
+    assert (rank["low is"], rank["high is"], gap["low is"], gap["high is"]) == (
+        "good match",
+        "poor match",
+        "touching",
+        "far",
+    )
+    wanted = 100 * dots.groupby("partner")["propensity_smoothed"].rank(pct=True)
+    for k, values in ((1, wanted), (2, dots["gap"])):
+        scale = header["values"][k]
+        steps = scale["low"] + columns[f"value {k}"] / 254 * (scale["high"] - scale["low"])
+        assert np.abs(steps - values).max() <= (scale["high"] - scale["low"]) / 254
+    z = pd.Series(columns["z"] * header["step"])
+    touching, partner = dots["interface"].to_numpy() == 1, dots["partner"].to_numpy()
+    assert all(z[touching & (partner == side)].mean() > z[partner == side].mean() for side in (1, 2))
+    assert columns["x"][partner == 2].min() > columns["x"][partner == 1].max()  # side by side
+    assert {label.split(", ")[1] for label in header["residues"]} == {"partner 1", "partner 2"}
+
+
+def test_the_page_of_a_form_is_grey_below_its_floor(study, tmp_path):
+    run, ends = study / "results/small", (("surface", "npz"), ("structure", "pdb"))
+    table = pd.read_csv(run / "changes/bend/changes.csv")
+    table["total"] *= np.where(table.index % 2, 0.3, 1)
+    table.to_csv(tmp_path / "changes.csv")
+    places = enumerate(("moving/f0700", "moving/f0000"), 1)
+    inputs = {f"{kind}_{side}": run / place / f"{kind}.{end}" for side, place in places for kind, end in ends}
+    outputs = {name: tmp_path / f"{name}.png" for name in ("view_1", "view_2", "png")}
+    params = {"patches": {}, "forms": ["moving/f700", "moving/f0"], "seed": 1}
+    inputs["changes"] = tmp_path / "changes.csv"
+    run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")
+    header, columns = unpacked(outputs["view_1"].read_text(encoding="utf-8"))
+    over = table["total"] / table[["total_floor", "total_moved"]].max(axis=1)
+    by_residue = dict(zip(table["residue"].astype(str), over.where(over >= 1), strict=True))
+    wanted = np.array([by_residue[header["residues"][k].split()[1]] for k in columns["residue"]])
+    scale, known = header["values"][1], np.isfinite(wanted)
+    steps = scale["low"] + columns["value 1"] / 254 * (scale["high"] - scale["low"])
+    assert np.abs(steps - wanted)[known].max() <= (scale["high"] - scale["low"]) / 254
+    assert not known.all() and (columns["value 1"][~known] == 255).all() and scale["unknown is"]
+
+
+def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch):
+    monkeypatch.setattr(viewer, "MAX_BYTES", 60_000)
+    text = page_of(prepared, order)
+    header, columns = unpacked(text)
+    assert len(text.encode()) <= 60_000 and header["total"] == 3000
+    assert 1000 < header["stored"] < 3000 and {*columns["index"]} == {*order[: header["stored"]]}
+
+
+def test_distances_count_from_the_origin_of_a_patch(prepared):
+    n = len(prepared.points)
+    cover = prepared.cover._replace(origin=(prepared.cover.centre + 1) % n)
+    columns = viewer.cover_columns(prepared.surface, np.arange(n), cover)
+    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.COORDINATE_STEP
+    assert np.allclose(found, prepared.points[cover.origin], atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A browser for the tests of this file."""
+    if None in programs():
+        pytest.skip("no chromium and chromedriver on the PATH (Debian: chromium, chromium-driver)")
+    made = Browser(tmp_path_factory.mktemp("browser"))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def path(prepared, order, grid, tmp_path_factory):
+    """The page as a file, with a colour of which some values are unknown."""
+    depth = np.where(np.arange(len(prepared.points)) % 7 == 0, np.nan, prepared.points[:, 2])
+    values = [viewer.Values("height above the middle", "z", " Å", depth, "low", "high")]
+    path = tmp_path_factory.mktemp("page") / "view.html"
+    best = tables.best_combinations(*grid, 50)
+    path.write_text(text := page_of(prepared, order, grid[0], best, RESIDUES, values, MINIMAL))
+    assert "http://" not in text and "https://" not in text and "src=" not in text and "@import" not in text
+    return path
+
+
+@pytest.fixture
+def opened(browser, path):
+    """The page, freshly loaded; whatever the console says is an error."""
+    browser.open(path.as_uri())
+    browser.wait_for(READY)
+    yield browser
+    assert browser.complaints() == []
+
+
+def choose(browser, **controls):
+    """Move controls as a user does: value, then its event; return the dots that are shown then."""
+    for name, value in controls.items():
+        browser.run(
+            "const e = document.getElementById(arguments[0]); e.value = arguments[1];"
+            "e.dispatchEvent(new Event('input', {bubbles: true}))", name, str(value),
+        )  # fmt: skip
+    return browser.run("return Array.from(view.shown)")
+
+
+def text_of(browser, name):
+    return browser.run("return document.getElementById(arguments[0]).textContent", name)
+
+
+def picture(browser):
+    """The drawn part of the window, (rows, columns, 3)."""
+    browser.run("drawNow()")
+    path = browser.folder / "window.png"
+    path.write_bytes(browser.screenshot())
+    return matplotlib.image.imread(path)[100:, :600, :3]
+
+
+def coloured(image):
+    """Number of pixels that are neither white nor grey."""
+    return int((np.ptp(image, axis=2) > 0.15).sum())
+
+
+class Given:
+    """Hands the library the numbers of the page: -ln of xorshift's."""
+
+    def __init__(self, count, seed, order):
+        mask, numbers, self.at = 0xFFFFFFFF, [], 0
+        state = ((seed + 1) * 0x9E3779B1 & mask) | 1
+        for _ in range(count):
+            state ^= state << 13 & mask
+            state ^= state >> 17
+            state ^= state << 5 & mask
+            numbers.append(-np.log((state + 0.5) / 2**32))
+        self.numbers = np.empty(count)
+        self.numbers[order] = numbers
+
+    def standard_exponential(self, out):
+        out[:], self.at = self.numbers[self.at : self.at + len(out)], self.at + len(out)
+
+
+def test_the_page_keeps_the_dots_that_the_library_keeps(opened, prepared):
+    cover = prepared.cover
+    owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
+    by_patch = np.lexsort((cover.dot, owner))
+    for seed in (1, 2):
+        for combination in COMBINATIONS:
+            shown = choose(opened, sampler="paper", **dict(zip(PARAMETERS, combination, strict=True)))
+            wanted = published.sample(cover, combination, Given(len(cover.dot), seed, by_patch))
+            assert shown == wanted.tolist() and f"{len(wanted):,} of 3,000 dots" in text_of(opened, "shown")
+        opened.run("document.getElementById('again').click()")
+
+
+def test_other_samplers_show_the_number_that_is_asked_for(opened, order):
+    assert choose(opened) == MINIMAL  # what the page opens with
+    for percent in (10, 50):
+        assert choose(opened, sampler="farthest", percent=percent) == order[: 30 * percent].tolist()
+    first = choose(opened, sampler="uniform")
+    assert len({*first}) == len(first) == 1500 and max(first) < 3000
+    opened.press("#canvas", "n")
+    again = choose(opened)
+    assert len(again) == 1500 and again != first
+
+
+def test_the_nearest_combination_of_the_grid_is_shown_with_its_numbers(opened, grid):
+    rows = (
+        "return [...document.querySelectorAll('#nearest tr')].map(r => [...r.cells].map(c => c.textContent))"
+    )
+    for asked, nearest in (((0.9, 0.2, 5, 1), [1, 0, 6, 0]), ((0.6, 0.8, 2, 8), [0.5, 1, 0, 6])):
+        choose(opened, sampler="paper", **dict(zip(PARAMETERS, asked, strict=True)))
+        row = grid[0][(grid[0][PARAMETERS] == nearest).all(axis=1)].iloc[0]
+        wanted = [["reading", "Z_tS", "Z_tR", "d"]]
+        for reading in ("kept", "full"):
+            numbers = [f"{row[f'{name}_{reading}']:.2f}".replace("-", "−") for name in ("Z_tS", "Z_tR", "d")]
+            wanted.append([READINGS[reading].words, *numbers])
+        assert opened.run(rows) == wanted
+        assert f"({', '.join(map(str, nearest))}), n_S {row['n_S_percent']:.1f} %" in text_of(
+            opened, "nearest"
+        )
+    choose(opened, presets=0)  # the paper's best moves all sliders
+    assert opened.run("return LAW.map((name) => element(name).value)") == ["1", "0", "6", "0"]
+    assert "(1, 0, 6, 0)" in text_of(opened, "nearest")
+
+
+def test_every_dot_has_the_colour_of_its_value(opened, prepared):
+    """Grey where it is unknown; viridis is brighter the higher the value, so that it reads without colour vision."""
+    opened.run("const paintAll = scene.colour; scene.colour = (rgb) => paintAll((window.painted = rgb))")
+    height = np.where(np.arange(3000) % 7 == 0, np.nan, prepared.points[:, 2])
+    for colour, values, unit, ends in (
+        (0, prepared.roughness, "", ("rough", "flat")),
+        (1, height, " Å", ("low", "high")),
+    ):
+        choose(opened, colour=colour)
+        painted = np.reshape(opened.run("return Array.from(painted)"), (-1, 3))
+        known, low, high = np.isfinite(values), np.nanmin(values), np.nanmax(values)
+        wanted = 255 * matplotlib.colormaps["viridis"]((values[known] - low) / (high - low))[:, :3]
+        assert np.abs(painted[known] - wanted).max() < 6  # 16 colours in between which it is interpolated
+        assert (painted[~known] == 160).all()
+        said = "".join(f"{value:.2f}{unit} {end}" for value, end in zip((low, high), ends, strict=True))
+        legend = text_of(opened, "legend")
+        assert legend.endswith((said + "unknown" * bool((~known).any())).replace("-", "−"))
+    choose(opened, colour="kind")
+    assert np.array_equal(
+        np.reshape(opened.run("return Array.from(painted)"), (-1, 3)), KIND_COLOURS[prepared.surface.kind]
+    )
+    assert "contact" in text_of(opened, "legend")
+
+
+def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
+    choose(opened, sampler="all")
+    opened.run("drawNow()")
+    sharp, pixel, disc = opened.run(
+        "return [canvas.width / canvas.clientWidth, scene.perPixel(view), radius()]"
+    )  # pixels of the canvas in one of the screen, Å in one of the canvas
+    facing = np.reshape(opened.run("return Array.from(normals(dots.u, dots.v, head.octahedron))"), (-1, 3))
+    assert (facing * prepared.normals).sum(axis=1).min() > np.cos(np.radians(2))
+    points = prepared.points - (prepared.points.min(axis=0) + prepared.points.max(axis=0)) / 2
+    gap = np.linalg.norm(points[:, :2] - np.array([5, -5]) * sharp * pixel, axis=1)
+    hit = (gap < max(disc, 7 * pixel)) & (prepared.normals[:, 2] > 0.12)
+    for kind in ("mouse", "touch"):
+        opened.run("pick(-1)")
+        opened.point("#canvas", (5, 5), kind=kind)
+        dot = opened.run("return view.picked")
+        assert dot == np.argmax(np.where(hit, points[:, 2] - gap, -np.inf))  # the one in front
+        said = text_of(opened, "picked")
+        assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, R_i = ")
+        assert abs(float(said.split("R_i = ")[1][:4]) - prepared.roughness[dot]) < 0.008
+    opened.point("#canvas", (0, 0), (60, 20))
+    turned = np.reshape(opened.run("return view.turn"), (3, 3))
+    assert np.allclose(turned @ turned.T, np.eye(3)) and turned[0, 2] > 0.4  # the front went to the right
+    assert opened.run("return view.picked") == dot  # a press that moved picks nothing
+
+
+def test_keys_and_the_wheel(opened):
+    step = np.sin(0.12)
+    for key, place, sign in (("\ue012", 2, -1), ("\ue014", 2, 1), ("\ue013", 5, 1), ("\ue015", 5, -1)):
+        opened.press("#canvas", "0" + key)  # back; then what lies in front goes to the left, right, up, down
+        assert np.isclose(opened.run("return view.turn")[place], sign * step)
+    for act, zoom in (
+        (lambda: opened.press("#canvas", "+"), 1.15),
+        (lambda: opened.wheel("#canvas", -100), np.exp(0.15)),
+    ):
+        opened.press("#canvas", "0")
+        act()
+        assert np.isclose(opened.run("return view.zoom"), zoom, rtol=0.05)
+    opened.press("#canvas", "0")
+    opened.point("#canvas", (0, 0), (20, 50), held="\ue008")
+    across, down = opened.run("return view.shift")
+    assert across > 0 > down and opened.run("return view.turn") == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+
+
+def test_the_picture_shows_what_is_chosen_and_can_be_saved(opened):
+    choose(opened, sampler="all", colour="kind")
+    whole = coloured(picture(opened))
+    choose(opened, sampler="farthest", percent=5)
+    few = picture(opened)
+    assert coloured(few) < whole / 2 > 10_000
+    choose(opened, size=3)
+    assert coloured(picture(opened)) > 1.5 * coloured(few)
+    opened.run("element('pale').click()")
+    assert (picture(opened).min(axis=2) < 0.97).sum() < (few.min(axis=2) < 0.97).sum()
+    opened.run(
+        "HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }"
+    )
+    opened.click("#save")
+    name, data = opened.run("return saved")
+    path = opened.folder / "saved.png"
+    path.write_bytes(base64.b64decode(data.removeprefix("data:image/png;base64,")))
+    image = matplotlib.image.imread(path)[..., :3]
+    assert name == "blob_c1.png" and coloured(image) > 1000 and (image[-40:] < 0.5).any()  # the line below it
+
+
+def test_a_small_screen_needs_no_sideways_scrolling(opened):
+    opened.screen(400, 800)
+    try:
+        choose(opened, sampler="paper")
+        assert opened.run("return [document.documentElement.scrollWidth, window.innerWidth]") == [400, 400]
+        assert opened.run("return element('canvas').clientHeight") > 200
+        assert opened.run("return element('canvas').clientWidth") > 360  # the controls stand below
+        ends = "return ['alpha', 'delta', 'sampler', 'save'].map((id) => element(id).getBoundingClientRect().right)"
+        assert max(opened.run(ends)) <= 400
+    finally:
+        opened.screen(None, None)
+
+
+def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
+    """Numbers are those of the whole surface: of a dot, and of the share of the subset."""
+    x = prepared.points[:, 0]
+    values = [viewer.Values("propensity", "propensity", "", x, "likely", "unlikely")]
+    values += [viewer.Values("height", "z", " Å", np.full(3000, np.nan), "low", "high")]
+    text = page_of(prepared, order[:1500], values=values, minimal=order[:90], opens=("all", 1))
+    (tmp_path / "view.html").write_text(text)
+    browser.open((tmp_path / "view.html").as_uri())
+    browser.wait_for(READY)
+    assert "likely" in text_of(browser, "legend")  # what it was asked to open with
+    assert text_of(browser, "shown").endswith("The page holds the first 1,500 of 3,000 dots.")
+    browser.point("#canvas", (5, 5))
+    dot = sorted(order[:1500])[browser.run("return view.picked")]
+    said = text_of(browser, "picked")
+    assert said.startswith(f"Dot {dot}, ") and said.endswith("z = unknown.")
+    found = float(said.split("propensity = ")[1].split(",")[0].replace("−", "-"))
+    assert abs(found - x[dot]) < np.ptp(x) / 254
+    choose(browser, sampler="minimal", colour=2)
+    assert (
+        "90 of 3,000 dots (3.0 %)." in text_of(browser, "shown")
+        and text_of(browser, "legend") == "heightunknown"
+    )
+    choose(browser, sampler="paper")
+    assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
+    assert browser.complaints() == []

@@ -1,0 +1,73 @@
+"""The version of the code of a script: bytes of the modules that it imports and of their data, and of nothing else."""
+
+import pytest
+
+from sparsurf_study.workflow import code_version
+
+FILES = {
+    "scripts/measure.py": "from sparsurf.patches.index import build\nfrom sparsurf_study.analysis import (\n    grid,\n)\n",
+    "src/sparsurf/__init__.py": "",
+    "src/sparsurf/streams.py": "",
+    "src/sparsurf/settings.py": "",
+    "src/sparsurf/patches/__init__.py": "",
+    "src/sparsurf/patches/index.py": "import numpy\nimport sparsurf.streams\nTABLE, ICONS = 'table.csv', \"icons\"",
+    "src/sparsurf/patches/table.csv": "1",
+    "src/sparsurf/patches/other.csv": "1",
+    "src/sparsurf/patches/other.py": "",
+    "src/sparsurf/patches/icons/dot.svg": "",
+    "src/sparsurf_study/__init__.py": "",
+    "src/sparsurf_study/analysis/__init__.py": "",
+    "src/sparsurf_study/analysis/grid.py": "def f():\n    from sparsurf_study.workflow.jobs import job\n",
+    "src/sparsurf_study/workflow/__init__.py": "",
+    "src/sparsurf_study/workflow/jobs.py": "from sparsurf import settings",
+}
+FILES["src/sparsurf/patches/index.py"] = FILES["src/sparsurf/patches/index.py"].replace("'", '"')
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A checkout with one script."""
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(code_version, "ROOT", tmp_path)
+    monkeypatch.setattr(code_version, "SOURCES", tmp_path / "src")
+    return tmp_path
+
+
+def version():
+    """The version of the script, read anew."""
+    code_version.code_of.cache_clear()
+    code_version.needed_by.cache_clear()
+    return code_version.code_of("measure")
+
+
+@pytest.mark.parametrize(
+    ("file", "counts"),
+    [
+        ("src/sparsurf/patches/index.py", True),
+        ("src/sparsurf/patches/__init__.py", True),
+        ("src/sparsurf/patches/table.csv", True),
+        ("src/sparsurf/patches/icons/dot.svg", True),
+        ("src/sparsurf/streams.py", True),
+        ("src/sparsurf/settings.py", True),  # through an import of the workflow, which does not count itself
+        ("src/sparsurf_study/analysis/grid.py", True),
+        ("src/sparsurf/patches/other.py", False),
+        ("src/sparsurf/patches/other.csv", False),
+        ("src/sparsurf/__init__.py", False),
+        ("src/sparsurf_study/workflow/jobs.py", False),
+    ],
+)
+def test_an_edit_counts_where_the_script_needs_the_file(checkout, file, counts):
+    before = version()
+    with open(checkout / file, "a") as stream:
+        stream.write("\n# an edit\n")
+    assert (version() != before) == counts
+
+
+def test_a_renamed_module_counts(checkout):
+    before = version()
+    (checkout / "src/sparsurf/streams.py").rename(checkout / "src/sparsurf/flows.py")
+    index = checkout / "src/sparsurf/patches/index.py"
+    index.write_text(index.read_text().replace("streams", "flows"))
+    assert version() != before

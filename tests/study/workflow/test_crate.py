@@ -1,0 +1,54 @@
+"""The crate of a run: it lists each file, and tells which were changed later."""
+
+import json
+import os
+import shutil
+
+import check_run
+import sparsurf
+from sparsurf_study.report import closing
+
+
+def test_the_crate_describes_files_and_run(study, tmp_path):
+    run = study / "results" / "small"
+    by = {entry["@id"]: entry for entry in json.loads((run / closing.CRATE).read_text())["@graph"]}
+    assert by["moving/f0000/minimal.csv"]["description"].startswith("the minimal subset")
+    assert by["moving/f0000/minimal.csv"]["encodingFormat"] == "text/csv"
+    assert by["ro-crate-metadata.json"]["about"] == {"@id": "./"} and by["./"]["@type"] == "Dataset"
+    assert by["#sparsurf"]["version"] == sparsurf.__version__
+    (tmp_path / "a b").mkdir()
+    shutil.copy(run / "surfaces.csv", tmp_path / "a b" / "ä.csv")
+    closing.write_crate([str(tmp_path / "a b")], str(tmp_path / "c.json"), ["So many."])
+    by = {entry["@id"]: entry for entry in json.loads((tmp_path / "c.json").read_text())["@graph"]}
+    assert "a%20b/%C3%A4.csv" in by  # of a folder each file, as an address
+    assert by["./"]["abstract"] == ["So many."]
+
+
+def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(check_run, "RESULTS", tmp_path / "results")
+    folder, config = tmp_path / "results" / "mine", tmp_path / "mine.yaml"
+    config.write_text("run: mine\n")
+    assert check_run.main(config) == 2 and "There is no " in capsys.readouterr().err
+    folder.mkdir(parents=True)
+    files = [folder / name for name in ("a b.csv", "grid.csv", "roughness.csv", "view.html")]
+    for path in files:
+        path.write_text("x\n1\n2\n")
+    closing.write_crate(list(map(str, files)), str(folder / closing.CRATE), [])
+    assert check_run.main(config) == 0 and capsys.readouterr().out.startswith("4 of 4 files in results/mine/")
+    for path, text in ((files[1], "x\n1\n3\n"), (files[2], "x\n1")):
+        times = path.stat().st_atime_ns, path.stat().st_mtime_ns
+        path.write_text(text)
+        os.utime(path, ns=times)
+    files[3].unlink()
+    assert check_run.main(config) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(". ")[0] for line in lines[:3]] == [
+        "results/mine/grid.csv differs from what the run wrote",
+        "results/mine/roughness.csv differs from what the run wrote",
+        "results/mine/view.html is missing",
+    ]
+    assert len(lines) == 4
+    (folder / closing.CRATE).write_text("{")
+    assert check_run.main(config) == 2 and "is damaged" in capsys.readouterr().err

@@ -1,0 +1,290 @@
+"""Every rule, run for real in the small study: values in its outputs, and pages that lead to them."""
+
+import html
+import json
+import re
+from urllib.parse import unquote
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.image import imread
+
+from sparsurf.evaluation.statistics import mean_interval
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.views.numbers import interval
+
+CONFORMATIONS = ("moving/f0000", "moving/f0700", "still/f0", "loaded/f0", "ready/c1")
+MOLECULES = CONFORMATIONS[:4]
+SAMPLED = [place for place in CONFORMATIONS if place != "loaded/f0"]
+
+
+@pytest.fixture(scope="module")
+def run(study):
+    """Folder of the results."""
+    return study / "results" / "small"
+
+
+def structure_of(run, place):
+    """Return the dots of a conformation and the residue of each, 0 for the first."""
+    surface = read_npz(run / place / "surface.npz")
+    return surface, read_study_structure(run / place / "structure.pdb").residue_index[surface.atom]
+
+
+def test_conformations_are_the_frames_that_the_config_names(study, run):
+    trajectory = read_molecule(
+        study / "topology.pdb", trajectory=study / "trajectory.xtc", residues="209-216"
+    )
+    frames = pd.read_csv(run / "moving/frames.csv")
+    assert frames["conformation"].tolist() == ["f0000", "f0700"] and frames["frame"].tolist() == [0, 700]
+    for name, frame in zip(frames["conformation"], frames["frame"], strict=True):
+        atoms = read_study_structure(run / f"moving/{name}/structure.pdb").xyz[0]
+        assert np.allclose(atoms, trajectory.xyz[frame], atol=2e-3)
+    assert len(pd.read_csv(run / "moving/projection.csv")) == trajectory.n_frames
+
+
+def test_a_download_gives_the_results_of_the_local_file(run):
+    for name in ("surface.npz", "roughness.csv"):
+        assert (run / "loaded/f0" / name).read_bytes() == (run / "still/f0" / name).read_bytes()
+
+
+def test_a_ready_surface_is_taken_as_it_is(study, run):
+    ready, surface = read_npz(study / "ready.npz"), read_npz(run / "ready/c1/surface.npz")
+    assert np.array_equal(ready.points, surface.points) and np.array_equal(ready.normals, surface.normals)
+    assert not (run / "ready/c1/structure.pdb").exists()
+
+
+@pytest.mark.parametrize("place", CONFORMATIONS)
+def test_tables_of_a_conformation_agree(run, place):
+    folder, n = run / place, len(read_npz(run / place / "surface.npz"))
+    protein, conformation = place.split("/")
+    row = (
+        pd.read_csv(run / "surfaces.csv").set_index(["protein", "conformation"]).loc[(protein, conformation)]
+    )
+    roughness, minimal = pd.read_csv(folder / "roughness.csv"), pd.read_csv(folder / "minimal.csv")
+    assert len(roughness) == row["N"] == n and roughness["roughness"].between(0, 1).all()
+    assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
+    assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
+    recovered = pd.read_csv(folder / "recovered.csv").iloc[0]
+    assert row["recovered_mean"] == recovered["mean"] and recovered["dots"] == n - len(minimal)
+    assert row["recovered_Z_published"] == recovered["Z_published"] > 0
+    assert pd.notna(row["best_kept"]) == (place in SAMPLED)
+
+
+@pytest.mark.parametrize("place", CONFORMATIONS)
+def test_floors_are_those_that_a_protein_has(run, place):
+    """Moved atoms need atoms, and frames a trajectory."""
+    floors = "".join(pd.read_csv(run / place / "floors.csv")["floor"])
+    assert ("frames" in floors, "atoms moved" in floors) == ("moving" in place, "ready" not in place)
+
+
+@pytest.mark.parametrize("place", SAMPLED)
+def test_tables_of_the_papers_sampling_agree(run, place):
+    folder, n = run / place, len(read_npz(run / place / "surface.npz"))
+    grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
+    assert len(grid) == best["combinations"] == 8 and best["N"] == n
+    floors = pd.read_csv(folder / "floors.csv").set_index("floor")["Z"]
+    assert best["references"]["floors"] == pytest.approx(floors.to_dict())
+    chosen = best["kept"]["unrestricted"]
+    chosen = grid.query(
+        " and ".join(f"{key} == {chosen[key]}" for key in ("alpha", "beta", "gamma", "delta"))
+    )
+    assert chosen["n_S"].tolist() == [best["kept"]["unrestricted"]["n_S"]]
+    ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'kept'")
+    assert len(ranges) == 10 and ranges["n_combinations"].sum() == len(grid) - 1  # the largest is in none
+    page = html.unescape((run / "index.html").read_text())
+    for row in ranges.dropna(subset="d_cv").to_dict("records"):
+        assert interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]) in page  # rounded as the table is
+    distances = np.load(folder / "distances.npz")
+    assert distances["z_ts"].shape == (2, 8, 2, 20)  # readings, combinations, draws, test dots
+    bins = pd.read_csv(folder / "rough_and_flat.csv")
+    drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
+    assert drawn.to_list() == pytest.approx([10 * 20] * 2, abs=1e-3)  # ten means of six digits
+
+
+@pytest.mark.parametrize("place", MOLECULES)
+def test_residues_and_fields_are_those_of_the_dots(run, place):
+    folder = run / place
+    surface, residue = structure_of(run, place)
+    fields, minimal = np.load(folder / "fields.npz"), pd.read_csv(folder / "minimal.csv")
+    residues, roughness = pd.read_csv(folder / "residues.csv"), pd.read_csv(folder / "roughness.csv")
+    assert residues["dots"].tolist() == np.bincount(residue, minlength=len(residues)).tolist()
+    assert residues["kept"].sum() == len(minimal) and residues["weight"].sum() == len(surface)
+    own = [roughness["roughness"][residue == k].mean() for k in range(len(residues))]
+    assert np.allclose(residues["mean_roughness"], own)
+    own = [fields["hydropathy"][residue == k].mean() for k in range(len(residues))]
+    assert np.allclose(residues["mean_hydropathy"], own)
+    np.testing.assert_allclose(minimal["hydropathy"], fields["hydropathy"][minimal["dot"]], atol=1e-4)
+    assert np.array_equal(surface.points[minimal["dot"]].round(4), minimal[["x", "y", "z"]].to_numpy())
+    table = pd.read_csv(folder / "fields.csv")
+    assert {*table["field"]} == {"hydropathy"} | ({"score"} if "loaded" not in place else set())
+    if "loaded" not in place:  # which has no table of scores
+        scored = 210 if "moving" in place else 2
+        assert residues.set_index("residue")["mean_score"][scored] > 0.8
+    for name, values in (("surface.ply", fields["hydropathy"]), ("minimal.ply", minimal["hydropathy"])):
+        written = read_surface(folder / name).fields["hydropathy"]
+        np.testing.assert_allclose(written, values, rtol=1e-3, atol=1e-3)
+
+
+def test_an_ensemble_has_the_frames_of_all_its_jobs(run):
+    table = pd.read_csv(run / "moving/ensemble.csv")
+    assert table["frame"].to_list() == [0, 500, 1000]
+    first = pd.read_csv(run / "surfaces.csv").query("conformation == 'f0000'").iloc[0]
+    assert table["N"][0] == first["N"] and table["mean_roughness"][0] == pytest.approx(
+        first["mean_roughness"]
+    )
+    over_time = pd.read_csv(run / "moving/residues_over_time.csv").set_index("frame").drop(columns="time_ps")
+    residues = pd.read_csv(run / "moving/residues.csv")
+    assert np.allclose(residues["mean_roughness"], over_time.mean()) and residues["frames"].eq(3).all()
+    of_first = pd.read_csv(run / "moving/f0000/residues.csv")["mean_roughness"]
+    assert np.allclose(over_time.loc[0], of_first)
+    assert not (run / "moving/ensemble").exists() or not list((run / "moving/ensemble").iterdir())
+
+
+def test_samplers_are_compared_on_every_surface_and_over_all(run):
+    tables = {place: pd.read_csv(run / place / "compare.csv") for place in SAMPLED}
+    summary = pd.read_csv(run / "compare.csv")
+    assert {"paper", "uniform", "farthest"} <= {*summary["sampler"]}
+    key = {"sampler": "farthest", "percent": 20, "use": "surface", "measure": "Z full"}
+    text = " and ".join(f"{name} == {value!r}" for name, value in key.items())
+    values = pd.Series({place: table.query(text)["value"].item() for place, table in tables.items()})
+    own = values.groupby(values.index.str.split("/").str[0]).mean()  # of each protein
+    row = summary.query(text).iloc[0]
+    assert row["n"] == len(own) == 3 and row["value"] == pytest.approx(own.mean())
+    floors = pd.read_csv(run / "ready/c1/floors.csv").set_index("floor")["Z"]
+    of_z = tables["ready/c1"].dropna(subset="Z_mean_descriptor")
+    for column, floor in (("Z_resampled", "fresh dots"), ("Z_turned", "turned")):
+        assert np.allclose(of_z[column], floors[floor], rtol=1e-4)
+
+
+def surfaces_of_pair(run, pair):
+    """Surfaces of both partners."""
+    places = {"both": ("moving/f0000", "still/f0"), "half": ("still/f0", "ready/c1")}.get(pair)
+    files = [f"{place}/surface.npz" for place in places or ()]
+    return [read_npz(run / file) for file in files or [f"pairs/{pair}/surface_{side}.npz" for side in (1, 2)]]
+
+
+@pytest.mark.parametrize("pair", ["both", "half", "files"])
+def test_a_pair_has_maps_of_both_partners(run, pair):
+    folder, surfaces = run / "pairs" / pair, surfaces_of_pair(run, pair)
+    dots = pd.read_csv(folder / "propensity.csv")
+    assert dots.groupby("partner").size().tolist() == [len(surface) for surface in surfaces]
+    assert np.allclose(
+        dots[["x", "y", "z"]], np.concatenate([surface.points for surface in surfaces]), atol=1e-3
+    )
+    assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
+    assert dots["propensity_smoothed"].notna().all()
+    page = (run / "index.html").read_text(encoding="utf-8")
+    link = f'href="pairs/{pair}/residues.csv"'
+    assert (link in page) == (folder / "residues.csv").exists() == (pair != "half")
+
+
+@pytest.mark.parametrize("pair", ["both", "files"])
+def test_residues_of_partners_have_the_mean_of_their_dots(run, pair):
+    folder = run / "pairs" / pair
+    dots, residues = pd.read_csv(folder / "propensity.csv"), pd.read_csv(folder / "residues.csv")
+    mean = dots.groupby(["partner", "residue"])["propensity_smoothed"].mean()
+    assert np.allclose(residues["propensity_smoothed"], mean, rtol=1e-4)
+    for side in (1, 2):
+        written = read_study_structure(folder / f"partner_{side}.pdb")
+        of_side = residues[residues["partner"] == side]["propensity_smoothed"].to_numpy()
+        assert np.allclose(written.b_factor, of_side[written.residue_index], atol=6e-3)
+
+
+def test_chains_of_a_complex_give_what_two_files_give(study, run):
+    for name in ("propensity.csv", "best_pairs.csv", "residues.csv"):
+        chains, files = (run / "pairs" / pair / name for pair in ("chains", "files"))
+        assert chains.read_bytes() == files.read_bytes(), name
+    atoms = [read_study_structure(run / f"pairs/files/structure_{side}.pdb").xyz for side in (1, 2)]
+    assert np.allclose(atoms[0], read_molecule(study / "one.pdb").xyz)
+    assert np.allclose(atoms[1], read_molecule(study / "two.pdb").xyz)
+
+
+def test_the_table_of_pairs_is_of_those_that_touch(run):
+    table = pd.read_csv(run / "pairs/pairs.csv")
+    assert table["complex"].unique().tolist() == ["half", "files", "chains"]
+    of_pairs = table.groupby(["score", "complex"])["auc"].mean()
+    mean, low, high = mean_interval(of_pairs["propensity_smoothed"])
+    page = (run / "index.html").read_text(encoding="utf-8")
+    assert f"AUC {mean:.2f} ({max(low, 0):.2f} to {min(high, 1):.2f}) over 3 pairs" in re.sub(
+        "<[^>]+>", "", page
+    )
+    assert "over 3 pairs that touch" in page
+
+
+def test_the_interface_is_drawn_in_vermillion(run):
+    """Where there is one: the partners of `both` do not touch."""
+
+    def share(pair):
+        red, green, blue = np.moveaxis(imread(run / "pairs" / pair / "book.png")[..., :3], -1, 0)
+        return ((red > 0.55) & (green < 0.5) & (blue < 0.15)).mean()
+
+    assert share("files") > 0.003 and share("both") == 0
+
+
+def test_two_forms_are_compared_residue_by_residue(run):
+    folder = run / "changes" / "bend"
+    changes = pd.read_csv(folder / "changes.csv")
+    assert changes["residue"].tolist() == list(range(209, 217))
+    forms = [read_study_structure(folder / f"changed_{side}.pdb") for side in (1, 2)]
+    for form in forms:
+        over_floor = (changes["total"] / changes[["total_floor", "total_moved"]].max(axis=1)).to_numpy()
+        assert np.allclose(form.b_factor, over_floor[form.residue_index], atol=6e-3)
+    first, before = (
+        read_study_structure(run / f"moving/{name}/structure.pdb").xyz[0] for name in ("f0700", "f0000")
+    )
+    assert np.allclose(forms[0].xyz[0], first, atol=2e-3)
+    away = [np.sqrt(np.mean((atoms - first) ** 2)) for atoms in (forms[1].xyz[0], before)]
+    assert away[0] < away[1]
+
+
+def test_tables_over_all_surfaces_have_a_row_for_each(run):
+    for name, places in (("surfaces", CONFORMATIONS), ("summary", SAMPLED)):
+        table = pd.read_csv(run / f"{name}.csv")
+        assert {*(table["protein"] + "/" + table["conformation"])} == {*places}
+    assert len(pd.read_csv(run / "summary.csv")) == 4 * 2 * 10  # surfaces, readings, ranges
+
+
+def test_the_tables_of_the_paper_stand_beside_ours(run):
+    rows = pd.read_csv(run / "paper_rows.csv")
+    assert len(rows) == 10 and {"d_published", "d_kept"} <= {*rows.columns}
+    assert re.search(r"\b8 combinations", (run / "verdict.html").read_text())
+
+
+def test_warnings_of_all_jobs_are_in_one_table(run):
+    table = pd.read_csv(run / "warnings.csv")
+    assert table.columns.to_list() == ["protein", "conformation", "job", "sentence"]
+    frames = table[table["job"] == "choose_frames"]
+    assert {"loaded", "still"} <= {*frames["protein"]} and frames["sentence"].str.contains("lack heavy").all()
+    assert not table.duplicated(["protein", "conformation", "sentence"]).any()
+
+
+def test_the_first_page_leads_to_every_page_and_figure(run):
+    links = {unquote(path) for path in re.findall(r'href="([^"]+)"', (run / "index.html").read_text())}
+    found = {str(path.relative_to(run)) for end in ("html", "png") for path in run.rglob(f"[!.]*.{end}")}
+    found = {path for path in found if not path.endswith("view.png")}  # on the page of the viewer
+    found -= {"index.html"}
+    assert found <= links and len(found) > 50
+    assert not [path for path in links if not path.startswith("#") and not (run / path).exists()]
+
+
+def test_the_crate_describes_every_file(run):
+    graph = json.loads((run / "ro-crate-metadata.json").read_text())["@graph"]
+    files = {unquote(part["@id"]): part["contentSize"] for part in graph if part["@type"] == "File"}
+    assert files == {path: str((run / path).stat().st_size) for path in files}
+    written = {str(path.relative_to(run)) for path in run.rglob("[!.]*") if path.is_file()}
+    # not listed: what only other rules read
+    unlisted = ("logs/", "loaded/download/", "ro-crate-")
+    unlisted += tuple(
+        f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface")
+    )
+    read_by_rules = {path for path in written if path.endswith("/floor_distances.npz")}
+    assert {*files} == {path for path in written if not path.startswith(unlisted)} - read_by_rules
+
+
+def test_every_figure_is_a_picture(run):
+    pictures = [*run.rglob("*.png")]
+    assert len(pictures) > 30 and all(path.read_bytes()[:4] == b"\x89PNG" for path in pictures)
+    assert {path.with_suffix(".png") for path in run.rglob("*.svg")} <= {*pictures}

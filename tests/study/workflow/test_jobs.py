@@ -1,0 +1,130 @@
+"""The frame of a job: its log, errors as sentences, progress in words; what is read from logs."""
+
+import errno
+import io
+import os
+import re
+import shutil
+import signal
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from sparsurf.errors import InputError
+from sparsurf_study.workflow import job_logs, jobs
+
+
+@pytest.fixture
+def snakemake(tmp_path):
+    """What Snakemake hands to a script, as far as the frame of a job uses it."""
+    return SimpleNamespace(rule="work", log=[str(tmp_path / "work.log")])
+
+
+def test_the_log_of_a_job_has_what_it_prints_logs_and_uses(snakemake):
+    with jobs.job(snakemake):
+        print("printed")
+        jobs.logging.getLogger("sparsurf").warning("a hole")
+        warnings.warn("a division", stacklevel=1)
+    log = Path(snakemake.log[0]).read_text().splitlines()
+    assert log[:2] == ["printed", "WARNING a hole"] and any("a division" in line for line in log[2:])
+    assert re.fullmatch(r"USED \d+ MB [\d.]+ s", log[-1])
+    assert job_logs.failure(snakemake.log[0]) is None
+    assert job_logs.warnings_in(snakemake.log[0])[0] == "a hole"
+
+
+@pytest.mark.parametrize(
+    ("error", "words", "traced"),
+    [
+        (InputError("the file is wrong."), "the file is wrong.", False),
+        (
+            OSError(errno.ENOSPC, "words of a library", "x.csv"),
+            "x.csv: No space left on device. Free or repair the disk",
+            False,
+        ),
+        (OSError(errno.EIO, "bad disk"), "A defect of this program (OSError", True),
+        (KeyError("k"), "A defect of this program (KeyError: 'k')", True),
+    ],
+)
+def test_an_error_is_a_sentence(snakemake, monkeypatch, error, words, traced):
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "__stderr__", terminal)
+
+    with pytest.raises(SystemExit) as end, jobs.job(snakemake):
+        raise error
+    log = Path(snakemake.log[0]).read_text()
+    assert end.value.code == 1 and f"ERROR {words}" in log and words in terminal.getvalue()
+    assert ("Traceback" in log) == traced and "Traceback" not in terminal.getvalue()
+    assert job_logs.failure(snakemake.log[0]).startswith(words)
+
+
+def of_numba():
+    raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+
+@pytest.mark.parametrize("stop", [lambda: os.kill(os.getpid(), signal.SIGTERM), of_numba])
+def test_a_job_that_is_stopped_leaves_no_folder_and_says_so(snakemake, tmp_path, stop):
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt), jobs.job(snakemake), tempfile.TemporaryDirectory(dir=tmp_path):
+        stop()
+    signal.signal(signal.SIGTERM, before)
+    assert job_logs.failure(snakemake.log[0]) == job_logs.STOPPED
+    assert [path.name for path in tmp_path.iterdir()] == ["work.log"]
+
+
+def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, capsys, tmp_path):
+    now = [100.0]
+    monkeypatch.setattr(jobs.time, "monotonic", lambda: now[0])
+    report = jobs.reporter("p/c1, part 1 of 2", "frames")
+    for seconds, done in ((1.0, 1), (10.0, 5), (11.0, 6), (20.0, 20)):
+        now[0] = 100 + seconds
+        report(done, 20)
+    said = capsys.readouterr().err
+    assert said.splitlines() == [
+        "PROGRESS p/c1, part 1 of 2: 5 of 20 frames, 10 s, 30 s to go",
+        "PROGRESS p/c1, part 1 of 2: 20 of 20 frames, 20 s, 0 s to go",
+    ]
+    log = tmp_path / "x.log"
+    for text, found in (
+        ("", (0, 0, 0)),
+        (said.split("\n")[0] + "\n", (5, 20, 30)),
+        ("x\n" * 3000 + said, (20, 20, 0)),
+    ):
+        log.write_text(text)
+        assert job_logs.progress(log) == found
+
+
+def test_a_job_that_said_nothing_was_killed(tmp_path, monkeypatch):
+    (tmp_path / "x.log").write_text("WARNING a hole\nINFO x\nWARNING a hole\n")
+    assert job_logs.failure(tmp_path / "x.log") == job_logs.failure(tmp_path / "no.log") == job_logs.NO_REASON
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=0))
+    assert job_logs.failure(tmp_path / "no.log") == job_logs.NO_SPACE
+    assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
+
+
+def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkeypatch):
+    """Those of jobs and of places that this study does not have; a sentence counts once for a conformation."""
+    others = "a/c1/compare_samplers", "a/c5/compute_surface", "b/c1/compute_surface", "summarise_comparison"
+    counted = "a/c1/compute_surface", "a/choose_frames", "a/simulate_nvt", "pairs/ab/match_partners"
+    counted = [*counted, "summarise_best"]
+    run = Path("results", "r")
+    monkeypatch.chdir(tmp_path)
+    for log in (*counted, *others):
+        path = run / "logs" / f"{log}.log"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"WARNING {log}\n")
+    (run / "logs/a/c1/measure_floors.log").write_text("WARNING a/c1/compute_surface\n")
+    files = ("a/c1/surface.npz", "a/c1/figures/required_dots.png", "surfaces.csv", "pairs/ab/contacts.csv")
+    names = (
+        "compute_surface",
+        "measure_floors",
+        "simulate_",
+        "choose_frames",
+        "summarise_best",
+        "match_partners",
+    )
+    rows = job_logs.collected_warnings([f"{run}/{file}" for file in files], f"{run}/logs", names)
+    assert [sentence for *_, sentence in rows] == counted

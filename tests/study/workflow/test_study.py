@@ -1,0 +1,370 @@
+"""`make run` from its outside: what is said before and after, signals, the exit code; Snakemake itself is played."""
+
+import fcntl
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+from types import SimpleNamespace
+
+import pytest
+import yaml
+
+import study
+from conftest import ROOT
+from sparsurf.errors import InputError
+from sparsurf_study.report import closing
+from sparsurf_study.workflow import job_logs, memory, running, slurm
+
+CRATE = '{"@graph": [{"@id": "ro-crate-metadata.json"}, {"@id": "./", "abstract": ["first", "second"]}]}'
+STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """An empty checkout; Snakemake leaves its options in `calls`, does the next of `work` and ends with the next of `codes`."""
+
+    class Checkout:
+        root, calls, codes, work = tmp_path / "checkout", [], [], []
+
+        def config(self, **keys):
+            path = tmp_path / "mine.yaml"
+            content = {"proteins": {"p": STRUCTURE}, "run": "mine"} | keys
+            path.write_text(yaml.safe_dump(content, sort_keys=False))
+            return str(path)
+
+        def make(self, *files):
+            for file in files:
+                path = played_checkout.root / "results" / "mine" / file
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(CRATE if "crate" in file else "a\n1\n")
+
+    def play(root, files, *options, errors=None, wait=None):
+        played_checkout.calls.append([*map(str, options)])
+        played_checkout.files = [path.name for path in files]
+        if played_checkout.work:
+            played_checkout.work.pop(0)()
+        return played_checkout.codes.pop(0) if played_checkout.codes else 0
+
+    played_checkout = Checkout()
+    played_checkout.root.mkdir()
+    (played_checkout.root / "config.yaml").write_bytes((ROOT / "config.yaml").read_bytes())
+    for name in ("data", "profiles"):
+        (played_checkout.root / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(study, "ROOT", played_checkout.root)
+    for module in (study, memory):
+        monkeypatch.setattr(module, "memory_of_machine", lambda: 4.1e9)
+    monkeypatch.setattr(study, "run_snakemake", play)
+    return played_checkout
+
+
+def test_a_study_ends_with_its_answers_and_where_to_look(checkout, capsys):
+    checkout.work = [lambda: checkout.make("warnings.csv", "index.html", "ro-crate-metadata.json")]
+    assert study.main(checkout.config(), "--cores", "2") == 0
+    assert checkout.calls == [["--logger", "sparsurf", "--resources=mem_mb=4100", "--cores", "2"]]
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert [line.split()[0] for line in lines] == ["Time", "Answer", "Answer", "Warnings", "Look", "All"]
+    assert lines[1:3] == ["Answer    first", "Answer    second"] and lines[3].split()[1] == "1"
+
+
+def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
+    def complain():
+        (checkout.root / "results" / "mine" / "logs" / "snakemake.err").write_text(
+            f"{running.SNAKEMAKES_GREETING} profiles/default\nusage\nsnakemake: error: four is no number\n\n"
+        )
+
+    checkout.codes, checkout.work = [1], [complain]
+    assert study.main(checkout.config(), "--no-such-option") == 1
+    printed = capsys.readouterr().err
+    assert "\nsnakemake: error: four is no number\n" in printed and "usage" not in printed
+    assert "See results/mine/logs/snakemake.err and the newest file" in printed
+
+
+@pytest.mark.parametrize(
+    ("logs", "exclude"),
+    [
+        (["p/c2/compute_surface"], {"p/c2": "compute_surface: ?", "pairs/both": "?", "changes/one": "?"}),
+        *(
+            ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "changes/one": "?", "changes/two": "?"})
+            for job in ("fetch_x.pdb", "prepare_system", "simulate_nvt", "judge_simulation", "choose_frames")
+        ),
+        (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
+        (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "changes/two": "?"}),
+        (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),
+        (["changes/two/draw_changes"], {"changes/two": "draw_changes: ?"}),
+        (["q/c1/draw_view"], {"q/c1": "?", "pairs/both": "?", "changes/two": "?"}),
+        (["summarise_best"], {}),
+    ],
+)
+def test_what_failed_and_what_needs_it_is_named_with_its_reason(tmp_path, logs, exclude):
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
+    pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
+    config = {"exclude": {}, "sampling": {"run": True}, "pairs": pairs}
+    config["proteins"] = {"p": {}, "q": {"surface": "x"}}
+    config["changes"] = {"one": ["p", "p/c2"], "two": ["p/c3", "q"]}
+    failed = [str(tmp_path / "logs" / f"{log}.log") for log in logs]
+    found = running.failed_places(config, tmp_path, failed)
+    assert found.keys() == exclude.keys()
+    assert all(found[place].startswith(reason.rstrip("?")) for place, reason in exclude.items())
+
+
+def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformations():
+    """A job that comes before them and is not listed would stop the run of the other proteins."""
+    rules = "".join(path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")))
+    jobs = set(re.findall(r'"results/\{run\}/logs/\{protein\}/(\w+)[^/"]*\.log"', rules))
+    after = {job for job in jobs if not job.startswith(running.BEFORE_CONFORMATIONS)}
+    assert after == {"draw_frames", "follow_frames_", "follow_ensemble", "draw_ensemble"}
+
+
+def test_only_conformations_that_are_finished_are_summarised(tmp_path):
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "frames.csv").write_text("conformation\nf0002\nf0013\nf0020\nf0021\n")
+    for name in ("f0002", "f0013", "f0020"):
+        (tmp_path / "p" / name).mkdir()
+        (tmp_path / "p" / name / "view.html").write_text("")
+    config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "changes": {}}
+    config["sampling"] = {"run": True}
+    found = running.failed_places(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
+    assert found.keys() == {"p/f13", "p/f0002"}
+    assert running.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
+    for place in ("pairs/lost", "pairs/left", "changes/lost"):
+        (tmp_path / place).mkdir(parents=True)
+        (tmp_path / place / "agreement.csv").write_text("")
+    of_earlier = config | {"pairs": {"lost": {}, "left": {}}, "changes": {"lost": []}}
+    lost = found | {"pairs/lost": "?", "changes/lost": "?"}
+    finished = running.finished_parts(of_earlier, tmp_path, lost)
+    assert finished.pairs == [tmp_path / "pairs/left"] and not any(
+        "lost" in path.parts for path in finished.files
+    )
+    nothing = running.finished_parts(config, tmp_path, failed := found | {"p/f20": "?"})
+    assert not closing.close_partial_run(config, tmp_path, failed, nothing, [], list)
+
+
+@pytest.mark.parametrize("full", ["results/mine", ".snakemake"])
+def test_a_disk_that_becomes_full_is_one_sentence(checkout, capsys, monkeypatch, full):
+    free = {full: 0}
+    monkeypatch.setattr(
+        running.shutil, "disk_usage", lambda path: SimpleNamespace(free=free.get(str(path), 10**9))
+    )
+    checkout.codes = [1]
+    assert study.main(checkout.config()) == 1
+    assert f"The disk of {full}/ is full. Free some space and run again" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("config", "options", "words"),
+    [
+        ({}, ["--config", "seed=3"], "--config.* one config file"),
+        ({}, ["-C", "seed=3"], "-C.* one config file"),
+        ({}, ["--configfile=b.yaml"], "--configfile.* one config file"),
+        ({}, ["--cluster"], "--cluster .* has none"),
+        ({}, ["--cluster", "foo"], "--cluster .* has foo"),
+        ({"run": "../.."}, [], "run cannot name a folder"),
+        ({"run": "README.md"}, [], "results/README.md is a file"),
+        ({"minimal": {"sampler": "farthst", "n_dots": 3}}, [], "did you mean 'farthest'"),
+        ({"sampling": False}, ["compare"], "sampling is false.* `compare`"),
+        (None, [], "no config file 'none.yaml'.* CONFIG="),
+        (".snakemake", [], ".snakemake.* cannot be written"),
+        ("results", [], "results.* cannot be written"),
+    ],
+)
+def test_a_mistake_ends_before_anything_runs(checkout, capsys, config, options, words):
+    if isinstance(config, str):
+        (checkout.root / config).symlink_to("/proc/no/such/place")  # where even root may not write
+        config = {}
+    elif config:
+        (checkout.root / "results").mkdir()
+        (checkout.root / "results" / "README.md").write_text("")
+    path = "none.yaml" if config is None else checkout.config(**config)
+    assert study.main(path, *options) == 2 and not checkout.calls
+    assert re.search(words, " ".join(capsys.readouterr().err.split()))
+
+
+@pytest.mark.parametrize("word", ["-n", "-np", "--dry-run", "--dryrun"])
+def test_a_dry_run_writes_nothing(checkout, word):
+    checkout.codes = [7]
+    assert study.main(checkout.config(), word) == 7
+    assert len(checkout.calls) == 1 and not (checkout.root / "results").exists()
+
+
+def test_a_comparison_is_added_to_the_study(checkout):
+    assert study.main(checkout.config(), "--cores", "2", "compare") == 0
+    assert "compare" not in checkout.calls[0] and checkout.files == ["mine.yaml", "compare.yaml"]
+    assert yaml.safe_load(study.COMPARE.read_text()) == {"compare": {"run": True}}
+    assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
+
+
+def test_one_study_at_a_time(checkout, capsys):
+    (checkout.root / ".snakemake").mkdir()
+    with open(checkout.root / ".snakemake" / "study.lock", "w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        assert study.main(checkout.config()) == 2
+    assert capsys.readouterr().err == "Another study runs in this folder; wait for it to end.\n"
+    assert study.main(checkout.config()) == 0
+
+
+def test_memory_counts_where_jobs_run_on_this_machine(checkout, monkeypatch, capsys):
+    monkeypatch.setattr(study, "REPORTED_MEMORY", 10**7)
+    assert study.main(checkout.config(evaluation={"draws": 3, "test_dots": 400})) == 0
+    assert "The grid of one surface will need about 0.1 GB of memory." in capsys.readouterr().out
+    large, checkout.calls[:] = checkout.config(evaluation={"draws": 1000, "test_dots": 400}), []
+    assert study.main(large) == 2 and not checkout.calls
+    assert study.main(large, "--workflow-profile", "p") == study.main(large, "--executor", "lsf") == 0
+    assert "--resources=mem_mb=4100" not in [word for call in checkout.calls for word in call]
+    checkout.calls.clear()
+    assert study.main(checkout.config(), "--resources", "mem_mb=1000") == 0
+    assert checkout.calls[0][-2:] == ["--resources", "mem_mb=1000"]  # Snakemake takes the last
+
+
+@pytest.fixture
+def commands(tmp_path, monkeypatch):
+    """Function that gives a command of Slurm a script of one's own."""
+    (folder := tmp_path / "bin").mkdir()
+    monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+
+    def give(**scripts):
+        for name, script in scripts.items():
+            (folder / name).write_text(f"#!/bin/sh\n{script}\n")
+            (folder / name).chmod(0o755)
+
+    return give
+
+
+@pytest.mark.parametrize("word", ["--cluster=slurm", "--cluster slurm"])
+def test_a_cluster_is_a_profile_of_snakemake(checkout, commands, word):
+    commands(sacct="exit 0", sinfo="echo '32 main*'")
+    assert study.main(checkout.config(), "-n", *word.split(), "--max-threads", "2") == 0
+    prefix = ["--slurm-jobname-prefix", slurm.JOB_PREFIX]
+    profile = ["--workflow-profile", str(checkout.root / "profiles" / "slurm")]
+    assert checkout.calls == [[*profile, *prefix, "-n", "--max-threads", "2"]]  # Snakemake takes the last
+
+
+def test_a_slurm_without_accounts_and_with_small_nodes_is_used_as_it_is(commands, capsys):
+    commands(sacct="exit 1", sinfo="printf '2 main*\\n4 main*\\n64 other\\n'")
+    options = slurm.slurm_options(ROOT / "profiles" / "slurm")
+    assert options[2:] == ["--slurm-status-command", "squeue", "--max-threads", "4"]
+    said = "sacct does not answer: squeue is asked which jobs have ended.\nNo node has more than 4 cores: "
+    assert capsys.readouterr().out.startswith(said)
+    commands(sinfo="exit 1")
+    with pytest.raises(InputError, match="sinfo does not answer"):
+        slurm.slurm_options(ROOT / "profiles" / "slurm")
+
+
+def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(
+    commands, capsys, tmp_path, monkeypatch
+):
+    rows = [("7", "Priority"), ("8", "PartitionConfig"), ("9", "None")]
+    lines = "".join(f"{job} {slurm.JOB_PREFIX}_x ({reason})\\n" for job, reason in rows)
+    commands(squeue=f"printf '{lines}11 somebodys_job (PartitionConfig)\\n\\n'")
+    commands(scancel=f"echo $* > {tmp_path}/cancelled")
+    monkeypatch.setattr(slurm, "SECONDS_BETWEEN_QUESTIONS", 1)
+    heard = {
+        "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+    }  # also if the tests run in the background
+    received, process = [], subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], **heard)
+    assert slurm.wait_on_slurm(process, received) == -signal.SIGINT and received
+    assert "Slurm will never start job 8 (PartitionConfig). Ask for less" in capsys.readouterr().out
+    assert (tmp_path / "cancelled").read_text() == "7 8 9\n"
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_folders_that_fail(tmp_path):
+    def make(*options, folder=ROOT):
+        ours = ("MAKEFLAGS", "CLUSTER", "CONFIG", "CORES")  # given to `make test`
+        alone = {name: value for name, value in os.environ.items() if name not in ours}
+        command = ["make", "-n", "run", *options]
+        return subprocess.run(command, cwd=folder, env=alone, capture_output=True, text=True, check=False)
+
+    assert 'scripts/study.py "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
+    assert "--cluster slurm" in make("CLUSTER=slurm").stdout
+    refused = make("CLUSTER=foo")
+    assert refused.returncode and "CLUSTER is foo, but only CLUSTER=slurm is known" in refused.stderr
+    assert len(refused.stderr.splitlines()) == 1
+    for name, wrong in (("é<x>", None), ("a b", "space"), ("a:b", ":"), ("{x}", "{")):
+        shutil.copytree(ROOT / "envs", tmp_path / name / "envs")
+        shutil.copy(ROOT / "Makefile", tmp_path / name)
+        (tmp_path / name / "src" / "sparsurf").mkdir(parents=True)
+        said = make(folder=tmp_path / name).stderr
+        assert f"has a {wrong} in its name" in said if wrong else not said
+
+
+LONG = """
+import os, pathlib, signal, sys, time
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+try:
+    pathlib.Path("pid").write_text(str(os.getpid()))
+    time.sleep(60)
+finally:
+    time.sleep(1)  # jobs are cancelled
+    pathlib.Path("cancelled").touch()
+"""
+
+
+@contextmanager
+def long_study(checkout):
+    """Give the process of study.py with a Snakemake that runs for a minute, and Snakemake's id."""
+    (checkout.root / "src").symlink_to(ROOT / "src")
+    (checkout.root / "scripts").mkdir()
+    shutil.copy(ROOT / "scripts" / "study.py", checkout.root / "scripts")
+    (checkout.root / "snakemake.py").write_text(LONG)
+    command = [sys.executable, checkout.root / "scripts" / "study.py", checkout.config()]
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    # a job in the background of a shell passes on that Ctrl-C is ignored
+    signals = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+    process = subprocess.Popen(command, env=environment, **streams, **signals)
+    pid, deadline = checkout.root / "pid", time.monotonic() + 60
+    while not (pid.is_file() and pid.read_text()):
+        assert process.poll() is None and time.monotonic() < deadline, process.communicate()
+        time.sleep(0.05)
+    time.sleep(0.2)  # until both wait
+    try:
+        yield process, int(pid.read_text())
+    finally:
+        with suppress(ProcessLookupError):  # both have ended
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def test_ctrl_c_waits_until_jobs_are_cancelled_and_ends_with_a_sentence(checkout):
+    with long_study(checkout) as (process, _):
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to both
+        printed = process.communicate(timeout=30)[1]
+    assert process.returncode == 130 and (checkout.root / "cancelled").exists()
+    assert printed.splitlines()[-1].startswith("Stopped. ") and "study.py" not in printed
+
+
+def test_sigterm_is_passed_on(checkout):
+    with long_study(checkout) as (process, _):
+        process.terminate()
+        printed = process.communicate(timeout=30)[1]
+    assert process.returncode == 143 and (checkout.root / "cancelled").exists()
+    assert printed == "\nStopped. Finished results stay; the same command continues where it was.\n"
+
+
+def test_the_lock_lasts_as_long_as_snakemake(checkout, capsys):
+    with long_study(checkout) as (process, snakemake):
+        process.kill()
+        process.wait()
+        assert study.main(checkout.config()) == 2
+        assert "Another study runs in this folder" in capsys.readouterr().err
+        os.kill(snakemake, signal.SIGKILL)
+        deadline = time.monotonic() + 30
+        while study.main(checkout.config()) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert checkout.calls
+
+
+def test_a_job_that_a_second_attempt_finished_has_not_failed(tmp_path):
+    logs = [tmp_path / f"{name}.log" for name in ("failed", "finished")]
+    logs[0].write_text(f"{job_logs.ERROR}it is too small.\n")
+    logs[1].write_text(f"{job_logs.ERROR}no memory.\n{job_logs.USED}1 s\n")
+    with running.failed_jobs() as failed, open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
+        stream.writelines(f"{path}\n" for path in (*logs, logs[0]))
+    assert failed == [str(logs[0])]

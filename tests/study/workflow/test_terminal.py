@@ -1,0 +1,92 @@
+"""What a run says on the terminal: a line for each job, its warnings, why one failed, a bar for a long one."""
+
+import logging
+import time
+from types import SimpleNamespace
+
+import pytest
+from snakemake_interface_logger_plugins.common import LogEvent
+
+from sparsurf_study.workflow import job_logs
+from sparsurf_study.workflow.terminal import Terminal
+
+
+@pytest.fixture
+def said(tmp_path, monkeypatch, capsys):
+    """Function that hands events to a terminal and returns what it says."""
+    monkeypatch.chdir(tmp_path)
+    own = Terminal(SimpleNamespace(dryrun=False), None)
+
+    def say(*events):
+        for event, fields in events:
+            record = logging.LogRecord(
+                "snakemake", fields.pop("level", logging.INFO), "", 0, fields.pop("msg", ""), (), None
+            )
+            vars(record).update(fields, event=event)
+            own.emit(record)
+        return capsys.readouterr().out
+
+    say.terminal = own
+    return say
+
+
+def begins(jobid, message, log):
+    return LogEvent.JOB_INFO, {"jobid": jobid, "rule_msg": message, "log": [log] if log else []}
+
+
+def test_a_job_is_a_line_with_its_warnings(said, tmp_path):
+    (tmp_path / "a.log").write_text("INFO x\nWARNING a hole\nWARNING a hole\nUSED 1 MB\n")
+    assert said(begins(1, "Surface of p/c1", "a.log"), begins(2, "All of p is there", "")) == ""
+    ends = [(LogEvent.JOB_FINISHED, {"job_id": 1}), (LogEvent.PROGRESS, {"done": 3, "total": 12})]
+    assert said(*ends).splitlines() == ["   3 of 12  Surface of p/c1 (0 s)", "            Warning: a hole"]
+    assert said((LogEvent.JOB_FINISHED, {"job_id": 2}), (LogEvent.PROGRESS, {"done": 4, "total": 12})) == ""
+
+
+def test_a_job_that_failed_is_reported_with_its_sentence_and_noted(said, tmp_path, monkeypatch):
+    monkeypatch.setenv(job_logs.FAILED_JOBS, str(tmp_path / "failed"))
+    (tmp_path / "a.log").write_text("ERROR x.pdb holds no atoms.\n")
+    (tmp_path / "b.log").write_text("USED 1 MB\n")
+    (tmp_path / "c.log").write_text("INFO begins\n")
+    lost = (
+        LogEvent.JOB_ERROR,
+        {"jobid": 1, "rule_name": "choose_frames", "log": ["a.log"], "level": logging.ERROR},
+    )
+    assert "Failed  Frames of p: x.pdb holds no atoms.\n" in said(begins(1, "Frames of p", "a.log"), lost)
+    group = [{"rule_name": name, "log": [f"{name}.log"]} for name in "bc"]
+    text = said((LogEvent.GROUP_ERROR, {"job_error_info": group, "level": logging.ERROR}))
+    assert f"Failed  c: {job_logs.NO_REASON}" in text and " b: " not in text
+    assert (tmp_path / "failed").read_text().split() == ["a.log", "c.log"]
+
+
+def test_jobs_that_a_signal_stops_have_not_failed(said):
+    stops = (None, {"msg": "Terminating processes on user request, this might take some time."})
+    ended = LogEvent.JOB_ERROR, {"jobid": 1, "rule_name": "choose_frames", "log": ["no.log"]}
+    text = said(
+        (LogEvent.PROGRESS, {"done": 3, "total": 12}), begins(1, "Frames of p", "no.log"), stops, ended
+    )
+    assert text == "   3 of 12  done. Stopping ...\n   Stopped  Frames of p\n"
+
+
+def test_what_snakemake_says_itself_goes_to_its_log_but_for_errors(said):
+    wrong = {"msg": "WorkflowError: no rule", "level": logging.ERROR}
+    echo = {"msg": "Exiting because a job execution failed. Look below", "level": logging.ERROR}
+    full = {"msg": "Error recording metadata ([Errno 28] No space left on device)", "level": logging.ERROR}
+    once, twice = (None, wrong), (None, dict(wrong))
+    heard = said((None, {"msg": "Building DAG of jobs..."}), once, twice, (None, echo), (None, full))
+    assert heard == "WorkflowError: no rule\n"
+
+
+@pytest.mark.parametrize(
+    ("log", "bar"),
+    [
+        (
+            "PROGRESS p/c1: 5 of 20 subsets, 10 s, 31 s to go\n",
+            "██████░░░░░░░░░░░░░░░░░░ Grid of p/c1, 40 s, 31 s to go",
+        ),
+        ("INFO begins\n", "Grid of p/c1, 40 s"),
+    ],
+)
+def test_a_long_job_has_a_bar(said, tmp_path, log, bar):
+    (tmp_path / "a.log").write_text(log)
+    record = SimpleNamespace(rule_msg="Grid of p/c1", log=["a.log"])
+    assert said.terminal._bar_of(record, time.monotonic() - 40).strip() == bar
