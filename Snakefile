@@ -13,9 +13,9 @@ sys.path.insert(0, str(HOME / "src"))
 
 import sparsurf
 
-if (HOME / "src").is_dir() and not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
-    # an installed one, which the logger plugin has imported: rules and library must be of one version
-    for name in [name for name in sys.modules if name.partition(".")[0] == "sparsurf"]:
+if not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
+    # an installed one, which the logger plugin has imported: rules, study and library must be of one version
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("sparsurf", "sparsurf_study")]:
         del sys.modules[name]
 
 

@@ -13,7 +13,7 @@ from sparsurf_study.workflow.jobs import job
 with job(snakemake) as s:
     path = Path(s.input.structures, f"{s.wildcards.conformation}.pdb")
     dots = surface_of_molecule(read_study_structure(path), s.settings.surface, s.params.d_link, s.place)
-    component = dots.known_origin(s.place).components(dots)
+    component = dots.known_components(s.place)
     table_of_components(dots, component).to_csv(s.output.components, index=False, float_format="%.2f")
     write_npz(s.output.surface, replace(dots, fields={COMPONENT_FIELD: component}))
     shutil.copyfile(path, s.output.structure)

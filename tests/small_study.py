@@ -192,6 +192,9 @@ def _dry_run(log, listed, options, all_jobs, edited):
             planned.update(dict.fromkeys(job.dag.jobs if all_jobs else [job]))
 
         Job.log_info = note  # of this fork
+        from sparsurf_study.workflow import code_version
+
+        code_version.code_of.cache_clear()
         as_it_is = Path.read_bytes
         Path.read_bytes = lambda path: as_it_is(path) + (b"\n# a line more" if path in edited else b"")
         try:

@@ -10,7 +10,7 @@ import yaml
 from conftest import ROOT
 from sparsurf_study.workflow.models import Config
 
-LIBRARY = ROOT / "src" / "sparsurf"
+SOURCES = ROOT / "src"
 
 
 def test_conda_and_pip_name_the_same_versions():
@@ -39,17 +39,21 @@ def test_every_section_of_the_config_is_in_the_default_config():
 
 def test_reading_a_config_imports_nothing_heavy():
     """Every start of snakemake pays for what these import; numpy and pandas take longer than all the rest."""
-    modules = [path.stem for path in (LIBRARY / "workflow").glob("*.py") if path.stem != "__init__"]
+    modules = [
+        path.stem
+        for path in (SOURCES / "sparsurf_study" / "workflow").glob("*.py")
+        if path.stem != "__init__"
+    ]
     code = f"import sys, {', '.join(f'sparsurf_study.workflow.{name}' for name in sorted(modules))}; "
     code += "print(*{'numpy', 'pandas', 'scipy', 'matplotlib', 'numba'} & set(sys.modules))"
     run = subprocess.run(
-        [sys.executable, "-c", code], cwd=LIBRARY.parent, capture_output=True, text=True, check=True
+        [sys.executable, "-c", code], cwd=SOURCES, capture_output=True, text=True, check=True
     )
     assert run.stdout == "\n"
 
 
 def test_no_kernel_lets_the_compiler_change_a_result():
     """Reordered sums, fused products and products with an inverse differ from one compilation and processor to the next."""
-    for path in LIBRARY.rglob("*.py"):
+    for path in SOURCES.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"fastmath=True|\"(reassoc|contract|arcp|afn|fast)\"", text), path

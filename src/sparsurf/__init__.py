@@ -98,8 +98,8 @@ CLASSES = {
     "Molecule": "molecules.molecule",
     "Surface": "surfaces.surface",
     "Mesh": "surfaces.mesh",
-    "Subset": "study.minimal_subset",
-    "PreparedSurface": "study.prepared_surface",
+    "Subset": "evaluation.minimal_subset",
+    "PreparedSurface": "evaluation.prepared_surface",
 }
 __all__ = [
     "InputError",

@@ -17,6 +17,8 @@ from pydantic import (
     model_validator,
 )
 
+from sparsurf import arguments
+
 Sampler = Literal["paper", "paper_corrected", "uniform", "poisson", "farthest"]
 Roughness = Literal["published"]
 Descriptor = Literal["published", "rotation_robust"]
@@ -57,19 +59,24 @@ def _alpha_first(combination: list) -> list:
     return combination
 
 
+def _bounds(limits: arguments.Limits) -> dict[str, float]:
+    """Return limits as pydantic names them."""
+    return {"gt" if limits.open_low else "ge": limits.low, "le": limits.high}
+
+
 INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
 Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
 Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
-TestDots = Literal["published"] | Annotated[int, Field(ge=2, le=10**6), INTEGER]
+TestDots = Literal["published"] | Annotated[int, Field(**_bounds(arguments.TEST_DOTS)), INTEGER]
 Number = Annotated[float, NUMBER]
-Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
-Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
-Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
-Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
-Distance = Annotated[float, Field(gt=0, le=10), NUMBER]  # Å
-Probe = Annotated[float, Field(gt=0, le=10), NUMBER]  # Å
-Density = Annotated[float, Field(gt=0, le=100), NUMBER]  # dots per Å^2
-Seed = Annotated[int, Field(ge=0, le=2**64 - 1), INTEGER]
+Alpha = Annotated[float, Field(**_bounds(arguments.ALPHA)), NUMBER]
+Exponent = Annotated[float, Field(**_bounds(arguments.EXPONENT)), NUMBER]
+Percent = Annotated[float, Field(**_bounds(arguments.PERCENT)), NUMBER]
+Length = Annotated[float, Field(**_bounds(arguments.LENGTH)), NUMBER]  # Å
+Distance = Annotated[float, Field(**_bounds(arguments.DISTANCE)), NUMBER]  # Å
+Probe = Annotated[float, Field(**_bounds(arguments.PROBE)), NUMBER]  # Å
+Density = Annotated[float, Field(**_bounds(arguments.DENSITY)), NUMBER]  # dots per Å^2
+Seed = Annotated[int, Field(**_bounds(arguments.SEED)), INTEGER]
 UniqueList = Annotated[
     list[T],
     Field(min_length=1),

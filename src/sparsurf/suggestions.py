@@ -3,7 +3,7 @@
 import difflib
 from collections.abc import Callable, Iterable
 from functools import wraps
-from inspect import Parameter, signature
+from inspect import signature
 from typing import Any, TypeVar, cast
 
 from sparsurf.errors import InputError
@@ -18,19 +18,35 @@ def did_you_mean(value: str, names: Iterable[str]) -> str:
     return f"; did you mean {words[near[0]]!r}?" if near else ""
 
 
-def public(*others: str) -> Callable[[F], F]:
-    """Let a function for users name the right keyword in place of a wrong one; `others` are those that it hands on."""
+PLACEMENT = (
+    "frame",
+    "probe_radius",
+    "density",
+    "radii",
+    "cavities",
+    "reentrant",
+    "d_link",
+)  # keywords of `surface`
+
+
+def public(of_dots: bool = False) -> Callable[[F], F]:
+    """Let a function for users name the right keyword in place of a wrong one; `of_dots` if it takes what `surface` returns."""
 
     def decorate(function: F) -> F:
-        given = signature(function).parameters.values()
-        names = [each.name for each in given if each.kind is not Parameter.VAR_KEYWORD] + [*others]
+        names = list(signature(function).parameters)
 
         @wraps(function)
         def checked(*values: Any, **keywords: Any) -> Any:
-            for key in keywords:
-                if key not in names:
-                    hint = did_you_mean(key, names) or f"; its keywords are {', '.join(names)}."
-                    raise InputError(f"{function.__name__} has no keyword {key!r}{hint}")
+            for key, value in keywords.items():
+                if key in names:
+                    continue
+                if of_dots and key in PLACEMENT:
+                    call = f"sparsurf.{function.__name__}(sparsurf.surface(molecule, {key}={value!r}), ...)"
+                    raise InputError(
+                        f"{function.__name__}: {key} belongs to the placing of the dots: call {call}."
+                    )
+                hint = did_you_mean(key, names) or f"; its keywords are {', '.join(names)}."
+                raise InputError(f"{function.__name__} has no keyword {key!r}{hint}")
             return function(*values, **keywords)
 
         return cast(F, checked)

@@ -16,11 +16,11 @@ from sparsurf.api.inputs import (
     check_frame,
     field_names,
     has_atoms,
-    index_array,
     subset_indices,
 )
 from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
+from sparsurf.arguments import index_array
 from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import Subset
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 FIELDS = ("hydropathy", "potential")
 
 
-@public()
+@public(of_dots=True)
 def fields(
     molecule: MoleculeLike | Surface,
     dots: Any = None,
@@ -80,9 +80,13 @@ def fields(
         if has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
-        origin = molecule.known_origin("fields")
-        origin.refuse_rules("fields", frame=frame)
-        dots, atoms, frame = molecule, origin.molecule, origin.frame
+        dots, atoms = molecule, molecule.known_molecule("fields")
+        assert dots.origin is not None
+        if frame not in (0, dots.origin.frame):
+            raise InputError(
+                f"fields: the dots were placed on frame {dots.origin.frame}; leave frame={frame!r} out."
+            )
+        frame = dots.origin.frame
     else:
         atoms = as_molecule(molecule)
     surface = as_dots(dots)
@@ -95,7 +99,7 @@ def fields(
     return compute_fields(names, atoms.frame(frame), surface.points, charges, table)
 
 
-@public()
+@public(of_dots=True)
 def residues(
     dots: SurfaceLike,
     molecule: MoleculeLike | None = None,
@@ -133,7 +137,7 @@ def residues(
     (61, ['chain', 'residue', 'residue_name', 'area'])
     """
     surface = as_surface(dots)
-    atoms = surface.known_origin("residues").molecule if molecule is None else as_molecule(molecule)
+    atoms = surface.known_molecule("residues") if molecule is None else as_molecule(molecule)
     if surface.origin:
         surface.origin.refuse_molecule("residues", atoms, None)
     if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:

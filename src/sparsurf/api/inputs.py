@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import logging
-import math
-from collections.abc import Sequence
-from numbers import Integral, Real
+from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict, TypeGuard, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from sparsurf import settings
+from sparsurf.arguments import index_array
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
 from sparsurf.molecules.libraries import (
@@ -46,74 +42,7 @@ MoleculeLike: TypeAlias = (
 DotsLike: TypeAlias = "str | Path | Surface | Subset | tuple[ArrayLike, ArrayLike]"
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 
-log = logging.getLogger("sparsurf")
-
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
-PLACEMENT_DEFAULTS = {"frame": 0} | settings.Surface().model_dump()
-
-
-class Placement(TypedDict, total=False):
-    """Keywords of `surface`, which functions that place dots hand on to it."""
-
-    frame: int
-    probe_radius: float
-    density: float | str
-    radii: str
-    d_link: float
-    cavities: str
-
-
-class Limits(NamedTuple):
-    """Finite numbers above `low` (or from it on), at most `high`."""
-
-    low: float
-    high: float = math.inf
-    whole: bool = False
-    open_low: bool = True
-
-    @classmethod
-    def of(cls, kind: Any) -> Limits:
-        """Return the limits of the numbers of a type in `settings`; of a word or a number, those of the number."""
-        rule = TypeAdapter(kind).json_schema()
-        rule = next(
-            each for each in (rule, *rule.get("anyOf", ())) if each.get("type") in ("number", "integer")
-        )
-        is_open = "exclusiveMinimum" in rule
-        low = rule["exclusiveMinimum" if is_open else "minimum"]
-        return cls(low, rule["maximum"], rule["type"] == "integer", is_open)
-
-    def allow(self, value: float) -> bool:
-        """Return whether a real number lies within the limits; NaN and infinity never do."""
-        above = self.low < value or (value == self.low and not self.open_low)
-        return above and value <= self.high and value < math.inf and (not self.whole or value % 1 == 0)
-
-    @property
-    def words(self) -> str:
-        """Allowed numbers in words."""
-        number = f"a {'whole ' * self.whole}number"
-        if self.high < math.inf:
-            least = f"more than {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-            return f"{number}, {least} {self.high if self.whole else f'{self.high:g}'}"
-        return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
-
-    def check(self, value: Any, name: str, word: str | None = None) -> Any:
-        """Return the number that the user gave as `name`, a float or an int, or an allowed word; raise InputError for others."""
-        if word is not None and isinstance(value, str) and value == word:
-            return value
-        is_number = isinstance(value, Real) and not isinstance(value, bool)
-        if not is_number or not self.allow(value):
-            either = "" if word is None else f"{word!r} or "
-            raise InputError(f"{name} is {value!r}; it must be {either}{self.words}.")
-        return int(value) if self.whole else float(value)
-
-
-LENGTH, PROBE = Limits.of(settings.Length), Limits.of(settings.Probe)  # Å
-DENSITY = Limits.of(settings.Density)  # dots per Å^2
-PERCENT, ALPHA, EXPONENT = map(Limits.of, (settings.Percent, settings.Alpha, settings.Exponent))
-SEED, TEST_DOTS = Limits.of(settings.Seed), Limits.of(settings.TestDots)
-NUMBER_OF_DOTS = Limits(0, whole=True)
-ERROR = Limits(0, open_low=False)  # Z
-FRAME = Limits(0, whole=True, open_low=False)
 
 
 def as_molecule(source: MoleculeLike) -> Molecule:
@@ -174,35 +103,10 @@ def as_dots(source: DotsLike) -> Surface:
     )
 
 
-def refuse_placement(name: str, **requested: Any) -> None:
-    """Raise InputError if dots that know no molecule are to be placed by a rule."""
-    for key, value in requested.items():
-        if value != PLACEMENT_DEFAULTS[key]:
-            raise InputError(
-                f"{name}: {key}={value!r} is about placing dots; leave it out, or give the molecule."
-            )
-
-
 def _with_article(value: Any) -> str:
     """Return the name of a type with its article."""
     name = type(value).__name__
     return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
-
-
-def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
-    """Return the user's values as one array: of whole numbers if empty, of dots if they are a mask of all `n_dots`.
-
-    Raise InputError for rows of unequal lengths, or masked values.
-    """
-    if np.ma.is_masked(values):
-        raise InputError(f"{name}: the array has masked values; leave these dots out.")
-    try:
-        array = np.asarray(values)
-    except ValueError:
-        raise InputError(f"{name}: give one array, not several of unequal length.") from None
-    if array.shape == (0,):  # an empty list has no type of its own
-        return array.astype(np.int64)
-    return np.flatnonzero(array) if array.dtype == bool and array.shape == (n_dots,) else array
 
 
 def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
@@ -220,20 +124,6 @@ def field_names(names: Any, key: str) -> tuple[str, ...]:
     if not all(isinstance(name, str) for name in result):
         raise InputError(f"{key} is {names!r}; it must be names such as ('hydropathy', 'potential').")
     return result
-
-
-def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
-    """Return a value of the user that is one of the choices; raise InputError for another."""
-    if value not in list(choices):  # a list: the value may have no hash
-        words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
-        raise InputError(f"{name} is {value!r}; it must be {words}.")
-    return value
-
-
-def check_flag(value: Any, name: str) -> None:
-    """Raise InputError if a value that the user gave as `name` is not True or False."""
-    if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{name} is {value!r}; it must be True or False.")
 
 
 def check_frame(molecule: Molecule, frame: Any, name: str) -> None:

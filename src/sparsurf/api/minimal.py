@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.inputs import DENSITY as DENSITIES
-from sparsurf.api.inputs import (
-    ERROR,
-    LENGTH,
-    NUMBER_OF_DOTS,
-    PERCENT,
-    SEED,
-    DotsLike,
-    Limits,
-    Placement,
-    SurfaceLike,
-    as_dots,
-    has_atoms,
-    refuse_placement,
-)
+from sparsurf.api.inputs import DotsLike, SurfaceLike, as_dots
 from sparsurf.api.subsets import prepare, warn_of_gaps
-from sparsurf.api.surfaces import surface
+from sparsurf.api.surfaces import as_surface
+from sparsurf.arguments import DENSITY as DENSITIES
+from sparsurf.arguments import DISTANCE, ERROR, LENGTH, NUMBER_OF_DOTS, PERCENT, SEED, Limits
 from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import floors_table, measure_floors
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
@@ -32,7 +20,7 @@ from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
 from sparsurf.sampling.samplers import get_samplers
-from sparsurf.settings import Distance, Minimal, Patches, Settings
+from sparsurf.settings import Minimal, Patches, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.components import fields_without_component
@@ -44,13 +32,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TEST_DOTS = 200  # as in a study
-DISTANCE = Limits.of(Distance)  # Å
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
 STEPS = Limits(0, 1000, whole=True)
 SIZES = {"percent": PERCENT, "n_dots": NUMBER_OF_DOTS, "error": DISTANCE, "max_z": ERROR}
 
 
-@public(*Placement.__annotations__)
+@public(of_dots=True)
 def minimal(
     surface: SurfaceLike,
     *,
@@ -59,22 +46,24 @@ def minimal(
     error: float | None = None,
     max_z: float | None = None,
     sampler: str = "farthest",
+    d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
-    **placement: Unpack[Placement],
 ) -> Subset:
     """Select the few dots that represent a surface; a study and the command select the same with the same seed.
 
     Parameters
     ----------
     surface : molecule as in `surface`, or dots as in `prepare`
+        Dots are placed by other rules in `surface`: `minimal(surface(path, probe_radius=2.0))`. A path alone is placed
+        with the defaults.
     percent, n_dots, error, max_z : float, int, float, float, at most one of them
         Share of all dots, number of dots, mean distance in Å of the recovered surface from the true one, or largest Z of the
         dots as they are. Without any, error is 0.02 Å.
     sampler : str
         As in `sample`.
+    d_link : float
+        Å, distance below which two dots of a patch are linked.
     seed : int
-    **placement
-        Keywords of `surface`: frame, probe_radius, density, radii, d_link and cavities.
 
     Returns
     -------
@@ -98,17 +87,17 @@ def minimal(
     True
     """
     sizes = {"percent": percent, "n_dots": n_dots, "error": error, "max_z": max_z}
-    return represented(surface, sizes, sampler, seed, **placement).subset
+    return represented(surface, sizes, sampler, seed, d_link).subset
 
 
 def represented(
-    source: SurfaceLike, sizes: dict[str, Any], sampler: str, seed: int, **placement: Unpack[Placement]
+    source: SurfaceLike, sizes: dict[str, Any], sampler: str, seed: int, d_link: float
 ) -> Representation:
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
     request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}
     if len(request) > 1:
         raise InputError("minimal: give only one of percent, n_dots, error and max_z.")
-    dots = _dots("minimal", source, placement)
+    dots = _linked_dots(source, d_link)
     if request.get("n_dots", 0) > len(dots):
         raise InputError(
             f"minimal: n_dots is {request['n_dots']}, more than the {len(dots)} dots of the surface."
@@ -116,21 +105,20 @@ def represented(
     get_samplers([sampler], "minimal.sampler")  # names an unknown one
     seed = SEED.check(seed, "seed")
     wanted = Minimal(**request).model_copy(update={"sampler": sampler})
-    patches = Patches(d_link=placement.get("d_link", D_LINK))
-    settings = Settings(patches=patches).model_copy(update={"minimal": wanted})
-    molecule = dots.placed.molecule if dots.placed else None
+    settings = Settings(patches=Patches(d_link=d_link)).model_copy(update={"minimal": wanted})
+    molecule = dots.molecule if dots.placed else None
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
     warn_of_gaps("minimal", result.trials.prepared, result.subset.dots)
     return result
 
 
-@public(*Placement.__annotations__)
-def floors(surface: SurfaceLike, *, seed: int = DEFAULT_SEED, **placement: Unpack[Placement]) -> pd.DataFrame:
+@public(of_dots=True)
+def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_SEED) -> pd.DataFrame:
     """Measure the noise floors: Z between two descriptions of one surface.
 
     Parameters
     ----------
-    surface, seed, **placement : as in `minimal`
+    surface, d_link, seed : as in `minimal`
 
     Returns
     -------
@@ -143,8 +131,8 @@ def floors(surface: SurfaceLike, *, seed: int = DEFAULT_SEED, **placement: Unpac
     >>> import sparsurf
     >>> table = sparsurf.floors("protein.pdb")  # doctest: +SKIP
     """
-    dots = _dots("floors", surface, placement)
-    prepared = prepare(dots, d_link=placement.get("d_link", D_LINK), seed=seed)
+    dots = _linked_dots(surface, d_link)
+    prepared = prepare(dots, d_link=d_link, seed=seed)
     return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *dots.generator))
 
 
@@ -194,17 +182,8 @@ def recover(
     return Surface(points, normals, fields=fields)
 
 
-def _dots(name: str, source: Any, placement: Placement) -> Surface:
-    """Return dots that suit d_link; those of a molecule know it."""
-    d_link = LENGTH.check(placement.get("d_link", D_LINK), "d_link")
-    rules = {key: value for key, value in placement.items() if key != "d_link"}  # which serves all dots
-    if isinstance(source, Surface) and source.placed:
-        source.placed.refuse_rules(name, **rules)
-        dots = source
-    elif has_atoms(source):
-        dots = surface(source, **placement)
-    else:
-        refuse_placement(name, **rules)
-        dots = as_dots(source)
+def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:
+    """Return the dots of all that `as_surface` takes, dense enough for `d_link`, Å."""
+    dots = as_surface(source, LENGTH.check(d_link, "d_link"))
     refuse_sparse(dots.points, d_link, "surface")
     return dots

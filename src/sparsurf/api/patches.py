@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.inputs import LENGTH, SurfaceLike, check_choice, check_flag, index_array
+from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index
+from sparsurf.arguments import LENGTH, check_choice, check_flag, index_array
 from sparsurf.errors import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED, describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 
-@public()
+@public(of_dots=True)
 def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float = D_LINK) -> np.ndarray:
     """Compute the local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
 
@@ -59,7 +60,7 @@ def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float =
     return roughness_of_dots(as_index(surface, d_link), r_patch, available_cores())
 
 
-@public()
+@public(of_dots=True)
 def descriptors(
     surface: SurfaceLike,
     at: ArrayLike | None = None,

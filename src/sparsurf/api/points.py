@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits, MoleculeLike, check_choice
+from sparsurf.api.inputs import MoleculeLike
 from sparsurf.api.surfaces import CAVITIES, _spheres
+from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits, check_choice
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix
 from sparsurf.patches.index import build_grid
@@ -122,21 +123,26 @@ def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) 
         placed *= 1.05 * DOTS_PER_POINT * n / len(dots)
 
 
-@public("density", "seed", "probe_radius", "radii", "cavities")
+@public()
 def points_of(
-    folder: str | Path, n_dots: int | None = None, *, jobs: int = 1, **settings: Any
+    folder: str | Path,
+    n_dots: int | None = None,
+    *,
+    density: float | None = None,
+    seed: int = DEFAULT_SEED,
+    probe_radius: float = PROBE_RADIUS,
+    radii: str = "dms",
+    cavities: str = "remove",
+    jobs: int = 1,
 ) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Choose points with normals on the surface of every structure of a folder.
 
     Parameters
     ----------
     folder : path of a folder; its .pdb, .ent, .cif and .mmcif files are read, also .gz
-    n_dots : int
-        Points on each, as for `points`.
+    n_dots, density, seed, probe_radius, radii, cavities : as for `points`, the same for every structure
     jobs : int
         Number of processes; the result does not depend on it.
-    **settings
-        Others of `points`: density, seed, probe_radius, radii and cavities.
 
     Yields
     ------
@@ -157,6 +163,8 @@ def points_of(
     topology (256, 3)
     """
     jobs, files = JOBS.check(jobs, "jobs"), structures_in(folder)
+    settings: dict[str, Any] = {"density": density, "seed": seed, "probe_radius": probe_radius}
+    settings |= {"radii": radii, "cavities": cavities}
     choose = partial(_points_or_reason, n_dots=n_dots, settings=settings)
     results = map(choose, files.values()) if jobs == 1 else _in_processes(choose, files.values(), jobs)
     for name, result in zip(files, results, strict=True):

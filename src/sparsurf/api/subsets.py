@@ -10,19 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from sparsurf.api.inputs import (
-    ALPHA,
-    EXPONENT,
-    LENGTH,
-    PERCENT,
-    SEED,
-    TEST_DOTS,
-    Limits,
-    SurfaceLike,
-    check_choice,
-    subset_indices,
-)
+from sparsurf.api.inputs import SurfaceLike, subset_indices
 from sparsurf.api.surfaces import as_surface
+from sparsurf.arguments import ALPHA, EXPONENT, LENGTH, PERCENT, SEED, TEST_DOTS, Limits, check_choice
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
@@ -52,7 +42,7 @@ MAX_GAP = PROBE_RADIUS  # Å: what lies farther off could let a water in
 PreparedLike: TypeAlias = "SurfaceLike | PreparedSurface"
 
 
-@public()
+@public(of_dots=True)
 def prepare(
     surface: PreparedLike,
     *,
@@ -98,7 +88,7 @@ def prepare(
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 
-@public()
+@public(of_dots=True)
 def sample(
     surface: PreparedLike,
     *,
@@ -186,7 +176,7 @@ def _draw_combination(
     return find_subset(prepared, sampler, combination=_combination(combination))[0]
 
 
-@public()
+@public(of_dots=True)
 def compare(
     surface: PreparedLike,
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],

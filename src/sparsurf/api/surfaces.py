@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -9,29 +10,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.api.inputs import (
-    DENSITY,
-    LENGTH,
-    NUMBER_OF_DOTS,
-    PROBE,
     DotsLike,
     MoleculeLike,
     SurfaceLike,
     as_dots,
     as_molecule,
-    check_choice,
     check_frame,
     has_atoms,
     is_file_of_dots,
     is_subset,
-    refuse_placement,
 )
+from sparsurf.arguments import DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, check_choice
 from sparsurf.errors import InputError
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.suggestions import public
 from sparsurf.surfaces.components import components_of, table_of_components
-from sparsurf.surfaces.molecular_surface import roll_frame, surface_of_molecule
+from sparsurf.surfaces.molecular_surface import surface_of_molecule, surface_of_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
@@ -45,7 +40,7 @@ if TYPE_CHECKING:
 
     from sparsurf.surfaces.mesh import Mesh
 
-CAVITIES = ("keep", "remove")
+CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")
 
 
 @public()
@@ -58,6 +53,7 @@ def surface(
     radii: str = "dms",
     d_link: float = D_LINK,
     cavities: str = "keep",
+    reentrant: str = "exact",
 ) -> Surface:
     """Place dots with normals on the solvent-excluded surface of a molecule.
 
@@ -77,12 +73,14 @@ def surface(
         Å, distance below which two dots of a patch will count as linked.
     cavities : {'keep', 'remove'}
         Whether the dots of closed cavities inside the molecule count.
+    reentrant : {'exact', 'dms'}
+        Whether concave dots inside other probes are removed, or kept as in DMS.
 
     Returns
     -------
     Surface
         With `points` and `normals` (N, 3), `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and
-        `atom` (N,), the index of the atom that each dot belongs to; the dots know their molecule.
+        `atom` (N,), the index of the atom that each dot belongs to; the dots carry their molecule.
 
     Examples
     --------
@@ -105,32 +103,28 @@ def surface(
     """
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY.check(density, "density", "auto")
-    settings = surface_settings(probe_radius, density, radii, cavities)
+    settings = surface_settings(probe_radius, density, radii, cavities, reentrant)
     if not isinstance(molecule, tuple):
         atoms = as_molecule(molecule)
         check_frame(atoms, frame, "the molecule")
         return surface_of_molecule(atoms, settings, d_link, "surface", frame)
-    atoms, frame, atom_radii = _spheres(molecule, frame, radii)
-    rolled = roll_frame(atoms, frame, atom_radii, settings)
-    return rolled.surface_for_d_link(settings.density, d_link, "surface")[0]
+    atoms, _, sphere_radii = _spheres(molecule, 0, radii)
+    return surface_of_spheres(atoms.xyz[0], sphere_radii, settings, d_link, "surface")
 
 
-@public()
+@public(of_dots=True)
 def components(
-    molecule: MoleculeLike | Surface | tuple[ArrayLike, ArrayLike],
-    dots: DotsLike | None = None,
-    *,
-    frame: int = 0,
-    probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
+    molecule: MoleculeLike | Surface | tuple[ArrayLike, ArrayLike], dots: DotsLike | None = None
 ) -> tuple[np.ndarray, pd.DataFrame]:
     """Find the connected components of a surface: the outside of each molecule, and the closed cavities inside.
 
     Parameters
     ----------
-    molecule, frame, probe_radius, radii : as for `surface`
-    dots : dots from `surface` for the same molecule, optional
-        Dots that know their molecule can take its place.
+    molecule : as for `surface`, or dots from it
+        Dots carry their molecule and the rules of their placement: `components(surface(path, probe_radius=2.0))`. A path
+        alone is placed with the defaults.
+    dots : dots for the same molecule, optional
+        Dots of a file, which carry no molecule.
 
     Returns
     -------
@@ -147,48 +141,43 @@ def components(
     >>> table["dots"].tolist(), table["cavity"].tolist()
     ([24376, 224], [False, True])
     """
-    source: Any = dots
-    if isinstance(molecule, Surface) and dots is None:
-        source, origin = molecule, molecule.known_origin("components")
-        origin.refuse_rules("components", frame=frame, probe_radius=probe_radius, radii=radii)
-        molecule, frame = origin.molecule, origin.frame
-    elif isinstance(molecule, Surface):
+    if isinstance(molecule, Surface) and dots is not None:
         raise InputError("components: give the molecule first, then its dots.")
-    elif dots is None:
-        source = surface(molecule, frame=frame, probe_radius=probe_radius, radii=radii)
-    if getattr(source, "origin", None) is not None:
-        source.origin.refuse_rules("components", probe_radius=probe_radius, radii=radii)
-        probe_radius, radii = source.origin.rules.probe_radius, source.origin.rules.radii
-    probe_radius, surface_dots = PROBE.check(probe_radius, "probe_radius"), as_dots(source)
-    atoms, frame, atom_radii = _spheres(molecule, frame, radii)
-    if isinstance(atoms, Molecule) and surface_dots.origin:
-        surface_dots.origin.refuse_molecule("components", atoms, frame)
-    if surface_dots.origin and not surface_dots.placed:
-        raise InputError("components: these are not all dots of their surface; give all dots from surface().")
-    if not 0 <= surface_dots.atom.min() <= surface_dots.atom.max() < len(atom_radii):
-        raise InputError("components: the dots are not those of the molecule; give its dots from surface().")
-    component = components_of(surface_dots, atoms.xyz[frame].round(3), atom_radii, probe_radius)
-    return component, table_of_components(surface_dots, component)
+    source: Any = molecule if isinstance(molecule, Surface) else dots
+    target = surface(molecule) if source is None else as_dots(source)
+    if target.origin is not None:
+        if source is dots and not isinstance(molecule, tuple):
+            atoms = as_molecule(molecule)
+            frame = min(target.origin.frame, atoms.n_frames - 1)
+            target.origin.refuse_molecule("components", atoms, frame)
+        component = target.known_components("components")
+    elif source is molecule:
+        raise InputError("components: these dots carry no molecule; pass it first, then the dots.")
+    else:
+        atoms, frame, atom_radii = _spheres(molecule, 0, "dms")
+        if not 0 <= target.atom.min() <= target.atom.max() < len(atom_radii):
+            raise InputError(
+                "components: the dots are not those of the molecule; give its dots from surface()."
+            )
+        component = components_of(target, atoms.xyz[frame].round(3), atom_radii, PROBE_RADIUS)
+    return component, table_of_components(target, component)
 
 
-@public()
+@public(of_dots=True)
 def mesh(
-    molecule: SurfaceLike | tuple[ArrayLike, ArrayLike],
+    surface: SurfaceLike | tuple[ArrayLike, ArrayLike],
     n_vertices: int | None = None,
     *,
-    frame: int = 0,
-    probe_radius: float = PROBE_RADIUS,
     density: float | None = None,
-    radii: str = "dms",
-    cavities: str = "keep",
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface recovered from a few dots, without holes.
 
     Parameters
     ----------
-    molecule, frame, probe_radius, radii, cavities : as for `surface`
-        Instead of a molecule: its dots, a Subset from `minimal`, or the path of a file of dots, from which the surface
-        is recovered.
+    surface : molecule as in `surface`, or dots
+        All dots that `surface` placed have a mesh of their molecule, by the rules of their placement:
+        `mesh(surface(path, probe_radius=2.0))`. A path alone stands for the defaults. From other dots (a Subset from
+        `minimal`, the path of a file, some of the dots) the surface is recovered.
     n_vertices : int, optional
         Number of vertices. Edges of a finer mesh are collapsed, so that each vertex lies on the surface with its analytic
         normal and the topology stays.
@@ -214,42 +203,52 @@ def mesh(
     >>> round(sparsurf.mesh(few).volume, -2)
     7900.0
     """
-    from sparsurf.surfaces.decimation import decimate, sized_mesh  # here: dots need none of these kernels
-    from sparsurf.surfaces.mesh import grid_step_for_density, molecular_mesh, outer_mesh, widest_step
-
     if n_vertices is not None and density is not None:
         raise InputError("mesh: give either n_vertices or density, not both.")
     n_vertices = None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices")
     density = DENSITY.check(PUBLISHED_DENSITY if density is None else density, "density")
-    probe_radius = PROBE.check(probe_radius, "probe_radius")
-    check_choice(cavities, CAVITIES, "cavities")
-    source: Any = molecule
+    source: Any = surface
     if isinstance(source, Surface) and source.placed:
         origin = source.placed
-        origin.refuse_rules("mesh", frame=frame, probe_radius=probe_radius, radii=radii, cavities=cavities)
-        source, frame, rules = origin.molecule, origin.frame, origin.rules
-        probe_radius, radii, cavities = rules.probe_radius, rules.radii, rules.cavities
-    wanted = step = grid_step_for_density(density)
+        return mesh_of_spheres(origin.xyz, origin.radii, origin.rules, n_vertices, density)
     if isinstance(source, Surface) or is_subset(source) or is_file_of_dots(source):
         from sparsurf.recovery.mesh import recovered_mesh
+        from sparsurf.surfaces.mesh import grid_step_for_density
 
-        refuse_placement("mesh", frame=frame, probe_radius=probe_radius, radii=radii)
         few = as_dots(source)
-        build = partial(recovered_mesh, few.points, few.normals, density=density)
-    else:
-        atoms, frame, atom_radii = _spheres(source, frame, radii)
-        widest = widest_step(probe_radius)
-        step = min(step if n_vertices is None else widest_step(PROBE_RADIUS), widest)
-        build = partial(molecular_mesh, atoms.xyz[frame].round(3), atom_radii, probe_radius)
+        build = partial(recovered_mesh, few.points, few.normals, density=density, threads=available_cores())
+        return _sized(build, grid_step_for_density(density), n_vertices, density)
+    atoms, frame, atom_radii = _spheres(source, 0, "dms")
+    return mesh_of_spheres(atoms.xyz[frame], atom_radii, SurfaceSettings(), n_vertices, density)
 
-    def generate(step: float) -> Mesh:
-        fine = build(step, threads=available_cores())
-        return outer_mesh(fine) if cavities == "remove" else fine
+
+def mesh_of_spheres(
+    xyz: np.ndarray, radii: np.ndarray, rules: SurfaceSettings, n_vertices: int | None, density: float
+) -> Mesh:
+    """Return the mesh of spheres at `xyz` (A, 3) with `radii` (A,), Å; its size is as in `mesh`."""
+    from sparsurf.surfaces.mesh import grid_step_for_density, molecular_mesh, outer_mesh, widest_step
+
+    widest = widest_step(rules.probe_radius)
+    step = min(grid_step_for_density(density) if n_vertices is None else widest_step(PROBE_RADIUS), widest)
+
+    def build(step: float) -> Mesh:
+        fine = molecular_mesh(xyz.round(3), radii, rules.probe_radius, step, threads=available_cores())
+        return outer_mesh(fine) if rules.cavities == "remove" else fine
+
+    return _sized(build, step, n_vertices, density)
+
+
+def _sized(build: Callable[[float], Mesh], step: float, n_vertices: int | None, density: float) -> Mesh:
+    """Build a mesh on a grid of `step` Å, and reduce it where fewer vertices are requested."""
+    from sparsurf.surfaces.decimation import decimate, sized_mesh  # here: dots need none of these kernels
+    from sparsurf.surfaces.mesh import grid_step_for_density
 
     if n_vertices is not None:
-        return sized_mesh(generate, step, n_vertices)
-    fine = generate(step)
-    return fine if step == wanted else decimate(fine, round(density * float(fine.vertices.area.sum())))
+        return sized_mesh(build, step, n_vertices)
+    fine = build(step)
+    if step == grid_step_for_density(density):
+        return fine
+    return decimate(fine, round(density * float(fine.vertices.area.sum())))
 
 
 def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
@@ -266,12 +265,21 @@ def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:
     return build_index(dots.points, dots.normals, d_link)
 
 
-def surface_settings(probe_radius: float, density: float | str, radii: str, cavities: str) -> SurfaceSettings:
+def surface_settings(
+    probe_radius: float, density: float | str, radii: str, cavities: str, reentrant: str = "exact"
+) -> SurfaceSettings:
     """Return the section `surface` of a config for what the functions and commands place; a density or 'auto'."""
     check_choice(cavities, CAVITIES, "cavities")
     check_choice(radii, [*RADII], "radii")
+    check_choice(reentrant, REENTRANT, "reentrant")
     return SurfaceSettings.model_validate(
-        {"probe_radius": probe_radius, "density": density, "radii": radii, "cavities": cavities}
+        {
+            "probe_radius": probe_radius,
+            "density": density,
+            "radii": radii,
+            "cavities": cavities,
+            "reentrant": reentrant,
+        }
     )
 
 

@@ -121,7 +121,7 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     shown = [] if values is None else [Values("values", "value", "", values)]
     shown += [Values(name, name, "", numbers) for name, numbers in surface.fields.items()]
     known = (surface.kind >= 0).any()
-    molecule = surface.origin.molecule if surface.origin else None
+    molecule = surface.molecule
     residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []
     return page(
         repr(surface), surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},

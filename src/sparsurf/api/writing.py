@@ -230,7 +230,8 @@ def write(
     if isinstance(result, Surface) and result.origin:
         if atoms is None:
             atoms, frame = result.origin.molecule, result.origin.frame
-        result.origin.refuse_molecule("write", atoms, frame)
+        if atoms is not None:
+            result.origin.refuse_molecule("write", atoms, frame)
     source: Any = result
     if is_subset(source):
         dots = Dots(source.surface, source.table, "weight", atoms, frame)

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import LENGTH, Limits
 from sparsurf.api.patches import descriptors
+from sparsurf.arguments import LENGTH, Limits
 from sparsurf.cli import options, outputs
 from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED
 from sparsurf.patches.index import R_ZERNIKE

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> None:
     options.say(f"choosing among {len(surface):,} dots")
     sizes = {name: getattr(args, name) for name in SIZES}
     surface = options.with_fields(args, surface, molecule)
-    result = represented(surface, sizes, args.sampler, args.seed, d_link=args.d_link)
+    result = represented(surface, sizes, args.sampler, args.seed, args.d_link)
     few, words = result.subset, ""
     if outputs.is_reported(args):
         words = f"{len(few):,} of {len(surface):,} dots ({share(100 * len(few) / len(surface))} %"

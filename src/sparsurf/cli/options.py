@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from sparsurf.api.inputs import FRAME, LENGTH, PROBE, SEED, Limits, check_frame, is_structure
+from sparsurf.api.inputs import check_frame, is_structure
 from sparsurf.api.surfaces import surface as surface_of
+from sparsurf.arguments import FRAME, LENGTH, PROBE, SEED, Limits
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from sparsurf import progress
-from sparsurf.api.inputs import DENSITY, NUMBER_OF_DOTS, is_structure
+from sparsurf.api.inputs import is_structure
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import write_file
+from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow, pluralise

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import DENSITY as DENSITIES
 from sparsurf.api.minimal import REACHES, recover
 from sparsurf.api.patches import describe_points
+from sparsurf.arguments import DENSITY as DENSITIES
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError

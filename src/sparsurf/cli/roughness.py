@@ -5,8 +5,8 @@ import argparse
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import LENGTH
 from sparsurf.api.patches import roughness
+from sparsurf.arguments import LENGTH
 from sparsurf.cli import options, outputs
 from sparsurf.patches.index import R_PATCH
 

@@ -6,15 +6,16 @@ from typing import Any
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import DENSITY, is_structure
-from sparsurf.api.surfaces import CAVITIES, components, mesh, surface
+from sparsurf.api.inputs import is_structure
+from sparsurf.api.surfaces import CAVITIES, components, mesh_of_spheres, surface, surface_settings
+from sparsurf.arguments import DENSITY
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
-from sparsurf.surfaces.radii import RADII
+from sparsurf.surfaces.radii import RADII, radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
 DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
@@ -91,7 +92,9 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the vertices of the closed triangles."""
-    return writing.mesh_dots(mesh(molecule, density=args.density or PUBLISHED_DENSITY, **_rules(args)))
+    rules = surface_settings(args.probe_radius, "auto", args.radii, args.cavities)
+    spheres = molecule.xyz[args.frame or 0], radii(molecule, rules.radii)
+    return writing.mesh_dots(mesh_of_spheres(*spheres, rules, None, args.density or PUBLISHED_DENSITY))
 
 
 def _rules(args: argparse.Namespace) -> dict[str, Any]:

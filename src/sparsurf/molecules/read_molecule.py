@@ -8,11 +8,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from sparsurf.arguments import PLDDT, STRIDE, check_flag
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, no_warnings, pluralise, read_text, shorten
 from sparsurf.molecules.atom_table import AtomFile
@@ -31,7 +31,7 @@ from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb
-from sparsurf.molecules.plddt import MAX_PLDDT, doubtful_residues
+from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys
 from sparsurf.molecules.trajectory import read_topology
 from sparsurf.suggestions import public
@@ -97,13 +97,11 @@ def read_molecule(
     >>> molecule.n_atoms, molecule.n_residues, molecule.xyz.shape
     (119, 14, (1, 119, 3))
     """
-    if not (isinstance(stride, int) and stride > 0):
-        raise InputError(f"stride: {stride} is not a whole number above 0: give 1 for every frame.")
-    for name, value in (("whole", whole), ("assembly", assembly)):
-        if not isinstance(value, bool | np.bool_):
-            raise InputError(f"{name} is {value!r}; it must be True or False.")
-    if plddt is not None and not _is_plddt(plddt):
-        raise InputError(f"plddt is {plddt!r}; it must be a number from 0 to 100.")
+    stride = STRIDE.check(stride, "stride")
+    check_flag(whole, "whole")
+    check_flag(assembly, "assembly")
+    if plddt is not None:
+        plddt = PLDDT.check(plddt, "plddt")
     if times is not None:
         try:
             times = np.atleast_1d(np.asarray(times, float)).tolist()
@@ -141,11 +139,6 @@ def read_molecule(
     molecule = molecule_of_trajectory(file, path, trajectory, keys, *options)
     refuse_impossible(molecule, trajectory, path if trajectory != path else None, bool(whole))
     return molecule
-
-
-def _is_plddt(value: Any) -> bool:
-    """Return whether a value is a number from 0 to 100."""
-    return isinstance(value, Real) and not isinstance(value, bool) and 0 <= float(value) <= MAX_PLDDT
 
 
 def _read_structure(path: StrPath) -> AtomFile:

@@ -31,7 +31,7 @@ def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.n
     if surface.placed:
         table[COMPONENT_FIELD] = surface.placed.components(surface)
     table = table.assign(**columns)
-    molecule = surface.origin.molecule if molecule is None and surface.origin else molecule
+    molecule = surface.molecule if molecule is None else molecule
     table = table if molecule is None else table.join(molecule.labels(surface.atom))
     return table.assign(**{name: values for name, values in surface.fields.items() if name not in table})
 
@@ -47,7 +47,7 @@ def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:
         np.median(np.linalg.norm(surface.points - xyz[atom], axis=1)) < MAX_DISTANCE_OF_ATOM
         for xyz in molecule.xyz
     )
-    described = surface.origin.molecule if surface.origin else molecule
+    described = surface.molecule or molecule
     alike = described.n_atoms == molecule.n_atoms and np.array_equal(
         described.residue_name, molecule.residue_name
     )

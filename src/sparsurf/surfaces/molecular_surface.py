@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,12 +43,22 @@ MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
 def surface_of_molecule(
     molecule: Molecule, settings: SurfaceSettings, d_link: float, name: str, frame: int = 0
 ) -> Surface:
-    """Place dots on one frame of a molecule with a density that suits d_link (Å); they know the molecule."""
-    atom_radii = radii_of(molecule, settings.radii)
-    rolled = roll_frame(molecule, frame, atom_radii, settings)
+    """Place dots on one frame of a molecule with a density that suits d_link (Å); they carry the molecule."""
+    dots = surface_of_spheres(molecule.xyz[frame], radii_of(molecule, settings.radii), settings, d_link, name)
+    assert dots.origin is not None
+    return replace(dots, origin=replace(dots.origin, molecule=molecule, frame=frame))
+
+
+def surface_of_spheres(
+    xyz: np.ndarray, radii: np.ndarray, settings: SurfaceSettings, d_link: float, name: str
+) -> Surface:
+    """Place dots on spheres at `xyz` (A, 3) with `radii` (A,), Å, with a density that suits d_link (Å)."""
+    spheres = SimpleNamespace(xyz=xyz[None].round(3))
+    rolled = roll_frame(spheres, 0, radii, settings)
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
-    generator = partial(surface_generator, molecule, frame, atom_radii, settings, d_link, "surface")
-    origin = Origin(molecule, frame, settings, d_link, atom_radii, rolled.components, dots.points, generator)
+    generator = partial(surface_generator, spheres, 0, radii, settings, d_link, "surface")
+    xyz = spheres.xyz[0]
+    origin = Origin(None, 0, xyz, settings, d_link, radii, rolled.components, dots.points, generator)
     return replace(dots, origin=origin)
 
 
@@ -111,9 +122,9 @@ class RolledFrame:
 
 
 def roll_frame(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
+    molecule: Molecule | SimpleNamespace, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
 ) -> RolledFrame:
-    """Roll the probe over one frame of a molecule, whose atoms have radii (A,) in Å and the decimals of a PDB file."""
+    """Roll the probe over one frame of atoms with radii (A,), Å; positions get the decimals of a PDB file."""
     xyz = molecule.xyz[position].round(3)
     return roll_spheres(xyz, atom_radii, settings.probe_radius, settings.reentrant, settings.cavities)
 
@@ -129,7 +140,7 @@ def roll_spheres(
 
 
 def density_for_d_link(
-    molecule: Molecule,
+    molecule: Molecule | SimpleNamespace,
     position: int,
     atom_radii: np.ndarray,
     settings: SurfaceSettings,
@@ -144,7 +155,7 @@ def density_for_d_link(
 
 
 def surface_generator(
-    molecule: Molecule,
+    molecule: Molecule | SimpleNamespace,
     position: int,
     atom_radii: np.ndarray,
     settings: SurfaceSettings,
@@ -155,7 +166,7 @@ def surface_generator(
     density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name)
 
     def generate(xyz: np.ndarray) -> Surface:
-        return roll_frame(replace(molecule, xyz=xyz[None]), 0, atom_radii, settings).surface(density)
+        return roll_frame(SimpleNamespace(xyz=xyz[None]), 0, atom_radii, settings).surface(density)
 
     return generate, molecule.xyz[position].round(3)
 

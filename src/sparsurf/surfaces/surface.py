@@ -53,10 +53,11 @@ MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must 
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The molecule that dots were placed on, and what follows from it."""
+    """The atoms that dots were placed on, and what follows from them."""
 
-    molecule: Molecule
+    molecule: Molecule | None  # None for spheres that the user gave
     frame: int  # its position
+    xyz: np.ndarray  # (A, 3), of the atoms in that frame, Å
     rules: SurfaceSettings  # by which the dots were placed
     d_link: float  # Å, that the density suits
     radii: np.ndarray  # (A,), of the atoms, Å
@@ -64,21 +65,11 @@ class Origin:
     points: np.ndarray  # (N, 3), where the dots were placed, Å
     generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]  # see `surface_generator`
 
-    def refuse_rules(self, function: str, **requested: Any) -> None:
-        """Raise InputError, in the name of a function, if the dots were placed by other rules; a default requests nothing."""
-        rules = self.rules.model_dump() | {"frame": self.frame}
-        defaults = type(self.rules)().model_dump() | {"frame": 0}
-        for key, value in requested.items():
-            if value not in (defaults[key], rules[key]):
-                raise InputError(
-                    f"{function}: the dots were placed with {key}={rules[key]!r}; give their molecule for {value!r}."
-                )
-
     def refuse_molecule(
         self, function: str, molecule: Molecule, frame: int | None, whole: bool = True
     ) -> None:
         """Raise InputError unless the dots lie on these atoms, of any frame if None; on half of them unless `whole`."""
-        if self.molecule is molecule and frame in (self.frame, None):
+        if self.molecule is None or (self.molecule is molecule and frame in (self.frame, None)):
             return
         same = self._has_labels_of(molecule) if whole else True
         if same and frame is not None:
@@ -93,12 +84,15 @@ class Origin:
             raise InputError(f"{function}: the dots were placed on other atoms; {remedy}.")
 
     def _has_labels_of(self, molecule: Molecule) -> bool:
-        return self.molecule.n_atoms == molecule.n_atoms and all(
-            np.array_equal(getattr(self.molecule, key), getattr(molecule, key)) for key in LABELS
+        return (
+            self.molecule is not None
+            and self.molecule.n_atoms == molecule.n_atoms
+            and all(np.array_equal(getattr(self.molecule, key), getattr(molecule, key)) for key in LABELS)
         )
 
     def _has_positions_of(self, xyz: np.ndarray, whole: bool) -> bool:
         """Return whether all atoms, or half of the heavy ones in any order, are at positions (A, 3), Å."""
+        assert self.molecule is not None
         if whole:
             return bool(np.abs(self.molecule.xyz[self.frame] - xyz).max() < MAX_SHIFT)
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
@@ -122,7 +116,7 @@ class Surface:
     kind : (N,) int8, 0 contact, 1 saddle, 2 concave; -1 where unknown
     atom : (N,) int32, index into the structure; -1 where unknown
     fields : dict, name -> (N,) float64, further values at the dots, such as a potential; NaN where unknown
-    origin : Origin, if `sparsurf.surface` placed the dots on a molecule, else None
+    origin : Origin, if `sparsurf.surface` placed the dots, else None
 
     Raises
     ------
@@ -200,11 +194,24 @@ class Surface:
         points, normals, area, kind, atom = (getattr(self, name)[dots] for name in ARRAY_NAMES)
         return Surface(points, normals, area, kind, atom, fields, self.origin)
 
-    def known_origin(self, function: str) -> Origin:
-        """Return the origin; raise InputError, in the name of a function, if the dots know no molecule."""
-        if self.origin is None:
-            raise InputError(f"{function}: these dots know no molecule; give it, too.")
-        return self.origin
+    @property
+    def molecule(self) -> Molecule | None:
+        """The molecule that the dots were placed on, if it is known."""
+        return self.origin.molecule if self.origin else None
+
+    def known_molecule(self, function: str) -> Molecule:
+        """Return the molecule of the dots; raise InputError, in the name of a function, if they carry none."""
+        if self.molecule is None:
+            raise InputError(f"{function}: these dots carry no molecule; pass molecule=... as well.")
+        return self.molecule
+
+    def known_components(self, function: str) -> np.ndarray:
+        """Return the component of each dot, (N,) int, 0 the largest; raise InputError unless these are all dots as placed."""
+        if self.placed is None:
+            raise InputError(
+                f"{function}: these are not all dots of their surface; give all dots from surface()."
+            )
+        return self.placed.components(self)
 
     @property
     def generator(self) -> tuple[Callable[[np.ndarray], Surface], np.ndarray] | tuple[None, None]:

@@ -46,7 +46,7 @@ def analyse_structure(structure: Structure, settings: Settings, seed: int) -> di
     dots = surface_of_molecule(molecule, settings.surface, d_link, name)
     if settings.surface.density != "auto":
         refuse_sparse(dots.points, d_link, name)
-    component = dots.known_origin(name).components(dots)
+    component = dots.known_components(name)
     found = represent(dots, settings, Streams(seed, name), molecule, table=structure.table)
     few = found.subset
     row = {

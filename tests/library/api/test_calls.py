@@ -1,6 +1,7 @@
 """The functions for users and what commands share, on dots whose answers are known."""
 
 import gzip
+import inspect
 import os
 import re
 from dataclasses import replace
@@ -22,6 +23,8 @@ from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED, Streams
+from sparsurf.suggestions import PLACEMENT
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8  # Å, for the few dots of the blob
@@ -51,7 +54,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.roughness(d, r_patch=True), "r_patch is True"),
         (lambda d: sparsurf.roughness(d, d_link=float("nan")), "d_link is nan"),
         (lambda d: sparsurf.roughness(d, radius=4), "'radius'; its keywords are surface, r_patch, d_link."),
-        (lambda d: sparsurf.minimal(d, probe=1.4), "no keyword 'probe'; did you mean 'probe_radius'?"),
+        (lambda d: sparsurf.minimal(d, dots=9), "no keyword 'dots'; did you mean 'n_dots'?"),
         (lambda d: sparsurf.prepare(d, R_patch=4), "no keyword 'R_patch'; did you mean 'r_patch'?"),
         (lambda d: sparsurf.sample(d, dots=9), "no keyword 'dots'; did you mean 'n_dots'?"),
         (lambda d: sparsurf.roughness((d[0].T, d[1].T)), "points has the shape (3, 3000), not (N, 3)"),
@@ -78,12 +81,16 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.recover("a.cif.gz"), "a.cif.gz holds atoms: give the dots that surface() places"),
         (lambda d: sparsurf.surface(3), "an int is not a molecule"),
         (lambda d: sparsurf.surface(PEPTIDE, frame=5), "the molecule has one frame, 0: there is no frame 5."),
+        (lambda d: sparsurf.surface(PEPTIDE, reentrant="x"), "reentrant is 'x'; it must be exact or dms"),
         (lambda d: sparsurf.components(PEPTIDE, d), "components: the dots are not those of the molecule"),
-        *((lambda d, f=f: f(Surface(*d)), f"{f.__name__}: these dots know no molecule; give it, too")
-          for f in (sparsurf.fields, sparsurf.residues, sparsurf.components)),
-        *((lambda d, f=f, wish=wish: f(Surface(*d), **wish), " is about placing dots; leave it out")
-          for f in (sparsurf.minimal, sparsurf.floors, sparsurf.mesh)
-          for wish in ({"frame": 5}, {"probe_radius": 3.0}, {"radii": "bondi"})),
+        (lambda d: sparsurf.components(Surface(*d)), "components: these dots carry no molecule; pass it first"),
+        *((lambda d, f=f: f(Surface(*d)), f"{f.__name__}: these dots carry no molecule; pass molecule=... as well")
+          for f in (sparsurf.fields, sparsurf.residues)),
+        *((lambda d, f=f, wish=wish: f(PEPTIDE, **{wish: 2.0}),
+           f"{f.__name__}: {wish} belongs to the placing of the dots: call "
+           f"sparsurf.{f.__name__}(sparsurf.surface(molecule, {wish}=2.0), ...).")
+          for f in (sparsurf.minimal, sparsurf.floors, sparsurf.mesh, sparsurf.components, sparsurf.roughness, sparsurf.sample)
+          for wish in ("frame", "probe_radius", "radii", "cavities", "reentrant")),
     ],
     "ready": [
         (lambda d: sparsurf.sample(d, n_dots=9, seed=-1), "seed is -1"),
@@ -111,11 +118,6 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
     "peptide": [
         (lambda d: sparsurf.minimal(d, n_dots=100_000), "minimal: n_dots is 100000, more than the "),
         (lambda d: sparsurf.minimal(d, percent=10, n_dots=5), "only one of percent, n_dots, error and max_z"),
-        (lambda d: sparsurf.minimal(d, radii="bondi", percent=10), "placed with radii='dms'; give their molecule"),
-        (lambda d: sparsurf.mesh(d, probe_radius=3.0), "placed with probe_radius=0.8; give their molecule"),
-        (lambda d: sparsurf.mesh(d, cavities="remove"), "placed with cavities='keep'; give their molecule"),
-        (lambda d: sparsurf.components(d, probe_radius=2.0), "placed with probe_radius=0.8; give their molecule"),
-        (lambda d: sparsurf.components(d.origin.molecule, d, probe_radius=3.0), "components: the dots were placed with probe"),
         (lambda d: sparsurf.components(d, d), "give the molecule first"),
         (lambda d: sparsurf.components(d[::2]), "components: these are not all dots of their surface"),
         (lambda d: sparsurf.components(d.origin.molecule, sparsurf.minimal(d, percent=10)), "components: these are not all"),
@@ -286,17 +288,19 @@ def test_dots_know_their_molecule():
     how = {"probe_radius": 1.5, "radii": "bondi"}
     dots = sparsurf.surface(molecule, **how)
     assert len(sparsurf.surface(molecule, d_link=0.3)) > 1.5 * len(dots)
-    few, own = sparsurf.minimal(dots), sparsurf.minimal(molecule, **how)
-    assert np.array_equal(few.dots, own.dots) and few.table.equals(own.table)
+    few, default = sparsurf.minimal(dots, percent=10), sparsurf.minimal(molecule, percent=10)
+    assert few.surface.origin is dots.origin and len(default) != len(few) == round(len(dots) / 10)
     assert sparsurf.residues(dots).equals(sparsurf.residues(dots, molecule))
     names = ["hydropathy"]
     assert sparsurf.fields(dots, names).equals(sparsurf.fields(molecule, dots, names))
     assert sparsurf.fields(dots, names=names).equals(sparsurf.fields(molecule, dots, names))
     component, table = sparsurf.components(dots)
-    again = sparsurf.components(molecule, dots, **how)
+    again = sparsurf.components(molecule, dots)
     assert np.array_equal(component, again[0]) and table.equals(again[1])
-    assert table.equals(sparsurf.components(molecule, **how)[1])
-    assert sparsurf.mesh(dots).volume == sparsurf.mesh(molecule, **how).volume
+    assert not table.equals(sparsurf.components(molecule)[1])
+    wide = sparsurf.mesh(dots).volume
+    assert wide != sparsurf.mesh(molecule).volume
+    assert wide == pytest.approx(table["volume"][0], rel=0.02)  # the parts of the dots, computed another way
     frame = dots.to_frame()
     assert (
         list(frame)[7:10] == ["kind", "component", "chain"]
@@ -330,11 +334,15 @@ def test_dots_and_atoms_are_of_one_frame(two_frames, tmp_path):
     field = sparsurf.fields(dots, ["hydropathy"])
     assert field.equals(sparsurf.fields(two_frames, dots, ["hydropathy"], frame=1))
     assert field.equals(sparsurf.fields(two_frames.frame(1), dots, ["hydropathy"]))
-    for call in (sparsurf.fields, sparsurf.components):
-        with pytest.raises(InputError, match=f"{call.__name__}: the dots are those of frame 1; give frame=1"):
-            call(two_frames, dots)
-    with pytest.raises(InputError, match="fields: the dots were placed with frame=0"):
+    with pytest.raises(InputError, match="fields: the dots are those of frame 1; give frame=1"):
+        sparsurf.fields(two_frames, dots)
+    with pytest.raises(InputError, match="fields: the dots were placed on frame 0; leave frame=1 out"):
         sparsurf.fields(sparsurf.surface(two_frames), frame=1)
+    own = sparsurf.components(dots)[1]
+    for molecule in (two_frames, two_frames.frame(1)):
+        pd.testing.assert_frame_equal(sparsurf.components(molecule, dots)[1], own)
+    with pytest.raises(InputError, match="components: the dots were placed on other atoms"):
+        sparsurf.components(two_frames.frame(0), dots)
     with pytest.raises(InputError, match="write: the dots are those of frame 1"):
         sparsurf.write(dots, tmp_path / "x.dms", molecule=two_frames)
     sparsurf.write(dots, tmp_path / "x.dms", molecule=two_frames, frame=1)
@@ -475,12 +483,17 @@ def test_the_columns_of_dots(tmp_path):
 
 def test_noise_floors_are_those_of_the_rules_that_are_given():
     peptide = sparsurf.read_molecule(PEPTIDE, residues="209-212")
-    rules = {"density": 4.0, "probe_radius": 1.6, "radii": "bondi", "d_link": 1.4, "seed": 3}
-    table = sparsurf.floors(peptide, **rules).set_index("floor")
+    rules = {"density": 4.0, "probe_radius": 1.6, "radii": "bondi"}
+
+    def floors(d_link=1.4, seed=3, **others):
+        dots = sparsurf.surface(peptide, **rules | others)
+        return sparsurf.floors(dots, d_link=d_link, seed=seed).set_index("floor")
+
+    table = floors()
     assert len(table) == 4 and table.index[-1].startswith("atoms moved")
-    pd.testing.assert_frame_equal(sparsurf.floors(peptide, **rules).set_index("floor"), table)
+    pd.testing.assert_frame_equal(floors(), table)
     for other in ({"seed": 4}, {"density": 5.0}, {"probe_radius": 1.4}, {"radii": "dms"}, {"d_link": 1.6}):
-        assert (sparsurf.floors(peptide, **rules | other).set_index("floor")["Z"] != table["Z"]).any()
+        assert (floors(**other)["Z"] != table["Z"]).any()
 
 
 @pytest.fixture(scope="module")
@@ -494,12 +507,24 @@ def two_frames():
 
 
 def test_components_and_noise_floors_are_those_of_the_frame(two_frames):
-    first, second = (sparsurf.floors(two_frames, frame=frame, seed=3) for frame in (0, 1))
-    dots = sparsurf.surface(two_frames, frame=1)
-    pd.testing.assert_frame_equal(sparsurf.floors(dots, seed=3), second)
-    assert (first["Z"] != second["Z"]).all()
+    dots = [sparsurf.surface(two_frames, frame=frame) for frame in (0, 1)]
     alone = [replace(two_frames, xyz=two_frames.xyz[[frame]]) for frame in (0, 1)]
+    first, second = (sparsurf.floors(each, seed=3) for each in dots)
+    pd.testing.assert_frame_equal(sparsurf.floors(alone[1], seed=3), second)
+    assert (first["Z"] != second["Z"]).all()
     own = [sparsurf.components(molecule)[1] for molecule in alone]
     for frame in (0, 1):
-        pd.testing.assert_frame_equal(sparsurf.components(two_frames, frame=frame)[1], own[frame])
+        pd.testing.assert_frame_equal(sparsurf.components(dots[frame])[1], own[frame])
     assert own[0]["volume"][0] != own[1]["volume"][0]
+
+
+def test_concave_dots_inside_other_probes_are_kept_where_asked():
+    xyz, radii = np.array([[0.0, 0, 0], [4.7, 0, 0], [2.35, 4.07, 0]]), np.full(3, 1.5)
+    exact, dms = (sparsurf.surface((xyz, radii), density=8, reentrant=each) for each in ("exact", "dms"))
+    own = molecular_surface(xyz, radii, density=8, reentrant="dms")
+    assert len(exact) < len(dms) and np.array_equal(dms.points, own.points)
+
+
+def test_the_keywords_of_placing_dots_are_those_of_surface():
+    taken = inspect.signature(sparsurf.surface).parameters.values()
+    assert {each.name for each in taken if each.kind is each.KEYWORD_ONLY} == {*PLACEMENT}

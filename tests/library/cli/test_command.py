@@ -196,7 +196,8 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
 def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
     path = TDP43 if words else folder / "protein.pdb"  # with a cavity
     assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
-    sparsurf.write(sparsurf.mesh(path, **options), tmp_path / "own.ply")
+    dots = sparsurf.surface(path, **{key: value for key, value in options.items() if key != "density"})
+    sparsurf.write(sparsurf.mesh(dots, density=options.get("density")), tmp_path / "own.ply")
     assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
 
 

@@ -124,7 +124,7 @@ def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     told = []
     known = ("load_cgo", "create", "alter", "spectrum", "disable")
     cmd = SimpleNamespace(**{each: lambda *a, each=each, **k: told.append((each, *a, k)) for each in known})
-    text = (ROOT / "src/sparsurf/views/viewer/open.pml").read_text()
+    text = (ROOT / "src/sparsurf_study/report/scenes/open.pml").read_text()
     exec(re.search(r"^python\n(.*)^python end", text, re.M | re.S)[1], {"cmd": cmd})
     assert [each[0] for each in told] == [*known]
     assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]

@@ -279,7 +279,7 @@ def test_residue_ranges(tmp_path, residues, expected):
         ({"selection": "resname ==="}, "is not an mdtraj expression"), ({"selection": 5}, "selection is 5; it must be"),
         ({"selection": "chain A"}, r"see mdtraj.org, or choose chains by `chains`\.$"),
         ({"selection": "__import__('os')"}, "is not an mdtraj expression"), ({"hydrogens": "maybe"}, "neither keep nor remove"),
-        ({"altloc": "lowest"}, "neither first, highest nor one letter"), ({"stride": 0}, "stride: 0"),
+        ({"altloc": "lowest"}, "neither first, highest nor one letter"), ({"stride": 0}, "stride is 0"),
         ({"altloc": 1}, "altloc: '1' is neither"), ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
         ({"ligands": 5}, "ligands is 5; it must be a string"), ({"ligands": "HEM, ZN"}, "no ligand HEM, ZN: .* it has none.$"),
         ({"ligands": 999 * "Q,"}, r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\)"),

@@ -69,7 +69,9 @@ def test_cavities_are_removed_where_asked(density):
 
 def test_a_mesh_without_its_cavity_is_closed_and_encloses_it():
     given = shell(), np.full(200, 1.9)
-    whole, outside = (sparsurf.mesh(given, density=2.0, cavities=each) for each in ("keep", "remove"))
+    whole, outside = (
+        sparsurf.mesh(sparsurf.surface(given, cavities=each), density=2.0) for each in ("keep", "remove")
+    )
     sides = np.sort(np.stack([outside.triangles, np.roll(outside.triangles, 1, axis=1)], axis=2), axis=2)
     assert (np.unique(sides.reshape(-1, 2), axis=0, return_counts=True)[1] == 2).all()
     assert (
@@ -82,11 +84,11 @@ def test_a_mesh_without_its_cavity_is_closed_and_encloses_it():
 
 def test_what_cannot_be_is_refused():
     given = shell(), np.full(200, 1.9)
-    for call in (sparsurf.surface, sparsurf.mesh):
-        with pytest.raises(InputError, match="cavities is 'drop'; it must be keep or remove"):
-            call(given, cavities="drop")
+    with pytest.raises(InputError, match="cavities is 'drop'; it must be keep or remove"):
+        sparsurf.surface(given, cavities="drop")
+    dots = sparsurf.surface(given)
     with pytest.raises(InputError, match="the dots are not those of the molecule"):
-        sparsurf.components((shell()[:100], np.full(100, 1.9)), sparsurf.surface(given))
+        sparsurf.components((shell()[:100], np.full(100, 1.9)), replace(dots, origin=None))
 
 
 def test_a_molecule_in_a_cavity_is_none_and_a_hole_opens_it():

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import pytest
 
 import sparsurf
-from sparsurf.api.inputs import PLACEMENT_DEFAULTS
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf_study.workflow.models import Patches, Surface
@@ -44,7 +43,7 @@ def test_every_default_radius_of_the_probe_is_that_of_water():
         inspect.signature(each).parameters.get(key) for each in functions for key in ("probe", "probe_radius")
     ]
     defaults = {each.default for each in taken if each is not None and each.default is not each.empty}
-    assert defaults == {PROBE_RADIUS} == {1.4} == {Surface().probe_radius, PLACEMENT_DEFAULTS["probe_radius"]}
+    assert defaults == {PROBE_RADIUS} == {1.4} == {Surface().probe_radius}
 
 
 def test_the_patches_of_a_study_have_the_radii_of_the_functions():

@@ -12,11 +12,11 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.analysis import ensemble
+from sparsurf_study.settings import Settings
 
 SETTINGS = Settings(surface={"density": 6.0}, patches={"d_link": 0.6}, ensemble={"test_dots": 20})
 STREAMS = Streams(3, "p")

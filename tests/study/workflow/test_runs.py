@@ -69,7 +69,7 @@ def test_on_one_core_and_imported_by_another_workflow_it_gives_the_same_bytes(st
     assert set(warnings["sentence"]) == set(of_study["sentence"]) != set()
     process = snakemake(folder, config, "--report", "report.html", root=folder)
     assert process.returncode == 0, output(process)
-    caption = (ROOT / "src" / "sparsurf" / "report" / "captions" / "roughness.rst").read_text("utf-8")
+    caption = (ROOT / "src" / "sparsurf_study" / "report" / "captions" / "roughness.rst").read_text("utf-8")
     assert caption.strip() in (folder / "report.html").read_text(encoding="utf-8")
 
 
@@ -101,13 +101,15 @@ def test_another_workflow_keeps_its_first_rule_as_the_default(tmp_path):
 
 
 def test_the_library_of_the_checkout_wins_over_an_installed_one(tmp_path):
-    installed = tmp_path / "sparsurf"
-    shutil.copytree(ROOT / "src" / "sparsurf", installed, ignore=shutil.ignore_patterns("__pycache__"))
-    (installed / "batches" / "assignment.py").write_text("")  # an older one
+    for package in ("sparsurf", "sparsurf_study"):
+        shutil.copytree(
+            ROOT / "src" / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__")
+        )
+    (tmp_path / "sparsurf_study" / "batches" / "assignment.py").write_text("")  # an older one
+    (tmp_path / "sparsurf" / "settings.py").write_text("")
     call = command(tmp_path / "w", SETTINGS | {"proteins": {"tdp43": EMBEDDED}}, "--dry-run")
-    imported = (
-        "import sys, runpy; sys.path.insert(0, sys.argv.pop(1)); import sparsurf_study.batches.assignment"
-    )
+    imported = "import sys, runpy; sys.path.insert(0, sys.argv.pop(1))"
+    imported += "; import sparsurf_study.batches.assignment, sparsurf.settings"
     start = f"{imported}; runpy.run_module('snakemake', alter_sys=True)"
     process = subprocess.run(
         [call[0], "-c", start, tmp_path, *call[3:]], capture_output=True, text=True, check=False

@@ -1,0 +1,99 @@
+"""Checks of the arguments that users give to functions and commands: one sentence for each that is wrong.
+
+The same limits hold for the keys of a config (`settings`). Nothing heavy is imported, so that a mistake is reported at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from numbers import Real
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from sparsurf.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class Limits(NamedTuple):
+    """Finite numbers above `low` (from it on, unless `open_low`), at most `high`."""
+
+    low: float
+    high: float = math.inf
+    whole: bool = False
+    open_low: bool = True
+
+    def allow(self, value: float) -> bool:
+        """Return whether a real number lies within the limits; NaN and infinity never do."""
+        above = self.low < value or (value == self.low and not self.open_low)
+        return above and value <= self.high and value < math.inf and (not self.whole or value % 1 == 0)
+
+    @property
+    def words(self) -> str:
+        """Allowed numbers in words."""
+        number = f"a {'whole ' * self.whole}number"
+        if self.high < math.inf:
+            least = f"more than {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
+            return f"{number}, {least} {self.high if self.whole else f'{self.high:g}'}"
+        return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
+
+    def check(self, value: Any, name: str, word: str | None = None) -> Any:
+        """Return the number that the user gave as `name`, a float or an int, or an allowed word; raise InputError for others."""
+        if word is not None and isinstance(value, str) and value == word:
+            return value
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if not is_number or not self.allow(value):
+            either = "" if word is None else f"{word!r} or "
+            raise InputError(f"{name} is {value!r}; it must be {either}{self.words}.")
+        return int(value) if self.whole else float(value)
+
+
+LENGTH = Limits(0, 100)  # Å
+DISTANCE = Limits(0, 10)  # Å
+PROBE = Limits(0, 10)  # Å
+DENSITY = Limits(0, 100)  # dots per Å^2
+PERCENT = Limits(0, 100)
+ALPHA = Limits(0, 1)
+EXPONENT = Limits(0, 1000, open_low=False)
+SEED = Limits(0, 2**64 - 1, whole=True, open_low=False)
+TEST_DOTS = Limits(2, 10**6, whole=True, open_low=False)
+NUMBER_OF_DOTS = Limits(0, whole=True)
+ERROR = Limits(0, open_low=False)  # Z
+FRAME = Limits(0, whole=True, open_low=False)
+STRIDE = Limits(0, whole=True)
+PLDDT = Limits(0, 100, open_low=False)
+
+
+def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
+    """Return a value of the user that is one of the choices; raise InputError for another."""
+    if value not in list(choices):  # a list: the value may have no hash
+        words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
+        raise InputError(f"{name} is {value!r}; it must be {words}.")
+    return value
+
+
+def check_flag(value: Any, name: str) -> None:
+    """Raise InputError if a value that the user gave as `name` is not True or False."""
+    import numpy as np
+
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} is {value!r}; it must be True or False.")
+
+
+def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
+    """Return the user's values as one array: of whole numbers if empty, of dots if they are a mask of all `n_dots`.
+
+    Raise InputError for rows of unequal lengths, or masked values.
+    """
+    import numpy as np
+
+    if np.ma.is_masked(values):
+        raise InputError(f"{name}: the array has masked values; leave these dots out.")
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise InputError(f"{name}: give one array, not several of unequal length.") from None
+    if array.shape == (0,):  # an empty list has no type of its own
+        return array.astype(np.int64)
+    return np.flatnonzero(array) if array.dtype == bool and array.shape == (n_dots,) else array
