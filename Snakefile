@@ -33,16 +33,16 @@ wildcard_constraints:
 
 rule all:
     input:
+        # each apart, as a protein without frames hides the first page
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
-        # these two also apart: a protein without frames hides all final outputs
-        lambda wildcards: [path for protein in PROTEINS for path in early_outputs(protein)],
-        outputs_beside_proteins,
-        final_outputs,
+        ends_before_frames,
+        ends_beside_proteins,
+        first_page,
 
 
 rule complete_protein:  # one job for each, so that a failure does not stop the others
     input:
-        lambda wildcards: outputs_of_protein(wildcards.protein),
+        lambda wildcards: ends_of_protein(wildcards.protein),
     output:
         touch("results/{run}/{protein}/.complete"),
 
@@ -403,7 +403,7 @@ else:
             "envs/study.yaml"
         params:
             exclude=config["exclude"],
-            logs="results/{run}/logs",
+            lengths=LENGTHS_OF_GLOSSARY,
             jobs=log_names(workflow.rules),
             code=code_of("close_run"),
         message:

@@ -7,8 +7,7 @@ from sparsurf.settings import Patches, Settings
 from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.pairs.matching import agreement, maps, match
-from sparsurf_study.pairs.partner_files import select_centres
-from sparsurf_study.pairs.partners import partner_of
+from sparsurf_study.pairs.partners import partner_of, select_centres
 from sparsurf_study.workflow.jobs import job
 
 SEED = 0

@@ -70,7 +70,7 @@ rule summarise_batches:
         "../envs/study.yaml"
     params:
         exclude=config["exclude"],
-        logs="results/{run}/logs",
+        lengths=LENGTHS_OF_GLOSSARY,
         jobs=log_names(workflow.rules),
         code=code_of("summarise_batches"),
     message:

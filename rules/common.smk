@@ -5,19 +5,23 @@ import re
 from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
 from sparsurf_study.workflow.code_version import code_of
-from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins
+from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_library
 from sparsurf_study.workflow.memory import memory_of_grid
-from sparsurf_study.workflow.names import PAPER_FIGURES
+from sparsurf_study.report.figure_names import PAPER_FIGURES
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
 let_jobs_import_library()
 
+
+PREFIX = workflow.modifier.path_modifier.prefix or ""  # of a workflow that imports this one, for its paths
 HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # jobs do not run on a cluster
 try:
     config = check_config(config, workflow.configfiles, HOME, HERE)
 except ValueError as error:
     raise SystemExit(f"\n{error}\n") from None
+if PREFIX:  # is for results
+    config = with_absolute_paths(config)
 
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
 PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
@@ -40,6 +44,8 @@ DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if pro
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
 RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
+LENGTHS_OF_GLOSSARY = {key: config["patches"][key] for key in ("r_patch", "r_zernike")}
+LENGTHS_OF_GLOSSARY["interface"] = config["complementarity"]["interface"]
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
@@ -176,36 +182,91 @@ def ranges_of_paper_sampler(wildcards):
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 
-# Final outputs
+# Final outputs: `rule all` asks for the ends, which no other rule reads; the first page lists all results
 
 
 def outputs(*of_rules, **wildcards):
     """Paths of outputs of rules for values of their wildcards, each a name or a list of names."""
-    return [path for files in of_rules for path in expand(files, run=config["run"], **wildcards)]
+    paths = [path for files in of_rules for path in expand(files, run=config["run"], **wildcards)]
+    # Snakemake puts the prefix of a module before it again
+    return [path.removeprefix(PREFIX) for path in paths]
 
 
-def early_outputs(protein):
-    """Outputs of one protein that are known before its frames are chosen."""
-    files = [rules.choose_frames.output] if protein in MOLECULES else []
-    if protein in SIMULATED:
-        files += [rules.judge_simulation.output[name] for name in ("energies", "motion", "quality", "png")]
-    if config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*"):
-        files += [rules.follow_ensemble.output]
-    return outputs(*files, protein=protein)
+def follows_frames(protein):
+    """Whether all frames of a molecule are followed with one combination."""
+    return config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*")
+
+
+def ends_before_frames(wildcards):
+    """Ends of the proteins that do not wait for the choice of their frames."""
+    ends = [
+        path for protein in SIMULATED for path in outputs(rules.judge_simulation.output.png, protein=protein)
+    ]
+    followed = [protein for protein in PROTEINS if follows_frames(protein)]
+    return ends + (outputs(rules.follow_ensemble.output[0], protein=followed) if followed else [])
+
+
+def ends_of_protein(protein):
+    """Ends of one protein and of its conformations."""
+    ends = [rules.draw_view.output.page]
+    if protein in MOLECULES:
+        ends += [rules.tabulate_residues.output.table]
+    if protein in SAMPLED:
+        ends += [rules.draw_figures.output[0]]
+    if config["compare"]["run"] and protein in SAMPLED:
+        ends += [rules.compare_samplers.output[0]]
+    of_conformations = outputs(*ends, protein=protein, conformation=conformations(protein))
+    return of_conformations + outputs(*drawings_of_protein(protein), protein=protein)
+
+
+def drawings_of_protein(protein):
+    """Outputs of the rules that draw the frames of a protein."""
+    if not has_several_frames(protein):
+        return []
+    return [rules.draw_frames.output, *([rules.draw_ensemble.output] if config["ensemble"]["run"] else [])]
+
+
+def ends_beside_proteins(wildcards):
+    """Ends of the pairs, of the forms that are compared, and of the comparison with the paper."""
+    ends = outputs(rules.draw_pair.output[0], pair=PAIRS) if PAIRS else []
+    with_residues = [pair for pair in PAIRS if not {*PAIRS[pair].get("proteins", ())} & {*READY_SURFACES}]
+    ends += outputs(rules.tabulate_pair_residues.output[0], pair=with_residues) if with_residues else []
+    ends += outputs(rules.draw_changes.output[0], comparison=CHANGES) if CHANGES else []
+    if "paper" in config and not is_excluded(config["paper"], "c1"):
+        ends += outputs(rules.reproduce_paper.output.page)
+    return ends
+
+
+def first_page(wildcards):
+    """The first page of a run, which needs all of its results."""
+    return outputs((rules.summarise_batches if BATCHED else rules.close_run).output.page)
+
+
+def results_before_pages(wildcards):
+    """All outputs except the first page and its tables."""
+    files = [rules.summarise_surfaces.output] if PROTEINS else []
+    if SAMPLED:
+        files += [rules.summarise_best.output]
+    if config["compare"]["run"] and SAMPLED:
+        files += [rules.summarise_comparison.output]
+    if PAIRS:
+        files += [rules.summarise_pairs.output]
+    of_proteins = [path for protein in PROTEINS for path in outputs_of_protein(protein)]
+    return outputs(*files) + outputs_beside_proteins() + of_proteins
 
 
 def outputs_of_protein(protein):
     """Outputs of one protein and of its conformations."""
-    files = []
-    if has_several_frames(protein):
-        files += [rules.draw_frames.output]
-        files += [rules.draw_ensemble.output] if config["ensemble"]["run"] else []
+    files = [rules.choose_frames.output] if protein in MOLECULES else []
+    if protein in SIMULATED:
+        files += [rules.judge_simulation.output[name] for name in ("energies", "motion", "quality", "png")]
+    files += [rules.follow_ensemble.output] if follows_frames(protein) else []
     of_conformations = [
         path
         for conformation in conformations(protein)
         for path in outputs(*outputs_of_conformation(protein), protein=protein, conformation=conformation)
     ]
-    return early_outputs(protein) + outputs(*files, protein=protein) + of_conformations
+    return outputs(*files, *drawings_of_protein(protein), protein=protein) + of_conformations
 
 
 def outputs_of_conformation(protein):
@@ -222,7 +283,7 @@ def outputs_of_conformation(protein):
     return files
 
 
-def outputs_beside_proteins(wildcards):
+def outputs_beside_proteins():
     """Outputs of the pairs, of the forms that are compared, and of the comparison with the paper."""
     files = []
     for pair in PAIRS:
@@ -234,25 +295,3 @@ def outputs_beside_proteins(wildcards):
     if "paper" in config and not is_excluded(config["paper"], "c1"):
         files += outputs(rules.reproduce_paper.output)
     return files
-
-
-def results_before_pages(wildcards):
-    """All outputs except the first page and its tables."""
-    files = [rules.summarise_surfaces.output] if PROTEINS else []
-    if SAMPLED:
-        files += [rules.summarise_best.output]
-    if config["compare"]["run"] and SAMPLED:
-        files += [rules.summarise_comparison.output]
-    if PAIRS:
-        files += [rules.summarise_pairs.output]
-    of_proteins = [path for protein in PROTEINS for path in outputs_of_protein(protein)]
-    return outputs(*files) + outputs_beside_proteins(wildcards) + of_proteins
-
-
-def final_outputs(wildcards):
-    """All outputs of a run."""
-    if BATCHED:
-        pages = outputs(rules.analyse_batch.output, batch=BATCHES) + outputs(rules.summarise_batches.output)
-    else:
-        pages = outputs(rules.close_run.output)
-    return pages + results_before_pages(wildcards)

@@ -32,6 +32,7 @@ rule reproduce_paper:
         sampling=config["sampling"],
         evaluation=config["evaluation"],
         seed=config["seed"],
+        lengths=LENGTHS_OF_GLOSSARY,
         a1=f"{config['paper']}/c1",
         path_to_surface=PROTEINS[config["paper"]].surface,
         code=code_of("reproduce_paper"),

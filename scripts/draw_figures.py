@@ -1,6 +1,7 @@
 """Draw the figures of one surface, each by the module of its name in sparsurf_study.report.figures."""
 
 import json
+from importlib import import_module
 from pathlib import Path
 
 from sparsurf.evaluation.floors import FRESH
@@ -11,19 +12,11 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.rough_and_flat import kept_and_any, table_of_bins
 from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table
-from sparsurf_study.report.figures import (
-    d_over_grid,
-    number_of_dots,
-    required_dots,
-    rough_and_flat,
-    roughness,
-    subsets,
-)
+from sparsurf_study.report.figure_names import FIGURES
+from sparsurf_study.report.figures import rough_and_flat, subsets
 from sparsurf_study.report.figures.results import Results
 from sparsurf_study.rounding import write_table
 from sparsurf_study.workflow.jobs import job
-
-FIGURES = (required_dots, roughness, number_of_dots, d_over_grid, rough_and_flat, subsets)
 
 with job(snakemake) as s:
     best = json.loads(Path(s.input.best).read_text(encoding="utf-8"))
@@ -55,7 +48,7 @@ with job(snakemake) as s:
         recovered_errors=read_table(s.input.recovered),
         **{name: read_table(s.input[name]) for name in ("floors", "required_dots", "curves")},
     )
-    for module in FIGURES:
-        figure, name = module.draw(results), module.__name__.rpartition(".")[2]
+    for name in FIGURES:
+        figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
         for path in [path for path in s.output.svg if Path(path).stem == name] + [s.output[name]]:
             layout.save(figure, path)

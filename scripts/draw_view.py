@@ -27,10 +27,7 @@ with job(snakemake) as s:
     best = json.loads(Path(s.input.best).read_text(encoding="utf-8")) if s.input.best else None
     text = page(
         s.params.title,
-        dots,
-        roughness,
-        prepared.cover,
-        prepared.patches.r_patch,
+        prepared,
         {"farthest": order},
         read_table(s.input.grid, best["combinations"], "combinations") if best else None,
         best,

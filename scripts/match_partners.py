@@ -3,7 +3,7 @@
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
-from sparsurf_study.pairs.partner_files import read_partners, select_centres
+from sparsurf_study.pairs.partners import read_partners, select_centres
 from sparsurf_study.rounding import write_table
 from sparsurf_study.workflow.jobs import job
 

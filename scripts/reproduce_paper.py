@@ -26,7 +26,8 @@ with job(snakemake) as s:
     results |= {"grid": grid, "best": best}
     results |= facts_for_page(prepared, tables, grid, s.settings.evaluation.draws)
     results |= {"surface": surface_of(prepared, s.settings.surface, s.params.path_to_surface)}
-    figure = table1_figure(tables["places"], tables["rows"])
+    drawn = table1_figure(tables["places"], tables["rows"])
     for path in (s.output.svg, s.output.png):
-        layout.save(figure, path)
-    write(s.output.page, TEMPLATE, **paper_page(results), first=a1, figure=embedded(s.output.png))
+        layout.save(drawn, path)
+    figure = embedded(s.output.png)
+    write(s.output.page, TEMPLATE, s.params.lengths, **paper_page(results), first=a1, figure=figure)

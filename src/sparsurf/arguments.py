@@ -61,6 +61,7 @@ TEST_DOTS = Limits(2, 10**6, whole=True, open_low=False)
 NUMBER_OF_DOTS = Limits(0, whole=True)
 ERROR = Limits(0, open_low=False)  # Z
 FRAME = Limits(0, whole=True, open_low=False)
+DEFAULT_TEST_DOTS = 200  # of studies and functions
 STRIDE = Limits(0, whole=True)
 PLDDT = Limits(0, 100, open_low=False)
 

@@ -155,7 +155,7 @@ class Sampling(Section):
 class Evaluation(Section):
     """How subsets are compared with the whole surface."""
 
-    test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
+    test_dots: TestDots = key(arguments.DEFAULT_TEST_DOTS, "Number of test dots; published for N / 200.")
     draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
     readings: UniqueList[Reading] = key(
         ["kept", "full"],

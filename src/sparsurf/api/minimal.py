@@ -9,8 +9,17 @@ import numpy as np
 from sparsurf.api.inputs import DotsLike, SurfaceLike, as_dots
 from sparsurf.api.subsets import prepare, warn_of_gaps
 from sparsurf.api.surfaces import as_surface
+from sparsurf.arguments import (
+    DEFAULT_TEST_DOTS,
+    DISTANCE,
+    ERROR,
+    LENGTH,
+    NUMBER_OF_DOTS,
+    PERCENT,
+    SEED,
+    Limits,
+)
 from sparsurf.arguments import DENSITY as DENSITIES
-from sparsurf.arguments import DISTANCE, ERROR, LENGTH, NUMBER_OF_DOTS, PERCENT, SEED, Limits
 from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import floors_table, measure_floors
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
@@ -31,7 +40,6 @@ from sparsurf.threads import available_cores
 if TYPE_CHECKING:
     import pandas as pd
 
-TEST_DOTS = 200  # as in a study
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
 STEPS = Limits(0, 1000, whole=True)
 SIZES = {"percent": PERCENT, "n_dots": NUMBER_OF_DOTS, "error": DISTANCE, "max_z": ERROR}
@@ -133,7 +141,9 @@ def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_
     """
     dots = _linked_dots(surface, d_link)
     prepared = prepare(dots, d_link=d_link, seed=seed)
-    return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *dots.generator))
+    return floors_table(
+        measure_floors(prepared, number_of_tests(DEFAULT_TEST_DOTS, len(dots)), *dots.generator)
+    )
 
 
 @public()

@@ -12,7 +12,17 @@ import pandas as pd
 
 from sparsurf.api.inputs import SurfaceLike, subset_indices
 from sparsurf.api.surfaces import as_surface
-from sparsurf.arguments import ALPHA, EXPONENT, LENGTH, PERCENT, SEED, TEST_DOTS, Limits, check_choice
+from sparsurf.arguments import (
+    ALPHA,
+    DEFAULT_TEST_DOTS,
+    EXPONENT,
+    LENGTH,
+    PERCENT,
+    SEED,
+    TEST_DOTS,
+    Limits,
+    check_choice,
+)
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
@@ -182,7 +192,7 @@ def compare(
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],
     *,
     reading: str = "full",
-    test_dots: int | str = 400,
+    test_dots: int | str = DEFAULT_TEST_DOTS,
 ) -> pd.DataFrame:
     """Compare how well subsets describe a surface, next to uniform subsets of the same size.
 

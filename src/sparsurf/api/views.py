@@ -124,8 +124,7 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     molecule = surface.molecule
     residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []
     return page(
-        repr(surface), surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},
-        residues=residues, values=shown, up="",
+        repr(surface), prepared, {"farthest": order}, residues=residues, values=shown, up="",
         opens=("all", 1 if values is not None else "kind" if known else 0),
     )  # fmt: skip
 

@@ -13,8 +13,7 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
-from sparsurf.surfaces.dot_table import COMPONENT_FIELD
-from sparsurf.surfaces.surface import is_field_name
+from sparsurf.surfaces.surface import COMPONENT_FIELD, is_field_name
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule

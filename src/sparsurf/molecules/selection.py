@@ -7,16 +7,14 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, shorten
+from sparsurf.molecules.atoms import Atoms
 from sparsurf.molecules.residues import split_label
-
-if TYPE_CHECKING:
-    from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
 
@@ -37,7 +35,7 @@ class SelectionKeys(TypedDict, total=False):
 
 
 def select_atoms(
-    molecule: Molecule,
+    molecule: Atoms,
     path: StrPath,
     *,
     selection: str | None = None,
@@ -84,7 +82,7 @@ def select_atoms(
     return selected
 
 
-def _remedy_for_nucleic(molecule: Molecule, atoms: np.ndarray, ranges: list[str] | None) -> str:
+def _remedy_for_nucleic(molecule: Atoms, atoms: np.ndarray, ranges: list[str] | None) -> str:
     """Return the remedy where nucleic acids are meant: they are selected by their chains."""
     chains = list(dict.fromkeys(molecule.chain[atoms].tolist()))
     if ranges is None:
@@ -93,7 +91,7 @@ def _remedy_for_nucleic(molecule: Molecule, atoms: np.ndarray, ranges: list[str]
     return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
 
-def _in_chains(molecule: Molecule, path: StrPath, chains: str | Sequence[str] | None) -> np.ndarray:
+def _in_chains(molecule: Atoms, path: StrPath, chains: str | Sequence[str] | None) -> np.ndarray:
     """Return the mask (A,) of atoms in the chains."""
     if chains is None:
         return np.ones(len(molecule.chain), bool)
@@ -113,7 +111,7 @@ def _in_chains(molecule: Molecule, path: StrPath, chains: str | Sequence[str] | 
 
 
 def _in_residues(
-    molecule: Molecule,
+    molecule: Atoms,
     path: StrPath,
     ranges: list[str] | None,
     report: bool,
@@ -172,7 +170,7 @@ def _rank(label: str) -> float:
     return float(number or "nan") + (ord(code.upper()) / 256 if code else 0.0)
 
 
-def atoms_of_expression(molecule: Molecule, selection: str) -> np.ndarray:
+def atoms_of_expression(molecule: Atoms, selection: str) -> np.ndarray:
     """Return the mask (A,) of the atoms that an mdtraj expression, or 'all', selects."""
     if not isinstance(selection, str):
         raise InputError(f"selection is {selection!r}; it must be an mdtraj expression, or 'all'.")
@@ -197,7 +195,7 @@ def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
     return len(ligands) > 0 if hasattr(ligands, "__len__") else bool(ligands)
 
 
-def _in_ligands(molecule: Molecule, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:
+def _in_ligands(molecule: Atoms, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:
     """Return the mask (A,) of atoms in the ligands."""
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
@@ -214,7 +212,7 @@ def _in_ligands(molecule: Molecule, path: StrPath, ligands: bool | str | Sequenc
 
 
 def _refuse_ligands_outside(
-    molecule: Molecule,
+    molecule: Atoms,
     path: StrPath,
     in_ligands: np.ndarray,
     in_chains: np.ndarray,
@@ -233,7 +231,7 @@ def _refuse_ligands_outside(
             )
 
 
-def _report_left_out(molecule: Molecule, path: StrPath, selected: np.ndarray, within: np.ndarray) -> None:
+def _report_left_out(molecule: Atoms, path: StrPath, selected: np.ndarray, within: np.ndarray) -> None:
     """Log names and numbers of residues within the chains and ranges that are not selected."""
     taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]
@@ -250,13 +248,13 @@ def _report_left_out(molecule: Molecule, path: StrPath, selected: np.ndarray, wi
             log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", path, listed)
 
 
-def _chains(molecule: Molecule) -> str:
+def _chains(molecule: Atoms) -> str:
     """Return the names of the chains, for messages."""
     names = [name or "one without a name" for name in dict.fromkeys(molecule.chain.tolist())]
     return ", ".join(names)
 
 
-def _extents(molecule: Molecule) -> str:
+def _extents(molecule: Atoms) -> str:
     """Return the extents of the polymer chains, as 'A 1 to 99, B 1 to 99'."""
     polymer = np.isin(molecule.kind, POLYMERS)
     extents = []
@@ -266,7 +264,7 @@ def _extents(molecule: Molecule) -> str:
     return ", ".join(extents) or "no polymer"
 
 
-def _inventory(molecule: Molecule) -> str:
+def _inventory(molecule: Atoms) -> str:
     """Return the content of a molecule, as 'chains A, B with 198 protein residues, 2 HOH'."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     names = np.where(

@@ -14,10 +14,9 @@ import numpy as np
 from numba import njit
 
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
-from sparsurf.surfaces.dot_table import COMPONENT_FIELD
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface
 
 if TYPE_CHECKING:
     import pandas as pd

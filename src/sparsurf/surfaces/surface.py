@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 CONTACT, SADDLE, CONCAVE = 0, 1, 2  # kinds of dots
+COMPONENT_FIELD = "component"  # field of a Surface: component of each dot
+# Å, median distance from dots to the centres of their atoms: at most the largest radius and that of a large probe
+MAX_DISTANCE_OF_ATOM = 6.0
 # Dots per Å^2 that correspond to `-d 1.0` of DMS: A1 of TDP-43 gets 20045 dots on 3742 Å^2.
 DENSITY = 5.35
 # Normals with three decimals deviate from unit length by at most sqrt(3) * 0.0005; the rest is a reserve.
@@ -224,10 +227,27 @@ class Surface:
         return self.origin if self.origin and np.array_equal(self.points, self.origin.points) else None
 
     def to_frame(self, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
-        """Tabulate the dots with labels of their atoms, where known, and `columns`, (N,) each; see `dot_table.to_frame`."""
-        from sparsurf.surfaces.dot_table import to_frame  # here: pandas takes long to load
+        """Tabulate position, normal, area, kind and fields of the dots, and labels of their atoms where these are known.
 
-        return to_frame(self, molecule, **columns)
+        Parameters
+        ----------
+        molecule : Molecule, optional
+            That of the dots, where they carry none.
+        **columns : (N,) arrays
+            Further columns by name.
+        """
+        import pandas as pd  # here: it takes long to load
+
+        if molecule is not None:
+            _refuse_other_molecule(self, molecule)
+        axes = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*self.points.T, *self.normals.T], strict=True))
+        table = pd.DataFrame(axes | {"area": self.area, "kind": self.kind})
+        if self.placed:
+            table[COMPONENT_FIELD] = self.placed.components(self)
+        table = table.assign(**columns)
+        molecule = self.molecule if molecule is None else molecule
+        table = table if molecule is None else table.join(molecule.labels(self.atom))
+        return table.assign(**{name: values for name, values in self.fields.items() if name not in table})
 
     def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
         """Draw the surface with matplotlib as the reports do, coloured by `values` (N,) or by kind, and return the Axes."""
@@ -240,6 +260,25 @@ class Surface:
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
         return surfaces.views().notebook_html(self)
+
+
+def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:
+    """Raise InputError if the atoms of the dots are not those of a molecule."""
+    atom = surface.atom
+    if not (hasattr(molecule, "labels") and hasattr(molecule, "n_atoms")):
+        raise InputError("to_frame: the molecule must come from read_molecule; give one, or leave it out.")
+    if atom.min() < 0:
+        raise InputError("to_frame: the atoms of the dots are unknown; leave out the molecule.")
+    far = atom.max() >= molecule.n_atoms or not any(
+        np.median(np.linalg.norm(surface.points - xyz[atom], axis=1)) < MAX_DISTANCE_OF_ATOM
+        for xyz in molecule.xyz
+    )
+    described = surface.molecule or molecule
+    alike = described.n_atoms == molecule.n_atoms and np.array_equal(
+        described.residue_name, molecule.residue_name
+    )
+    if far or not alike:
+        raise InputError("to_frame: the dots were placed on other atoms; give their molecule, or none.")
 
 
 def real_numbers(value: Any, name: str) -> np.ndarray:

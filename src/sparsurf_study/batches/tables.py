@@ -10,8 +10,10 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow
+from sparsurf_study import columns
 
-INT, FLOAT, TEXT, DOUBLE = "int32", "float32", "string", "float64"
+TYPES = {"int": "int32", "float": "float32", "text": "string"}  # of the columns in columns.yaml
+DOUBLE = "float64"  # of the floats of surfaces, which are few
 STEPS_PER_ANGSTROM = 32  # steps of the places of dots
 DEGREES = 2  # steps of the angles of normals
 # Numbers are rounded to fractions that a float32 holds exactly, whose last bytes are zeros and take no space
@@ -29,62 +31,15 @@ ENCODINGS = {
     | {"residue": "PLAIN"},
 }
 ZSTD_LEVEL = 19
-# Columns of the tables with their types; the fields of the config follow
-COLUMNS = {
-    "surfaces": {
-        "protein": TEXT,
-        "structure": TEXT,
-        "options": TEXT,
-        "atoms": INT,
-        "residues": INT,
-        "masked_residues": INT,
-        "N": INT,
-        "area": DOUBLE,
-        "volume": DOUBLE,
-        "components": INT,
-        "cavities": INT,
-        "cavity_dots": INT,
-        "spacing": DOUBLE,
-        "mean_roughness": DOUBLE,
-        "minimal_n_S": INT,
-        "minimal_n_S_percent": DOUBLE,
-    },
-    "residues": {
-        "protein": TEXT,
-        "chain": TEXT,
-        "residue": TEXT,
-        "residue_name": TEXT,
-        "area": FLOAT,
-        "area_contact": FLOAT,
-        "area_saddle": FLOAT,
-        "area_concave": FLOAT,
-        "mean_roughness": FLOAT,
-        "most_rough": FLOAT,
-        "dots": INT,
-        "cavity_dots": INT,
-        "kept": INT,
-        "weight": INT,
-    },
-    "dots": {
-        "protein": TEXT,
-        "dot": INT,
-        "x32": INT,
-        "y32": INT,
-        "z32": INT,
-        "polar": INT,
-        "azimuth": INT,
-        "weight": INT,
-        "atom": INT,
-    },
-    "failures": {"protein": TEXT, "reason": TEXT},
-    "warnings": {"protein": TEXT, "sentence": TEXT},
-}
 
 
 def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
-    """Return the columns of a table with their types; `fields` are those of the config."""
+    """Return the columns of a table with their types, from columns.yaml; `fields` are those of the config."""
+    types = TYPES | ({"float": DOUBLE} if table == "surfaces" else {})
+    listed = columns.tables()[f"{table}/<batch>.parquet"].columns
     of_fields = {"residues": [f"mean_{name}" for name in fields], "dots": fields}.get(table, ())
-    return COLUMNS[table] | dict.fromkeys(of_fields, FLOAT)
+    described = {column.name: types[column.type] for column in listed if "<" not in column.name}
+    return described | dict.fromkeys(of_fields, types["float"])
 
 
 def pack_dots(points: np.ndarray, normals: np.ndarray) -> pd.DataFrame:
@@ -108,21 +63,21 @@ def unpack_dots(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
     """Write the rows of one batch, rounded to `STEPS`; a table of `assignment.TABLES` without rows has all columns, too."""
     pyarrow = import_pyarrow()
-    columns = columns_of(table, fields)
-    schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in columns.items()])
+    types = columns_of(table, fields)
+    schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in types.items()])
     encodings = ENCODINGS.get(table, {})
     steps = STEPS.get(table, {}) if len(rows) else {}
     rows = rows.assign(**{name: (rows[name] / step).round() * step for name, step in steps.items()})
     content = schema.empty_table()
     if len(rows):
-        content = pyarrow.Table.from_pandas(rows.reindex(columns=list(columns)), schema, preserve_index=False)
+        content = pyarrow.Table.from_pandas(rows.reindex(columns=list(types)), schema, preserve_index=False)
     content = content.replace_schema_metadata(None)
     pyarrow.parquet.write_table(
         content,
         path,
         compression="zstd",
         compression_level=ZSTD_LEVEL,
-        use_dictionary=[name for name in columns if name not in encodings],
+        use_dictionary=[name for name in types if name not in encodings],
         column_encoding=encodings or None,
     )
 

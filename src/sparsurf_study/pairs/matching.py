@@ -12,10 +12,9 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe
 from sparsurf.settings import Patches
 from sparsurf.streams import stream
-from sparsurf_study.pairs.interface import INTERFACE, gaps, interface, native_pairs
 from sparsurf_study.pairs.nearest import Nearest, nearest
 from sparsurf_study.pairs.neighbourhoods import SMOOTHING, protrusion, smooth
-from sparsurf_study.pairs.partners import Partner
+from sparsurf_study.pairs.partners import INTERFACE, Partner, gaps, interface, native_pairs
 from sparsurf_study.pairs.ranking import blocks_of_residues, bootstrap_auc
 
 AREAS = ["partner", "score", "auc", "low", "high", "dots", "interface", "blocks"]  # columns of `agreement`

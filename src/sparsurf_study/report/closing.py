@@ -8,7 +8,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import pandas as pd
@@ -21,11 +20,10 @@ from sparsurf_study.batches.summary import grouped_reasons, measures, most_unusu
 from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.report import summaries
 from sparsurf_study.report.figures import distributions
+from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.front import DOWNLOADS, MAX_ROWS, write_front
+from sparsurf_study.report.page import DEFAULT_LENGTHS
 from sparsurf_study.rounding import write_table
-
-if TYPE_CHECKING:
-    from sparsurf_study.workflow.running import Finished
 
 Warnings = list[tuple[str, str, str, str]]
 COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
@@ -36,13 +34,17 @@ JOB = "analyse_batch"
 
 
 def close_run(
-    results: Sequence[str], warnings: Warnings, exclude: Mapping[str, str], outputs: Mapping[str, str]
+    results: Sequence[str],
+    warnings: Warnings,
+    exclude: Mapping[str, str],
+    outputs: Mapping[str, str],
+    lengths: Mapping[str, float] = DEFAULT_LENGTHS,
 ) -> None:
     """Write page, failures, warnings and crate of a run with the files and folders `results`; `exclude` has reasons by place."""
     folder = Path(outputs["page"]).parent
     pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
-    answers = write_front(outputs["page"], files, dict(exclude))
+    answers = write_front(outputs["page"], files, dict(exclude), None, lengths)
     write_table(outputs["failures"], pd.DataFrame(exclude.items(), columns=["place", "reason"]))
     pages = [outputs[name] for name in ("page", "failures", "warnings")]
     write_crate([*results, *pages], outputs["crate"], answers)
@@ -54,6 +56,7 @@ def close_batches(
     warnings: Warnings,
     exclude: Mapping[str, str],
     outputs: Mapping[str, str],
+    lengths: Mapping[str, float] = DEFAULT_LENGTHS,
 ) -> None:
     """Write the outputs page, failures, warnings, crate and png of a run in batches.
 
@@ -80,7 +83,7 @@ def close_batches(
         "n_batches": len({Path(path).name for path in tables}),
     }
     files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
-    answers = write_front(outputs["page"], files, dict(exclude), batches)
+    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths)
     pages = [outputs[name] for name in ("page", "failures", "warnings")]
     write_crate([*tables, outputs["png"], *studied, *pages], outputs["crate"], answers)
 
@@ -100,10 +103,13 @@ def close_partial_run(
     results = [*map(str, finished.files), *map(str, written)]
     outputs = {name: str(run / file) for name, file in PAGES.items()}
     warnings = warnings_of(results) if results else []
+    lengths = {key: config["patches"][key] for key in ("r_patch", "r_zernike")}
+    lengths["interface"] = config["complementarity"]["interface"]
     if tables:
-        close_batches(tables, results, warnings, failures, outputs | {"png": str(run / "distributions.png")})
+        outputs["png"] = str(run / "distributions.png")
+        close_batches(tables, results, warnings, failures, outputs, lengths)
     else:
-        close_run(results, warnings, failures, outputs)
+        close_run(results, warnings, failures, outputs, lengths)
     oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
     for path in [*map(str, written), *outputs.values()]:
         os.utime(path, (oldest, oldest))

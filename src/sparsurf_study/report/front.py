@@ -22,17 +22,18 @@ from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.views.numbers import interval, number, share, signed, span
 from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf_study.paper.verdict import is_one_more_run
+from sparsurf_study.report.figure_names import GALLERY
 from sparsurf_study.report.numbers import auc_of, beyond_ranges, combination, most_of, short_names
-from sparsurf_study.report.page import embedded_figures, write
+from sparsurf_study.report.page import DEFAULT_LENGTHS, embedded_figures, write
 from sparsurf_study.report.texts import (
     BATCH_TABLES,
-    CAPTIONS,
     DOWNLOADS,
     FILES_OF_ALL,
     FILES_OF_CHANGES,
     FILES_OF_PAIR,
     FILES_OVER_TIME,
     TEXT,
+    caption,
 )
 
 TEMPLATE = "front.html.j2"
@@ -44,7 +45,6 @@ N_RESIDUES = 10  # that change most
 SIGNIFICANT = 0.05
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
 # Small figures
-GALLERY = ("subsets", "roughness", "rough_and_flat", "compare", "frames", "simulation")
 PARAMETERS = "α,\u00a0β,\u00a0γ,\u00a0δ"
 FILES_OF_SURFACE = ("minimal.csv", "residues.csv", "figures/number_of_dots.png")
 SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
@@ -158,6 +158,7 @@ def write_front(
     files: Iterable[str],
     exclude: Mapping[str, str],
     batches: Mapping[str, Any] | None = None,
+    lengths: Mapping[str, float] = DEFAULT_LENGTHS,
 ) -> list[str]:
     """Write the first page of a run in the folder of its `files`, with reasons for parts to `exclude`, and return its answers."""
     run = Run(Path(page).parent, list(dict.fromkeys(files)))
@@ -173,6 +174,7 @@ def write_front(
     write(
         page,
         TEMPLATE,
+        lengths,
         title=title(run),
         answers=found,
         without=list(exclude.items()),
@@ -221,7 +223,7 @@ def sections(run: Run, batches: Mapping[str, Any] | None = None) -> list[Section
     found = list(of_batches(batches)) if batches else []
     if run.has("verdict.html"):
         table = "table1.png"
-        figures = [Figure(table, CAPTIONS["table1"], "verdict.html")] if run.has(table) else []
+        figures = [Figure(table, caption("table1"), "verdict.html")] if run.has(table) else []
         found.append(Section("The paper", [], figures, links=[("verdict.html", "the paper, claim by claim")]))
     found += of_grid(run) if run.grids else of_changes(run)
     found += of_dots(run)
@@ -317,7 +319,7 @@ def of_grid(run: Run) -> Iterator[Section]:
     for k, place in enumerate(shown):
         name, small = f"{run.shown[place]}: " if len(run.grids) > 1 else "", k >= MAX_ANSWERS
         path = f"{place}/figures/d_over_grid.png"
-        figures.append(Figure(path, name + CAPTIONS["d_over_grid"], small=small))
+        figures.append(Figure(path, name + caption("d_over_grid"), small=small))
     figures = [figure for figure in figures if run.has(figure.path)]
     text = [TEXT["sampling"], remark]
     yield Section("Best combination by number of dots", text, figures, tables, formula=True, folded=folded)
@@ -433,8 +435,8 @@ def of_dots(run: Run) -> Iterator[Section]:
         medians = minimal.groupby("field", sort=False)["r"].median()
         values = ", ".join(f"{name} r = {number(r, 3)}" for name, r in medians.items())
         text += [f"The minimal subset gives fields back at the other dots: {values}."] if values else []
-    caption = f"{CAPTIONS['required_dots']} {TEXT['floors']}"
-    yield Section("How few dots are enough", text, [Figure(path, caption)] if run.has(path) else [])
+    words = f"{caption('required_dots')} {TEXT['floors']}"
+    yield Section("How few dots are enough", text, [Figure(path, words)] if run.has(path) else [])
 
 
 # Two forms
@@ -486,7 +488,7 @@ def of_changes(run: Run) -> Iterator[Section]:
             text.append(f"{buried} residues are buried on one form or both, and have no change.")
         if mutated := int((table["residue_name"] != table["residue_name_second"]).sum()):
             text.append(f"{mutated} residues have another name on the second form.")
-        figures = [Figure(f"{folder}/changes.png", CAPTIONS["changes"])]
+        figures = [Figure(f"{folder}/changes.png", caption("changes"))]
         tables = [Table(columns, rows, TEXT["most_changed"])]
         name = folder.split("/")[-1]
         yield Section(f"What changes in {name}", text, figures, tables, links(run, folder, FILES_OF_CHANGES))
@@ -528,12 +530,12 @@ def of_pairs(run: Run) -> Iterator[Section]:
             rows.append([name, "", "no interface", "", files])
     figures = []
     if table["complex"].nunique() > 1 and run.has("pairs/pairs.png"):
-        figures.append(Figure("pairs/pairs.png", CAPTIONS["pairs"]))
+        figures.append(Figure("pairs/pairs.png", caption("pairs")))
     several = len(names) > 1
     for name in names[:MAX_SHOWN]:
         view = f"pairs/{name}/view.html"
-        caption = name if several else CAPTIONS["book"]
-        figures.append(Figure(f"pairs/{name}/book.png", caption, view if run.has(view) else "", several))
+        words = name if several else caption("book")
+        figures.append(Figure(f"pairs/{name}/book.png", words, view if run.has(view) else "", several))
     columns = ["pair", "partner", "complementarity: AUC (95 %)", "protrusion: AUC (95 %)", "files"]
     text, files_of_all = [TEXT["pairs"], TEXT["auc"]], [("pairs/pairs.csv", "all scores")]
     yield Section(
@@ -556,8 +558,9 @@ def of_frames(run: Run) -> Iterator[Section]:
         for column, (words, digits) in measured.items():
             values = table[column].agg(["mean", "std", "min", "max"])
             rows.append([words, *(number(x, digits) for x in values)])
-        paths = {name: f"{protein}/figures/{name}.png" for name in ("ensemble", "residues")}
-        figures = [Figure(path, CAPTIONS[name]) for name, path in paths.items() if run.has(path)]
+        paths = {"ensemble": "ensemble.png", "residues_over_time": "residues.png"}
+        drawn = [(name, f"{protein}/figures/{file}") for name, file in paths.items()]
+        figures = [Figure(path, caption(name)) for name, path in drawn if run.has(path)]
         tables = [Table(["", "mean", "sd", "lowest", "highest"], rows)]
         files = links(run, protein, FILES_OVER_TIME)
         yield Section(f"{protein} over time", [TEXT["frames"].format(n=len(table))], figures, tables, files)
@@ -590,14 +593,14 @@ def of_surfaces(run: Run) -> Iterator[Section]:
         rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
     columns = ["", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share"]
     columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
-    figures = [Figure("compare.png", CAPTIONS["compare"], small=True)] if run.has("compare.png") else []
+    figures = [Figure("compare.png", caption("compare"), small=True)] if run.has("compare.png") else []
     gallery = [*GALLERY, "required_dots"] if len(run.places) > 1 else GALLERY
     proteins = dict.fromkeys(place.split("/")[0] for place in run.places[:MAX_SHOWN])
     for folder in [*proteins, *run.places[:MAX_SHOWN]]:
         name = f"{run.shown.get(folder, folder)}: " if len(run.places) > 1 else ""
         paths = {figure: f"{folder}/figures/{figure}.png" for figure in gallery}
         figures += [
-            Figure(path, name + CAPTIONS[key], small=True) for key, path in paths.items() if run.has(path)
+            Figure(path, name + caption(key), small=True) for key, path in paths.items() if run.has(path)
         ]
     tables = [Table(columns, rows, TEXT["surfaces"], several)]
     yield Section("Every surface", [], figures, tables, links(run, "", FILES_OF_ALL))
@@ -637,7 +640,7 @@ def of_batches(batches: Mapping[str, Any]) -> Iterator[Section]:
         if len(models):
             total = masked + int(models["residues"].sum())
             text.append(TEXT["masked"].format(masked=masked, total=total, models=len(models)))
-        yield Section("All surfaces", text, [Figure("distributions.png", CAPTIONS["distributions"])])
+        yield Section("All surfaces", text, [Figure("distributions.png", caption("distributions"))])
         columns = ["structure", "deviation", "in", "atoms", "area / Å²", "volume / Å³", "mean roughness"]
         columns += ["components", "cavities"]
         form = {"deviation": "{:.1f}", "area": "{:.0f}", "volume": "{:.0f}", "mean_roughness": "{:.2f}"}

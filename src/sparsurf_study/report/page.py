@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,9 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
+from sparsurf.patches.index import R_PATCH, R_ZERNIKE
 from sparsurf.views.numbers import interval, number, share
+from sparsurf_study.pairs.partners import INTERFACE
 from sparsurf_study.report.numbers import combination, interval_of, p_value
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -21,6 +23,7 @@ MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
 MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
 FORMATS = (number, share, interval, interval_of, combination, p_value)  # filters of templates
+DEFAULT_LENGTHS = {"r_patch": R_PATCH, "r_zernike": R_ZERNIKE, "interface": INTERFACE}  # Å
 WEBP: dict[str, Any] = {"quality": 85, "method": 2}  # 1 MB becomes 0.15 MB that looks the same, quickly
 
 
@@ -82,8 +85,9 @@ def _templates() -> jinja2.Environment:
 class Glossary:
     """Words of a page that are explained: each links, where it first stands, to the list at the page's end."""
 
-    def __init__(self) -> None:
-        self.meanings: dict[str, str] = _templates().get_template("words.html.j2").module.meanings  # type: ignore[attr-defined]
+    def __init__(self, lengths: Mapping[str, float]) -> None:
+        words: Any = _templates().get_template("words.html.j2").make_module(dict(lengths))
+        self.meanings: dict[str, str] = words.meanings
         self.used: set[str] = set()
         words = "|".join(map(re.escape, sorted(self.meanings, key=len, reverse=True)))
         self.pattern = re.compile(rf"(?<![\w/.])({words})(?=(?:s|es)?\b)(?![\w]*[/.]\w)")
@@ -113,14 +117,16 @@ def _explained(context: jinja2.runtime.Context, sentence: str) -> Markup:
     return context["glossary"].mark(sentence)
 
 
-def render(template: str, **known: Any) -> str:
-    """Render a template with the values that it uses."""
-    glossary = Glossary()
+def render(template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **known: Any) -> str:
+    """Render a template with the values that it uses; `lengths` are those of the config that the glossary names, Å."""
+    glossary = Glossary(lengths)
     known |= {"glossary": glossary, "explained_words": glossary.explained}
     page = _templates().get_template(template).render(known)
     return re.sub(r"\n\s*\n+", "\n", page).lstrip() if ".html" in template else page
 
 
-def write(path: Path | str, template: str, **known: Any) -> None:
-    """Render a page into the file `path`."""
-    Path(path).write_text(render(template, **known), encoding="utf-8")
+def write(
+    path: Path | str, template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **known: Any
+) -> None:
+    """Render a page into the file `path`, see `render`."""
+    Path(path).write_text(render(template, lengths, **known), encoding="utf-8")

@@ -20,6 +20,7 @@ from sparsurf_study.analysis.rough_and_flat import MIN_TEST_DOTS
 from sparsurf_study.paper import replication
 from sparsurf_study.paper.published_runs import MEASURES
 from sparsurf_study.paper.verdict import is_one_more_run
+from sparsurf_study.report.figure_names import PAPER_FIGURES
 from sparsurf_study.report.numbers import against_zero
 
 if TYPE_CHECKING:
@@ -36,12 +37,12 @@ HALVES = ("rougher half", "flatter half")
 DISTANCES_UNMOVED = "distances from the dot itself"
 COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
 TURNED = 1.05  # Z of the turned molecule over that of fresh dots, above which a descriptor depends on the orientation
-FIGURES = {  # number in the paper: file in the surface's figures, and chapters with its numbers
-    1: ("roughness", ("range_of_roughness",)),
-    2: ("number_of_dots", ("span", "uniform")),
-    3: ("d_over_grid", ("best",)),
-    4: ("rough_and_flat", ("rough", "flat")),
-    5: ("subsets", ("gather", "fewer")),
+CHAPTERS_OF_FIGURES = {  # of the paper: chapters with its numbers
+    "roughness": ("range_of_roughness",),
+    "number_of_dots": ("span", "uniform"),
+    "d_over_grid": ("best",),
+    "rough_and_flat": ("rough", "flat"),
+    "subsets": ("gather", "fewer"),
 }
 
 
@@ -85,7 +86,8 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "defects": defects(data["defects"]),
         "outlook": outlook(data["required_dots"]),
         "figures": [
-            (n, file, [(k, chapters[k]["holds"]) for k in names]) for n, (file, names) in FIGURES.items()
+            (n, name, [(k, chapters[k]["holds"]) for k in CHAPTERS_OF_FIGURES[name]])
+            for n, name in enumerate(PAPER_FIGURES, start=1)
         ],
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sparsurf.recovery.readings import RECOVERED
@@ -9,6 +10,13 @@ from sparsurf_study.report.numbers import enough_dots
 
 if TYPE_CHECKING:
     import pandas as pd
+
+CAPTIONS = Path(__file__).with_name("captions")
+
+
+def caption(name: str) -> str:
+    """Return the caption of a figure, as the first page and Snakemake's report show it: a file of captions/."""
+    return _joined((CAPTIONS / f"{name}.rst").read_text(encoding="utf-8"))
 
 
 def _joined(text: str) -> str:
@@ -56,31 +64,6 @@ FILES_OF_ALL = {
     "summary.csv": "every range of every surface",
     "relation.csv": "the best parameters against mean roughness",
     "compare.csv": "samplers compared",
-}
-# Figures, those of a surface or a protein in the order of the page
-CAPTIONS = {
-    name: _joined(text)
-    for name, text in {
-        "d_over_grid": """d over γ and δ at the largest α, one map for each β. Above 0, the paper's sampling beats a uniform
-            subset. Black dots: the combinations that were measured.""",
-        "required_dots": "Error Z of the patches against the dots kept.",
-        "subsets": "Which dots are kept.",
-        "roughness": "Roughness of the surface.",
-        "rough_and_flat": "Error of rough and of flat patches.",
-        "number_of_dots": "Dots kept by each choice of the parameters.",
-        "compare": "Samplers compared at equal numbers of dots.",
-        "frames": "Frames of the trajectory and the conformations chosen.",
-        "ensemble": "Dots kept, mean roughness and d of one combination, frame by frame.",
-        "residues": "Roughness of each residue over the frames; grey where it is buried.",
-        "simulation": "Quality of the simulation.",
-        "changes": """Above, both forms in the colours of their change over its floor, seen from the side that changes most.
-            Below, the change of each residue with the larger of its two floors.""",
-        "book": """Both partners opened like a book: above, how well each patch matches the nearest patch of the partner (dark:
-            best); below, the interface.""",
-        "table1": "Table I as published, and measured here.",
-        "pairs": "AUC of each pair, and the mean with its 95 % interval.",
-        "distributions": "Distributions over all surfaces. The line is the median.",
-    }.items()
 }
 TEXT = {
     name: _joined(text)

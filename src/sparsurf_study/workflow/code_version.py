@@ -7,6 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]  # of the checkout
 SOURCES = ROOT / "src"
+IMPORT_OF_ANY = re.compile(r'import_module\(f"([\w.]+)\.\{')  # a module of a package, by a name
 PACKAGES = ("sparsurf", "sparsurf_study")
 NO_RESULTS = (
     "sparsurf_study/workflow/",
@@ -53,6 +54,8 @@ def needed_by(path: Path) -> frozenset[Path]:
                 f"{package}.{name.split()[0]}" for name in re.split(r"[(),\n]", names) if name.strip()
             }
     files = {file for module in modules for file in files_of_module(module)}
+    for package in IMPORT_OF_ANY.findall(text):
+        files |= {*SOURCES.joinpath(*package.split(".")).glob("*.py")}
     return frozenset(
         files
         | {file for data in path.parent.iterdir() if f'"{data.name}"' in text for file in all_files(data)}

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -72,6 +72,20 @@ def check_config(
 def proteins(config: dict) -> dict[str, Protein]:
     """Return the proteins of a checked config, by name."""
     return {name: Protein(**entry) for name, entry in config["proteins"].items()}
+
+
+def with_absolute_paths(config: dict) -> dict:
+    """Return a checked config whose input files start at the root, so that no prefix of a workflow is put before them."""
+
+    def absolute(entry: dict, keys: Sequence[str]) -> dict:
+        return entry | {key: os.path.abspath(entry[key]) for key in keys if entry.get(key)}
+
+    proteins = {name: absolute(entry, FILE_KEYS) for name, entry in config["proteins"].items()}
+    pairs = {name: absolute(entry, ["complex"]) for name, entry in config["pairs"].items()}
+    for entry in pairs.values():
+        if entry.get("files"):
+            entry["files"] = [os.path.abspath(path) for path in entry["files"]]
+    return config | {"proteins": proteins, "pairs": pairs}
 
 
 def sampled_proteins(config: dict) -> list[str]:

@@ -35,7 +35,8 @@ def collected_warnings(
 ) -> list[tuple[str, str, str, str]]:
     """Collect what the `jobs` (rules) of a run warned about: (protein, conformation, job, sentence), no earlier studies'."""
     run = Path(logs).parent
-    folders = {folder.relative_to(run).as_posix() for path in files for folder in Path(path).parents[:-2]}
+    parents = {folder for path in files for folder in Path(path).parents if folder.is_relative_to(run)}
+    folders = {folder.relative_to(run).as_posix() for folder in parents}
     rows: dict[tuple[str, str, str], tuple[str, str, str, str]] = {}
     for log in sorted(Path(logs).rglob("*.log")):
         protein, conformation, job_name = place_of_log(log, logs)

@@ -12,6 +12,3 @@ SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a read
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
 MOLECULE_KEYS = (*SELECTION_KEYS, "hydrogens", "ligands", "plddt")
-
-PAPER_FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")  # 1 to 5
-FIGURES = ("required_dots", *PAPER_FIGURES)  # of a surface, in the order of the first page

@@ -11,14 +11,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import NamedTuple
 
 from sparsurf.errors import InputError
 from sparsurf_study.batches.assignment import batched_structures
+from sparsurf_study.report.figure_names import FIGURES
+from sparsurf_study.report.finished import Finished
 from sparsurf_study.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
 from sparsurf_study.workflow.conformations import first_column, without_zeros
 from sparsurf_study.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure, place_of_log
-from sparsurf_study.workflow.names import FIGURES
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
@@ -118,15 +118,6 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
         reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
     words = f"\nSome results could not be computed. Finished results are in {run}/."
     print(words, *reasons, sep="\n", file=sys.stderr)
-
-
-class Finished(NamedTuple):
-    """What is finished of a run in which jobs failed."""
-
-    conformations: list[Path]  # folders, as `pairs`
-    pairs: list[Path]
-    sampled: list[str]  # names of the proteins with a grid
-    files: list[Path]  # of these, of their proteins and of the changes, in the order of the first page
 
 
 def finished_parts(config: dict, run: Path, failures: Mapping[str, str]) -> Finished:

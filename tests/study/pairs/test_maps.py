@@ -7,8 +7,8 @@ from scipy.spatial.distance import cdist
 from scipy.stats import mannwhitneyu, t
 
 from conftest import make_blob
-from sparsurf_study.pairs.interface import interface, native_pairs
 from sparsurf_study.pairs.neighbourhoods import means_within, protrusion, smooth
+from sparsurf_study.pairs.partners import interface, native_pairs
 from sparsurf_study.pairs.ranking import auc, blocks_of_residues, bootstrap_auc, means_over_pairs
 
 

@@ -12,9 +12,9 @@ from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf_study.pairs.interface import interface
 from sparsurf_study.pairs.nearest import nearest
 from sparsurf_study.pairs.neighbourhoods import smooth
+from sparsurf_study.pairs.partners import interface
 from sparsurf_study.pairs.ranking import auc
 
 

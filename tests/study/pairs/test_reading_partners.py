@@ -10,7 +10,7 @@ from sparsurf.errors import InputError
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
-from sparsurf_study.pairs import partner_files
+from sparsurf_study.pairs import partners
 from sparsurf_study.pairs.partners import partner_of
 from sparsurf_study.workflow.conformations import require_conformation
 
@@ -23,21 +23,21 @@ def test_both_partners_come_from_their_own_files(tmp_path):
         points, normals = make_blob(n, seed)
         write_npz(path, Surface(points, normals, atom=np.zeros(n, int)))
     structure = write(tmp_path / "2.pdb", peptide(("GLY", "ALA"), "C") + "END\n")
-    first, second = partner_files.read_partners(*surfaces, None, structure, 1.6, "pair")
+    first, second = partners.read_partners(*surfaces, None, structure, 1.6, "pair")
     assert (first.name, second.name) == ("pair 1", "pair 2")
     assert (len(first.surface), len(second.surface)) == (700, 600)
     assert first.residues is None and second.residues["residue_name"].tolist() == ["GLY", "ALA"]
     with pytest.raises(InputError, match=r"pair, partner 1: d_link = 0.3 Å"):
-        partner_files.read_partners(*surfaces, None, structure, 0.3, "pair")
+        partners.read_partners(*surfaces, None, structure, 0.3, "pair")
 
 
 def test_centres_follow_the_config():
     partner = partner_of(Surface(*make_blob(900)), name="one", d_link=1.6)
 
     def selected(**centres):
-        return partner_files.select_centres(partner, centres, SETTINGS, 5)
+        return partners.select_centres(partner, centres, SETTINGS, 5)
 
-    assert partner_files.select_centres(partner, "all", SETTINGS, 5).tolist() == list(range(900))
+    assert partners.select_centres(partner, "all", SETTINGS, 5).tolist() == list(range(900))
     assert len(selected(percent=20, sampler="uniform")) == 180
     assert len(selected(n_dots=5000, sampler="farthest")) == 900
     assert len(selected(percent=0.01, sampler="farthest")) == 1

@@ -58,9 +58,7 @@ def order(prepared):
 
 def page_of(prepared, order, *more, **known):
     """Return the page of the surface."""
-    return viewer.page(
-        "blob/c1", prepared.surface, prepared.roughness, prepared.cover, 4.0, {"farthest": order}, *more, **known
-    )  # fmt: skip
+    return viewer.page("blob/c1", prepared, {"farthest": order}, *more, **known)
 
 
 def unpacked(text):

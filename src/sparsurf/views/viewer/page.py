@@ -52,10 +52,7 @@ class Values:
 
 def page(
     title: str,
-    surface: Surface,
-    rough: np.ndarray,
-    cover: Cover,
-    radius: float,
+    prepared: PreparedSurface,
     orders: dict[str, np.ndarray],
     grid: pd.DataFrame | None = None,
     best: dict[str, Any] | None = None,
@@ -69,7 +66,7 @@ def page(
 ) -> str:
     """Render the page, with everything in one file of at most MAX_BYTES.
 
-    `rough` is R_i by dot and `radius` r_patch in Å. `orders` hold dots in the order in which nested samplers choose them; if a
+    `orders` hold dots in the order in which nested samplers choose them; if a
     surface is too large for a page, the first dots of the first sampler are shown. Without `grid` (the rows of a grid.csv)
     the page has no d and Z; `best` is the content of a best.json. `residues` names that of each atom of the
     structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
@@ -77,6 +74,7 @@ def page(
     `says` is a further answer below the title, and rows of `turn`, the rotation of the first view, point right, up and to the
     viewer.
     """
+    surface, rough = prepared.surface, prepared.roughness
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
     values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
     parts = {
@@ -91,14 +89,14 @@ def page(
     while True:
         dots = np.sort(next(iter(orders.values()))[:most])
         whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
-        header = _header(surface, dots, radius, whole, grid, best, values, minimal)
+        header = _header(surface, dots, prepared.patches.r_patch, whole, grid, best, values, minimal)
         header["turn"] = np.round(np.eye(3) if turn is None else turn, 6).ravel().tolist()
         header["sampler"], header["colour"] = opens or (next(iter(header["samplers"])), 0)
         columns = dot_columns(surface, dots, whole, residues, values, header)
         if len(minimal):
             columns["minimal"] = np.isin(dots, minimal).astype(int)
         text = _read("page.html")
-        data = pack(header, columns | cover_columns(surface, dots, cover))
+        data = pack(header, columns | cover_columns(surface, dots, prepared.cover))
         for mark, part in (parts | {"%DATA%": data}).items():
             text = text.replace(mark, part)
         if len(text.encode()) <= MAX_BYTES:
@@ -119,8 +117,7 @@ def coloured_page(
     prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
-        title, surface, prepared.roughness, prepared.cover, prepared.patches.r_patch, {"farthest": order},
-        residues=residues, values=values, opens=("all", 1), says=says,
+        title, prepared, {"farthest": order}, residues=residues, values=values, opens=("all", 1), says=says,
     )  # fmt: skip
 
 

@@ -1,0 +1,33 @@
+"""What functions of atoms need to know of a molecule, so that a `Molecule` can call them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import mdtraj
+
+
+class Atoms(Protocol):
+    """Labels of the atoms of a molecule, (A,) each, as in `Molecule`."""
+
+    @property
+    def name(self) -> np.ndarray: ...
+    @property
+    def residue_name(self) -> np.ndarray: ...
+    @property
+    def chain(self) -> np.ndarray: ...
+    @property
+    def element(self) -> np.ndarray: ...
+    @property
+    def residue(self) -> np.ndarray: ...
+    @property
+    def residue_index(self) -> np.ndarray: ...
+    @property
+    def kind(self) -> np.ndarray: ...
+    @property
+    def heavy(self) -> np.ndarray: ...
+    @property
+    def topology(self) -> mdtraj.Topology: ...
