@@ -12,11 +12,12 @@
 # make schema  renew config/schema.json and docs/config.md from the models of the config
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
-# On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
+# On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm, or PROFILE=folder with a Snakemake profile of yours (docs/cluster.md)
 
 PYTHON ?= python3
 CORES  ?= all
 CLUSTER ?=
+PROFILE ?=
 QUICK  ?=
 CONFIG ?= config.yaml
 VENV   := .venv
@@ -40,8 +41,11 @@ WRONG  := $(or $(findstring {,$(CURDIR)),$(findstring },$(CURDIR)),$(findstring 
 ifneq ($(WRONG),)
 $(error $(CURDIR) has a $(WRONG) in its name, with which no study runs: move this checkout to another folder)
 endif
-# Where the jobs run: on the cores here, or on a cluster, whose extra packages are installed then
-WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),--cores $(CORES))
+# Where the jobs run: on the cores here, on Slurm, whose extra packages are installed then, or where a profile sends them
+ifneq ($(and $(CLUSTER),$(PROFILE)),)
+$(error CLUSTER is $(CLUSTER) and PROFILE is $(PROFILE): give only one of the two)
+endif
+WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),$(if $(PROFILE),--profile "$(PROFILE)",--cores $(CORES)))
 LOCKED := $(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1)
 FOR_TEST := $(VENV)/.ready-test-$(LOCKED)
 FOR_DOCS := $(VENV)/.ready-docs-$(LOCKED)
@@ -109,7 +113,7 @@ evidence: setup
 	+@test -d results/evidence || { mkdir -p results/evidence && touch -r results/evidence evidence/tables/*.csv docs/*.png \
 	  evidence/tables/*.csv.gz; }
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
-	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
+	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),$(if $(PROFILE),--workflow-profile "$(PROFILE)",--cores $(CORES))) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
 
 $(KERNELS): $(READY) $(shell find src -name '*.py')

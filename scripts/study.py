@@ -1,4 +1,4 @@
-"""Run a study: `python scripts/study.py [config.yaml] [--cluster slurm] [compare] [snakemake options]`.
+"""Run a study: `python scripts/study.py [config.yaml] [--cluster slurm | --profile FOLDER] [compare] [snakemake options]`.
 
 Without a config, that is the default study, config.yaml, on all cores. A run that was stopped or killed continues where it was.
 """
@@ -51,7 +51,7 @@ def main(path_to_config: str = "config.yaml", *options: str) -> int:
         path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
     open_closed_streams()
     ignore_numba_threads()
-    path, words = Path(path_to_config).resolve(), list(options)
+    here, path, words = Path.cwd(), Path(path_to_config).resolve(), list(options)
     os.chdir(ROOT)
     try:
         for option in words:
@@ -62,7 +62,7 @@ def main(path_to_config: str = "config.yaml", *options: str) -> int:
                 f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml."
             )
         files = [path, COMPARE] if "compare" in words else [path]
-        words = cluster_options([option for option in words if option != "compare"])
+        words = cluster_options([option for option in words if option != "compare"], here)
         on_cluster = {"--workflow-profile", "--executor"} & set(words)
         with locked(ROOT):
             config = checked_config(files, here=not on_cluster)
@@ -85,23 +85,30 @@ def main(path_to_config: str = "config.yaml", *options: str) -> int:
         return 128 + (stop.args[0] if stop.args else signal.SIGINT)
 
 
-def cluster_options(options: Sequence[str]) -> list[str]:
-    """Return the options with `--cluster NAME` replaced by Snakemake's for profiles/NAME."""
+def cluster_options(options: Sequence[str], here: Path) -> list[str]:
+    """Return the options with `--cluster NAME` (profiles/NAME) or `--profile FOLDER` replaced by Snakemake's for that profile.
+
+    A relative FOLDER starts where the command was given, `here`.
+    """
     words = [
         word
         for option in options
-        for word in (option.split("=", 1) if option.startswith("--cluster=") else [option])
+        for word in (option.split("=", 1) if option.startswith(("--cluster=", "--profile=")) else [option])
     ]
-    if "--cluster" not in words:
+    option = next((word for word in words if word in ("--cluster", "--profile")), None)
+    if option is None:
         return words
-    position = words.index("--cluster")
+    position = words.index(option)
     name = "".join(words[position + 1 : position + 2])
-    profile = ROOT / "profiles" / name
-    if not name or not (profile / "config.yaml").is_file():
-        raise InputError(
-            f"--cluster needs the name of a folder in profiles/, such as slurm, but has {name or 'none'}."
+    profile = ROOT / "profiles" / name if option == "--cluster" else (here / name).resolve()
+    if not name or not any((profile / f"config{version}.yaml").is_file() for version in ("", ".v8+", ".v9+")):
+        wanted = (
+            "the name of a folder in profiles/, such as slurm"
+            if option == "--cluster"
+            else "a folder with the config.yaml of a Snakemake profile"
         )
-    found = slurm_options(profile) if name == "slurm" else []
+        raise InputError(f"{option} needs {wanted}, but has {name or 'none'}.")
+    found = slurm_options(profile) if option == "--cluster" and name == "slurm" else []
     return ["--workflow-profile", str(profile), *found, *words[:position], *words[position + 2 :]]
 
 

@@ -222,7 +222,7 @@ def compare(
     >>> print(table[["n_S", "Z", "Z_uniform", "d"]].round(2))
                n_S     Z  Z_uniform     d
     subset
-    farthest  2460  1.04       1.36  0.32
+    farthest  2460  1.07        1.4  0.33
     """
     prepared = prepare(surface)
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
