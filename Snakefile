@@ -38,6 +38,7 @@ rule all:
         ends_before_frames,
         ends_beside_proteins,
         first_page,
+        deleted_results,
 
 
 rule complete_protein:  # one job for each, so that a failure does not stop the others
@@ -395,6 +396,7 @@ else:
             page="results/{run}/index.html",
             failures="results/{run}/failures.csv",
             warnings="results/{run}/warnings.csv",
+            checks="results/{run}/checks.csv",
             crate="results/{run}/ro-crate-metadata.json",
         log:
             "results/{run}/logs/close_run.log",

@@ -61,6 +61,7 @@ rule summarise_batches:
         page="results/{run}/index.html",
         failures="results/{run}/failures.csv",
         warnings="results/{run}/warnings.csv",
+        checks="results/{run}/checks.csv",
         png="results/{run}/distributions.png",
         crate="results/{run}/ro-crate-metadata.json",
     log:

@@ -239,7 +239,21 @@ def ends_beside_proteins(wildcards):
 
 def first_page(wildcards):
     """The first page of a run, which needs all of its results."""
-    return outputs((rules.summarise_batches if BATCHED else rules.close_run).output.page)
+    return outputs(closing_rule().output.page)
+
+
+def closing_rule():
+    """The rule that writes the first page."""
+    return rules.summarise_batches if BATCHED else rules.close_run
+
+
+def deleted_results(wildcards):
+    """Results that are missing although the run was closed: Snakemake looks for those alone that `all` asks for."""
+    if not Path(PREFIX + first_page(wildcards)[0]).exists():
+        return []
+    files = outputs(closing_rule().output) + results_before_pages(wildcards)
+    files += outputs(rules.analyse_batch.output, batch=BATCHES) if BATCHED else []
+    return [path for path in files if not Path(PREFIX + path).exists()]
 
 
 def results_before_pages(wildcards):

@@ -39,6 +39,7 @@ COMPARE = ROOT / "studies" / "compare.yaml"
 CONFIG_OPTIONS = {"--config", "-C", "--configfile", "--configfiles"}
 PLANNING_OPTIONS = {"-n", "-np", "--dry-run", "--dryrun", "-h", "--help"}
 SECONDS_OF_SILENCE = 2.0
+MAX_CONTRADICTIONS = 10  # on the terminal; all are in checks.csv
 REPORTED_MEMORY = 2**30  # bytes that a grid needs before the terminal says so
 
 
@@ -178,6 +179,10 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
     for answer in answers_of(run):
         print(f"Answer    {answer}")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
+    broken = rows_of(run / "checks.csv")
+    print(f"Checks    {f'{len(broken)} contradictions' if broken else 'all results agree with one another'}")
+    for row in broken[:MAX_CONTRADICTIONS]:
+        print(f"          {run / row['file']}: {row['sentence']}")
     first = (
         run / "verdict.html" if "paper" in config and (run / "verdict.html").is_file() else run / "index.html"
     )

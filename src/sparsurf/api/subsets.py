@@ -116,8 +116,8 @@ def sample(
     percent, n_dots : float or int, one of them
         Share of all dots, or number of dots. The paper's samplers keep about that many.
     sampler : str
-        farthest, poisson, uniform, paper, paper_corrected
-        Without: farthest.
+        How the dots are chosen, by one of the names in `sparsurf.sampling.samplers.SAMPLERS`: "farthest" (the default) takes
+        dots that are as far from one another as possible, "uniform" a random subset, "paper" the sampling of the paper.
     combination : (alpha, beta, gamma, delta), optional
         Instead of a size: one draw of the paper's sampling, or of paper_corrected.
     seed : int, optional

@@ -22,6 +22,7 @@ from sparsurf_study.report import summaries
 from sparsurf_study.report.figures import distributions
 from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.front import DOWNLOADS, MAX_ROWS, write_front
+from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
 from sparsurf_study.report.page import DEFAULT_LENGTHS
 from sparsurf_study.rounding import write_table
 
@@ -29,7 +30,9 @@ Warnings = list[tuple[str, str, str, str]]
 COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
-PAGES = {"page": "index.html", "failures": "failures.csv", "warnings": "warnings.csv", "crate": CRATE}
+CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
+PAGES = {"page": "index.html", "failures": "failures.csv", "warnings": "warnings.csv", "checks": "checks.csv"}
+PAGES["crate"] = CRATE
 JOB = "analyse_batch"
 
 
@@ -40,13 +43,18 @@ def close_run(
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
 ) -> None:
-    """Write page, failures, warnings and crate of a run with the files and folders `results`; `exclude` has reasons by place."""
+    """Check a run with the files and folders `results`, and write its pages and tables; `exclude` has reasons by place."""
     folder = Path(outputs["page"]).parent
     pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
-    answers = write_front(outputs["page"], files, dict(exclude), None, lengths)
+    broken = broken_invariants(folder, files)
+    answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken)
+    if missing := numbers_missing_on_page(folder, files):
+        broken += missing
+        write_front(outputs["page"], files, dict(exclude), None, lengths, broken)
+    pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
     write_table(outputs["failures"], pd.DataFrame(exclude.items(), columns=["place", "reason"]))
-    pages = [outputs[name] for name in ("page", "failures", "warnings")]
+    pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*results, *pages], outputs["crate"], answers)
 
 
@@ -58,7 +66,7 @@ def close_batches(
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
 ) -> None:
-    """Write the outputs page, failures, warnings, crate and png of a run in batches.
+    """Check a run in batches, and write its outputs page, failures, warnings, checks, crate and png.
 
     `tables` are the Parquet files of all batches; others in their folders are left from an earlier study and are removed.
     `studied` are the files of the structures that have pages of their own.
@@ -83,8 +91,10 @@ def close_batches(
         "n_batches": len({Path(path).name for path in tables}),
     }
     files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
-    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths)
-    pages = [outputs[name] for name in ("page", "failures", "warnings")]
+    broken = [*broken_batches(run), *broken_invariants(run, files)]
+    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths, broken)
+    pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
+    pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*tables, outputs["png"], *studied, *pages], outputs["crate"], answers)
 
 

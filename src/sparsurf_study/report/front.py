@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -159,8 +159,12 @@ def write_front(
     exclude: Mapping[str, str],
     batches: Mapping[str, Any] | None = None,
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
+    broken: Sequence[tuple[str, str]] = (),
 ) -> list[str]:
-    """Write the first page of a run in the folder of its `files`, with reasons for parts to `exclude`, and return its answers."""
+    """Write the first page of a run in the folder of its `files`, and return its answers.
+
+    `exclude` has reasons for parts that are left out, and `broken` files that contradict others, with a sentence for each.
+    """
     run = Run(Path(page).parent, list(dict.fromkeys(files)))
     all_sections = sections(run, batches)
     figures = [figure.path for section in all_sections for figure in section.figures]
@@ -178,6 +182,7 @@ def write_front(
         title=title(run),
         answers=found,
         without=list(exclude.items()),
+        broken=broken,
         warnings=warned(run.folder / "warnings.csv", run.shown),
         sections=all_sections,
         images=images,

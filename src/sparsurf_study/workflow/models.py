@@ -65,7 +65,8 @@ Url = Annotated[str, Field(pattern=URL)]
 AS_TEXT = BeforeValidator(lambda value: str(value) if type(value) is int else value)
 PdbId = Annotated[str, Field(pattern=PDB_ID), AS_TEXT]
 Sha256 = Annotated[str, Field(pattern=SHA256)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
+NAME_OF_FOLDER = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+Name = Annotated[str, Field(pattern=NAME_OF_FOLDER, max_length=100)]
 Conformation = Annotated[str, Field(pattern=CONFORMATION)]
 Residues = Annotated[str, Field(pattern=RESIDUES)]
 

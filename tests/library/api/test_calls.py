@@ -21,7 +21,6 @@ from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import published
-from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import PLACEMENT
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -161,11 +160,6 @@ def test_components_and_residues_of_the_dots_of_a_peptide(peptide):
     table = sparsurf.residues(peptide, kept=few)
     assert table["kept"].sum() == len(few) and table.equals(sparsurf.residues(peptide, kept=mask))
     assert sparsurf.residues(peptide, kept=np.zeros(len(peptide), bool))["kept"].sum() == 0
-
-
-def test_the_help_names_every_sampler():
-    named = sparsurf.sample.__doc__.split("sampler : str\n")[1].split("\n")[0]
-    assert {name.strip() for name in named.split(",")} == set(SAMPLERS)
 
 
 def test_a_sample_has_the_requested_number(ready):

@@ -287,7 +287,7 @@ def pair_of(**keys):
         (OWN | {"pages": ["tdp43"]}, "pages", "`sampling: false`"),
         (MIXED | {"changes": {"s": ["tdp43", "a"]}}, "changes.s", "'a' is a ready surface"),
         (OWN | {"changes": {"s": ["tdp43/c1", "tdp43/c1"]}}, "changes.s", "on both sides"),
-        (OWN | {"patches": {"d_link": 4.0}}, "patches.d_link", "smaller than r_patch"),
+        (OWN | {"patches": {"d_link": 4.0, "r_patch": 4.0}}, "patches.d_link", "smaller than r_patch"),
         (OWN | {"patches": {"d_link": 3.0, "r_zernike": 3.0}}, "patches.d_link", "r_zernike"),
         (
             OWN | {"minimal": {"combination": [1, 0, 6, 0], "sampler": "uniform"}},

@@ -3,9 +3,12 @@
 import json
 import os
 import shutil
+import subprocess
+import sys
 
 import check_run
 import sparsurf
+from conftest import ROOT
 from sparsurf_study.report import closing
 
 
@@ -47,8 +50,29 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
     assert [line.partition(". ")[0] for line in lines[:3]] == [
         "results/mine/grid.csv differs from what the run wrote",
         "results/mine/roughness.csv differs from what the run wrote",
-        "results/mine/view.html is missing",
+        "results/mine/view.html is missing: `make run` writes it again.",
     ]
     assert len(lines) == 4
+    assert lines[2].endswith("is missing: `make run` writes it again.") and "elete" not in lines[2]
     (folder / closing.CRATE).write_text("{")
     assert check_run.main(config) == 2 and "is damaged" in capsys.readouterr().err
+    for name in ("../../x", "", 3, "a/b"):
+        config.write_text(f"run: {json.dumps(name)}\n")
+        assert check_run.main(config) == 2
+        assert f"run is {name!r}; it must be a name of letters" in capsys.readouterr().err
+
+
+def test_check_writes_into_a_pipe_that_closes(tmp_path):
+    """`make check | head -1`: more lines than a pipe holds, of which one is read."""
+    shutil.copytree(ROOT / "scripts", tmp_path / "scripts")
+    folder = tmp_path / "results" / "mine"
+    folder.mkdir(parents=True)
+    graph = [{"@id": f"{k}.csv", "@type": "File", "sha256": "0"} for k in range(20_000)]
+    (folder / closing.CRATE).write_text(json.dumps({"@graph": graph}))
+    (tmp_path / "mine.yaml").write_text("run: mine\n")
+    command = f"{sys.executable} scripts/check_run.py mine.yaml | head -1"
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    done = subprocess.run(
+        command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "results/mine/0.csv is missing: `make run` writes it again.\n" and not done.stderr
