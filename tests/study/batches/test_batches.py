@@ -28,6 +28,7 @@ FILES_OF_RUN = {
     "page": "index.html",
     "failures": "failures.csv",
     "warnings": "warnings.csv",
+    "checks": "checks.csv",
     "png": "distributions.png",
     "crate": "ro-crate-metadata.json",
 }

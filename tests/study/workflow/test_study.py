@@ -68,8 +68,31 @@ def test_a_study_ends_with_its_answers_and_where_to_look(checkout, capsys):
     assert study.main(checkout.config(), "--cores", "2") == 0
     assert checkout.calls == [["--logger", "sparsurf", "--resources=mem_mb=4100", "--cores", "2"]]
     lines = capsys.readouterr().out.strip().splitlines()
-    assert [line.split()[0] for line in lines] == ["Time", "Answer", "Answer", "Warnings", "Look", "All"]
+    assert [line.split()[0] for line in lines] == [
+        "Time",
+        "Answer",
+        "Answer",
+        "Warnings",
+        "Checks",
+        "Look",
+        "All",
+    ]
     assert lines[1:3] == ["Answer    first", "Answer    second"] and lines[3].split()[1] == "1"
+    assert "all results agree" in lines[4]
+
+
+def test_a_contradiction_among_the_results_reaches_the_terminal(checkout, capsys):
+    def finish():
+        checkout.make("warnings.csv", "index.html", "ro-crate-metadata.json")
+        rows = "file,sentence\np/c1/minimal.csv,its weights sum to 3\n"
+        (checkout.root / "results" / "mine" / "checks.csv").write_text(rows)
+
+    checkout.work = [finish]
+    assert study.main(checkout.config(), "--cores", "2") == 0
+    said = capsys.readouterr().out
+    assert (
+        "Checks    1 contradictions\n          results/mine/p/c1/minimal.csv: its weights sum to 3\n" in said
+    )
 
 
 def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
