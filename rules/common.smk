@@ -6,12 +6,12 @@ from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
-from sparsurf_study.workflow.jobs import let_jobs_import_library
+from sparsurf_study.workflow.jobs import let_jobs_import_packages
 from sparsurf_study.workflow.memory import memory_of_grid
 from sparsurf_study.report.figure_names import PAPER_FIGURES
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
-let_jobs_import_library()
+let_jobs_import_packages()
 
 
 PREFIX = workflow.modifier.path_modifier.prefix or ""  # of a workflow that imports this one, for its paths
@@ -63,7 +63,7 @@ def any_of(names):
 
 
 def in_report(path, title, category="{protein}", caption=None):
-    """An output that Snakemake's report shows; `caption` names a file of report/captions/, by default that of the output's name."""
+    """An output that Snakemake's report shows; `caption` names a file of src/sparsurf_study/report/captions/, by default that of the output's name."""
     return report(
         path,
         caption=HOME / f"src/sparsurf_study/report/captions/{caption or Path(path).stem}.rst",

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from sparsurf.errors import InputError
-from sparsurf.files import open_closed_streams
+from sparsurf.files import open_closed_streams, pluralise
 from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.batches.assignment import TABLES, batched_structures, batches_of
 from sparsurf_study.workflow.config import check_config, read_config
@@ -180,7 +180,9 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
         print(f"Answer    {answer}")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
     broken = rows_of(run / "checks.csv")
-    print(f"Checks    {f'{len(broken)} contradictions' if broken else 'all results agree with one another'}")
+    print(
+        f"Checks    {pluralise(len(broken), 'contradiction') if broken else 'all results agree with one another'}"
+    )
     for row in broken[:MAX_CONTRADICTIONS]:
         print(f"          {run / row['file']}: {row['sentence']}")
     first = (

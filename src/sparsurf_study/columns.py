@@ -27,7 +27,7 @@ class Column:
     """One column of a table."""
 
     name: str  # a part such as <reading> stands for several names
-    type: str  # 'text', 'int', 'float' or 'bool'
+    type: str  # 'text', 'int', 'float', 'bool' or 'bytes'
     unit: str  # empty without one
     meaning: str
     optional: bool = False  # some tables lack it

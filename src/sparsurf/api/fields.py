@@ -125,9 +125,8 @@ def residues(
     Returns
     -------
     DataFrame, one row per residue
-        chain, residue, residue_name; area and area_contact, area_saddle, area_concave (Å^2); mean_roughness and
-        most_rough (NaN where buried or only in cavities); the mean of each field; dots, cavity_dots, kept, and the weight of
-        the kept.
+        Its name, its area in total and by kind of dots (Å^2), its roughness (NaN where buried or only in cavities), the mean
+        of each field, and its numbers of dots, also of the kept ones. The reference of outputs lists every column.
 
     Examples
     --------

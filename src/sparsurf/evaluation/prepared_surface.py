@@ -9,6 +9,7 @@ from functools import cache, cached_property
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import PatchIndex, build_index
@@ -117,9 +118,14 @@ class PreparedSurface:
         return published.uniform_subset(n, min(n_tests, n), self.stream("tests", *keys))
 
     def sampled(self, combination: Sequence[float], draw: int) -> np.ndarray:
-        """Return the sampled subset of one draw, ascending."""
+        """Return the sampled subset of one draw, ascending, from random numbers of the combination's own, as published."""
         keys = Combination(*combination).keys()
         return published.sample(self.cover, combination, self.stream("sampled", *keys, draw))
+
+    def sampled_together(self, combinations: ArrayLike, draw: int) -> published.SubsetsOfDraw:
+        """Return the sampled subsets of combinations (K, 4) in one draw, in which all combinations share their random numbers."""
+        random = self.stream("pairs", draw).standard_exponential(self.cover.start[-1])
+        return published.sample_together(self.cover, combinations, random)
 
     def uniform_order(self, draw: int) -> np.ndarray:
         """Return all dots in the random order of one draw: the first n are its uniform subset of n dots."""
@@ -131,7 +137,7 @@ class PreparedSurface:
 
     def pair(self, combination: Sequence[float], draw: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the sampled subset of one draw and the uniform subset of the same size."""
-        sampled = self.sampled(combination, draw)
+        sampled = self.sampled_together([tuple(combination)], draw).subset(0)
         return sampled, self.uniform(len(sampled), draw)
 
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
@@ -223,6 +229,13 @@ class PreparedSurface:
 
         z, sizes = zip(*parallel_map(compare_one, len(subsets), self.threads, 1), strict=True)
         return np.array(z), np.array(sizes)
+
+    def compare_words(
+        self, words: np.ndarray, n_subsets: int, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Compute distances and patch sizes, (R, B, T), of any number of subsets B as `SubsetsOfDraw.words`, by position."""
+        patches = (self.index, self.points[tests], words, n_subsets, readings, z_tot)
+        return descriptors.compare_many(*patches, **self._kernel)
 
     def compare_uniform(
         self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray

@@ -22,10 +22,7 @@ def residue_table(
 ) -> pd.DataFrame:
     """Tabulate the surface by residue, in the order of the structure.
 
-    The columns are chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
-    most_rough, mean and lowest R_i, (N,), of its dots outside of cavities; mean_<field>; dots, cavity_dots and kept, their
-    numbers; weight, the number of dots that its kept dots represent. A residue without dots outside of cavities is buried:
-    its R_i is NaN.
+    `roughness` is R_i of the dots, (N,). A residue without dots outside of cavities is buried: its roughness is NaN.
 
     `kept` (n,) are the dots of a subset and `weight` (n,) the number that each represents. A closed cavity has a low R_i since
     its wall turns around the probe, not because it is rough: where the `component` (N,) of each dot is known, dots on walls

@@ -145,9 +145,9 @@ def _in_residues(
             raise InputError(
                 f"residues: '{shorten(item)}' of {path} are in {shorten(', '.join(ids))}: name one, as in {ids[0]}:{item}."
             )
-        present = set(labels[np.unique(inverse[inside])].tolist())
+        present = {label.upper() for label in labels[np.unique(inverse[inside])].tolist()}
         ends = dict.fromkeys((parsed["first"], parsed["last"]))
-        absent = [end for end in ends if end and end not in present]
+        absent = [end for end in ends if end and end.upper() not in present]
         if absent and report:
             message = "%s has no residue %s of '%s': it has %s"
             log.warning(message, path, " and ".join(absent), item, _extents(molecule))

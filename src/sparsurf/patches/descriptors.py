@@ -19,7 +19,9 @@ from sparsurf.patches.readings import READINGS
 from sparsurf.patches.subset_patches import (
     MAX_SUBSETS,
     add_subset,
+    hashes_of_dots,
     nested_patches_of,
+    new_patches,
     pack_subsets,
     patches_of,
 )
@@ -34,12 +36,14 @@ __all__ = [
     "Descriptor",
     "add_subset",
     "compare",
+    "compare_many",
     "compare_nested",
     "describe",
     "pack_subsets",
 ]
 
 PATCHES_PER_CALL = 512  # of a descriptor; fixed, so that results do not depend on the number of cores
+TESTS_PER_SLICE = 4  # of many subsets
 PUBLISHED = "published"
 
 
@@ -171,6 +175,63 @@ def compare_nested(
     parallel_map(
         compare_slice, len(tests), threads, max(1, PATCHES_PER_CALL // (len(readings) * len(n_kept)))
     )
+    return z, sizes
+
+
+def compare_many(
+    index: PatchIndex,
+    tests: np.ndarray,
+    words: np.ndarray,
+    n_subsets: int,
+    readings: Sequence[str],
+    z_tot: np.ndarray,
+    radius: float = R_ZERNIKE,
+    threads: int = 1,
+    descriptor: str = PUBLISHED,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute distances to the whole surface, and dots in patches, (R, B, T), of any number of subsets B.
+
+    Row w of `words`, (B / 64, N) uint64, holds subsets 64 w to 64 w + 63 as `pack_subsets` does. Subsets that share most dots
+    have many equal patches: each distinct patch of a test is described once.
+    """
+    tests, radius, kind = np.ascontiguousarray(tests, np.float64), float(radius), DESCRIPTORS[descriptor]
+    target = np.ascontiguousarray(z_tot[:, kind.order()])
+    among_kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
+    buffer_size, hashes = (
+        ball_bound(index, tests, radius) + 1,
+        hashes_of_dots(max(len(index.dot), len(tests))),
+    )
+    z = np.empty((len(readings), n_subsets, len(tests)))
+    sizes = np.empty(z.shape, np.int32)
+    n_keys = 1 << (2 * len(readings) * n_subsets * TESTS_PER_SLICE).bit_length()
+    no_weights = np.empty((0, 0)), np.empty(0)
+
+    def compare_slice(a: int, b: int) -> None:
+        mark, around = np.zeros(len(index.dot) + 1, np.uint8), np.zeros(len(index.dot) + 1, np.uint64)
+        keys, distances = np.zeros(n_keys, np.uint64), np.empty(n_keys)
+        most = (b - a) * len(readings) * min(MAX_SUBSETS, n_subsets)
+        ids, start = np.empty(most * buffer_size, np.int32), np.empty(most + 1, np.int64)
+        places, rows = np.empty(most, np.int64), np.empty(most, np.int64)
+        for w, word in enumerate(words):
+            subsets = slice(w * MAX_SUBSETS, min((w + 1) * MAX_SUBSETS, n_subsets))
+            width = subsets.stop - subsets.start
+            size = np.empty((b - a, len(readings) * width), np.int32)
+            patches_of(
+                index, tests[a:b], word, width, no_weights[0], radius, among_kept, buffer_size, mark, around, size,
+                ids, start, no_weights[1],
+            )  # fmt: skip
+            place = places[: size.size]
+            n = new_patches(ids, start, size.shape[1], hashes, keys, place, rows)
+            test = a + rows[:n] // size.shape[1]
+            described = kind.describe(
+                Patches(index, ids, start[: n + 1], tests[test], no_weights[1], radius, True)
+            )
+            distances[place[rows[:n]]] = _distances(described, target, test)
+            shape = (b - a, len(readings), width)
+            z[:, subsets, a:b] = distances[place].reshape(shape).transpose(1, 2, 0)
+            sizes[:, subsets, a:b] = size.reshape(shape).transpose(1, 2, 0)
+
+    parallel_map(compare_slice, len(tests), threads, TESTS_PER_SLICE)
     return z, sizes
 
 

@@ -1,8 +1,8 @@
 """Dots of patches: those of a whole surface and of many of its subsets around many points.
 
-Up to 64 subsets share the work per point: its ball is found once, and each subset is one bit of a word per dot. Nested
-subsets, each with the dots of all smaller ones, share more: a patch is listed only where it differs from that of the next
-smaller subset.
+Up to 64 subsets share the work per point: its ball is found once, and each subset is one bit of a word per dot. Of more than
+64, equal patches are found by their hashes. Nested subsets, each with the dots of all smaller ones, share more: a patch is
+listed only where it differs from that of the next smaller subset.
 Descriptors of the patches are computed elsewhere.
 """
 
@@ -132,6 +132,57 @@ def patches_of(
                 end_of_ids += m
                 row += 1
                 start[row] = end_of_ids
+
+
+@njit(cache=True, nogil=True)
+def hashes_of_dots(n_dots: int) -> np.ndarray:
+    """Return a hash of each number from 0 to n_dots - 1, (n_dots,) uint64 (the finaliser of SplitMix64)."""
+    out = np.empty(n_dots, np.uint64)
+    for k in range(n_dots):
+        x = np.uint64(k + 1) * np.uint64(0x9E3779B97F4A7C15)
+        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        out[k] = x ^ (x >> np.uint64(31))
+    return out
+
+
+@njit(cache=True, nogil=True)
+def new_patches(
+    ids: np.ndarray,
+    start: np.ndarray,
+    per_test: int,
+    hashes: np.ndarray,
+    keys: np.ndarray,
+    places: np.ndarray,
+    rows: np.ndarray,
+) -> int:
+    """Find the patches that are not yet in a hash table, and the place of every patch in it; return the number of new ones.
+
+    Patch i, ids[start[i]:start[i + 1]], is of test i // per_test. Two patches of a test are equal if their `hashes` have equal
+    sums. `keys` is the table, a power of two in length, 0 where it is free. Written are `keys`, the `places` (rows,) of the
+    patches and the first `rows` of new ones; new patches are moved to the front of `ids` and `start`.
+    """
+    mask, n, end = len(keys) - 1, np.intp(0), np.intp(0)
+    begin = start[0]
+    for i in range(len(places)):
+        stop = start[i + 1]
+        key = hashes[i // per_test] * np.uint64(3) + np.uint64(stop - begin)
+        for k in range(begin, stop):
+            key += hashes[ids[k]]
+        key |= np.uint64(1)
+        place = np.int64((key >> np.uint64(20)) & np.uint64(mask))
+        while keys[place] != 0 and keys[place] != key:
+            place = (place + 1) & mask
+        if keys[place] == 0:
+            keys[place], rows[n] = key, i
+            for k in range(begin, stop):
+                ids[end] = ids[k]
+                end += 1
+            n += 1
+            start[n] = end
+        places[i] = place
+        begin = stop
+    return int(n)
 
 
 @njit(cache=True, nogil=True)

@@ -16,6 +16,7 @@ from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
 from sparsurf.surfaces.vectors import point, squared_distance
 
+BITS = 64  # of a word
 PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time, so that their random numbers stay in a core's cache
 
 
@@ -32,7 +33,7 @@ class Cover(NamedTuple):
 
 
 class SampledSurface(Protocol):
-    """A surface from which dots are chosen; `study.prepared_surface.PreparedSurface` is one.
+    """A surface from which dots are chosen; `evaluation.prepared_surface.PreparedSurface` is one.
 
     Attributes
     ----------
@@ -214,6 +215,88 @@ def _sample(
             minus_log_p = power * log_ratio[pair] - log_a if power > 0 else -log_a
             keep[np.uintp(dot[pair])] |= random[np.uintp(q - before)] > minus_log_p
         keep[cover.centre[c]] = True
+
+
+class SubsetsOfDraw(NamedTuple):
+    """Subsets of K combinations that were drawn from the same random numbers; see `sample_together`."""
+
+    levels: np.ndarray  # (G, N) uint8, by group of equal beta, gamma and delta, and by dot
+    group: np.ndarray  # (K,) int64, group of each combination
+    level: np.ndarray  # (K,) int64, its subset holds the dots of at most this level
+
+    def subset(self, k: int) -> np.ndarray:
+        """Return the dots of combination k, ascending."""
+        return np.flatnonzero(self.levels[self.group[k]] <= self.level[k])
+
+    def sizes(self) -> np.ndarray:
+        """Return n_S of each combination, (K,) int64."""
+        return np.array(
+            [np.count_nonzero(self.levels[g] <= s) for g, s in zip(self.group, self.level, strict=True)]
+        )
+
+    def words(self, dots: np.ndarray, k: Sequence[int] | np.ndarray) -> np.ndarray:
+        """Return the subsets of combinations `k` as bits, (len(k) / 64, len(dots)) uint64, dot by dot of `dots`."""
+        words = np.zeros((-(-len(k) // BITS), len(dots)), np.uint64)
+        for bit, one in enumerate(k):
+            _set_bits(
+                self.levels[self.group[one]],
+                self.level[one],
+                dots,
+                np.uint64(1 << bit % BITS),
+                words[bit // BITS],
+            )
+        return words
+
+
+def sample_together(cover: Cover, combinations: ArrayLike, random: np.ndarray) -> SubsetsOfDraw:
+    """Draw a subset of each of many combinations (K, 4) from the same random numbers (paper, eq. 2).
+
+    `random`, (P,), is an exponential random number for each pair (centre, dot). Combinations then differ by what they are, and
+    less by chance; those of equal beta, gamma and delta are nested in alpha, and share one pass over the pairs.
+    """
+    combinations = np.asarray(combinations, float).reshape(-1, 4)
+    alphas, level = np.unique(combinations[:, 0], return_inverse=True)
+    groups, group = np.unique(combinations[:, 1:], axis=0, return_inverse=True)
+    levels = np.empty((len(groups), cover.n_dots), np.uint8)
+    for k, (beta, gamma, delta) in enumerate(groups.tolist()):
+        _enter(cover, beta, gamma, delta, np.log(alphas), random, levels[k])
+    return SubsetsOfDraw(levels, group.reshape(-1), level)
+
+
+@njit(cache=True, nogil=True)
+def _set_bits(level: np.ndarray, most: int, dots: np.ndarray, bit: np.uint64, word: np.ndarray) -> None:
+    """Set a bit in the words of the dots whose level is at most `most`."""
+    for k in range(len(dots)):
+        if level[dots[k]] <= most:
+            word[k] |= bit
+
+
+@njit(cache=True, nogil=True)
+def _enter(
+    cover: Cover,
+    beta: float,
+    gamma: float,
+    delta: float,
+    log_alphas: np.ndarray,
+    random: np.ndarray,
+    level: np.ndarray,
+) -> None:
+    """Write the level of each dot: that of the smallest alpha with which one of its pairs keeps it; 0 for a centre."""
+    least = np.full(cover.n_dots, np.inf)  # ln alpha above which the dot is kept
+    for c in range(len(cover.centre)):
+        log_a, power = _log_p(1.0, beta, gamma, delta, cover.roughness[c])
+        for q in range(cover.start[c], cover.start[c + 1]):
+            pair = np.uintp(q)
+            minus_log_p = power * cover.log_ratio[pair] - log_a if power > 0 else -log_a
+            dot = np.uintp(cover.dot[pair])
+            least[dot] = min(least[dot], minus_log_p - random[pair])
+    for k in range(cover.n_dots):
+        s = 0
+        while s < len(log_alphas) and not least[k] < log_alphas[s]:
+            s += 1
+        level[k] = s
+    for c in range(len(cover.centre)):
+        level[cover.centre[c]] = 0
 
 
 def uniform_subset(n_dots: int, n_s: int, rng: np.random.Generator) -> np.ndarray:

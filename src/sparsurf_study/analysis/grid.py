@@ -1,14 +1,14 @@
 """The grid: compare sampled and uniform subsets of every combination with the full surface.
 
-By default, all combinations share their test dots, so that they differ only in the dots that they keep. They also share the
-uniform subsets of each draw: the first n_S dots of one random order. In readings where a subset forms its own surface, Z_tR
+By default, all combinations share their test dots and, in each draw, the random numbers of their pairs (centre, dot), so that
+they differ by what they keep and less by chance. They also share the uniform subsets of each draw: the first n_S dots of one
+random order. In readings where a subset forms its own surface, Z_tR
 is measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated, since it depends on n_S alone.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from threading import Lock
 from zipfile import BadZipFile
 
 import numpy as np
@@ -26,6 +26,7 @@ from sparsurf.threads import parallel_map
 
 # n_S of a curve: linear interpolation over ln n_S is off by 0.0005, while draws scatter by 0.01
 N_CURVE_SIZES = 32
+TESTS_AT_ONCE = 20  # of a draw, after which the progress is reported
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,8 @@ def evaluate_grid(
     """Evaluate every combination, (K, 4), with `draws` sampled and uniform subsets each.
 
     `GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per uniform subset (per n_S of a
-    curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots and uniform subsets are
-    drawn anew for each combination, as published.
+    curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots, random numbers and uniform
+    subsets are drawn anew for each combination, as published.
     """
     combinations = np.asarray(combinations, float)
     tests = prepared.draw_tests(n_tests)
@@ -99,15 +100,36 @@ def _empty_grid(
 def _evaluate_with_shared_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations share their test dots, and in each draw their uniform subsets."""
+    """Fill a Grid whose combinations share their test dots, and in each draw their random numbers and uniform subsets."""
     k, draws = out.n_s.shape
-    per_pass = max(1, descriptors.MAX_SUBSETS // draws)
-    z_tot = None
-    for a in range(0, k, per_pass):
-        z_tot = _fill(prepared, out, range(a, min(a + per_pass, k)), tests, z_tot)
-        progress(draws * min(a + per_pass, k), 2 * draws * k)
-    out.z_tot[:] = z_tot
+    out.z_tot[:] = prepared.describe(tests)[0]
+    _fill_sampled(prepared, out, tests, progress)
     _fill_uniform(prepared, out, tests, lambda draw: progress((draws + draw + 1) * k, 2 * draws * k))
+
+
+def _fill_sampled(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+) -> None:
+    """Write the distances of sampled subsets into a Grid, draw by draw, some tests at a time."""
+    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
+    k, draws = out.n_s.shape
+    dots = np.empty((len(out.readings), k, draws, len(tests)), np.int32)
+    for draw in range(draws):
+        drawn = prepared.sampled_together(out.combinations, draw)
+        out.n_s[:, draw] = drawn.sizes()
+        words = drawn.words(prepared.index.dot, range(k)) if together else np.empty((0, 0), np.uint64)
+        for a in range(0, len(tests) if together else 0, TESTS_AT_ONCE):
+            part = slice(a, a + TESTS_AT_ONCE)
+            found = prepared.compare_words(words, k, tests[part], together, out.z_tot[part])
+            for r, z, sizes in zip(map(out.readings.index, together), *found, strict=True):
+                out.z_ts[r, :, draw, part], dots[r, :, draw, part] = z, sizes
+            progress(draw * k + k * min(a + TESTS_AT_ONCE, len(tests)) // len(tests), 2 * draws * k)
+        for r, reading in enumerate(out.readings):
+            if reading not in together:
+                subsets = [drawn.subset(i) for i in range(k)]
+                found = prepared.distances(subsets, tests, out.z_tot, reading, many=True)
+                out.z_ts[r, :, draw], dots[r, :, draw] = found
+    out.median_patch_size[:, 0] = np.median(dots.reshape(*dots.shape[:2], -1), axis=2)
 
 
 def _evaluate_with_own_tests(
@@ -118,39 +140,26 @@ def _evaluate_with_own_tests(
     single, finished = prepared.changed(threads=1), []
 
     def fill_one(i: int, _: int) -> None:
-        _fill(single, out, [i], tests[i], with_uniform=True)
+        _fill(single, out, i, tests[i])
         finished.append(i)
         progress(2 * draws * len(finished), 2 * draws * k)
 
     parallel_map(fill_one, k, prepared.threads, 1)
 
 
-def _fill(
-    prepared: PreparedSurface,
-    out: Grid,
-    which: Sequence[int],
-    tests: np.ndarray,
-    z_tot: np.ndarray | None = None,
-    with_uniform: bool = False,
-) -> np.ndarray:
-    """Write the distances of sampled subsets of some combinations, and of uniform ones on request, into a Grid; return z_tot."""
-    draws, halves = out.n_s.shape[1], 1 + with_uniform
-    jobs = np.array([(k, draw) for k in which for draw in range(draws)])
-    sizes = np.zeros((len(out.readings), halves, len(jobs), len(tests)), np.int32)
-    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // halves):
-        part = slice(a, a + descriptors.MAX_SUBSETS // halves)
-        k, draw = jobs[part].T
-        words, subsets = _draw_subsets(prepared, out, jobs[part], halves)
-        packed, shape = (words, halves * len(k)), (len(out.readings), halves, len(k), len(tests))
-        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, many=True, packed=packed)
-        z, size = (values.reshape(shape) for values in measured)
-        for r in range(len(out.readings)):
-            for half, values in enumerate((out.z_ts, out.z_tr)[:halves]):
-                values[r, k, draw], sizes[r, half, part] = z[r, half], size[r, half]
-    by_combination = sizes.reshape(*sizes.shape[:2], len(which), -1)
-    out.median_patch_size[:, :halves, which] = np.median(by_combination, axis=3)
-    assert z_tot is not None  # there is a combination at least
-    return z_tot
+def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> None:
+    """Write the distances of the sampled and uniform subsets of combination k, each drawn by itself, into a Grid."""
+    draws = out.n_s.shape[1]
+    sizes = np.zeros((len(out.readings), 2, draws, len(tests)), np.int32)
+    z_tot = None
+    for a in range(0, draws, descriptors.MAX_SUBSETS // 2):
+        part = range(a, min(a + descriptors.MAX_SUBSETS // 2, draws))
+        subsets = _draw_alone(prepared, out, k, part)
+        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, many=True)
+        z, size = (values.reshape(len(out.readings), 2, len(part), len(tests)) for values in measured)
+        out.z_ts[:, k, part], out.z_tr[:, k, part] = z[:, 0], z[:, 1]
+        sizes[:, :, part] = size
+    out.median_patch_size[:, :, k] = np.median(sizes.reshape(*sizes.shape[:2], -1), axis=2)
 
 
 def _fill_uniform(
@@ -199,29 +208,17 @@ def _interpolated(n_s: np.ndarray, sizes: np.ndarray, curve: np.ndarray) -> np.n
     return low + (position % 1)[:, None] * (high - low)
 
 
-def _draw_subsets(
-    prepared: PreparedSurface, out: Grid, jobs: np.ndarray, halves: int
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return packed words of sampled and uniform subsets of (combination, draw), and those that readings need; write n_S."""
-    words, lock = np.zeros(len(prepared.points), np.uint64), Lock()
-    keep = any(reading not in GRID_READINGS for reading in out.readings)
-    subsets = [np.empty(0, np.int64)] * (halves * len(jobs) if keep else 0)
-
-    def draw_one(i: int, _: int) -> None:
-        k, draw = jobs[i]
-        drawn = [prepared.sampled(out.combinations[k], draw)]
-        out.n_s[k, draw] = n_s = len(drawn[0])
-        if halves == 2:
-            rng = prepared.stream("uniform", *Combination(*out.combinations[k]).keys(), draw)
-            drawn.append(published.uniform_subset(out.n_dots, n_s, rng))
-        with lock:  # packed at once: 64 subsets of a million dots would need more memory than everything else
-            for half, subset in enumerate(drawn):
-                descriptors.add_subset(words, prepared.index, subset, i + half * len(jobs))
-        if keep:
-            subsets[i :: len(jobs)] = drawn
-
-    parallel_map(draw_one, len(jobs), prepared.threads, 1)
-    return words, subsets
+def _draw_alone(prepared: PreparedSurface, out: Grid, k: int, draws: Sequence[int]) -> list[np.ndarray]:
+    """Return sampled subsets of combination k, then uniform ones of their sizes; write n_S."""
+    sampled = [prepared.sampled(out.combinations[k], draw) for draw in draws]
+    out.n_s[k, draws] = [len(subset) for subset in sampled]
+    keys = Combination(*out.combinations[k]).keys()
+    streams = [prepared.stream("uniform", *keys, draw) for draw in draws]
+    uniform = [
+        published.uniform_subset(out.n_dots, len(subset), rng)
+        for subset, rng in zip(sampled, streams, strict=True)
+    ]
+    return sampled + uniform
 
 
 def add_scaled_link(

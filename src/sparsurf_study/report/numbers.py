@@ -72,7 +72,7 @@ def short_names(places: Iterable[Iterable[str]]) -> dict[str, str]:
 
 
 def beyond_ranges(values: pd.Series) -> float:
-    """Return the largest n_S, which belongs to no range (`study.tables.range_index`); NaN where all are equal, in one range."""
+    """Return the largest n_S, which is in no range (see `analysis.tables.range_index`); NaN where all are equal, in one range."""
     return float(values.max()) if values.min() < values.max() else math.nan
 
 

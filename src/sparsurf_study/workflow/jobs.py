@@ -84,8 +84,8 @@ def job(snakemake: Any) -> Iterator[Job]:
                 log.close()
 
 
-def let_jobs_import_library() -> None:
-    """Put this library first on the import path of the processes that Snakemake starts."""
+def let_jobs_import_packages() -> None:
+    """Put the packages of this checkout first on the import path of the processes that Snakemake starts."""
     ignore_numba_threads()
     paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))

@@ -254,7 +254,7 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
         (["A:3", "60"], ["A 3", "A 60"]), ("60,A:3", ["A 3", "A 60", "B 60"]), ("A:3,B:60,3", ["A 3", "B 3", "B 60"]),
     ],
 )  # fmt: skip
-def test_residue_ranges(tmp_path, residues, expected):
+def test_residue_ranges(tmp_path, caplog, residues, expected):
     labels = [("A", "-5"), ("A", "-4"), ("A", "3"), ("A", "52"), ("A", "52A"), ("A", "52B"), ("B", "60")]
     twice = " " in expected[0]
     labels = [("A", "3"), ("A", "60"), ("B", "3"), ("B", "60")] if twice else labels
@@ -266,6 +266,7 @@ def test_residue_ranges(tmp_path, residues, expected):
     molecule = read_molecule(write(tmp_path / "a.pdb", text), residues=residues)
     found = zip(molecule.chain.tolist(), molecule.residue.tolist(), strict=True)
     assert list(dict.fromkeys(" ".join(each) if twice else each[1] for each in found)) == expected
+    assert "has no residue" not in caplog.text  # in either case of an insertion code
 
 
 @pytest.mark.parametrize(

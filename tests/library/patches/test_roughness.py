@@ -67,6 +67,6 @@ def test_threads_change_nothing(blob):
 
 def test_equals_the_authors_values_on_a1(a1, shared):
     published = pd.read_csv(shared / "oracle" / "a1_roughness_R4.csv")["roughness"].to_numpy()
-    values = roughness(build_index(a1.points, a1.normals))
+    values = roughness(build_index(a1.points, a1.normals), 4.0)
     assert len(values) == 20045
     assert np.abs(values - published).max() < 1e-9

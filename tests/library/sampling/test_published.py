@@ -16,14 +16,14 @@ from sparsurf.sampling import published
 @pytest.fixture(scope="module")
 def prepared(blob):
     index = build_index(*blob, 0.8)
-    rough = roughness(index)
-    return index, rough, published.build_cover(index, rough)
+    rough = roughness(index, 4.0)
+    return index, rough, published.build_cover(index, rough, 4.0)
 
 
 @pytest.fixture(scope="module")
 def a1_cover(a1):
     index = build_index(a1.points, a1.normals)
-    return published.build_cover(index, roughness(index))
+    return published.build_cover(index, roughness(index, 4.0), 4.0)
 
 
 def test_cover_equals_the_plain_sweep(blob, prepared):

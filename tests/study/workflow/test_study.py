@@ -91,7 +91,7 @@ def test_a_contradiction_among_the_results_reaches_the_terminal(checkout, capsys
     assert study.main(checkout.config(), "--cores", "2") == 0
     said = capsys.readouterr().out
     assert (
-        "Checks    1 contradictions\n          results/mine/p/c1/minimal.csv: its weights sum to 3\n" in said
+        "Checks    1 contradiction\n          results/mine/p/c1/minimal.csv: its weights sum to 3\n" in said
     )
 
 
