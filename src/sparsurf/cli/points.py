@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> None:
         named = [(stem(args.file), xyz, normals)]
         writers = {
             ".npz": lambda path: np.savez(path, points=xyz, normals=normals),
-            ".ply": lambda path: write_ply(path, Surface(xyz, normals), faces=np.empty((0, 3), int)),
+            ".ply": lambda path: write_ply(path, Surface(xyz, normals)),
         }
     writers[TABLE] = lambda path: _write_table(path, named, written)
     write_file(args.output, formats, writers)

@@ -21,9 +21,10 @@ from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
-residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY has triangles between the dots.
+residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY of dots is a cloud
+of points, coloured by kind.
 --residues writes the dots of some residues, of the surface of the whole molecule. --selection cuts the molecule instead.
---mesh writes a finer closed surface instead of dots. Its corners lie on the surface, and every edge belongs to two triangles.
+--mesh writes closed triangles instead of dots. Their corners lie on the surface, and every edge belongs to two of them.
 A cavity is a component inside the molecule, which no probe leaves.
 
 examples:

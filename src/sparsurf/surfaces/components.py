@@ -206,17 +206,47 @@ def _join_cusps(joined: np.ndarray, rolling: Rolling, probe: float, meeting: np.
     sides = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
     sides *= np.sign((sides[:, 0] * to_atoms[:, 2]).sum(axis=1))[:, None, None]  # pointing into the triangle
     order = np.argsort(positions[:, 0])
-    x, y, z = positions[order].T.copy()
-    low, high = (np.searchsorted(x, rolling.probes[small, 0] + shift) for shift in (-2 * probe, 2 * probe))
-    for k, centre in enumerate(rolling.probes[small]):
-        slab = slice(low[k], high[k])
-        near = np.abs(y[slab] - centre[1]) <= 2 * probe
-        other = order[slab][near & (np.abs(z[slab] - centre[2]) <= 2 * probe)]
-        other = other[((positions[other] - centre) ** 2).sum(axis=1) <= 4 * probe**2]
-        other = other[root[arc[other]] != part_of_probe[small[k]]]
-        inside = ((positions[other] - rolling.probes[small[k]]) @ sides[k].T > 0).all(axis=1)
-        others = np.unique(root[arc[other[inside]]])
-        _join(joined, others, np.full(len(others), part_of_probe[small[k]]))
+    along, centres = positions[order], rolling.probes[small]
+    low, high = (np.searchsorted(along[:, 0], centres[:, 0] + shift) for shift in (-2 * probe, 2 * probe))
+    _join_through_triangles(
+        joined, along, root[arc[order]], centres, part_of_probe[small], sides, low, high, 2.0 * probe
+    )
+
+
+@njit(cache=True, nogil=True)
+def _join_through_triangles(
+    joined: np.ndarray,
+    positions: np.ndarray,
+    part: np.ndarray,
+    centres: np.ndarray,
+    own_part: np.ndarray,
+    sides: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    reach: float,
+) -> None:
+    """Join the part of each fixed probe with those of positions within `reach`, Å, that lie inside its triangle.
+
+    `positions`, (M, 3), are sorted along x with their `part`; those of probe k that are near along x are low[k]:high[k]. The rows
+    of `sides`, (K, 3, 3), point into its triangle.
+    """
+    for k in range(len(centres)):
+        for q in range(low[k], high[k]):
+            if part[q] == own_part[k]:
+                continue
+            x, y, z = (
+                positions[q, 0] - centres[k, 0],
+                positions[q, 1] - centres[k, 1],
+                positions[q, 2] - centres[k, 2],
+            )
+            if abs(y) > reach or abs(z) > reach or x * x + y * y + z * z > reach * reach:
+                continue
+            inside = True
+            for s in range(3):
+                inside &= x * sides[k, s, 0] + y * sides[k, s, 1] + z * sides[k, s, 2] > 0
+            if inside:
+                a, b = _root(joined, part[q]), _root(joined, own_part[k])
+                joined[max(a, b)] = min(a, b)
 
 
 def _positions_along_arcs(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,8 +20,6 @@ from sparsurf.surfaces.decimation import decimate
 from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import Surface
-from sparsurf.surfaces.triangulation import triangulate
 
 ATOMS = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1]])
 RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.7])
@@ -124,40 +122,11 @@ def test_corners_lie_on_the_surface(xyz, sizes, handles):
 
 
 def test_a_cavity_is_closed_from_within():
-    """Of a shell of atoms, and between a shell of dots and another inside it, whose normals point to their middle."""
+    """Of a shell of atoms."""
     unit = sphere(60)[0]
     mesh = molecular_mesh(5 * unit, np.full(60, 1.7))
     assert closed(mesh.triangles, len(mesh.vertices)) == (4, 2)
     assert mesh.volume == pytest.approx(by_gauss(molecular_surface(5 * unit, np.full(60, 1.7))), rel=0.02)
-    unit = sphere(600)[0]
-    points = np.concatenate([4 * unit, 2 * unit])
-    triangles = triangulate(Surface(points, np.concatenate([unit, -unit])))
-    assert closed(triangles, 1200) == (4, 2)
-    assert volume(points, triangles) == pytest.approx(4 / 3 * np.pi * (4**3 - 2**3), rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("xyz", "sizes", "handles"), [(ATOMS[:3], RADII[:3], 0), (RING, np.full(12, 1.7), 1)]
-)
-def test_triangles_between_dots_close_and_face_outwards(xyz, sizes, handles):
-    """Every dot in use."""
-    dots = molecular_surface(xyz, sizes)
-    triangles = triangulate(dots)
-    assert closed(triangles, len(dots)) == (2 - 2 * handles, 1)
-    assert (
-        0.97 * dots.area.sum() < area(dots.points, triangles) < dots.area.sum()
-    )  # flat triangles on a rounded surface
-    assert volume(dots.points, triangles) == pytest.approx(by_gauss(dots), rel=0.04)
-
-
-def test_triangles_of_a_protein_close(a1):
-    """DMS keeps one dot in a hundred inside other probes: those may be left out, the mesh closes nevertheless."""
-    triangles = triangulate(a1)
-    used, numbered = np.unique(triangles, return_inverse=True)
-    closed(numbered.reshape(-1, 3), len(used))
-    assert len(used) > 0.995 * len(a1) and area(a1.points, triangles) == pytest.approx(
-        a1.area.sum(), rel=0.01
-    )
 
 
 def test_threads_places_and_the_widest_step_of_a_grid(monkeypatch):

@@ -10,7 +10,6 @@ from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, viridis, wri
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
-from sparsurf.surfaces.triangulation import triangulate
 
 
 @pytest.fixture(scope="module")
@@ -19,17 +18,16 @@ def small():
 
 
 def read_ply(path):
-    """Vertices as a dict of columns, and triangles, by the header alone."""
+    """Vertices as a dict of columns, and triangles, None for a point cloud, by the header alone."""
     lines = path.read_text("ascii").splitlines()
     end = lines.index("end_header")
     assert lines[:2] == ["ply", "format ascii 1.0"]
-    n, m = (int(line.split()[2]) for line in lines if line.startswith("element"))
+    n, *m = (int(line.split()[2]) for line in lines if line.startswith("element"))
     keys = [line.split()[2] for line in lines[:end] if line.startswith("property") and "list" not in line]
     vertices = np.array([line.split() for line in lines[end + 1 : end + 1 + n]], float)
     faces = np.array([line.split() for line in lines[end + 1 + n :]], int).reshape(-1, 4)
-    assert vertices.shape == (n, len(keys)) and len(faces) == m
-    assert (faces[:, 0] == 3).all()
-    return dict(zip(keys, vertices.T, strict=True)), faces[:, 1:]
+    assert vertices.shape == (n, len(keys)) and [len(faces)] == (m or [0]) and (faces[:, 0] == 3).all()
+    return dict(zip(keys, vertices.T, strict=True)), faces[:, 1:] if m else None
 
 
 # ---- the file
@@ -182,7 +180,7 @@ def test_ply_holds_dots_values_and_colours(tmp_path, small):
     np.testing.assert_allclose(normals, small.normals, rtol=0, atol=5.1e-5)
     np.testing.assert_allclose(vertices["roughness"], values, rtol=1e-5)
     np.testing.assert_allclose(vertices["weight"], small.area, rtol=1e-5)
-    np.testing.assert_array_equal(faces, triangulate(small))
+    assert faces is None and "element face" not in (tmp_path / "a.ply").read_text()  # a point cloud
     # The ends of viridis, its middle, and grey.
     colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
     assert colours[[0, -1, 5]].tolist() == [[68, 1, 84], [253, 231, 36], [160, 160, 160]]
@@ -205,7 +203,7 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
     surface = Surface(np.eye(3), np.eye(3))
     write_ply(tmp_path / "a.ply", surface, np.ones(3))
     vertices, faces = read_ply(tmp_path / "a.ply")
-    assert len(vertices["x"]) == 3 and len(faces) == 0 and triangulate(surface).shape == (0, 3)
+    assert len(vertices["x"]) == 3 and faces is None
     assert [vertices[channel][0] for channel in ("red", "green", "blue")] == [
         32,
         144,
@@ -215,18 +213,10 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
         write_ply(tmp_path / "a.ply", surface, np.ones(2))
 
 
-def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch, caplog):
-    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MAX_DOTS_TO_TRIANGULATE", len(small))
-    write_ply(tmp_path / "a.ply", small)
-    assert not caplog.text and len(read_ply(tmp_path / "a.ply")[1]) > 0
-    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MAX_DOTS_TO_TRIANGULATE", len(small) - 1)
-    write_ply(tmp_path / "a.ply", small)
-    vertices, faces = read_ply(tmp_path / "a.ply")
-    assert len(vertices["x"]) == len(small) and len(faces) == 0
-    assert f"{len(small)} dots are too many for triangles between them" in caplog.text
-    caplog.clear()
-    write_ply(tmp_path / "a.ply", small, faces=np.empty((0, 3), int))
-    assert not caplog.text
+def test_triangles_are_written_where_they_are_known(tmp_path, small):
+    triangles = np.array([[0, 1, 2], [2, 1, 3]])
+    write_ply(tmp_path / "a.ply", small, faces=triangles)
+    assert np.array_equal(read_ply(tmp_path / "a.ply")[1], triangles)
 
 
 # ---- the triangles

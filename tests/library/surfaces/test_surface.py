@@ -446,7 +446,7 @@ def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, nam
     write_npz(tmp_path / "a.npz", small)
     write_dms(tmp_path / "a.dms", small, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], np.zeros((3, 3)))
     written(tmp_path, as_csv, "a.csv")
-    write_ply(tmp_path / "a.ply", small, faces=np.empty((0, 3), int))
+    write_ply(tmp_path / "a.ply", small)
     content = (tmp_path / name).read_bytes()
     assert [each.sniff(content[:1000]) for each in FORMATS].count(True) == 1
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):

@@ -16,7 +16,6 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.surfaces.surface import Format, Surface, is_field_name, surface_of_columns
-from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -44,7 +43,7 @@ def write_ply(
     columns: Mapping[str, ArrayLike] | None = None,
     faces: np.ndarray | None = None,
 ) -> None:
-    """Write a PLY mesh whose vertices are the dots, in their order, with triangles `faces` (F, 3), which are found if not known.
+    """Write a PLY file of the dots, in their order: a point cloud, or a mesh with triangles `faces` (F, 3) between them.
 
     `values` (N,), called `name`, are colours (viridis, grey for NaN) and a property; without them, the colours show contact
     (blue), saddle (orange) and concave (green) dots. `columns` are further properties, (N,) by name; integers stay such.
@@ -55,18 +54,17 @@ def write_ply(
     for key, column in properties.items():
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
-    if faces is None and len(surface) > MAX_DOTS_TO_TRIANGULATE:
-        log.warning("%d dots are too many for triangles between them: the PLY has none", len(surface))
-        faces = np.empty((0, 3), int)
-    faces = triangulate(surface) if faces is None else faces
     colours = KIND_COLOURS[surface.kind] if values is None else viridis(values)
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
     table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
     types = dict.fromkeys(table, "float") | dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
     header = ["ply", "format ascii 1.0", f"element vertex {len(surface)}"]
     header += [f"property {kind} {key}" for key, kind in types.items()]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    _write_text(path, header, table, integers, faces)
+    if faces is not None:
+        header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    _write_text(
+        path, [*header, "end_header"], table, integers, np.empty((0, 3), int) if faces is None else faces
+    )
 
 
 def _write_text(
