@@ -198,13 +198,11 @@ rule measure_roughness:
 
 rule measure_floors:
     input:
-        unpack(frames_around_conformation),
         conformation=structure_of_conformation,
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     output:
         floors="results/{run}/{protein}/{conformation}/floors.csv",
-        distances="results/{run}/{protein}/{conformation}/floor_distances.npz",
     log:
         "results/{run}/logs/{protein}/{conformation}/measure_floors.log",
     conda:
@@ -220,7 +218,7 @@ rule measure_floors:
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
         code=code_of("measure_floors"),
     message:
-        "Noise floors of {wildcards.protein}/{wildcards.conformation}"
+        "Noise floor of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/measure_floors.py"
 
@@ -234,7 +232,6 @@ rule select_minimal_subset:
     input:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
-        floors="results/{run}/{protein}/{conformation}/floor_distances.npz",
         ranges=ranges_of_paper_sampler,
         structure=structure_of_conformation,
         table=lambda wildcards: PROTEINS[wildcards.protein].table or [],
@@ -243,8 +240,6 @@ rule select_minimal_subset:
         ply="results/{run}/{protein}/{conformation}/minimal.ply",
         whole="results/{run}/{protein}/{conformation}/surface.ply",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
-        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
-        curves="results/{run}/{protein}/{conformation}/curves.csv",
         fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
         fields_recovered="results/{run}/{protein}/{conformation}/fields.csv" if config["fields"] else [],
     log:
@@ -259,7 +254,6 @@ rule select_minimal_subset:
         evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         fields=config["fields"],
-        with_tail=lambda wildcards: wildcards.protein in SAMPLED + READY_SURFACES,
         seed=config["seed"],
         code=code_of("select_minimal_subset"),
     message:
@@ -277,7 +271,6 @@ rule draw_view:
         structure=structure_of_conformation,
         grid=if_sampled("grid.csv"),
         best=if_sampled("best.json"),
-        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
     output:
         page=in_report("results/{run}/{protein}/{conformation}/view.html", "Turn, sample and pick dots"),
         picture="results/{run}/{protein}/{conformation}/view.png",
@@ -344,9 +337,7 @@ rule summarise_surfaces:
         surfaces=every_conformation("surface.npz"),
         roughness=every_conformation("roughness.csv"),
         minimal=every_conformation("minimal.csv"),
-        required_dots=every_conformation("required_dots.csv"),
-        curves=every_conformation("curves.csv"),
-        floors=every_conformation("floors.csv"),
+        recovered=every_conformation("recovered.csv"),
         ranges=every_conformation("ranges.csv", SAMPLED),
         best=every_conformation("best.json", SAMPLED),
     output:

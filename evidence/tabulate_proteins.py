@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from measures import over_proteins
 from measures.protein_figures import FIGURES
 from measures.protein_tables import tables_of
 from measures.studies import read_study, sizes
@@ -26,9 +25,6 @@ with job(snakemake):
         surfaces,
         read_study(params.run_recovered, params.recovered, RECOVERED),
     )
-    required = zip(params.proteins, snakemake.input.required, strict=True)
-    tables["required_dots"] = over_proteins.required({name: pd.read_csv(path) for name, path in required})
-    tables["required_means"] = over_proteins.required_means(tables["required_dots"])
     write_tables({output[name]: table for name, table in tables.items()})
     stored = {name: pd.read_csv(output[name]) for name in tables}
     for name, table in (("summary", summary), ("relation", relation), ("surfaces", surfaces)):

@@ -168,14 +168,6 @@ def if_sampled(file):
     )
 
 
-def frames_around_conformation(wildcards):
-    """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
-    files = molecule_files(wildcards)
-    if wildcards.protein in READY_SURFACES or "trajectory" not in files:
-        return {}
-    return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
-
-
 def ranges_of_paper_sampler(wildcards):
     """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
     takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS

@@ -8,7 +8,7 @@ rule reproduce_paper:
         grid=f"results/{{run}}/{config['paper']}/c1/grid.csv",
         ranges=f"results/{{run}}/{config['paper']}/c1/ranges.csv",
         best=f"results/{{run}}/{config['paper']}/c1/best.json",
-        required_dots=f"results/{{run}}/{config['paper']}/c1/required_dots.csv",
+        recovered=f"results/{{run}}/{config['paper']}/c1/recovered.csv",
         bins=f"results/{{run}}/{config['paper']}/c1/rough_and_flat.csv",
     output:
         page=in_report("results/{run}/verdict.html", "Claim by claim", "The paper"),

@@ -67,9 +67,6 @@ rule draw_figures:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         grid="results/{run}/{protein}/{conformation}/grid.csv",
         best="results/{run}/{protein}/{conformation}/best.json",
-        floors="results/{run}/{protein}/{conformation}/floors.csv",
-        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
-        curves="results/{run}/{protein}/{conformation}/curves.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
     output:

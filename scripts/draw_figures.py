@@ -4,7 +4,6 @@ import json
 from importlib import import_module
 from pathlib import Path
 
-from sparsurf.evaluation.floors import FRESH
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import sampler_label
@@ -36,7 +35,6 @@ with job(snakemake) as s:
         surface=prepared.surface,
         roughness=prepared.roughness,
         best=best,
-        floor=s.settings.minimal.floor or FRESH,
         subsets=[
             (words, sampled, layout.SAMPLED),
             ("uniform subset of the same size", uniform, layout.LINES["uniform"][0]),
@@ -46,7 +44,6 @@ with job(snakemake) as s:
         rough_and_flat=rough_and_flat.content(prepared, combination, around, best["references"]),
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=read_table(s.input.recovered),
-        **{name: read_table(s.input[name]) for name in ("floors", "required_dots", "curves")},
     )
     for name in FIGURES:
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)

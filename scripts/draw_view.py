@@ -13,7 +13,6 @@ from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.views.render import along_smallest_axis, thumbnail
 from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table
-from sparsurf_study.report.texts import enough_of
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
@@ -35,7 +34,6 @@ with job(snakemake) as s:
         values_of(dots, distance_to_recovered(dots.points, *kept, s.threads)),
         subset["dot"].tolist() if "dot" in subset else [],
         turn=along_smallest_axis(dots.points),
-        says=enough_of(read_table(s.input.required_dots), s.settings.minimal.floor),
     )
     Path(s.output.page).write_text(text, encoding="utf-8")
     Image.fromarray(thumbnail(dots.points, dots.normals, roughness)).save(s.output.picture)

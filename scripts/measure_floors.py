@@ -1,6 +1,6 @@
-"""Measure how far two descriptions of one surface differ: the noise floors that every Z of a subset is compared with."""
+"""Measure how far two sets of dots of one surface differ: the noise floor that every Z of a subset is compared with."""
 
-from sparsurf.evaluation.floors import floors_table, measure_floors, read_frames_around, write_distances
+from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -12,18 +12,11 @@ with job(snakemake) as s:
     rules, d_link = s.settings.surface, s.settings.patches.d_link
     streams = s.streams(shared=True)
     prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, streams, s.threads)
-    generate_surface = atoms = frames = None
+    generate_surface = atoms = None
     if s.input.conformation:
         molecule = read_study_structure(s.input.conformation)
         generate_surface, atoms = surface_generator(
             molecule, 0, radii(molecule, rules.radii), rules, d_link, s.place
         )
-    if atoms is not None and s.input.get("frames"):
-        frames = read_frames_around(
-            s.input.frames, s.wildcards.conformation, s.input.structure, s.input.trajectory,
-            s.params.molecule_options, atoms,
-        )  # fmt: skip
     n_tests = number_of_tests(s.settings.evaluation.test_dots, len(prepared))
-    floors = measure_floors(prepared, n_tests, generate_surface, atoms, frames)
-    floors_table(floors).to_csv(s.output.floors, index=False)
-    write_distances(s.output.distances, floors)
+    floors_table(fresh_dots(prepared, n_tests, generate_surface, atoms)).to_csv(s.output.floors, index=False)

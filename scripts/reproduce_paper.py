@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.views import layout
 from sparsurf_study.analysis.tables import add_reference_columns, read_prepared, read_table
 from sparsurf_study.paper.replication import facts_for_page, reproduce
@@ -21,10 +22,12 @@ with job(snakemake) as s:
     for name, table in tables.items():
         write_table(s.output[name], add_reference_columns(table, best["references"]))
     results: dict[str, Any] = tables | {
-        name: read_table(s.input[name]) for name in ("ranges", "bins", "required_dots")
+        name: read_table(s.input[name]) for name in ("ranges", "bins", "recovered")
     }
     results |= {"grid": grid, "best": best}
-    results |= facts_for_page(prepared, tables, grid, s.settings.evaluation.draws)
+    evaluation = s.settings.evaluation
+    n_tests = number_of_tests(evaluation.test_dots, len(prepared))
+    results |= facts_for_page(prepared, tables, grid, n_tests, evaluation.draws)
     results |= {"surface": surface_of(prepared, s.settings.surface, s.params.path_to_surface)}
     drawn = table1_figure(tables["places"], tables["rows"])
     for path in (s.output.svg, s.output.png):

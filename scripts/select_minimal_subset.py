@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from sparsurf.evaluation.floors import read_distances
 from sparsurf.evaluation.minimal_subset import represent
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
@@ -26,20 +25,15 @@ with job(snakemake) as s:
     choices = choices_from_ranges(read_table(s.input.ranges) if s.input.ranges else None)
     if s.input.ranges and choices is PUBLISHED_CHOICES:
         logging.getLogger("sparsurf").warning(REMARK, s.place)
-    roughness, floors = read_roughness(s.input.roughness, dots), read_distances(s.input.floors)
     found = represent(
         dots,
         s.settings,
         s.streams(),
         read_study_structure(s.input.structure) if s.input.structure else None,
         table=s.input.table or None,
-        roughness=roughness,
-        floors=floors,
+        roughness=read_roughness(s.input.roughness, dots),
         choices=choices,
     )
-    required_dots, curves = found.required_dots(floors, s.params.with_tail)
-    write_table(s.output.required_dots, required_dots)
-    write_table(s.output.curves, curves)
     write_table(s.output.recovered, found.errors(s.threads))
     few, fields = found.subset, found.surface.fields
     rows = few.table.assign(**few.surface.fields)

@@ -145,7 +145,7 @@ def measured():
     from dataclasses import replace
 
     from peptides import peptide, write
-    from sparsurf.evaluation.floors import floors_table, measure_floors
+    from sparsurf.evaluation.floors import floors_table, fresh_dots
     from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.molecules.conformations import choose_frames
     from sparsurf.molecules.read_molecule import read_molecule
@@ -183,8 +183,8 @@ def measured():
         *(partner_of(dots, each, each.chain[0]) for dots, each in zip(pair, (one, other), strict=True))
     )
     note("agreement of equal partners", agreement(found, 0, maps(found, 0)).drop(columns="score"))
-    floors = floors_table(measure_floors(PreparedSurface(pair[1], streams=Streams(1, "ready")), 20, draws=4))
-    note("floors of a ready surface", floors.drop(columns="floor"))
+    floors = floors_table(fresh_dots(PreparedSurface(pair[1], streams=Streams(1, "ready")), 20, draws=4))
+    note("floor of a ready surface", floors.drop(columns="floor"))
     tdp43 = ROOT / "data" / "tdp43"
     moving = read_molecule(tdp43 / "topology.pdb", tdp43 / "trajectory.xtc", residues="209-222")
     choice = choose_frames(moving, rng=np.random.default_rng(0))

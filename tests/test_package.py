@@ -83,7 +83,10 @@ def test_the_wheel_holds_the_library_and_its_data(wheel):
     library = ROOT / "src" / "sparsurf"
     files = {path for path in library.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
     assert {str(path.relative_to(library.parent)) for path in files} <= names
-    assert {name.partition("/")[0] for name in names} == {"sparsurf", f"sparsurf-{sparsurf.__version__}.dist-info"}
+    assert {name.partition("/")[0] for name in names} == {
+        "sparsurf",
+        f"sparsurf-{sparsurf.__version__}.dist-info",
+    }
     assert wheel.stat().st_size < 1_000_000
     assert wheel.name == f"sparsurf-{sparsurf.__version__}-py3-none-any.whl"
 

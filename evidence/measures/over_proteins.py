@@ -1,14 +1,10 @@
 """Statistics over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
-from sparsurf.evaluation.required_dots import smallest_n_s
 from sparsurf.patches.readings import FULL_READING, SCALED_READING
-from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import (
     PARAMETERS,
     combination_labels,
@@ -16,8 +12,8 @@ from sparsurf.sampling.combination import (
     split_combinations,
 )
 from sparsurf_study.analysis.best_set import best_set
-from sparsurf_study.analysis.comparison import REFERENCE
-from sparsurf_study.analysis.relation import NORMAL_QUANTILE, rho_interval, with_interval
+from sparsurf_study.analysis.comparison import REFERENCE, smallest_n_s
+from sparsurf_study.analysis.relation import rho_interval, with_interval
 from sparsurf_study.analysis.summary import Result, evaluated_readings, stack_column
 from sparsurf_study.analysis.tables import range_index, range_limits
 
@@ -109,57 +105,6 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
             row |= {"n_combinations": len(inside), "winner": winner, "n_best_set": len(among)}
             row |= {"best_set": join_combinations(combination_labels(among)), "n_there": len(there)}
             rows.append(row | {"n_held": sum(winner in sets[name, k + 1] for name in there)})
-    return pd.DataFrame(rows)
-
-
-def required(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Collect how many dots are enough on each protein, by each noise floor.
-
-    Parameters
-    ----------
-    tables : dict
-        required_dots.csv of each protein.
-
-    Returns
-    -------
-    DataFrame: protein, and floor, Z_floor, n_S_percent with its interval and bound of the recovered surface
-    """
-    columns = ["floor", "Z_floor", "n_S_percent", "n_S_percent_low", "n_S_percent_high", "bound"]
-    parts = [
-        table.loc[table["reading"] == RECOVERED, columns].assign(protein=protein)
-        for protein, table in tables.items()
-    ]
-    return pd.concat(parts, ignore_index=True)[["protein", *columns]]
-
-
-def required_means(table: pd.DataFrame) -> pd.DataFrame:
-    """Describe the distribution of `required` over proteins, and how much of it is the error of each protein's number.
-
-    Returns
-    -------
-    DataFrame, one row per floor: floor, lowest, quarter, median, three_quarters, highest, median_low, median_high, n (proteins),
-    n_bound (without an interval, as the number lies beyond those measured); of the others `spread`, standard deviation of
-    ln n_S over the proteins, `error`, root mean square of its standard error on one protein, and `proteins`, the standard
-    deviation that is left without these errors
-    """
-    rows = []
-    for floor, part in table.groupby("floor", sort=False):
-        n = part["n_S_percent"].to_numpy()
-        shares = ("lowest", "quarter", "median", "three_quarters", "highest")
-        row = {"floor": floor} | {
-            name: np.quantile(n, share, method="inverted_cdf")
-            for name, share in zip(shares, np.linspace(0, 1, 5), strict=True)
-        }
-        row["median_low"], row["median_high"] = median_interval(n)
-        known = part.dropna(subset=["n_S_percent_low", "n_S_percent_high"])
-        row |= {"n": len(n), "n_bound": len(n) - len(known)}
-        width = np.log(known["n_S_percent_high"] / known["n_S_percent_low"])
-        spread, error = (
-            np.log(known["n_S_percent"]).std(),
-            np.sqrt(((width / (2 * NORMAL_QUANTILE)) ** 2).mean()),
-        )
-        proteins = np.sqrt(max(0.0, spread**2 - error**2))
-        rows.append(row | {"spread": spread, "error": error, "proteins": proteins})
     return pd.DataFrame(rows)
 
 

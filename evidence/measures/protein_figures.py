@@ -13,7 +13,6 @@ from sparsurf.sampling.samplers import sampler_label
 from sparsurf.views import layout
 from sparsurf.views.layout import LINES, PALETTE, styled
 
-FAIR = "atoms moved 0.3 Å"
 COLOURS = {FULL_READING: PALETTE[0], KEPT_READING: PALETTE[5], RECOVERED: PALETTE[2]}
 WORDS = {reading: READINGS[reading].words for reading in GRID_READINGS} | {
     RECOVERED: "recovered, a quarter of the grid"
@@ -53,11 +52,10 @@ def d(stored: dict[str, pd.DataFrame]) -> Figure:
 
 @styled
 def needed(stored: dict[str, pd.DataFrame]) -> Figure:
-    """Draw Z by n_S over the proteins, as they are and recovered, with the noise floors."""
+    """Draw Z by n_S over the proteins, as they are and recovered, with the noise floor."""
     figure = layout.sheet(layout.PAGE, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
-    floors = {"fresh dots": surfaces["Z_resampled"].mean(), "turned": surfaces["Z_turned"].mean()}
-    floors[FAIR] = surfaces["Z_atoms_moved_0.3_Å"].mean()
+    floor = surfaces["Z_resampled"].mean()
     for k, reading in enumerate((FULL_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
@@ -72,12 +70,10 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
                 "label": sampler_label(sampler),
             }
             ax.plot(rows["percent"], rows["Z"], **style)
-        for words, z in floors.items():
-            ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")
-            if k == 0:
-                below = words != "turned"
-                offset = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **offset)
+        ax.axhline(floor, color="#4D4D4D", linewidth=0.5, linestyle=":")
+        if k == 0:
+            offset = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+            ax.annotate("fresh dots", (0, floor), (3, -1), va="top", **offset)
         ax.set(
             xscale="log",
             xlabel=AXIS,

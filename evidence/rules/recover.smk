@@ -51,9 +51,7 @@ rule measure_enough:
         surface=config["enough"]["surface"],
         patches=config["fragments"]["patches"],
         error=config["enough"]["error"],
-        test_dots=config["enough"]["test_dots"],
-        draws=config["enough"]["draws"],
-        replicates=config["enough"]["replicates"],
+        seeds=config["enough"]["seeds"],
         seed=config["seed"],
     message:
         "How many dots of {wildcards.protein} are enough"

@@ -44,7 +44,7 @@ similarity     the same with both 'up'
 interface      dots within 3 Å of the partner's surface
 baseline       a simple property of a dot, with whose AUC the propensity's is compared
 field          a number at every dot that follows from the atoms, such as hydropathy
-noise floor    Z of other dots of the same surface, of the turned molecule or of moved atoms
+noise floor    Z of other dots of the same surface
 conformation   one frame, structure or surface that enters the study
 """
 
@@ -69,6 +69,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
+    from sparsurf.recovery.law import density_for, error_at
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.read_surface import read_surface
     from sparsurf.surfaces.surface import Surface
@@ -88,6 +89,8 @@ FUNCTIONS = {
     "sample": "api.subsets",
     "compare": "api.subsets",
     "minimal": "api.minimal",
+    "density_for": "recovery.law",
+    "error_at": "recovery.law",
     "floors": "api.minimal",
     "recover": "api.minimal",
     "fields": "api.fields",
@@ -111,7 +114,9 @@ __all__ = [
     "__version__",
     "compare",
     "components",
+    "density_for",
     "descriptors",
+    "error_at",
     "fields",
     "floors",
     "mesh",

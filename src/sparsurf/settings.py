@@ -23,11 +23,10 @@ Sampler = Literal["paper", "paper_corrected", "uniform", "poisson", "farthest"]
 Roughness = Literal["published"]
 Descriptor = Literal["published", "rotation_robust"]
 Reading = Literal["kept", "full", "recovered"]
-Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
-SAMPLERS, ROUGHNESSES, DESCRIPTORS, FLOORS = map(get_args, (Sampler, Roughness, Descriptor, Floor))
+SAMPLERS, ROUGHNESSES, DESCRIPTORS = map(get_args, (Sampler, Roughness, Descriptor))
 SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
 # `minimal` takes exactly one of them
-REQUEST_KEYS = ("error", "floor", "percent", "n_dots", "max_z", "combination")
+REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 
 DEFAULT_ERROR = 0.02  # Å
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
@@ -164,13 +163,13 @@ class Evaluation(Section):
 
 
 class Minimal(Section):
-    """The minimal subset, by one of error, floor, percent, n_dots, max_z and combination."""
+    """The minimal subset, by one of error, density, percent, n_dots, max_z and combination."""
 
     sampler: Sampler = key("farthest", "Sampler of the subset.")
     error: Distance = optional(
         f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default."
     )
-    floor: Floor = optional("Noise floor that Z of the recovered surface reaches within 20 %.")
+    density: Density = optional("Number of dots to keep per Å^2; 0.6 are about 0.02 Å off.")
     percent: Percent = optional("Share of the dots to keep, %.")
     n_dots: Positive = optional("Number of dots to keep.")
     max_z: Number = optional("Largest Z under `full`: the fewest dots that reach it are kept.", ge=0)

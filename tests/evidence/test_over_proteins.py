@@ -24,31 +24,6 @@ def floor(protein="p", **z):
     )
 
 
-def required_of(n, low, high, reading="recovered", bound=""):
-    row = {"floor": "turned", "Z_floor": 0.5, "reading": reading, "n_S_percent": n, "n_S": 7}
-    return row | {"n_S_percent_low": low, "n_S_percent_high": high, "bound": bound}
-
-
-def test_the_numbers_of_recovered_surfaces_are_collected_with_their_protein():
-    of_a = pd.DataFrame([required_of(80.0, 70, 90, "full"), required_of(4.0, 3.5, 4.5)])
-    of_b = pd.DataFrame([required_of(1.0, np.nan, np.nan, bound="at most")])
-    found = over_proteins.required({"a": of_a, "b": of_b})
-    assert found["protein"].tolist() == ["a", "b"]
-    assert found["n_S_percent"].tolist() == [4.0, 1.0] and found["bound"].tolist() == ["", "at most"]
-
-
-def test_the_spread_over_proteins_is_reported_from_the_error_of_each():
-    # ln n_S is 0, 1 and 2: its standard deviation is 1; the error of each is 0.3 in ln n_S
-    n, error = np.exp([0.0, 1, 2]), np.exp(1.959964 * 0.3)
-    rows = [required_of(x, x / error, x * error) for x in n] + [required_of(1.0, np.nan, np.nan)]
-    row = over_proteins.required_means(pd.DataFrame(rows)).iloc[0]
-    assert (row["spread"], row["error"]) == pytest.approx((1, 0.3))
-    assert row["proteins"] == pytest.approx(np.sqrt(1 - 0.09))
-    assert (row["n"], row["n_bound"], row["highest"]) == (4, 1, n[2])
-    same = over_proteins.required_means(pd.DataFrame([required_of(3.0, 2, 4), required_of(3.1, 2, 4)]))
-    assert same["proteins"].iloc[0] == 0
-
-
 @pytest.mark.parametrize("n", [6, 20, 65])
 def test_interval_of_a_median_is_that_of_ranks(n):
     low, high = over_proteins.median_interval(np.random.default_rng(0).permutation(n).astype(float))

@@ -1,4 +1,4 @@
-"""The minimal subset of a surface, the noise floors that measure it, and the surface recovered from it."""
+"""The minimal subset of a surface, the noise floor that measures it, and the surface recovered from it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from sparsurf.arguments import (
 )
 from sparsurf.arguments import DENSITY as DENSITIES
 from sparsurf.errors import InputError
-from sparsurf.evaluation.floors import floors_table, measure_floors
+from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.index import D_LINK
@@ -42,7 +42,13 @@ if TYPE_CHECKING:
 
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
 STEPS = Limits(0, 1000, whole=True)
-SIZES = {"percent": PERCENT, "n_dots": NUMBER_OF_DOTS, "error": DISTANCE, "max_z": ERROR}
+SIZES = {
+    "percent": PERCENT,
+    "n_dots": NUMBER_OF_DOTS,
+    "density": DENSITIES,
+    "error": DISTANCE,
+    "max_z": ERROR,
+}
 
 
 @public(of_dots=True)
@@ -51,6 +57,7 @@ def minimal(
     *,
     percent: float | None = None,
     n_dots: int | None = None,
+    density: float | None = None,
     error: float | None = None,
     max_z: float | None = None,
     sampler: str = "farthest",
@@ -64,9 +71,10 @@ def minimal(
     surface : molecule as in `surface`, or dots as in `prepare`
         Dots are placed by other rules in `surface`: `minimal(surface(path, probe_radius=2.0))`. A path alone is placed
         with the defaults.
-    percent, n_dots, error, max_z : float, int, float, float, at most one of them
-        Share of all dots, number of dots, mean distance in Å of the recovered surface from the true one, or largest Z of the
-        dots as they are. Without any, error is 0.02 Å.
+    percent, n_dots, density, error, max_z : float, int, float, float, float, at most one of them
+        Share of all dots, number of dots, number of dots per Å^2, mean distance in Å of the recovered surface from the true
+        one, or largest Z of the dots as they are. Without any, error is 0.02 Å. `density_for` says which density an error
+        takes: 0.6 dots per Å^2 for 0.02 Å on any protein without explicit hydrogens.
     sampler : str
         As in `sample`.
     d_link : float
@@ -94,7 +102,7 @@ def minimal(
     >>> bool((kept == few.dots).all())
     True
     """
-    sizes = {"percent": percent, "n_dots": n_dots, "error": error, "max_z": max_z}
+    sizes = {"percent": percent, "n_dots": n_dots, "density": density, "error": error, "max_z": max_z}
     return represented(surface, sizes, sampler, seed, d_link).subset
 
 
@@ -104,7 +112,7 @@ def represented(
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
     request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}
     if len(request) > 1:
-        raise InputError("minimal: give only one of percent, n_dots, error and max_z.")
+        raise InputError("minimal: give only one of percent, n_dots, density, error and max_z.")
     dots = _linked_dots(source, d_link)
     if request.get("n_dots", 0) > len(dots):
         raise InputError(
@@ -122,7 +130,7 @@ def represented(
 
 @public(of_dots=True)
 def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_SEED) -> pd.DataFrame:
-    """Measure the noise floors: Z between two descriptions of one surface.
+    """Measure the noise floor: Z between two sets of dots of one surface, with which any other Z is compared.
 
     Parameters
     ----------
@@ -131,8 +139,7 @@ def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_
     Returns
     -------
     DataFrame
-        floor, Z, se, low, high (95 %), draws, test_dots: other dots of the surface, of the turned molecule, and, for a
-        structure, of moved atoms.
+        One row: floor ("fresh dots", other dots of the same surface), Z, se, low, high (95 %), draws, test_dots.
 
     Examples
     --------
@@ -141,9 +148,7 @@ def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_
     """
     dots = _linked_dots(surface, d_link)
     prepared = prepare(dots, d_link=d_link, seed=seed)
-    return floors_table(
-        measure_floors(prepared, number_of_tests(DEFAULT_TEST_DOTS, len(dots)), *dots.generator)
-    )
+    return floors_table(fresh_dots(prepared, number_of_tests(DEFAULT_TEST_DOTS, len(dots)), *dots.generator))
 
 
 @public()

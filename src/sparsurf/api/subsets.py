@@ -136,7 +136,7 @@ def sample(
     >>> len(kept), dots.points[kept].shape
     (2460, (2460, 3))
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
-    11378
+    11344
     """
     prepared = prepare(surface)
     if seed is not None:

@@ -18,6 +18,9 @@ By default, the smallest subset is kept from which the surface can be recovered 
 is that of the dots that are not kept. `sparsurf recover` makes that surface. The number of dots has a 95 % interval: another
 --seed keeps another number in it.
 
+The error is about 0.0125 Å over the number of dots per Å^2 on any protein, with explicit hydrogens 0.015 Å over it: 0.25 dots
+per Å^2 are 0.05 Å off, 0.6 are 0.02 Å off, and 1.25 are 0.01 Å off.
+
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
 A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX.
@@ -26,6 +29,7 @@ examples:
   sparsurf minimal protein.pdb -o minimal.csv
   sparsurf minimal protein.pdb --n-dots 500 --sampler poisson -o minimal.ply
   sparsurf minimal protein.pdb --percent 10 -o protein.npz
+  sparsurf minimal protein.pdb --density 0.6 -o minimal.csv
   sparsurf minimal protein.pdb -o minimal.pml
   sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
   sparsurf minimal dots.csv --max-z 1.0 -o minimal.npz
@@ -35,6 +39,7 @@ examples:
 HELP = {
     "percent": "share of all dots to keep",
     "n_dots": "number of dots to keep; the paper's samplers keep about that many",
+    "density": "number of dots to keep per Å^2; 0.6 are about 0.02 Å off",
     "error": "keep as few dots as recover the surface this far off on average, Å (default 0.02)",
     "max_z": "keep as few dots as have a Z of at most this as they are, not recovered",
 }

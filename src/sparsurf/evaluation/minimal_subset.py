@@ -1,6 +1,5 @@
 """One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,14 +9,13 @@ import pandas as pd
 from numpy.typing import DTypeLike
 
 from sparsurf.dot_fields.registry import FIELDS, compute_fields
-from sparsurf.evaluation.floors import ATOM_DISPLACEMENTS, FRESH, TURNED, measure_floors
+from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
-from sparsurf.evaluation.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots_table
 from sparsurf.evaluation.residues import residue_table
-from sparsurf.evaluation.subset_search import find_subset, smallest_recovered_subset, smallest_subset_of_error
+from sparsurf.evaluation.subset_search import find_subset, smallest_subset_of_error
+from sparsurf.evaluation.trials import Trials
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import DESCRIPTORS
-from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
 from sparsurf.recovery.fields import recovery_table
 from sparsurf.recovery.readings import RECOVERED
@@ -125,18 +123,6 @@ class Representation:
         order = farthest(prepared, len(prepared) // 5, prepared.stream("minimal", "farthest"))
         return recovery_table(self.surface, order, self.subset.dots, self.subset.points)
 
-    def required_dots(
-        self, floors: Mapping[str, np.ndarray], with_tail: bool
-    ) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Return the rows of required_dots.csv, and of curves.csv, recovered ones to the lowest floor, or `with_tail`."""
-        trials, lowest = self.trials, min(distances.mean() for distances in floors.values())
-        trials.down_to, trials.with_tail = FLOOR_FACTOR * lowest, with_tail
-        required, curves = required_dots_table(trials, floors), [curves_table(trials)]
-        if trials.sampler != UNIFORM:
-            uniform = Trials(trials.prepared, UNIFORM, len(trials.tests))
-            curves.append(curves_table(uniform, (FULL_READING,)))
-        return required, pd.concat(curves)
-
 
 def represent(
     surface: Surface,
@@ -146,15 +132,14 @@ def represent(
     *,
     table: str | Path | None = None,
     roughness: np.ndarray | None = None,
-    floors: Mapping[str, np.ndarray] | None = None,
     choices: Choices = PUBLISHED_CHOICES,
     threads: int = 1,
 ) -> Representation:
     """Analyse one surface: the fields and roughness of its dots, and the minimal subset that the settings request.
 
     The study, a batch, the functions and the commands all call this. `table` is a CSV with fields of the molecule's own,
-    `roughness` (N,) and `floors`, (D, T) distances by name, are given if known, and `choices` is for the paper's sampler. The
-    subset does not depend on the name in `streams`.
+    `roughness` (N,) is given if known, and `choices` is for the paper's sampler. The subset does not depend on the name in
+    `streams`.
     """
     if molecule is not None and (names := [name for name in settings.fields if table or name in FIELDS]):
         computed = compute_fields(names, molecule, surface.points, table=table)
@@ -164,17 +149,11 @@ def represent(
     n_tests, request = number_of_tests(settings.evaluation.test_dots, len(surface)), settings.minimal
     trials, interval = Trials(prepared, request.sampler, n_tests, choices), None
     if request.error is not None:
-        dots, interval = smallest_subset_of_error(trials, request.error)
-        weight = subset_weights(prepared.points, dots)
-    elif request.floor is not None:
-        if floors is None:
-            generate, atoms = surface.generator
-            moved = () if request.floor in (FRESH, TURNED) else ATOM_DISPLACEMENTS
-            floors = measure_floors(prepared, len(trials.tests), generate, atoms, moved=moved)
-        dots, interval = smallest_recovered_subset(trials, floors, request.floor)
+        hydrogens = molecule is not None and not molecule.heavy.all()
+        dots, interval = smallest_subset_of_error(trials, request.error, hydrogens)
         weight = subset_weights(prepared.points, dots)
     else:
-        n_s, n_tests = _n_s(request, len(prepared.points)), len(trials.tests)
+        n_s, n_tests = _n_s(request, prepared), len(trials.tests)
         wanted = (n_s, request.max_z, request.combination)
         dots, weight = find_subset(prepared, trials.sampler, *wanted, n_tests, choices)
     subset = Subset(dots, weight, surface.take(dots), molecule, interval)
@@ -191,10 +170,19 @@ def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) 
     return out
 
 
-def _n_s(request: Minimal, n_dots: int) -> int | None:
-    """Return n_S from the config's n_dots or percent; None if neither is given."""
+def _n_s(request: Minimal, prepared: PreparedSurface) -> int | None:
+    """Return n_S from the config's n_dots, percent or density; None if none of them is given."""
+    n_dots = len(prepared)
     if request.percent is not None:
         return max(1, round(request.percent / 100 * n_dots))
+    if request.density is not None:
+        n_s = max(1, round(request.density * prepared.area))
+        if n_s > n_dots:
+            raise InputError(
+                f"minimal.density is {request.density:g}, but {prepared.name or 'the surface'} has {prepared.density:.3g} dots "
+                "per Å^2: request fewer, or place more."
+            )
+        return n_s
     return request.n_dots
 
 

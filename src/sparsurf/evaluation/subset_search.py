@@ -1,20 +1,27 @@
-"""Search for the smallest subset of a surface with a requested n_S, error or Z, or the Z of a noise floor."""
+"""Search for the smallest subset of a surface with a requested n_S, density, error or Z."""
 
 import logging
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
+from statistics import NormalDist
 
 import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.required_dots import Trials, required_for_error, required_to_recover
-from sparsurf.evaluation.statistics import estimate
-from sparsurf.patches.readings import FULL_READING
+from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
+from sparsurf.evaluation.trials import MIN_DOTS, MeasuredError, Trials
+from sparsurf.recovery.law import density_for
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers, subset_weights
 
 log = logging.getLogger("sparsurf")
 
+# n_S that are tried for a requested Z, % of the dots
+PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
+NEAR = 0.02  # the search for an error ends once the logarithm of a measured one is so near
+MOST_MEASUREMENTS = 8  # two or three are enough for evenly spread dots
+STEEPEST, FLATTEST = -3.0, -0.3  # slope of the logarithm of the error over that of n_S
 MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by more than this share
 
 
@@ -73,14 +80,14 @@ def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:
 def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
     """Find the smallest subset whose Z under `full` is at most z."""
     name, all_dots = trials.prepared.name, trials.draw(trials.n_dots)
-    least = trials.distances([all_dots], FULL_READING).mean()
+    least = trials.z(trials.n_dots)
     if least > z + 1e-9:  # Z of the full surface is 0 except for rounding
         raise InputError(
             f"minimal.max_z is {z:g}, but {trials.sampler} reaches only {least:.3g} with the {len(all_dots)} dots that it can "
             "keep; request a larger Z, or choose a sampler that can keep every dot."
         )
-    subset = _search(trials, z)
-    reached = estimate(trials.distances([subset], FULL_READING))
+    subset = trials.draw(_fewest(trials, z))
+    reached = estimate(trials.distances(subset)[None])
     log.info(
         "%s: %s reaches Z = %.3f (95 %%: %.3f to %.3f) with %d of %d dots",
         name, trials.sampler, reached.mean, reached.low, reached.high, len(subset), trials.n_dots,
@@ -88,45 +95,58 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
     return subset
 
 
-def smallest_recovered_subset(
-    trials: Trials, floors: Mapping[str, np.ndarray], floor: str
+def _fewest(trials: Trials, limit: float) -> int:
+    """Find the smallest n_S with a Z of at most `limit`, by bisection below the first of `PERCENTS` that is enough."""
+    sizes = np.round(np.array(PERCENTS) / 100 * trials.n_dots).astype(int)
+    too_few = 0
+    for enough in (*map(int, np.unique(sizes.clip(min(MIN_DOTS, trials.n_dots)))), trials.n_dots):
+        if trials.z(enough) <= limit:
+            break
+        too_few = enough
+    while enough - too_few > 1:
+        middle = (too_few + enough) // 2
+        too_few, enough = (too_few, middle) if trials.z(middle) <= limit else (middle, enough)
+    return enough
+
+
+def smallest_subset_of_error(
+    trials: Trials, error: float, hydrogens: bool
 ) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Find the smallest subset recovered with a Z within a fifth of a floor: dots in order, the interval of their number."""
-    name = trials.prepared.name
-    if floor not in floors:
-        raise InputError(
-            f"minimal.floor is {floor!r}, but {name} only has {', '.join(floors)}; choose one of these."
-        )
-    required = required_to_recover(trials, floors[floor])
-    interval = (required.low, required.high) if np.isfinite(required.low) else None
-    subset = trials.draw(required.n_s)
-    log.info(
-        "%s: recovered from %d of %d dots by %s%s, Z is within a fifth of the floor '%s', %.3f",
-        name, len(subset), trials.n_dots, trials.sampler,
-        f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", floor, floors[floor].mean(),
-    )  # fmt: skip
-    return subset, interval
+    """Find the smallest subset recovered `error` Å off on average: dots in order, and the 95 % interval of their number.
 
-
-def smallest_subset_of_error(trials: Trials, error: float) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Find the smallest subset recovered `error` Å off on average: dots in order, and the interval of their number, or None."""
-    required = required_for_error(trials, error)
-    interval = (required.low, required.high) if np.isfinite(required.low) else None
-    subset = trials.draw(required.n_s)
+    The search starts where the law of `recovery.law` has that error, and follows straight lines through the logarithms of the
+    numbers of dots and of the errors that it measures. The interval follows from the standard error of the measured error; it
+    is None where the smallest number that is tried is enough, or no number is.
+    """
+    name, sampler, n_dots = trials.prepared.name, trials.sampler, trials.n_dots
+    fewest = min(MIN_DOTS, n_dots)
+    n, slope = _clip(trials.prepared.area * density_for(error, hydrogens=hydrogens), fewest, n_dots), -1.0
+    tried: dict[int, MeasuredError] = {}
+    while n not in tried and len(tried) < MOST_MEASUREMENTS:
+        tried[n] = trials.error(n)
+        if n == n_dots:
+            break
+        nearest = sorted(tried, key=lambda m: (abs(math.log(tried[m].mean / error)), m))[:2]
+        start = tried[nearest[0]]
+        if len(nearest) == 2:
+            rise = math.log(tried[nearest[1]].mean / start.mean)
+            slope = min(max(rise / math.log(nearest[1] / nearest[0]), STEEPEST), FLATTEST)
+        n = _clip(nearest[0] * (error / start.mean) ** (1 / slope), fewest, n_dots)
+        if abs(math.log(start.mean / error)) <= NEAR:
+            break
+    interval = None
+    if fewest < n < n_dots:
+        factor = math.exp(NormalDist().inv_cdf((1 + CONFIDENCE_LEVEL) / 2) * start.log_error / -slope)
+        interval = max(n / factor, fewest), min(n * factor, n_dots)
+    subset = trials.draw(n)
     log.info(
         "%s: recovered from %d of %d dots by %s%s, the surface is %g Å off on average",
-        trials.prepared.name, len(subset), trials.n_dots, trials.sampler,
+        name, len(subset), n_dots, sampler,
         f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", error,
     )  # fmt: skip
     return subset, interval
 
 
-def _search(trials: Trials, limit: float) -> np.ndarray:
-    """Find the smallest subset whose Z under `full` is at most `limit`, by bisection below the first size that is enough."""
-    first = trials.first_size(FULL_READING, limit)
-    too_few, enough = [0, *map(int, trials.sizes), trials.n_dots][first : first + 2]
-    while enough - too_few > 1:
-        middle = (too_few + enough) // 2
-        reached = trials.measured([middle], FULL_READING)[1][0] <= limit
-        too_few, enough = (too_few, middle) if reached else (middle, enough)
-    return trials.draw(enough)
+def _clip(n: float, fewest: int, most: int) -> int:
+    """Round a number of dots up, and keep it between `fewest` and `most`."""
+    return int(np.clip(math.ceil(n - 1e-6), fewest, most))

@@ -81,7 +81,7 @@ def compare_samplers(
     table.insert(3, "n_S_percent", 100 * table["n_S"] / len(prepared.points))
     is_z = table["measure"].str.startswith("Z ")
     columns = {key: references[key] for key in ("Z_mean_descriptor", "Z_empty")}
-    columns |= {"Z_resampled": floors["fresh dots"], "Z_turned": floors["turned"]} if floors else {}
+    columns |= {"Z_resampled": floors["fresh dots"]} if floors else {}
     for key, z in columns.items():
         table[key] = np.where(is_z, z, np.nan)
     _warn_of_fragments(table, prepared.name)
@@ -215,6 +215,20 @@ def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         prefix = "" if name == "value" else "ratio_"
         out[[name, f"{prefix}sd", f"{prefix}lowest", f"{prefix}highest"]] = spread
     out["n"] = groups["value"].size()
-    references = [key for key in ("Z_mean_descriptor", "Z_empty", "Z_resampled", "Z_turned") if key in rows]
+    references = [key for key in ("Z_mean_descriptor", "Z_empty", "Z_resampled") if key in rows]
     out[references] = groups[references].mean()
     return out.reset_index()
+
+
+def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
+    """Find the smallest n_S that reaches Z = z on a curve, its rises removed; 0 below the smallest n, inf beyond the largest."""
+    values = np.minimum.accumulate(values).clip(1e-9)
+    if z > values[0]:
+        return 0.0
+    if not z >= values[-1]:
+        return np.inf
+    k = int(np.argmax(values <= z))
+    if k == 0:
+        return float(n[0])
+    share = np.log(values[k - 1] / max(z, 1e-9)) / np.log(values[k - 1] / values[k])
+    return float(n[k - 1] * (n[k] / n[k - 1]) ** share)

@@ -15,8 +15,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.errors import InputError
-from sparsurf.evaluation.floors import floor_column
-from sparsurf.evaluation.required_dots import percent_columns
+from sparsurf.evaluation.floors import FRESH
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.surfaces.components import stored_components, summarize_components, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
@@ -42,7 +41,6 @@ class Result:
     grid: pd.DataFrame = field(default_factory=pd.DataFrame)  # empty unless sampled, as the next two
     ranges: pd.DataFrame = field(default_factory=pd.DataFrame)
     best: dict[str, Any] = field(default_factory=dict)
-    required_dots: pd.DataFrame | None = None
     minimal: pd.DataFrame | None = None
     recovered: pd.DataFrame | None = None
     components: pd.DataFrame | None = None
@@ -66,7 +64,6 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
             float(surface.area.sum()),
             spacing(surface.points),
             float(read_roughness(folder / "roughness.csv", surface).mean()),
-            required_dots=optional_table("required_dots"),
             minimal=optional_table("minimal"),
             recovered=optional_table("recovered"),
             components=None if component is None else table_of_components(surface, component),
@@ -98,7 +95,6 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
             row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / result.n_dots}
         row |= {} if result.recovered is None else _recovered_columns(result.recovered.iloc[0])
         row |= {} if result.grid.empty else _grid_columns(result)
-        row |= {} if result.required_dots is None else percent_columns(result.required_dots)
         rows.append(row | {"r_patch": patches["r_patch"], "d_link": patches["d_link"]})
     # A column keeps its place where other rows lack it
     longest_first = sorted(rows, key=len, reverse=True)
@@ -127,7 +123,8 @@ def _grid_columns(result: Result) -> dict[str, Any]:
         row[f"best_{reading}"] = str(Combination.from_row(winner))
         row |= {f"{key}_{reading}": winner[key] for key in BEST_COLUMNS}
     row |= {"Z_empty": references["Z_empty"], "Z_mean_descriptor": references["Z_mean_descriptor"]}
-    return row | {floor_column(floor): z for floor, z in references.get("floors", {}).items()}
+    floors = references.get("floors", {})
+    return row | ({"Z_resampled": floors[FRESH]} if floors else {})
 
 
 def evaluated_readings(result: Result) -> list[str]:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sparsurf.evaluation.floors import random_rotation, rotate
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.index import build_index
@@ -18,6 +19,7 @@ from sparsurf_study.analysis import grid, tables
 from sparsurf_study.paper import published_runs
 
 PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
+TURNS = 5  # orientations in which the same dots are described
 FRAGMENTED_BELOW = 0.3  # share of a patch's kept dots; below it, Z measures how the subset breaks up
 LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
 
@@ -47,7 +49,11 @@ def reproduce(
 
 
 def facts_for_page(
-    prepared: PreparedSurface, results: Mapping[str, pd.DataFrame], table: pd.DataFrame, draws: int
+    prepared: PreparedSurface,
+    results: Mapping[str, pd.DataFrame],
+    table: pd.DataFrame,
+    n_tests: int,
+    draws: int,
 ) -> dict[str, Any]:
     """Collect what the page says of the results of `reproduce` and of the table grid.csv."""
     return {
@@ -55,8 +61,23 @@ def facts_for_page(
         "signs": sign_changes(results["links"]),
         "family": best_of_family(results["family"]),
         "gathering": gathering_by_roughness(prepared, draws),
+        "turned": turned_z(prepared, n_tests),
         "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
     }
+
+
+def turned_z(prepared: PreparedSurface, n_tests: int) -> float:
+    """Measure the mean distance between the descriptors of the dots and of the same dots, turned about their mean."""
+    tests, rng = prepared.draw_tests(n_tests), prepared.stream("turned")
+    z_tot, _ = prepared.describe(tests)
+    z = []
+    for _ in range(TURNS):
+        rotation = random_rotation(rng)
+        points, normals = rotate(prepared.points, rotation), rotate(prepared.normals, rotation)
+        index = build_index(points, normals, prepared.patches.d_link)
+        turned = prepared.changed(points=points, normals=normals, index=index)
+        z.append(np.linalg.norm(turned.describe(tests)[0] - z_tot, axis=1).mean())
+    return float(np.mean(z))
 
 
 def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:

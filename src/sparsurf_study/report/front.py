@@ -119,7 +119,7 @@ class Run:
     @cached_property
     def places(self) -> list[str]:
         """Folders of the surfaces, protein/conformation."""
-        return [place for place in self.ending("required_dots.csv") if place.count("/") == 1]
+        return [place for place in self.ending("recovered.csv") if place.count("/") == 1]
 
     @cached_property
     def shown(self) -> dict[str, str]:
@@ -440,8 +440,8 @@ def of_dots(run: Run) -> Iterator[Section]:
         medians = minimal.groupby("field", sort=False)["r"].median()
         values = ", ".join(f"{name} r = {number(r, 3)}" for name, r in medians.items())
         text += [f"The minimal subset gives fields back at the other dots: {values}."] if values else []
-    words = f"{caption('required_dots')} {TEXT['floors']}"
-    yield Section("How few dots are enough", text, [Figure(path, words)] if run.has(path) else [])
+    figures = [Figure(path, caption("required_dots"))] if run.has(path) else []
+    yield Section("How few dots are enough", text, figures)
 
 
 # Two forms

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from sparsurf.sampling.combination import Combination
-from sparsurf.views.numbers import interval, share
+from sparsurf.views.numbers import interval
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,14 +21,6 @@ SINGLE = "c1"  # conformation of a structure that has no others
 def p_value(p: float) -> str:
     """Format p with two significant digits."""
     return "below 0.0001" if p < 1e-4 else f"{p:.2g}"
-
-
-def enough_dots(percent: float, low: float, high: float, bound: str = "") -> str:
-    """Say from how many dots on Z is near a floor, with the 95 % interval if it is known; `bound` as in required_dots.csv."""
-    if bound == "more":
-        return "only all dots come near the floor"
-    limits = f" ({share(low)} to {share(high)} %)" if math.isfinite(low) else ""
-    return f"{'≤ ' if bound == 'at most' else ''}{share(percent)} %{limits} come near the floor"
 
 
 def interval_of(row: Row, name: str, reading: str = "", digits: int = 2) -> str:

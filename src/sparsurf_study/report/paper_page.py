@@ -36,7 +36,6 @@ MAX_LINK_COLUMNS = 6
 HALVES = ("rougher half", "flatter half")
 DISTANCES_UNMOVED = "distances from the dot itself"
 COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
-TURNED = 1.05  # Z of the turned molecule over that of fresh dots, above which a descriptor depends on the orientation
 CHAPTERS_OF_FIGURES = {  # of the paper: chapters with its numbers
     "roughness": ("range_of_roughness",),
     "number_of_dots": ("span", "uniform"),
@@ -49,7 +48,7 @@ CHAPTERS_OF_FIGURES = {  # of the paper: chapters with its numbers
 def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     """Collect the values of the page.
 
-    `data` holds `grid`, `ranges`, `best` and `required_dots` of the surface; `rows`, `links`, `signs`, `defects`, `family` and
+    `data` holds `grid`, `ranges`, `best` and `recovered` of the surface; `rows`, `links`, `signs`, `defects`, `family` and
     `gathering` of `paper.replication`; `places`, `tests` and `bias` of `paper.published_runs`; `bins` of
     `rough_and_flat.bins_table` with a column `around`; `uniform`, the median number of patches of a dot; and `surface`, see
     `surface_of`.
@@ -74,7 +73,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "uniform": uniform(grid, data["uniform"]["median"]),
         "range_of_roughness": {"holds": both(low >= 0 and high <= 1), "measured": (low, high)},
         "probability": probability(data["surface"], data["defects"]),
-        "orientation": orientation(references),
+        "orientation": orientation(references, data["turned"]),
         "parameter_free": {"holds": both(False), "links": ends},
         "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
     }
@@ -84,7 +83,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
-        "outlook": outlook(data["required_dots"]),
+        "outlook": data["recovered"].iloc[0].to_dict(),
         "figures": [
             (n, name, [(k, chapters[k]["holds"]) for k in CHAPTERS_OF_FIGURES[name]])
             for n, name in enumerate(PAPER_FIGURES, start=1)
@@ -286,13 +285,11 @@ def probability(surface: dict[str, Any], table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def orientation(references: dict[str, Any]) -> dict[str, Any]:
-    """Compare Z of fresh dots of the turned molecule with Z of fresh dots."""
-    floors = references.get("floors", {})
-    fresh, turned = floors.get("fresh dots"), floors.get("turned")
-    known = fresh is not None and turned is not None
+def orientation(references: dict[str, Any], turned: float) -> dict[str, Any]:
+    """Compare Z of the same dots, turned, with Z of fresh dots: where it is larger, the descriptor depends on the orientation."""
+    fresh = references["floors"]["fresh dots"]
     return {
-        "holds": both(turned <= TURNED * fresh) if known else dict.fromkeys(GRID_READINGS, UNKNOWN),
+        "holds": both(turned <= fresh),
         "fresh": fresh,
         "turned": turned,
         "two_patches": references["Z_two_patches"],
@@ -322,10 +319,3 @@ def defects(table: pd.DataFrame) -> dict[str, dict[Any, float]]:
     by = {str(name): rows.set_index("row")[columns] for name, rows in table.groupby("sampling", sort=False)}
     reference = by.pop("as published")
     return {name: (rows - reference).mean().to_dict() for name, rows in by.items()}
-
-
-def outlook(required_dots: pd.DataFrame) -> dict[str, Any]:
-    """Tabulate how many dots reach each noise floor, by floor and reading."""
-    floors = required_dots.groupby("floor", sort=False)
-    by_floor = {floor: rows.set_index("reading").to_dict("index") for floor, rows in floors}
-    return {"sampler": required_dots["sampler"].iloc[0], "floors": by_floor}

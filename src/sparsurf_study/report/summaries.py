@@ -19,12 +19,11 @@ from sparsurf_study.rounding import write_table
 
 
 def summarise_surfaces(
-    folders: Mapping[Path, bool], patches: Mapping[str, Any], floor: str | None, table: str, png: str
+    folders: Mapping[Path, bool], patches: Mapping[str, Any], table: str, png: str
 ) -> None:
-    """Write surfaces.csv and the figure of how many dots reach `floor`; `folders` say whether they have results of the grid."""
+    """Write surfaces.csv and the figure of how many dots are enough; `folders` say whether they have results of the grid."""
     write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()], patches))
-    curves = [required_dots.read(*folder) for folder in folders.items()]
-    layout.save(required_dots.figure(curves, floor or required_dots.FRESH), png)
+    layout.save(required_dots.figure([required_dots.read(folder) for folder in folders]), png)
 
 
 def summarise_best(folders: Iterable[Path], seed: int, summary: str, relation: str) -> None:

@@ -3,13 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-from sparsurf.recovery.readings import RECOVERED
-from sparsurf_study.report.numbers import enough_dots
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 CAPTIONS = Path(__file__).with_name("captions")
 
@@ -36,8 +29,8 @@ DOWNLOADS = {
     "ranges.csv": "the best combination per range of n_S, with its confidence set",
     "best.json": "the best combination of all",
     "grid.csv": "Z and d of every combination",
-    "floors.csv": "the noise floors",
-    "required_dots.csv": "how many dots reach each floor",
+    "floors.csv": "the noise floor",
+    "recovered.csv": "how far the surface recovered from the minimal subset is from the true one",
     "fields.csv": "how well few dots recover each field",
 }
 # Folders of Parquet files, one for each batch
@@ -82,8 +75,6 @@ TEXT = {
         "relation": """{related} of {tested} tests find that the best combination follows the mean roughness (p < 0.05).""",
         "dots": """The minimal subset is the smallest from which the surface can be recovered as closely as asked for, by default
             to 0.02 Å on average, from the positions and normals of its dots alone.""",
-        "floors": """Horizontal lines are noise floors: Z of something that should make no difference, such as a second set of
-            dots. Z comes near a floor at fewer dots than the surface needs to be recovered to 0.02 Å.""",
         "changes": """Shape and hydropathy were measured around every tenth point and averaged per residue, over 10 Å: neighbours
             of a changed residue appear to change, too.""",
         "floors_of_changes": """Each change is compared with two floors: other dots on the same form, and its atoms moved at
@@ -103,12 +94,3 @@ TEXT = {
         "unusual": "Distance from the median of the run, in robust standard deviations, in the measure where it is largest.",
     }.items()
 }
-
-
-def enough_of(required_dots: pd.DataFrame, floor: str | None) -> str:
-    """Say how many dots are enough; empty if no floor sets the size of the minimal subset."""
-    rows = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)]
-    if rows.empty:
-        return ""
-    row = rows.iloc[0]
-    return enough_dots(row["n_S_percent"], row["n_S_percent_low"], row["n_S_percent_high"], row["bound"])

@@ -224,9 +224,6 @@ def _check_surfaces(config: dict) -> Iterator[str]:
             yield "ensemble.run is true, but every protein is a ready surface without frames; remove one of the two."
         if fields := [name for name in config["fields"] if name in FIELDS]:
             yield f"fields names {fields[0]}, which needs atoms, but every protein is a ready surface; remove it."
-    floor = config["minimal"].get("floor", "")
-    if floor.startswith("atoms"):
-        yield f"minimal.floor is {floor!r}, but proteins.{ready[0]} is a ready surface without atoms; take fresh dots or turned."
     samplers = config["compare"].get("samplers", ["uniform"])
     if len(samplers) > 1 and not {"uniform", "farthest"} & {*samplers}:
         yield f"compare.samplers has neither uniform nor farthest, which proteins.{ready[0]}, a ready surface, needs; add one."

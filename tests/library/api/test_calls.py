@@ -116,7 +116,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
     ],
     "peptide": [
         (lambda d: sparsurf.minimal(d, n_dots=100_000), "minimal: n_dots is 100000, more than the "),
-        (lambda d: sparsurf.minimal(d, percent=10, n_dots=5), "only one of percent, n_dots, error and max_z"),
+        (lambda d: sparsurf.minimal(d, percent=10, n_dots=5), "only one of percent, n_dots, density, error and max_z"),
         (lambda d: sparsurf.components(d, d), "give the molecule first"),
         (lambda d: sparsurf.components(d[::2]), "components: these are not all dots of their surface"),
         (lambda d: sparsurf.components(d.origin.molecule, sparsurf.minimal(d, percent=10)), "components: these are not all"),
@@ -475,7 +475,7 @@ def test_the_columns_of_dots(tmp_path):
         writing.write_dots(tmp_path / "a.dms", own)
 
 
-def test_noise_floors_are_those_of_the_rules_that_are_given():
+def test_the_noise_floor_is_that_of_the_rules_that_are_given():
     peptide = sparsurf.read_molecule(PEPTIDE, residues="209-212")
     rules = {"density": 4.0, "probe_radius": 1.6, "radii": "bondi"}
 
@@ -484,7 +484,7 @@ def test_noise_floors_are_those_of_the_rules_that_are_given():
         return sparsurf.floors(dots, d_link=d_link, seed=seed).set_index("floor")
 
     table = floors()
-    assert len(table) == 4 and table.index[-1].startswith("atoms moved")
+    assert [*table.index] == ["fresh dots"]
     pd.testing.assert_frame_equal(floors(), table)
     for other in ({"seed": 4}, {"density": 5.0}, {"probe_radius": 1.4}, {"radii": "dms"}, {"d_link": 1.6}):
         assert (floors(**other)["Z"] != table["Z"]).any()

@@ -117,36 +117,18 @@ def rough(n=400, values=None):
     )
 
 
-def surface_tables(
-    name="p/c1", factor=1.0, rows=200, floors=("fresh dots", "turned", "atoms moved 0.1 Å"), coded=False
-):
-    """Return tables of one surface whose Z falls as n_S grows; recovered, it is enough at 8 %."""
-    rng, percent = np.random.default_rng(0), np.array([1.0, 2, 4, 8, 20, 50, 90])
-    n = rng.uniform(4, 98, rows)
-    z = factor * (2.4 - np.log10(n) + 0.1 * rng.random(rows))
-    table = pd.DataFrame({"n_S_percent": n, "Z_tS_full": z, "d_full": np.where(n > 60, 0.1, -0.1)})
-    if coded:
-        d = np.where(n < 30, 1.0, -2.0)
-        table = table.assign(Z_tS_kept=z + 4, Z_tR_kept=z + 4 + d, d_kept=d)
-    curves = [
-        pd.DataFrame({"sampler": sampler, "reading": reading, "n_S_percent": percent})
-        .assign(Z=lambda t, start=start: factor * np.maximum(start - np.log10(t["n_S_percent"]), 0.5))
-        for sampler, reading, start in (
-            ("farthest", "full", 2.0), ("farthest", "recovered", 1.4), ("uniform", "full", 2.3),
-        )
-    ]  # fmt: skip
-    levels = pd.DataFrame({"floor": floors, "Z": factor * np.linspace(0.5, 0.9, len(floors))})
-    enough = levels.rename(columns={"Z": "Z_floor"}).assign(
-        reading="recovered", n_S_percent=np.arange(8.0, 8 - len(floors), -1), Z=0.5 * factor, bound=np.nan
-    )
-    enough = enough.assign(n_S_percent_low=6.0 if coded else np.nan, n_S_percent_high=11.0)
-    mean_patch = 4.7 if coded else np.nan
-    return required_dots.Tables(name, pd.concat(curves), levels, enough, table if rows else None, mean_patch)
-
-
-def enough(n=1, floor="fresh dots", **kind):
-    """Draw how many dots are enough on n surfaces."""
-    return required_dots.figure([surface_tables(f"p/c{k}", 1 + k / 10, **kind) for k in range(n)], floor)
+def enough(n=1, density=0.7):
+    """Draw how many dots are enough on n surfaces, each of whose errors and densities is another."""
+    rows = [
+        {
+            "density": density * (1 + k / 10),
+            "n_S_percent": 13.0 + k,
+            "mean": 0.02 - k / 1000,
+            "high_99": 0.1 + k / 100,
+        }
+        for k in range(n)
+    ]
+    return required_dots.figure(rows, "p/c1" if n == 1 else "")
 
 
 def trajectory(n=100):
@@ -275,14 +257,6 @@ def of_proteins(name):
 NO_VALUES = grid().assign(d_kept=np.nan)
 HOLES = grid().assign(d_kept=lambda t: t.d_kept.where((t.gamma != 2) | (t.delta != 4)))
 ONE = {"beta": [0], "gamma": [6], "delta": [0]}
-FLOORS = (
-    "fresh dots",
-    "atoms moved 0.1 Å",
-    "turned",
-    "frames 2 ps apart",
-    "atoms moved 0.3 Å",
-    "frames 1 ns apart",
-)
 LONG = {"beta": [0, 1, 2, 3, 4, 5], "delta": [0.25, 1.25, 2.25, 3.25]}
 PICTURES = {  # with a picture in baseline/
     "frames": projection,
@@ -295,8 +269,7 @@ PICTURES = {  # with a picture in baseline/
     "rough_and_flat": boxes,
     "rough_and_flat_few": lambda: boxes(n=7, patches=1, readings=["full"]),
     "subsets": kept,
-    "required_dots": lambda: enough(coded=True),
-    "required_dots_of_two": lambda: enough(2, "atoms moved 0.1 Å", floors=FLOORS),
+    "required_dots": enough,
     "required_dots_of_many": lambda: enough(7),
     "ensemble": lambda: over_time.ensemble_figure(trajectory(), (1, 0, 6, 4), "p"),
     "residues_over_time": residues_over_time,
@@ -326,8 +299,8 @@ AWKWARD = {  # little data, and much: texts find their place all the same
     "d, holes": lambda: d_over_grid.figure(HOLES),
     "boxes, three readings": lambda: boxes(readings=[*BOTH, "recovered"]),
     "boxes, empty bins": lambda: boxes(n=20, roughness=np.r_[0.1, np.full(19, 0.9)]),
-    "required_dots, little known": lambda: enough(rows=1, floors=("fresh dots",)),
-    "required_dots, 5 surfaces": lambda: enough(5),
+    "required_dots, most dots are kept": lambda: enough(density=5.2),
+    "required_dots, few dots are kept": lambda: enough(density=0.02),
     "ensemble, 1 frame": lambda: over_time.ensemble_figure(trajectory(1), (1, 0, 6, 4)),
     "compare, arrow as high as the reference": lambda: comparison(None, (2.5, 10.0, 20.0, 60.0), 9.0),
     "changes, all over": lambda: forms([2.0] * 7 + [0.5]),

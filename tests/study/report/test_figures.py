@@ -9,13 +9,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from figure_cases import AWKWARD, PICTURES, grid, surface_tables
-from matplotlib import __version__, colormaps, colors, rcParams
+from figure_cases import AWKWARD, PICTURES, enough, grid
+from matplotlib import __version__, colormaps, rcParams
 from matplotlib.image import imread
 
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from sparsurf.views import layout, render
-from sparsurf_study.report.figures import d_over_grid, pair_figures, required_dots, rough_and_flat, roughness
+from sparsurf_study.report.figures import d_over_grid, pair_figures, rough_and_flat, roughness
 from sparsurf_study.report.numbers import better_than_uniform
 
 BASELINE = Path(__file__).with_name("baseline")
@@ -39,20 +39,15 @@ def test_texts_are_apart_and_inside(name, monkeypatch):
     check_texts((PICTURES | AWKWARD)[name](), monkeypatch)
 
 
-def test_the_drawn_curve_is_that_of_the_table():
-    """Z of each sampler and reading has another course, and so has each floor."""
-    tables = surface_tables()
-    (ax,) = required_dots.figure([tables], "atoms moved 0.1 Å").axes
-    drawn = {
-        colors.to_hex(line.get_color()): line.get_xydata() for line in ax.lines if len(line.get_xydata()) > 2
-    }
-    wanted = {("farthest", "full"): "#56b4e9", ("farthest", "recovered"): "#0072b2"}
-    for key, rows in tables.curves.groupby(["sampler", "reading"]):
-        assert np.array_equal(drawn[wanted.get(key, "#000000")], rows[["n_S_percent", "Z"]])
-    assert np.array_equal(ax.collections[0].get_offsets(), tables.grid[["n_S_percent", "Z_tS_full"]])
-    ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
-    assert ring.get_xydata().tolist() == [[6.0, 0.5]] and ax.get_title() == "6 % come near the floor"
-    assert sorted(line.get_ydata()[0] for line in ax.lines if line.is_dashed()) == [0.9]
+def test_the_law_and_the_subset_are_drawn_where_they_are():
+    (ax,) = enough().axes
+    drawn = [line.get_xydata() for line in ax.lines]
+    law, high_99, with_hydrogens, mean, high = drawn
+    assert law[:, 0] * law[:, 1] == pytest.approx(np.full(len(law), 0.0125))
+    assert with_hydrogens[:, 0] * with_hydrogens[:, 1] == pytest.approx(np.full(len(law), 0.015))
+    assert high_99[:, 1] / law[:, 1] == pytest.approx(np.full(len(law), 5.2))
+    assert (mean.tolist(), high.tolist()) == ([[0.7, 0.02]], [[0.7, 0.1]])
+    assert ax.get_title() == "13 % of the dots are 0.020 Å off on average"
 
 
 def test_a_cell_of_the_map_has_the_colour_of_its_d():

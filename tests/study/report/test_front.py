@@ -56,7 +56,7 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
     for place in places:
         (folder / place / "figures").mkdir(parents=True)
         (folder / place / "best.json").write_text(json.dumps(best))
-        (folder / place / "required_dots.csv").write_text("floor\n")
+        (folder / place / "recovered.csv").write_text("where\n")
         grid.to_csv(folder / place / "grid.csv", index=False)
         Image.new("RGB", (200, 100), "red").save(folder / place / "figures" / "d_over_grid.png")
     return [path.relative_to(folder).as_posix() for path in sorted(folder.rglob("*.*"))]

@@ -14,7 +14,7 @@ from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.views.numbers import interval, number, share, signed, span
 from sparsurf_study.report import page as pages
-from sparsurf_study.report.numbers import against_zero, combination, enough_dots, short_names
+from sparsurf_study.report.numbers import against_zero, combination, short_names
 from sparsurf_study.report.page import code, embedded_figures
 
 
@@ -50,8 +50,6 @@ def facts(run):
         texts += [share(row["minimal_n_S_percent"]), number(row["recovered_mean"], 3)]
         texts += [number(row[f"recovered_Z_{kind}"]) for kind in ("published", "rotation_robust")]
         yield row["protein"], [row["protein"], *texts]
-    for row in pd.read_csv(run / "ready/c1/required_dots.csv").to_dict("records"):
-        yield f"floor {row['floor']}", [row["floor"], number(row["Z_floor"])]
     pairs = pd.read_csv(run / "pairs/pairs.csv").query("score in ('propensity_smoothed', 'protrusion')")
     for (name, side), rows in pairs.groupby(["complex", "partner"]):
         yield f"{name}, partner {side}", [str(side), *map(interval, rows["auc"], rows["low"], rows["high"])]
@@ -136,9 +134,6 @@ def test_texts_of_numbers():
     assert [signed(x, 1) for x in (0.04, -1.26, 0.06, np.nan)] == ["0.0", "−1.3", "+0.1", ""]
     ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
     assert [against_zero(*each) for each in ends] == ["above", "below", "around", "unknown"]
-    assert enough_dots(6.44, 5.9, 11.6) == "6.4 % (5.9 to 12 %) come near the floor"
-    bounds = [enough_dots(1.0, np.nan, np.nan, bound) for bound in ("at most", "more")]
-    assert bounds == ["≤ 1 % come near the floor", "only all dots come near the floor"]
     places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
     assert [*short_names(places).values()] == ["p", "q/c1", "q/c2", "r/f0000"]
     assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"

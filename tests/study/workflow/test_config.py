@@ -243,7 +243,6 @@ def test_what_needs_an_excluded_protein_is_excluded_too():
 READY = {"proteins": {"a": {"surface": "README.md"}}}  # any file: it is not read
 MIXED = {"proteins": READY["proteins"] | DEFAULT["proteins"]}
 PAIRS = {"pairs": {"ab": {"files": ["data/tdp43/topology.pdb", "README.md"]}}}
-MOVED_ATOMS = {"minimal": {"floor": "atoms moved 0.1 Å"}}
 FETCHED = {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}
 OWN = {"proteins": DEFAULT["proteins"]}
 COMPARE = {"compare": {"samplers": ["farthest"]}}
@@ -283,7 +282,6 @@ def pair_of(**keys):
         (of_a(sha256=64 * "0"), "proteins.a.sha256", "fetched"),
         (READY | {"ensemble": {"run": True}}, "ensemble.run", "ready surface"),
         (READY | {"fields": ["hydropathy"]}, "fields", "needs atoms"),
-        (READY | MOVED_ATOMS, "proteins.a", "ready surface"),
         (OWN | {"pages": ["tdp43"]}, "pages", "`sampling: false`"),
         (MIXED | {"changes": {"s": ["tdp43", "a"]}}, "changes.s", "'a' is a ready surface"),
         (OWN | {"changes": {"s": ["tdp43/c1", "tdp43/c1"]}}, "changes.s", "on both sides"),
@@ -321,8 +319,7 @@ def test_keys_that_exclude_each_other_are_refused(config, key, words):
         of_a(simulate={"ns": 1}, ligands=False),
         {"proteins": {"a": FETCHED}},
         MIXED | {"ensemble": {"run": True}, "fields": ["hydropathy"]},
-        READY | {"minimal": {"floor": "turned"}},
-        OWN | MOVED_ATOMS,
+        READY | {"minimal": {"density": 0.6}},
     ],
 )
 def test_keys_that_go_together_are_taken(config):
@@ -383,7 +380,6 @@ def test_names_are_those_of_the_library():
     assert (*FIELDS,) == names.FIELDS
     readable = [f".{module.stem}" for module in Path(formats.__file__).parent.glob("[!_]*.py")]
     assert sorted(names.SURFACE_SUFFIXES) == sorted(readable) and len(readable) == len(FORMATS)
-    assert {"fresh dots", "turned"} < {*settings.FLOORS}
 
 
 @pytest.mark.parametrize(

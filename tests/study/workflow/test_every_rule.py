@@ -73,13 +73,6 @@ def test_tables_of_a_conformation_agree(run, place):
     assert pd.notna(row["best_kept"]) == (place in SAMPLED)
 
 
-@pytest.mark.parametrize("place", CONFORMATIONS)
-def test_floors_are_those_that_a_protein_has(run, place):
-    """Moved atoms need atoms, and frames a trajectory."""
-    floors = "".join(pd.read_csv(run / place / "floors.csv")["floor"])
-    assert ("frames" in floors, "atoms moved" in floors) == ("moving" in place, "ready" not in place)
-
-
 @pytest.mark.parametrize("place", SAMPLED)
 def test_tables_of_the_papers_sampling_agree(run, place):
     folder, n = run / place, len(read_npz(run / place / "surface.npz"))
@@ -155,8 +148,7 @@ def test_samplers_are_compared_on_every_surface_and_over_all(run):
     assert row["n"] == len(own) == 3 and row["value"] == pytest.approx(own.mean())
     floors = pd.read_csv(run / "ready/c1/floors.csv").set_index("floor")["Z"]
     of_z = tables["ready/c1"].dropna(subset="Z_mean_descriptor")
-    for column, floor in (("Z_resampled", "fresh dots"), ("Z_turned", "turned")):
-        assert np.allclose(of_z[column], floors[floor], rtol=1e-4)
+    assert np.allclose(of_z["Z_resampled"], floors["fresh dots"], rtol=1e-4)
 
 
 def surfaces_of_pair(run, pair):
@@ -280,8 +272,7 @@ def test_the_crate_describes_every_file(run):
     unlisted += tuple(
         f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface")
     )
-    read_by_rules = {path for path in written if path.endswith("/floor_distances.npz")}
-    assert {*files} == {path for path in written if not path.startswith(unlisted)} - read_by_rules
+    assert {*files} == {path for path in written if not path.startswith(unlisted)}
 
 
 def test_every_figure_is_a_picture(run):

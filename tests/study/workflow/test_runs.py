@@ -248,7 +248,7 @@ def test_warnings_are_on_the_terminal_in_a_table_and_on_the_first_page(checkout)
 def test_without_the_grid_the_same_rules_give_the_same_bytes(checkout, study):
     """`moving` and `still` have a field more in the small study."""
     ours, theirs = checkout[0] / "results/mine/still/f0", study / "results/small/still/f0"
-    for name in ("surface.npz", "components.csv", "roughness.csv", "floors.csv", "required_dots.csv"):
+    for name in ("surface.npz", "components.csv", "roughness.csv", "floors.csv", "recovered.csv"):
         assert (ours / name).read_bytes() == (theirs / name).read_bytes(), name
     dots = [pd.read_csv(folder / "minimal.csv")["dot"] for folder in (ours, theirs)]
     assert np.array_equal(*dots)

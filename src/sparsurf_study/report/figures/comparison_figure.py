@@ -9,10 +9,10 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from sparsurf.evaluation.required_dots import smallest_n_s
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.views import layout
 from sparsurf.views.layout import COLUMN_AND_A_HALF, GREY, HALO, LINES, SPARE, styled
+from sparsurf_study.analysis.comparison import smallest_n_s
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,13 +15,9 @@ class Results:
     name: str  # protein/conformation
     surface: Surface
     roughness: Any = None  # (N,) float64, R_i
-    grid: Any = None  # DataFrame, as the next three, the tables of these names
-    curves: Any = None
-    floors: Any = None
-    required_dots: Any = None
+    grid: Any = None  # grid.csv
     recovered_errors: Any = None  # recovered.csv
     best: dict[str, Any] = field(default_factory=dict)  # as in best.json
-    floor: str = "fresh dots"  # that defines how many dots are enough
     subsets: list[tuple[str, Surface, str]] = field(default_factory=list)  # title, dots and colour
     recovered: Any = ()  # (title, Surface, distance), for the last picture of `subsets`
     rough_and_flat: dict[str, Any] = field(default_factory=dict)  # arguments of `rough_and_flat.figure`

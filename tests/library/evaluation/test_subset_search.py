@@ -1,0 +1,103 @@
+"""The fewest dots for an error: by made-up errors whose answer can be read off, and on a real surface."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.subset_search import smallest_subset_of_error
+from sparsurf.evaluation.trials import MeasuredError, Trials
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered
+
+
+class MadeUp(Trials):
+    """A surface of 1000 dots on 160 Å^2, recovered with an error of (scale / n) ** power Å."""
+
+    def __init__(self, scale=2.0, power=1.0):
+        self.prepared = SimpleNamespace(name="made up", area=160.0)
+        self.sampler, self.n_dots, self.scale, self.power = "farthest", 1000, scale, power
+        self.tried = []
+
+    def draw(self, n):
+        return np.arange(n)
+
+    def error(self, n):
+        self.tried.append(n)
+        if n == self.n_dots:
+            return MeasuredError(0.0, 0.0)
+        return MeasuredError((self.scale / n) ** self.power, 0.05)
+
+
+@pytest.mark.parametrize(("scale", "power"), [(2.0, 1.0), (2.6, 1.0), (1.2, 1.0), (4.0, 1.3), (0.9, 0.8)])
+@pytest.mark.parametrize("error", [0.01, 0.02, 0.05])
+def test_the_fewest_dots_of_an_error_are_found_with_few_measurements(scale, power, error):
+    trials, answer = MadeUp(scale, power), scale / error ** (1 / power)
+    if not 12 < answer < 1000:
+        pytest.skip("not between the fewest dots and all")
+    dots, interval = smallest_subset_of_error(trials, error, hydrogens=False)
+    assert len(dots) == pytest.approx(answer, rel=0.006, abs=1)
+    assert len(trials.tried) <= 5 and len(set(trials.tried)) == len(trials.tried)
+    assert np.log(np.divide(interval, answer)) == pytest.approx(
+        [-1.96 * 0.05 / power, 1.96 * 0.05 / power], abs=0.06
+    )
+
+
+def test_the_search_starts_where_the_law_says():
+    for hydrogens, n in ((False, 100), (True, 120)):  # 160 Å^2 x 0.0125 or 0.015 Å / 0.02 Å
+        trials = MadeUp()
+        smallest_subset_of_error(trials, 0.02, hydrogens)
+        assert trials.tried[0] == n
+
+
+def test_beyond_the_dots_of_the_surface_there_is_no_interval():
+    for error, n in ((1.0, 12), (0.0001, 1000)):
+        dots, interval = smallest_subset_of_error(MadeUp(), error, hydrogens=False)
+        assert len(dots) == n and interval is None
+
+
+@pytest.mark.parametrize(("error", "sampler"), [(0.05, "farthest"), (0.03, "uniform"), (0.04, "poisson")])
+def test_the_surface_is_as_far_off_as_was_asked_for(error, sampler):
+    surface = sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb")
+    few = sparsurf.minimal(surface, error=error, sampler=sampler)
+    distance = distance_to_recovered(surface.points, few.points, few.normals, 1, DENSITY_FOR_ERRORS)
+    reached = np.delete(distance, few.dots).mean()
+    if sampler == "farthest":
+        assert reached == pytest.approx(error, rel=0.02)
+        assert few.interval[0] < len(few) < few.interval[1] < 1.1 * few.interval[0]
+    else:
+        assert reached == pytest.approx(error, rel=0.15)
+
+
+def test_the_error_of_the_error_is_that_of_the_cells_of_the_kept_dots():
+    """Half of the kept dots see a distance of 1 Å all around, the other half 3 Å: 8 cells, sd 1, mean 2."""
+    points = np.array([[10.0 * k + x, 0, 0] for k in range(8) for x in (0.0, 1.0, -1.0, 2.0)])
+    surface = sparsurf.Surface(points, np.tile([0, 0, 1.0], (len(points), 1)), np.ones(len(points)))
+    trials = Trials(PreparedSurface(surface), "farthest", 2)
+    distance = np.repeat([1.0, 3.0] * 4, 4)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sparsurf.evaluation.trials.distance_to_recovered", lambda *_: distance)
+        measured = trials._measure_error(np.arange(0, 32, 4))
+    assert measured == pytest.approx((2.0, 1 / np.sqrt(8) / 2))
+
+
+def test_dots_per_area():
+    surface = sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb")
+    few = sparsurf.minimal(surface, density=0.6)
+    assert len(few) == round(0.6 * surface.area.sum())
+    with pytest.raises(InputError, match=r"density is 50, but .* has 5.* dots per Å\^2"):
+        sparsurf.minimal(surface, density=50)
+
+
+def test_the_law_and_its_inverse():
+    assert sparsurf.density_for(0.05) == pytest.approx(0.25)
+    for hydrogens in (False, True):
+        density = sparsurf.density_for(0.03, hydrogens=hydrogens)
+        mean, high_99 = sparsurf.error_at(density, hydrogens=hydrogens)
+        assert mean == pytest.approx(0.03) and high_99 > 4 * mean
+    for call in (lambda: sparsurf.density_for(0), lambda: sparsurf.error_at(-1)):
+        with pytest.raises(InputError):
+            call()
