@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from sparsurf.kernels import njit
 
 COULOMB = 560.4  # kT Å / e^2 at 298 K: e^2 / (4 pi eps_0 k T)
 DEBYE = 7.9  # Å, screening length of 0.15 M of a salt of single charges

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance
 
 SIGMA = 2.5  # Å, of the Gaussian that weights the atoms

@@ -12,8 +12,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound
 from sparsurf.patches.readings import READINGS
 from sparsurf.patches.subset_patches import (

@@ -13,8 +13,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.settings import Patches
 
 R_PATCH, R_ZERNIKE, D_LINK = Patches().r_patch, Patches().r_zernike, Patches().d_link  # Å

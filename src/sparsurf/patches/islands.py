@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import MIN_LINKS_PER_DOT, PatchIndex, ball, ball_bound
 
 

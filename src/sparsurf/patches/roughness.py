@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from sparsurf.bits import lowest_bit
+from sparsurf.kernels import njit
 from sparsurf.patches.index import (
     ALL_BITS,
     GROUP_SIZE,

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from sparsurf.bits import lowest_bit
+from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.patches.islands import drop_small_islands, largest_island, mark_all
 

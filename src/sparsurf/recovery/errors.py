@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pandas as pd
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY

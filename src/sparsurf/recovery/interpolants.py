@@ -15,8 +15,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
 from sparsurf.threads import parallel_map

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, span
 
 # Cosine of two normals: dots that face each other across a cleft are no neighbours.

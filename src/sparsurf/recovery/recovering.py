@@ -7,8 +7,8 @@ onto the surface that `interpolants` fits to the dot and its neighbours, and are
 import math
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
 from sparsurf.surfaces.spacing import DENSITY

@@ -1,8 +1,8 @@
 """Farthest-point sampling."""
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball
 
 

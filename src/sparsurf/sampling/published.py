@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
 from sparsurf.surfaces.vectors import point, squared_distance

@@ -11,8 +11,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T

@@ -12,9 +12,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from sparsurf.errors import InputError
+from sparsurf.kernels import njit
 from sparsurf.surfaces.mesh import Mesh, build_mesh
 from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 

@@ -13,9 +13,9 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sparsurf.errors import InputError
+from sparsurf.kernels import njit
 from sparsurf.surfaces.rolling_probe import (
     E1,
     E2,

@@ -14,9 +14,9 @@ from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from sparsurf.errors import InputError
+from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Rolling, T, blocker, roll

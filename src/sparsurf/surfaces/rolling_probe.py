@@ -16,8 +16,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.surfaces.vectors import (
     Cells,
     Vector,

@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from sparsurf.errors import InputError
+from sparsurf.kernels import njit
 from sparsurf.surfaces.surface import DENSITY as DENSITY  # re-exported: most users import it from here
 from sparsurf.surfaces.vectors import point, squared_distance
 

@@ -6,7 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from sparsurf.kernels import njit
 
 Vector = tuple[float, float, float]
 

@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.orientation import principal_axes
 from sparsurf.surfaces.formats.ply import viridis
 

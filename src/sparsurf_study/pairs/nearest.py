@@ -11,9 +11,9 @@ from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sparsurf.errors import InputError
+from sparsurf.kernels import njit
 from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
+from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
 from sparsurf.threads import parallel_map
 

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
+from sparsurf.kernels import njit
 from sparsurf.patches.zernike.images import FAST
 
 N_NODES = (25, 13, 7, 4)  # along a side of the grid, for bumps of width 1, 2, 4, 8

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from sparsurf.bits import count_bits, lowest_bit
+from sparsurf.kernels import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.polynomials import DISC, PIXELS
 

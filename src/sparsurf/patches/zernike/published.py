@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.images import (
     FAST,

@@ -20,8 +20,8 @@ import math
 from functools import cache
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernels import njit
 from sparsurf.patches.zernike.fields import MIDDLE, N_NODES, PADDED_SIDE, add_dots, bumps, fill, widen
 from sparsurf.patches.zernike.images import FAST, Patches
 from sparsurf.patches.zernike.polynomials import N_MAX
