@@ -1,6 +1,7 @@
-"""Checks of the arguments that users give to functions and commands: one sentence for each that is wrong.
+"""Checks of the arguments that users give to functions and commands, and their defaults: one sentence for each that is wrong.
 
-The same limits hold for the keys of a config (`settings`). Nothing heavy is imported, so that a mistake is reported at once.
+The same limits and defaults hold for the keys of a config (`settings`). Nothing heavy is imported, so that a mistake is
+reported at once.
 """
 
 from __future__ import annotations
@@ -62,6 +63,11 @@ NUMBER_OF_DOTS = Limits(0, whole=True)
 ERROR = Limits(0, open_low=False)  # Z
 FRAME = Limits(0, whole=True, open_low=False)
 DEFAULT_TEST_DOTS = 200  # of studies and functions
+DEFAULT_SEED = 20261120  # of studies, functions and commands alike
+PROBE_RADIUS = 1.4  # Å
+R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
+R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods
+D_LINK = 0.5  # Å, below which dots are linked; authors' scripts
 STRIDE = Limits(0, whole=True)
 PLDDT = Limits(0, 100, open_low=False)
 

@@ -29,7 +29,6 @@ SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combination
 REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 
 DEFAULT_ERROR = 0.02  # Å
-DEFAULT_SEED = 20261120  # of studies, functions and commands alike
 
 T = TypeVar("T")
 
@@ -114,7 +113,7 @@ class Section(BaseModel):
 class Surface(Section):
     """How the molecular surface is computed."""
 
-    probe_radius: Probe = key(1.4, "Radius of the solvent probe, Å.")
+    probe_radius: Probe = key(arguments.PROBE_RADIUS, "Radius of the solvent probe, Å.")
     density: Literal["auto"] | Density = key(
         "auto", "Dots per Å^2; auto: 5.35, or more where d_link needs it."
     )
@@ -130,9 +129,9 @@ class Surface(Section):
 class Patches(Section):
     """Radii of the patches and the linking distance of islands."""
 
-    r_patch: Length = key(4.0, "Patch radius of roughness and sampling, Å.")  # authors' scripts
-    r_zernike: Length = key(6.0, "Patch radius of the descriptors, Å.")  # paper, Materials and Methods
-    d_link: Length = key(0.5, "Dots closer than this are linked, Å.")  # authors' scripts
+    r_patch: Length = key(arguments.R_PATCH, "Patch radius of roughness and sampling, Å.")
+    r_zernike: Length = key(arguments.R_ZERNIKE, "Patch radius of the descriptors, Å.")
+    d_link: Length = key(arguments.D_LINK, "Dots closer than this are linked, Å.")
     roughness: Roughness = key("published", "Definition of the roughness of a patch.")
     descriptor: Descriptor = key("published", "Descriptor of a patch.")
 

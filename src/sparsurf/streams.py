@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sparsurf.settings import DEFAULT_SEED
+from sparsurf.arguments import DEFAULT_SEED
 
 
 def stream(seed: int, *keys: int | str) -> np.random.Generator:

@@ -23,7 +23,6 @@ from sparsurf.api.inputs import (
 from sparsurf.arguments import DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, check_choice
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
-from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.suggestions import public
 from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.molecular_surface import surface_of_molecule, surface_of_spheres
@@ -31,7 +30,7 @@ from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.surface import Surface, real_numbers
+from sparsurf.surfaces.surface import Placement, Surface, real_numbers
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sparsurf.surfaces.mesh import Mesh
+    from sparsurf.surfaces.surface import Rules
 
 CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")
 
@@ -103,13 +103,13 @@ def surface(
     """
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY.check(density, "density", "auto")
-    settings = surface_settings(probe_radius, density, radii, cavities, reentrant)
+    rules = placement(probe_radius, density, radii, cavities, reentrant)
     if not isinstance(molecule, tuple):
         atoms = as_molecule(molecule)
         check_frame(atoms, frame, "the molecule")
-        return surface_of_molecule(atoms, settings, d_link, "surface", frame)
+        return surface_of_molecule(atoms, rules, d_link, "surface", frame)
     atoms, _, sphere_radii = _spheres(molecule, 0, radii)
-    return surface_of_spheres(atoms.xyz[0], sphere_radii, settings, d_link, "surface")
+    return surface_of_spheres(atoms.xyz[0], sphere_radii, rules, d_link, "surface")
 
 
 @public(of_dots=True)
@@ -219,11 +219,11 @@ def mesh(
         build = partial(recovered_mesh, few.points, few.normals, density=density, threads=available_cores())
         return _sized(build, grid_step_for_density(density), n_vertices, density)
     atoms, frame, atom_radii = _spheres(source, 0, "dms")
-    return mesh_of_spheres(atoms.xyz[frame], atom_radii, SurfaceSettings(), n_vertices, density)
+    return mesh_of_spheres(atoms.xyz[frame], atom_radii, Placement(), n_vertices, density)
 
 
 def mesh_of_spheres(
-    xyz: np.ndarray, radii: np.ndarray, rules: SurfaceSettings, n_vertices: int | None, density: float
+    xyz: np.ndarray, radii: np.ndarray, rules: Rules, n_vertices: int | None, density: float
 ) -> Mesh:
     """Return the mesh of spheres at `xyz` (A, 3) with `radii` (A,), Å; its size is as in `mesh`."""
     from sparsurf.surfaces.mesh import grid_step_for_density, molecular_mesh, outer_mesh, widest_step
@@ -265,22 +265,14 @@ def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:
     return build_index(dots.points, dots.normals, d_link)
 
 
-def surface_settings(
+def placement(
     probe_radius: float, density: float | str, radii: str, cavities: str, reentrant: str = "exact"
-) -> SurfaceSettings:
-    """Return the section `surface` of a config for what the functions and commands place; a density or 'auto'."""
+) -> Placement:
+    """Return how dots are placed for what the functions and commands were given; a density or 'auto'."""
     check_choice(cavities, CAVITIES, "cavities")
     check_choice(radii, [*RADII], "radii")
     check_choice(reentrant, REENTRANT, "reentrant")
-    return SurfaceSettings.model_validate(
-        {
-            "probe_radius": probe_radius,
-            "density": density,
-            "radii": radii,
-            "cavities": cavities,
-            "reentrant": reentrant,
-        }
-    )
+    return Placement(probe_radius, density, radii, cavities, reentrant)
 
 
 def _spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:

@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_structure
-from sparsurf.api.surfaces import CAVITIES, components, mesh_of_spheres, surface, surface_settings
+from sparsurf.api.surfaces import CAVITIES, components, mesh_of_spheres, placement, surface
 from sparsurf.arguments import DENSITY
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
@@ -93,7 +93,7 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the vertices of the closed triangles."""
-    rules = surface_settings(args.probe_radius, "auto", args.radii, args.cavities)
+    rules = placement(args.probe_radius, "auto", args.radii, args.cavities)
     spheres = molecule.xyz[args.frame or 0], radii(molecule, rules.radii)
     return writing.mesh_dots(mesh_of_spheres(*spheres, rules, None, args.density or PUBLISHED_DENSITY))
 

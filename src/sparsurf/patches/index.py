@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sparsurf.arguments import D_LINK as D_LINK  # re-exported: most users import them from here
+from sparsurf.arguments import R_PATCH as R_PATCH
+from sparsurf.arguments import R_ZERNIKE as R_ZERNIKE
 from sparsurf.kernels import njit
-from sparsurf.settings import Patches
 
-R_PATCH, R_ZERNIKE, D_LINK = Patches().r_patch, Patches().r_zernike, Patches().d_link  # Å
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
 MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
 GROUP_SIZE = 64  # dots of a group, one for each bit of a word

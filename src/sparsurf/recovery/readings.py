@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.arguments import D_LINK
 from sparsurf.patches import readings
-from sparsurf.settings import Patches
 from sparsurf.surfaces.surface import DENSITY
 
 if TYPE_CHECKING:
     from sparsurf.patches.index import PatchIndex
-
-D_LINK = Patches().d_link
 
 RECOVERED = "recovered"
 DENSITY_TOLERANCE = 1.05  # a surface generated at DENSITY has up to 2 % more dots, which does not matter

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.surface import Rules
 
 log = logging.getLogger("sparsurf")
 
@@ -41,7 +41,7 @@ MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
 
 
 def surface_of_molecule(
-    molecule: Molecule, settings: SurfaceSettings, d_link: float, name: str, frame: int = 0
+    molecule: Molecule, settings: Rules, d_link: float, name: str, frame: int = 0
 ) -> Surface:
     """Place dots on one frame of a molecule with a density that suits d_link (Å); they carry the molecule."""
     dots = surface_of_spheres(molecule.xyz[frame], radii_of(molecule, settings.radii), settings, d_link, name)
@@ -50,7 +50,7 @@ def surface_of_molecule(
 
 
 def surface_of_spheres(
-    xyz: np.ndarray, radii: np.ndarray, settings: SurfaceSettings, d_link: float, name: str
+    xyz: np.ndarray, radii: np.ndarray, settings: Rules, d_link: float, name: str
 ) -> Surface:
     """Place dots on spheres at `xyz` (A, 3) with `radii` (A,), Å, with a density that suits d_link (Å)."""
     spheres = SimpleNamespace(xyz=xyz[None].round(3))
@@ -122,7 +122,7 @@ class RolledFrame:
 
 
 def roll_frame(
-    molecule: Molecule | SimpleNamespace, position: int, atom_radii: np.ndarray, settings: SurfaceSettings
+    molecule: Molecule | SimpleNamespace, position: int, atom_radii: np.ndarray, settings: Rules
 ) -> RolledFrame:
     """Roll the probe over one frame of atoms with radii (A,), Å; positions get the decimals of a PDB file."""
     xyz = molecule.xyz[position].round(3)
@@ -143,12 +143,12 @@ def density_for_d_link(
     molecule: Molecule | SimpleNamespace,
     position: int,
     atom_radii: np.ndarray,
-    settings: SurfaceSettings,
+    settings: Rules,
     d_link: float,
     name: str,
 ) -> float:
     """Return the density of one frame that suits d_link (Å); where the config sets it, no surface is generated."""
-    if settings.density != "auto":
+    if not isinstance(settings.density, str):
         return settings.density
     rolled = roll_frame(molecule, position, atom_radii, settings)
     return rolled.surface_for_d_link(settings.density, d_link, name)[1]
@@ -158,7 +158,7 @@ def surface_generator(
     molecule: Molecule | SimpleNamespace,
     position: int,
     atom_radii: np.ndarray,
-    settings: SurfaceSettings,
+    settings: Rules,
     d_link: float,
     name: str,
 ) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:

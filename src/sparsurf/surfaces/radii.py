@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.arguments import PROBE_RADIUS as PROBE_RADIUS  # re-exported: most users import it from here
 from sparsurf.errors import InputError
-from sparsurf.settings import Surface
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -29,7 +29,6 @@ RADII = {
         "IN": 1.93, "SN": 2.17, "PT": 1.75, "AU": 1.66, "HG": 1.55, "TL": 1.96, "PB": 2.02, "GA": 1.87,
     },
 }  # fmt: skip
-PROBE_RADIUS = Surface().probe_radius  # Å
 # Radius of every other element, Å: the value of DMS, and the usual choice where Bondi gives none.
 RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 

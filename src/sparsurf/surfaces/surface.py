@@ -9,11 +9,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from sparsurf import surfaces
+from sparsurf.arguments import PROBE_RADIUS
 from sparsurf.errors import InputError
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
@@ -54,6 +55,20 @@ MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three dec
 MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
 
 
+@dataclass(frozen=True)
+class Placement:
+    """How dots are placed on a molecule; the section `surface` of a config has the same keys and defaults."""
+
+    probe_radius: float = PROBE_RADIUS  # Å
+    density: float | str = "auto"  # dots per Å^2, or as many as d_link needs
+    radii: str = "dms"  # table of atomic radii
+    cavities: str = "keep"  # or remove
+    reentrant: str = "exact"  # or dms
+
+
+Rules: TypeAlias = "Placement | SurfaceSettings"
+
+
 @dataclass(frozen=True, eq=False)
 class Origin:
     """The atoms that dots were placed on, and what follows from them."""
@@ -61,7 +76,7 @@ class Origin:
     molecule: Molecule | None  # None for spheres that the user gave
     frame: int  # its position
     xyz: np.ndarray  # (A, 3), of the atoms in that frame, Å
-    rules: SurfaceSettings  # by which the dots were placed
+    rules: Rules  # by which the dots were placed
     d_link: float  # Å, that the density suits
     radii: np.ndarray  # (A,), of the atoms, Å
     components: Callable[[Surface], np.ndarray]  # of each dot, (N,) int, of the Surface of all dots

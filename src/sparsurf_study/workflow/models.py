@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
 
+from sparsurf.arguments import DEFAULT_SEED
 from sparsurf.settings import (
-    DEFAULT_SEED,
     Evaluation,
     Length,
     Minimal,

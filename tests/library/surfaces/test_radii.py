@@ -2,6 +2,7 @@
 
 import inspect
 import pkgutil
+from dataclasses import asdict
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ import pytest
 import sparsurf
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
+from sparsurf.surfaces.surface import Placement
 from sparsurf_study.workflow.models import Patches, Surface
 
 TABLES = {  # XX is no element
@@ -49,3 +51,7 @@ def test_every_default_radius_of_the_probe_is_that_of_water():
 def test_the_patches_of_a_study_have_the_radii_of_the_functions():
     patches = Patches()
     assert (patches.r_patch, patches.r_zernike, patches.d_link) == (R_PATCH, R_ZERNIKE, D_LINK)
+
+
+def test_functions_place_dots_as_a_study_does():
+    assert asdict(Placement()) == Surface().model_dump()
