@@ -65,6 +65,7 @@ FRAME = Limits(0, whole=True, open_low=False)
 DEFAULT_TEST_DOTS = 200  # of studies and functions
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
 PROBE_RADIUS = 1.4  # Å
+CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")  # of `surface`
 R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
 R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods
 D_LINK = 0.5  # Å, below which dots are linked; authors' scripts

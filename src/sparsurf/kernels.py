@@ -13,6 +13,8 @@ from typing import Any, TypeVar
 import numba
 from numba.core import caching, runtime
 
+from sparsurf import progress
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # what `LightCache.load_overload` uses of numba, which does not document it
@@ -31,8 +33,12 @@ class LightCache(Cache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored form for a signature; None if it is not stored."""
         runtime.rtsys.initialize(target_context)
+        stored = None
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            stored = self._load_overload(sig, target_context)
+        if stored is None and progress.before_compiling is not None:
+            progress.before_compiling()
+        return stored
 
 
 def njit(**options: Any) -> Callable[[Function], Function]:

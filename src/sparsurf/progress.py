@@ -1,15 +1,16 @@
-"""Progress bars for loops that take long."""
+"""What a user sees of work that takes long: progress bars of loops, and a word before kernels are compiled."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 DELAY = 2.0  # s; a shorter loop shows no bar
 Item = TypeVar("Item")
 # The command line and the functions of `sparsurf` turn the bars on. The jobs of a study share a terminal and leave them off.
 enabled = False
+before_compiling: Callable[[], None] | None = None  # called before each kernel that is not stored
 
 
 def progress_bar(items: Iterable[Item], description: str) -> Iterable[Item]:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.api.inputs import MoleculeLike
-from sparsurf.api.surfaces import CAVITIES, _spheres
-from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits, check_choice
+from sparsurf.api.surfaces import _spheres
+from sparsurf.arguments import CAVITIES, DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits, check_choice
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix
 from sparsurf.patches.index import build_grid

@@ -20,7 +20,7 @@ from sparsurf.api.inputs import (
     is_file_of_dots,
     is_subset,
 )
-from sparsurf.arguments import DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, check_choice
+from sparsurf.arguments import CAVITIES, DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, REENTRANT, check_choice
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Rules
-
-CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")
 
 
 @public()

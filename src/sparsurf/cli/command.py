@@ -12,7 +12,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -159,28 +159,17 @@ def wrapped(text: str) -> str:
 @contextmanager
 def _compiling(quiet: bool) -> Iterator[None]:
     """Print a message before the first kernel is compiled; kernels that were compiled before are only loaded."""
-    from numba.core import event  # here: a command's module needs it anyway, --help does not
 
-    class Listener(event.Listener):
-        def on_start(self, _: Any) -> None:
-            event.unregister("numba:compile", self)
-            print(
-                "Compiling the kernels of this command, once: up to half a minute ...",
-                file=sys.stderr,
-                flush=True,
-            )
+    def tell() -> None:
+        progress.before_compiling = None
+        words = "Compiling the kernels of this command, once: up to half a minute ..."
+        print(words, file=sys.stderr, flush=True)
 
-        def on_end(self, _: Any) -> None:
-            pass
-
-    listener = Listener()
-    if not quiet:
-        event.register("numba:compile", listener)
+    progress.before_compiling = None if quiet else tell
     try:
         yield
     finally:
-        with suppress(ValueError):  # gone already
-            event.unregister("numba:compile", listener)
+        progress.before_compiling = None
 
 
 @contextmanager

@@ -9,16 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from sparsurf.api.inputs import check_frame, is_structure
-from sparsurf.api.surfaces import surface as surface_of
-from sparsurf.arguments import FRAME, LENGTH, PROBE, SEED, Limits
+from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, PROBE, PROBE_RADIUS, SEED, Limits
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
-from sparsurf.patches.index import D_LINK
-from sparsurf.streams import DEFAULT_SEED
-from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 
@@ -97,6 +93,8 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
         return read_surface(args.file), None
     molecule = read_atoms(args)
     say(f"surface of {molecule.n_atoms:,} atoms")
+    from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
+
     return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link), molecule
 
 

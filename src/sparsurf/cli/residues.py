@@ -5,10 +5,9 @@ import argparse
 import numpy as np
 
 from sparsurf.api import writing
-from sparsurf.api.fields import residues
+from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
-from sparsurf.patches.index import D_LINK
 
 EXAMPLES = """\
 A row per residue: its area, and that of contact, saddles and concave parts (Å^2), its mean roughness and the lowest (1 is flat,
@@ -36,6 +35,8 @@ def run(args: argparse.Namespace) -> None:
     surface, molecule = options.read_dots(args)
     if molecule is None:
         raise InputError(f"{args.file} holds dots, and residues are those of atoms; give a structure.")
+    from sparsurf.api.fields import residues  # here: wrong arguments need no numba
+
     table = residues(options.with_fields(args, surface, molecule))
     table = table.drop(columns=["kept", "weight"])  # of a subset
     if args.residues is not None:

@@ -5,10 +5,8 @@ import argparse
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.patches import roughness
-from sparsurf.arguments import LENGTH
+from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
-from sparsurf.patches.index import R_PATCH
 
 FORMATS = (*writing.NUMBERS, *writing.SCENES)
 EXAMPLES = """\
@@ -36,6 +34,8 @@ def run(args: argparse.Namespace) -> None:
     """Write the dots with their roughness."""
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
+    from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
+
     values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]

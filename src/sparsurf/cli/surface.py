@@ -7,16 +7,15 @@ import pandas as pd
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_structure
-from sparsurf.api.surfaces import CAVITIES, components, mesh_of_spheres, placement, surface
-from sparsurf.arguments import DENSITY
+from sparsurf.arguments import CAVITIES, DENSITY
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
 from sparsurf.surfaces.radii import RADII, radii
-from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
+from sparsurf.surfaces.surface import COMPONENT_FIELD
+from sparsurf.surfaces.surface import DENSITY as PUBLISHED_DENSITY
 
 DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
 EXAMPLES = """\
@@ -76,6 +75,8 @@ def run(args: argparse.Namespace) -> None:
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the dots with their component and their fields."""
+    from sparsurf.api.surfaces import components, surface  # here: wrong arguments need no numba
+
     bare = surface(molecule, density=args.density or "auto", **_rules(args))
     dots = options.with_fields(args, bare, molecule)
     component, parts = components(bare)
@@ -93,6 +94,8 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the vertices of the closed triangles."""
+    from sparsurf.api.surfaces import mesh_of_spheres, placement
+
     rules = placement(args.probe_radius, "auto", args.radii, args.cavities)
     spheres = molecule.xyz[args.frame or 0], radii(molecule, rules.radii)
     return writing.mesh_dots(mesh_of_spheres(*spheres, rules, None, args.density or PUBLISHED_DENSITY))
@@ -106,6 +109,8 @@ def _rules(args: argparse.Namespace) -> dict[str, Any]:
 
 def _words(parts: pd.DataFrame) -> str:
     """Return the message on the components of a surface."""
+    from sparsurf.surfaces.components import summarize_components
+
     summary = summarize_components(parts)
     words = f"{summary['volume']:,.0f} Å^3, {pluralise(int(summary['components']), 'component')}"
     if not summary["cavities"]:

@@ -1,0 +1,40 @@
+"""What a command loads: mistakes are reported before numba is, and a library only where it is needed."""
+
+import subprocess
+import sys
+
+import pytest
+
+CALL = """
+import sys
+from sparsurf.cli.command import main
+try:
+    code = main(sys.argv[1:])
+except SystemExit as end:
+    code = end.code
+print(code, *sorted(sys.modules))
+"""
+
+
+def loaded(folder, *words):
+    """The exit code of a command, and the modules that it loaded."""
+    call = [sys.executable, "-c", CALL, *words]
+    run = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=True)
+    code, *modules = run.stdout.split()
+    return int(code), set(modules)
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("surface nonexist.pdb -o x.npz", 1),
+        ("surface nonexist.pdb -o x.xyz", 1),
+        ("surface nonexist.pdb --densty 3 -o x.npz", 2),
+        ("surface nonexist.pdb --probe-radius -1 -o x.npz", 2),
+        ("roughness nonexist.csv -o x.npz", 1),
+        ("residues nonexist.pdb -o x.csv", 1),
+    ],
+)
+def test_a_mistake_is_reported_before_numba_is_loaded(tmp_path, words, code):
+    ended, modules = loaded(tmp_path, *words.split())
+    assert ended == code and "numba" not in modules
