@@ -10,10 +10,9 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
@@ -27,6 +26,8 @@ from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import ARRAY_NAMES, Surface
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
 
@@ -46,7 +47,7 @@ class Dots:
     Attributes
     ----------
     surface : Surface
-    table : DataFrame of N rows, the columns besides positions and normals; a column `dot` comes first
+    table : DataFrame of N rows, or columns (N,) by name: those besides positions and normals; a column `dot` comes first
     shown : the column that gives colours; by default the kind of the dots
     molecule : Molecule of the dots, and its frame; they cannot be written as DMS without it
     faces : (F, 3) triangles between them if they are known
@@ -54,7 +55,7 @@ class Dots:
     """
 
     surface: Surface
-    table: pd.DataFrame
+    table: pd.DataFrame | Mapping[str, np.ndarray]
     shown: str | None = None
     molecule: Any = None
     frame: int = 0
@@ -79,11 +80,16 @@ class Dots:
     @property
     def _all(self) -> pd.DataFrame:
         """The table, before the fields of the surface."""
-        fields = {name: values for name, values in self.surface.fields.items() if name not in self.table}
-        return self.table.join(pd.DataFrame(fields, index=self.table.index)) if fields else self.table
+        import pandas as pd  # here, as below: it takes long to load
+
+        table = pd.DataFrame(self.table)
+        fields = {name: values for name, values in self.surface.fields.items() if name not in table}
+        return table.join(pd.DataFrame(fields, index=table.index)) if fields else table
 
     def to_frame(self) -> pd.DataFrame:
         """Return all columns, in the order of a CSV."""
+        import pandas as pd
+
         positions = self.surface.to_frame()[list(POSITION_COLUMNS)]
         rest = self._all[[name for name in self._all if name not in POSITION_COLUMNS]]
         dot = [name for name in ("dot",) if name in rest]
@@ -173,7 +179,7 @@ def write_dots(output: str | Path, dots: Dots) -> None:
 def mesh_dots(mesh: Mesh) -> Dots:
     """Return a Mesh as Dots: its vertices with the area around each."""
     words = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
-    return Dots(mesh.vertices, pd.DataFrame({"area": mesh.vertices.area}), faces=mesh.triangles, words=words)
+    return Dots(mesh.vertices, {"area": mesh.vertices.area}, faces=mesh.triangles, words=words)
 
 
 def write_table(output: str | Path, table: pd.DataFrame, arrays: Mapping[str, Any] | None = None) -> None:
@@ -218,8 +224,8 @@ def write(
     >>> import sparsurf
     >>> sparsurf.write(sparsurf.surface("data/tdp43/topology.pdb"), "/tmp/dots.ply")
     """
-    if isinstance(result, pd.DataFrame):
-        write_table(path, result)
+    if hasattr(result, "iloc"):  # a table of pandas
+        write_table(path, cast("pd.DataFrame", result))
         return
     if isinstance(result, Molecule):
         if Path(path).suffix.lower() != ".pdb":
@@ -261,9 +267,11 @@ def _write_scene(path: Path, dots: Dots) -> None:
 
 
 def _npz(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Write numpy arrays; strings are kept as such, so that nothing must be unpickled."""
+    """Write numpy arrays; strings are kept as such, as short as they are, so that nothing must be unpickled."""
     values = {name: np.asarray(array) for name, array in arrays.items()}
-    texts = {name: array.astype(str) for name, array in values.items() if array.dtype == object}
+    texts = {
+        name: array.astype(object).astype(str) for name, array in values.items() if array.dtype.kind in "OU"
+    }
     columns: dict[str, Any] = values | texts
     with open(path, "wb") as stream:
         np.savez(stream, **columns)

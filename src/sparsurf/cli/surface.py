@@ -3,8 +3,6 @@
 import argparse
 from typing import Any
 
-import pandas as pd
-
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_structure
 from sparsurf.arguments import CAVITIES, DENSITY
@@ -75,17 +73,19 @@ def run(args: argparse.Namespace) -> None:
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the dots with their component and their fields."""
-    from sparsurf.api.surfaces import components, surface  # here: wrong arguments need no numba
+    from sparsurf.api.surfaces import surface  # here: wrong arguments need no numba
+    from sparsurf.surfaces.components import columns_of_components, summarize_components
 
     bare = surface(molecule, density=args.density or "auto", **_rules(args))
     dots = options.with_fields(args, bare, molecule)
-    component, parts = components(bare)
-    table = pd.DataFrame({"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component})
-    table = table.join(molecule.labels(dots.atom))
+    component = bare.known_components("components")
+    parts = summarize_components(columns_of_components(bare, component))
+    table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
+    table |= molecule.label_columns(dots.atom)
     words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
     if args.residues is not None:
         chosen = options.dots_of_residues(args, dots, molecule)
-        dots, table = dots.take(chosen), table.iloc[chosen].reset_index(drop=True)
+        dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
         words = (
             f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"
         )
@@ -107,11 +107,8 @@ def _rules(args: argparse.Namespace) -> dict[str, Any]:
     return {"frame": args.frame or 0} | rules
 
 
-def _words(parts: pd.DataFrame) -> str:
+def _words(summary: dict[str, float | int]) -> str:
     """Return the message on the components of a surface."""
-    from sparsurf.surfaces.components import summarize_components
-
-    summary = summarize_components(parts)
     words = f"{summary['volume']:,.0f} Å^3, {pluralise(int(summary['components']), 'component')}"
     if not summary["cavities"]:
         return words

@@ -6,13 +6,14 @@ The table has one row per atom in the order of the input, and the columns of `CO
 from __future__ import annotations
 
 import logging
+from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, NamedTuple
 
 import gemmi
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, pluralise
@@ -39,11 +40,49 @@ MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a 
 MAX_RUNS = 100  # of lines with one label, some of them with the same names, that are joined by bonds
 
 
+class AtomTable:
+    """Columns of the table by name, which are attributes: text as objects, numbers as numpy has them.
+
+    A DataFrame would do, but pandas takes longer to load than a small protein takes to read.
+    """
+
+    def __init__(self, columns: Mapping[str, np.ndarray], row: np.ndarray) -> None:
+        self.columns = dict(columns)
+        self.row = row  # (A,) int, position of each atom in the input
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        """Return a column."""
+        try:
+            return self.__dict__["columns"][name]
+        except KeyError:
+            raise AttributeError(f"no column {name!r}") from None
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    @property
+    def xyz(self) -> np.ndarray:
+        """Positions (A, 3), Å."""
+        return np.column_stack([self.x, self.y, self.z]).astype(float)
+
+    def take(self, rows: np.ndarray) -> AtomTable:
+        """Return the table of some rows, a mask or indices."""
+        return AtomTable({name: column[rows] for name, column in self.columns.items()}, self.row[rows])
+
+    def assign(self, **columns: np.ndarray) -> AtomTable:
+        """Return the table with other or further columns (A,)."""
+        return AtomTable(self.columns | columns, self.row)
+
+    def labels(self, *names: str) -> list[tuple[Any, ...]]:
+        """Return the values of some columns in each row."""
+        return list(zip(*(self.columns[name].tolist() for name in names), strict=True))
+
+
 @dataclass(frozen=True)
 class AtomFile:
     """Content of an input without the frames of a trajectory."""
 
-    atoms: pd.DataFrame  # the table described above
+    atoms: AtomTable  # the table described above
     box: np.ndarray | None = None  # (3, 3) float, Å, lattice vectors as rows; None where there is none
     # residue names of each chain, where the file has them
     sequences: dict[str, list[str]] = field(default_factory=dict)
@@ -52,15 +91,15 @@ class AtomFile:
     origin: str = ""  # see `plddt`
 
 
-def atom_table(**columns: Any) -> pd.DataFrame:
+def atom_table(**columns: Any) -> AtomTable:
     """Return the table of some columns (A,); the others have the values of `COLUMNS`."""
-    table = pd.DataFrame(columns)
-    for name, value in COLUMNS.items():
-        if name not in table:
-            table[name] = value
-        elif isinstance(value, str):
-            table[name] = table[name].astype(str)
-    return table[[*COLUMNS]]
+    n_atoms = len(next(iter(columns.values())))
+    table = {}
+    for name, default in COLUMNS.items():
+        values = columns.get(name, [default] * n_atoms)
+        text = isinstance(default, str)
+        table[name] = np.array([str(value) for value in values], object) if text else np.asarray(values)
+    return AtomTable(table, np.arange(n_atoms))
 
 
 def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> np.ndarray | None:
@@ -77,13 +116,18 @@ def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: 
     return np.array(cell.orth.mat.tolist()).T if cell.is_crystal() and cell.volume > 1 else None
 
 
-def _differs(column: pd.Series) -> np.ndarray:
+def _differs(column: np.ndarray) -> np.ndarray:
     """Return whether each value but the first differs from the one before."""
-    values = column.to_numpy()
-    return values[1:] != values[:-1]
+    return column[1:] != column[:-1]
 
 
-def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
+def _numbers_of(labels: list[Any]) -> np.ndarray:
+    """Return a number for each label, the same for equal ones, in the order of their first places."""
+    numbers: dict[Any, int] = {}
+    return np.array([numbers.setdefault(label, len(numbers)) for label in labels])
+
+
+def gather_residues(atoms: AtomTable) -> AtomTable:
     """Sort the atoms so that each residue stands together, and number the residues in a column `residue_index`.
 
     Lines of one label are one residue wherever they stand if no atom repeats, and else where they are bonded to each
@@ -91,42 +135,47 @@ def gather_residues(atoms: pd.DataFrame) -> pd.DataFrame:
     """
     start = _starts(atoms)
     run = np.repeat(np.arange(len(start)), np.diff([*start, len(atoms)]))
-    key = atoms.iloc[start].groupby(["model", "chain", "segid", "residue"], sort=False).ngroup().to_numpy()
+    key = _numbers_of(atoms.take(start).labels("model", "chain", "segid", "residue"))
     owner = np.arange(len(start))
     repeated = np.flatnonzero(np.bincount(key)[key] > 1)
     if len(repeated):
         rows = np.split(np.arange(len(atoms)), start[1:])
         lines = _Lines(
-            (atoms.name + "\0" + atoms.altloc).tolist(),
+            _located_names(atoms).tolist(),
             atoms.residue_name.tolist(),
             (atoms.altloc != "").tolist(),
-            atoms[["x", "y", "z"]].to_numpy(float),
+            atoms.xyz,
         )
         by_key = repeated[np.argsort(key[repeated], kind="stable")]
         for members in np.split(by_key, np.flatnonzero(np.diff(key[by_key])) + 1):
             owner[members] = members[_join(lines, [rows[k].tolist() for k in members])]
     order = np.argsort(owner[run], kind="stable")
-    gathered = atoms.assign(residue_index=owner[run]).iloc[order]
+    gathered = atoms.assign(residue_index=owner[run]).take(order)
     first = np.append(True, _differs(gathered.residue_index) | _differs(gathered.model))
     number = np.cumsum(first) - 1
     model = np.append(True, _differs(gathered.model))
     return gathered.assign(residue_index=number - number[model][np.cumsum(model) - 1])
 
 
-def _starts(atoms: pd.DataFrame) -> np.ndarray:
+def _starts(atoms: AtomTable) -> np.ndarray:
     """Return the rows where runs of lines of one residue begin; a first atom that recurs beyond MAX_BOND begins another.
 
     A run ends where a column of OF_RESIDUE changes, or the name. A change of the name between alternate locations does not count.
     """
-    located = (atoms.altloc != "").to_numpy()
+    located = atoms.altloc != ""
     begins = np.append(True, _differs(atoms.residue_name) & ~(located[1:] & located[:-1]))
     for column in OF_RESIDUE:
-        begins[1:] |= _differs(atoms[column])
+        begins[1:] |= _differs(getattr(atoms, column))
     first = np.flatnonzero(begins)[np.cumsum(begins) - 1]
-    name, xyz = (atoms.name + "\0" + atoms.altloc).to_numpy(), atoms[["x", "y", "z"]].to_numpy(float)
+    name, xyz = _located_names(atoms), atoms.xyz
     again = np.flatnonzero((name == name[first]) & ~begins)
     begins[again] = np.linalg.norm(xyz[again] - xyz[first[again]], axis=1) > MAX_BOND
     return np.flatnonzero(begins)
+
+
+def _located_names(atoms: AtomTable) -> np.ndarray:
+    """Return name and location of each atom as one text; numpy would drop a null that it adds."""
+    return np.array(["\0".join(each) for each in atoms.labels("name", "altloc")], object)
 
 
 class _Lines(NamedTuple):
@@ -169,17 +218,22 @@ def _shortest(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.nan_to_num(distance, nan=np.inf).min())
 
 
-def missing_residues(atoms: pd.DataFrame, sequences: dict[str, list[str]]) -> dict[str, tuple[int, int]]:
+def missing_residues(atoms: AtomTable, sequences: dict[str, list[str]]) -> dict[str, tuple[int, int]]:
     """Find chains that lack residues of their full sequence: chain -> residues (with atoms, in the sequence)."""
-    residues = atoms[atoms.model == atoms.model.iloc[0]].drop_duplicates(["chain", "residue"])
+    if not sequences:
+        return {}
+    names: dict[str, dict[str, str]] = defaultdict(dict)
+    first_model = atoms.take(atoms.model == atoms.model[0])
+    for chain, residue, name in first_model.labels("chain", "residue", "residue_name"):
+        names[chain].setdefault(residue, name)
     counts = {
-        chain: (int((residues.residue_name[residues.chain == chain].isin(sequence)).sum()), len(sequence))
+        chain: (sum(map(set(sequence).__contains__, names[chain].values())), len(sequence))
         for chain, sequence in sequences.items()
     }
     return {chain: (present, full) for chain, (present, full) in counts.items() if present < full}
 
 
-def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: StrPath) -> pd.DataFrame:
+def choose_altlocs(atoms: AtomTable, altloc: str, path: StrPath) -> AtomTable:
     """Keep one location of every atom of a table with `residue_index`; raise InputError for another `altloc`.
 
     All atoms of a residue keep the same location: the first in the file ('first'), the one of highest mean
@@ -193,7 +247,8 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: StrPath) -> pd.DataFr
         if altloc not in ("first", "highest"):
             log.warning("%s has no alternate locations: altloc %s changes nothing", path, altloc)
         return atoms
-    if altloc == "highest" and not atoms.occupancy[atoms.altloc != ""].between(0, 1).all():
+    located = atoms.altloc != ""
+    if altloc == "highest" and not _is_share(atoms.occupancy[located]).all():
         raise InputError(
             f"{path} has an alternate location whose occupancy is not between 0 and 1: name a letter as altloc, or 'first'."
         )
@@ -201,17 +256,24 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: StrPath) -> pd.DataFr
         message = "%s has no alternate location %s (it has %s): the first is used"
         log.warning(message, path, altloc, ", ".join(letters))
     keep = np.ones(len(atoms), bool)
-    keys = [atoms.model.to_numpy(), atoms["residue_index"].to_numpy()]
-    located = (atoms.altloc != "").groupby(keys).transform("any").to_numpy()
-    position = np.arange(len(atoms))
-    for _, rows in pd.Series(position[located]).groupby([key[located] for key in keys], sort=False):
-        keep[rows] = _choose_location(atoms.iloc[rows], altloc)
-    return atoms[keep]
+    residue = _numbers_of(atoms.labels("model", "residue_index"))
+    rows = np.flatnonzero(np.bincount(residue, located)[residue])
+    rows = rows[np.argsort(residue[rows], kind="stable")]
+    for each in np.split(rows, np.flatnonzero(_differs(residue[rows])) + 1):
+        keep[each] = _choose_location(atoms.take(each), altloc)
+    return atoms.take(keep)
 
 
-def _choose_location(residue: pd.DataFrame, altloc: str) -> np.ndarray:
+def _is_share(occupancy: np.ndarray) -> np.ndarray:
+    """Return whether each occupancy lies between 0 and 1."""
+    return (occupancy >= 0) & (occupancy <= 1)
+
+
+def _choose_location(atoms: AtomTable, altloc: str) -> np.ndarray:
     """Return which atoms of a residue are kept, a bool per row."""
-    residue = residue.reset_index(drop=True)
+    import pandas as pd  # here: it takes long to load, and few residues have several locations
+
+    residue = pd.DataFrame(atoms.columns)
     labelled = residue[residue.altloc != ""]
     letters = list(dict.fromkeys(labelled.altloc))
     if altloc == "highest":
@@ -232,11 +294,11 @@ def _choose_location(residue: pd.DataFrame, altloc: str) -> np.ndarray:
     return (keep | missing).to_numpy()
 
 
-def refuse_control_characters(atoms: pd.DataFrame, path: StrPath) -> None:
+def refuse_control_characters(atoms: AtomTable, path: StrPath) -> None:
     """Raise InputError if a name has characters that cannot be printed, such as escape codes for a terminal."""
     for column in ("name", "residue_name", "chain", "segid", "element", "residue"):
         damaged = next(
-            (text for text in atoms[column].unique().tolist() if not str(text).isprintable()), None
+            (text for text in dict.fromkeys(getattr(atoms, column).tolist()) if not text.isprintable()), None
         )
         if damaged is not None:
             raise InputError(
@@ -244,19 +306,19 @@ def refuse_control_characters(atoms: pd.DataFrame, path: StrPath) -> None:
             )
 
 
-def report_duplicates(atoms: pd.DataFrame, path: StrPath) -> None:
+def report_duplicates(atoms: AtomTable, path: StrPath) -> None:
     """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
-    first_model = atoms[atoms.model == atoms.model.iloc[0]]
-    count = int(first_model[["residue_index", "residue_name", "name"]].duplicated().sum())
+    first_model = atoms.take(atoms.model == atoms.model[0])
+    count = len(first_model) - len({*first_model.labels("residue_index", "residue_name", "name")})
     if count:
         places = "its residue" if count == 1 else "their residues"
         log.warning("%s: %s repeated in %s", path, pluralise(count, "atom", "is"), places)
 
 
-def report_occupancies(atoms: pd.DataFrame, path: StrPath) -> None:
+def report_occupancies(atoms: AtomTable, path: StrPath) -> None:
     """Warn of occupancies that are no share; they count only where they decide between alternate locations."""
-    impossible = ~atoms.occupancy.between(0, 1)
+    impossible = ~_is_share(atoms.occupancy)
     if impossible.any():
         message = "%s: %s an occupancy outside 0 to 1, such as %g; is another quantity in its column?"
         words = pluralise(int(impossible.sum()), "atom", "has")
-        log.warning(message, path, words, atoms.occupancy[impossible].iloc[0])
+        log.warning(message, path, words, atoms.occupancy[impossible][0])

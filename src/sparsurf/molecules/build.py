@@ -11,7 +11,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.atom_table import (
     AtomFile,
+    AtomTable,
     choose_altlocs,
     gather_residues,
     missing_residues,
@@ -34,9 +35,6 @@ from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_k
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 log = logging.getLogger("sparsurf")
 
@@ -64,7 +62,7 @@ class Everything:
     following: np.ndarray  # (R,) int, next residue of the polymer, -1 for none
 
 
-def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> pd.DataFrame:
+def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> AtomTable:
     """Return the table with its residues gathered and numbered, and one location of every atom."""
     refuse_control_characters(file.atoms, path)
     report_occupancies(file.atoms, path)
@@ -74,7 +72,7 @@ def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> pd.DataFrame:
 
 
 def arrange(
-    atoms: pd.DataFrame,
+    atoms: AtomTable,
     xyz: np.ndarray,
     row: np.ndarray,
     file: AtomFile,
@@ -82,15 +80,15 @@ def arrange(
     report: bool = True,
 ) -> Everything:
     """Return all atoms of one model of a prepared table, with the positions xyz (A, 3), Å."""
-    index, names = atoms.residue_index.to_numpy(), atoms.name.to_numpy(str)
-    residue_names = atoms.residue_name.to_numpy(str)
-    kind, following = residue_kinds(residue_names, index, names, atoms.hetero.to_numpy(), xyz)
+    index, names = atoms.residue_index, atoms.name.astype(str)
+    residue_names = atoms.residue_name.astype(str)
+    kind, following = residue_kinds(residue_names, index, names, atoms.hetero, xyz)
     place = _places(following)
     order = np.argsort(place[index], kind="stable")
     place_of = np.argsort(place)
     kind, following = kind[place_of], np.append(place, -1)[following[place_of]]
-    atoms, xyz, index = atoms.iloc[order], xyz[order], place[index][order]
-    residues = atoms.iloc[np.unique(index, return_index=True)[1]]
+    atoms, xyz, index = atoms.take(order), xyz[order], place[index][order]
+    residues = atoms.take(np.unique(index, return_index=True)[1])
     chain, split = _chains(residues, kind, following, index, xyz)
     if report:
         for name, ids in split.items():
@@ -108,10 +106,10 @@ def arrange(
         residue_name=residue_names[order],
         chain=chain[index],
         element=np.array([element_of(*each) for each in zip(*columns, strict=True)]),
-        residue=atoms.residue.to_numpy(str),
+        residue=atoms.residue.astype(str),
         residue_index=index,
         kind=kind[index],
-        b_factor=atoms.b_factor.to_numpy(float),
+        b_factor=atoms.b_factor.astype(float),
     )
     crosslinked = np.array([label in file.crosslinked for label in labels])
     return Everything(molecule, row[order], split, crosslinked, following)
@@ -138,15 +136,15 @@ def _places(following: np.ndarray) -> np.ndarray:
 
 
 def _chains(
-    residues: pd.DataFrame, kind: np.ndarray, following: np.ndarray, index: np.ndarray, xyz: np.ndarray
+    residues: AtomTable, kind: np.ndarray, following: np.ndarray, index: np.ndarray, xyz: np.ndarray
 ) -> tuple[np.ndarray, dict[str, list[str]]]:
     """Return the chain identifier of each residue (R,), and those that took the place of one that says too little.
 
     Molecules of one identifier whose residues have the same numbers get one each: that of their segments, or the next
     free letter. So do molecules without an identifier in several segments.
     """
-    chain, segid = residues.chain.to_numpy(str).astype(object), residues.segid.to_numpy(str)
-    label, molecule = residues.residue.to_numpy(str), residues.molecule.to_numpy()
+    chain, segid = residues.chain.copy(), residues.segid.astype(str)
+    label, molecule = residues.residue.astype(str), residues.molecule
     polymer = np.isin(kind, POLYMERS)
     used, split = set(chain), dict[str, list[str]]()
     for name in dict.fromkeys(chain[polymer]):
@@ -227,7 +225,7 @@ def molecule_of_models(
     for number in numbers[1:].tolist():  # waters may differ between models; the selected atoms may not
         table = tables[number]
         if _same(table, tables[numbers[0]], OF_ATOMS):
-            xyz = table[["x", "y", "z"]].to_numpy(float)[first.row[selected]]
+            xyz = table.xyz[first.row[selected]]
             frames.append(replace(frames[0], xyz=xyz[None]))
         else:
             other = _of_model(table, file, path, report=False)
@@ -245,18 +243,20 @@ def molecule_of_models(
     return _with_frames(frames[0], Frames(xyz, np.full(len(xyz), np.nan), numbers, box), path, join=False)
 
 
-def _of_model(table: pd.DataFrame, file: AtomFile, path: StrPath, report: bool = True) -> Everything:
+def _of_model(table: AtomTable, file: AtomFile, path: StrPath, report: bool = True) -> Everything:
     """Return all atoms of the table of one model."""
-    xyz = table[["x", "y", "z"]].to_numpy(float)
-    return arrange(table, xyz, np.arange(len(table)), file, path, report)
+    return arrange(table, table.xyz, np.arange(len(table)), file, path, report)
 
 
-def _select_models(atoms: pd.DataFrame, model: int | None, path: StrPath) -> dict[int, pd.DataFrame]:
+def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[int, AtomTable]:
     """Return the tables of all models, or of the requested one, by their position in the file."""
-    tables = dict(enumerate(table for _, table in atoms.groupby("model", sort=False)))
+    order = np.argsort(atoms.model, kind="stable")
+    ends = np.flatnonzero(np.diff(atoms.model[order])) + 1
+    rows = sorted(np.split(order, ends), key=lambda each: int(each[0]))
+    tables = dict(enumerate(map(atoms.take, rows)))
     if model is None:
         return tables
-    numbers = [int(table.model.iloc[0]) for table in tables.values()]
+    numbers = [int(table.model[0]) for table in tables.values()]
     listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
     if not isinstance(model, Integral) or isinstance(model, bool):
         raise InputError(f"model: {model!r} is not a whole number: {path} has {listed}.")
@@ -265,20 +265,19 @@ def _select_models(atoms: pd.DataFrame, model: int | None, path: StrPath) -> dic
     return {numbers.index(model): tables[numbers.index(model)]}
 
 
-def _joined(tables: dict[int, pd.DataFrame]) -> pd.DataFrame:
+def _joined(tables: dict[int, AtomTable]) -> AtomTable:
     """Return the tables of all models as one, with the number of each model but the first behind its chains."""
-    import pandas as pd
-
     parts, n_residues = [], 0
     for number, table in tables.items():
         copy = table.assign(
             residue_index=table.residue_index + n_residues, molecule=table.molecule + 1_000_000 * number
         )
         if number:
-            copy["chain"] = copy.chain + f"-{number + 1}"
+            copy = copy.assign(chain=copy.chain + f"-{number + 1}")
         parts.append(copy)
         n_residues = int(copy.residue_index.max()) + 1
-    return pd.concat(parts, ignore_index=True)
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    return AtomTable(columns, np.arange(len(columns["name"])))
 
 
 def _same(first: Any, second: Any, names: Sequence[str] = IDENTITY) -> bool:
@@ -287,13 +286,13 @@ def _same(first: Any, second: Any, names: Sequence[str] = IDENTITY) -> bool:
 
 
 def molecule_of_frames(
-    atoms: pd.DataFrame, frames: Frames, path: str, keys: SelectionKeys, join: bool
+    atoms: AtomTable, frames: Frames, path: str, keys: SelectionKeys, join: bool
 ) -> Molecule:
     """Return the selected atoms of a table with frames in memory; `join`: see `Unwrapping`."""
     atoms = atoms.assign(**dict(zip("xyz", frames.xyz[0].T, strict=True)))
     file = AtomFile(atoms)
     table = prepare_table(file, "first", path)
-    first = arrange(table, frames.xyz[0][table.index], table.index.to_numpy(), file, path)
+    first = arrange(table, frames.xyz[0][table.row], table.row, file, path)
     selected = select_complete(first, path, keys, file)
     frames = replace(frames, xyz=frames.xyz[:, first.row[selected]])
     return _with_frames(first.molecule.take(selected), frames, path, join)
@@ -323,11 +322,11 @@ def molecule_of_trajectory(
 ) -> Molecule:
     """Return the selected atoms of a topology with the frames of a trajectory."""
     atoms = file.atoms
-    if atoms.x.isna().all():  # the topology holds names only
+    if np.isnan(atoms.x).all():  # the topology holds names only
         first_frame = read_first_frame(trajectory, len(atoms), path)
         file = replace(file, atoms=atoms.assign(**dict(zip("xyz", first_frame.T, strict=True))))
     table = next(iter(_select_models(prepare_table(file, altloc, path), model, path).values()))
-    row = np.argsort(np.argsort(table.index.to_numpy()))  # place in the trajectory
+    row = np.argsort(np.argsort(table.row))  # place in the trajectory
     first_frame = read_first_frame(trajectory, len(table), path)
     first = arrange(table, first_frame[row], row, file, path)
     selected = select_complete(first, path, keys, file)

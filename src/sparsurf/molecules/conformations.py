@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.molecules.geometry import FRAMES_AT_ONCE, parts_of
 from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
@@ -51,6 +52,8 @@ class FrameChoice:
 
     def tables(self, frame_number: np.ndarray) -> dict[str, pd.DataFrame]:
         """Return the tables frames, silhouette, projection and explained; `frame_number` is that of each frame."""
+        import pandas as pd  # here: it takes long to load
+
         projection = pd.DataFrame(self.projection, columns=["pc1", "pc2"])
         projection.insert(0, "frame", frame_number)
         projection["cluster"] = self.label
@@ -179,6 +182,8 @@ def choose_clusters(
 
     Return the table of K, mean silhouette (nan for K = 1) and inertia, and by K labels, centroids and silhouettes.
     """
+    import pandas as pd
+
     streams = rng.spawn(max(candidates) + 1)
     runs = {k: kmeans(points, k, streams[k]) for k in candidates}
     several = [k for k in candidates if k > 1]
@@ -202,6 +207,8 @@ def choose_frames(
     `clusters` is a K, or 'auto' for that of the best mean silhouette among 2..11: the frames nearest to the centroids are
     chosen. Frames that do not differ are one conformation. `frames` are instead 'all', or a list of frame numbers.
     """
+    import pandas as pd
+
     projection, explained = _projection(molecule, _atoms_to_analyse(molecule))
     if frames is None:
         table, (label, index, silhouette) = _cluster(projection, clusters, rng)

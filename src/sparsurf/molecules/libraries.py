@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.molecules.atom_table import COLUMNS, AtomFile, atom_table, box_vectors
+from sparsurf.molecules.atom_table import COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.mdtraj_process import atom_rows
@@ -21,7 +21,6 @@ from sparsurf.molecules.trajectory import ANGSTROM_PER_NM, Frames, table_of_rows
 if TYPE_CHECKING:
     import gemmi
     import mdtraj
-    import pandas as pd
     from Bio.PDB.Entity import Entity
     from biotite.structure import AtomArray, AtomArrayStack
     from MDAnalysis import AtomGroup, Universe
@@ -121,7 +120,7 @@ def _positions(xyz: Any, name: str) -> np.ndarray:
     return xyz
 
 
-def _table(source: Any, names: dict[str, str], n_atoms: int) -> pd.DataFrame:
+def _table(source: Any, names: dict[str, str], n_atoms: int) -> AtomTable:
     """Return the table of `atom_table` from arrays (A,) of an object by their names there, some of which it may lack."""
     columns = {
         column: np.asarray(
@@ -142,7 +141,7 @@ def _table(source: Any, names: dict[str, str], n_atoms: int) -> pd.DataFrame:
 
 
 def _built(
-    table: pd.DataFrame, frames: Frames, name: str, unit: str, join: bool, keys: SelectionKeys
+    table: AtomTable, frames: Frames, name: str, unit: str, join: bool, keys: SelectionKeys
 ) -> Molecule:
     """Return the selected atoms of a table with frames; `name` and `unit` are those of the user's object."""
     molecule = molecule_of_frames(table, frames, name, keys, join)

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from gemmi import cif
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, shorten
-from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors
+from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.plddt import origin_of_mmcif
 from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
 
@@ -70,7 +69,7 @@ def read_mmcif(text: str, path: StrPath) -> AtomFile:
     )
 
 
-def _atoms(block: cif.Block, path: StrPath) -> pd.DataFrame:
+def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
     """Return the table of atoms of a data block."""
     values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
     absent = sorted(name for name in REQUIRED if not values_of[name])

@@ -8,7 +8,6 @@ from string import ascii_letters
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.pdb import write_pdb
@@ -16,6 +15,7 @@ from sparsurf.molecules.selection import select_atoms
 
 if TYPE_CHECKING:
     import mdtraj
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +77,8 @@ class Molecule:
     @property
     def residues(self) -> pd.DataFrame:
         """DataFrame with chain, residue and residue_name of every residue; a new one at each call."""
+        import pandas as pd  # here: it takes long to load
+
         first = np.unique(self.residue_index, return_index=True)[1]
         columns = ("chain", "residue", "residue_name")
         return pd.DataFrame({name: getattr(self, name)[first] for name in columns})
@@ -87,8 +89,14 @@ class Molecule:
 
     def labels(self, atoms: np.ndarray) -> pd.DataFrame:
         """Return chain, residue, residue_name, atom_name and atom (its index from 0) of atoms (N,)."""
+        import pandas as pd  # here: it takes long to load
+
+        return pd.DataFrame(self.label_columns(atoms))
+
+    def label_columns(self, atoms: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the columns of `labels` by name."""
         labels = {name: getattr(self, name)[atoms] for name in ("chain", "residue", "residue_name")}
-        return pd.DataFrame(labels | {"atom_name": self.name[atoms]}).assign(atom=atoms)
+        return labels | {"atom_name": self.name[atoms], "atom": atoms}
 
     def take(self, atoms: np.ndarray | slice) -> Molecule:
         """Return the molecule with only `atoms`, a mask or indices."""

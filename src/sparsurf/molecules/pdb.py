@@ -16,21 +16,16 @@ from functools import cache
 from itertools import product
 from pathlib import Path
 from string import ascii_lowercase, ascii_uppercase, digits
-from typing import TYPE_CHECKING
 
 import gemmi
 import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, shorten
-from sparsurf.molecules.atom_table import AtomFile, atom_table, box_vectors, missing_residues
+from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors, missing_residues
 from sparsurf.molecules.atoms import Atoms
 from sparsurf.molecules.plddt import origin_of_pdb
 from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, split_label, standard_name
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 log = logging.getLogger("sparsurf")
 
@@ -92,8 +87,9 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
             raise InputError(f"Line {number} of {path} holds an atom but begins with '{record}': repair it.")
     if not rows:
         raise InputError(f"{path} holds no atoms: give a file with ATOM records.")
-    atoms = atom_table(**dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))
-    atoms["residue_name"] = atoms.residue_name.replace(long_names)
+    columns = dict(zip(COLUMNS, zip(*rows, strict=True), strict=True))
+    columns["residue_name"] = tuple(long_names.get(name, name) for name in columns["residue_name"])
+    atoms = atom_table(**columns)
     _check_end(lines, last_atom, atoms, sequences, path)
     if len(models) < n_announced:
         log.warning("%s announces %d models and holds %d: is it cut short?", path, n_announced, len(models))
@@ -181,7 +177,7 @@ def _is_damaged_atom(line: str) -> bool:
 def _check_end(
     lines: list[str],
     last_atom: int,
-    atoms: pd.DataFrame,
+    atoms: AtomTable,
     sequences: dict[str, list[str]],
     path: StrPath,
 ) -> None:

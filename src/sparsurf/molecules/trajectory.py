@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, existing_file, pluralise
-from sparsurf.molecules.atom_table import atom_table
+from sparsurf.molecules.atom_table import AtomTable, atom_table
 from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.mdtraj_process import AtomRow, iterate_frames, load_atoms, load_frames
@@ -50,7 +49,7 @@ class Frames:
     box: np.ndarray | None  # (F, 3, 3) float64, Å, lattice vectors as rows; None without a box
 
 
-def read_topology(path: StrPath) -> pd.DataFrame:
+def read_topology(path: StrPath) -> AtomTable:
     """Read the atoms of a topology file (PSF, AMBER parm7/prmtop, GRO or HDF5) as a table with coordinates nan."""
     if suffix(path) == ".gro":
         check_gro(path)
@@ -61,7 +60,7 @@ def read_topology(path: StrPath) -> pd.DataFrame:
     return table_of_rows(rows, first_number=int(suffix(path) in AMBER))
 
 
-def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> pd.DataFrame:
+def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> AtomTable:
     """Return the table of `atom_table`, with coordinates nan, from rows of `mdtraj_process.load_atoms`."""
     columns = ("name", "residue_name", "chain", "segid", "number", "element", "unit", "molecule")
     table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True))

@@ -93,10 +93,15 @@ def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame
     """Tabulate the components (N,): dots, area (Å²), volume (Å³) and whether each is a cavity, whose normals point inwards."""
     import pandas as pd  # here: placing dots needs no table
 
+    return pd.DataFrame(columns_of_components(surface, component))
+
+
+def columns_of_components(surface: Surface, component: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the columns of `table_of_components` by name."""
     volume = _signed_volumes(surface, component)
     columns: dict[str, np.ndarray] = {"component": np.arange(len(volume)), "dots": np.bincount(component)}
     columns |= {"area": np.bincount(component, surface.area), "volume": np.abs(volume), "cavity": volume < 0}
-    return pd.DataFrame(columns)
+    return columns
 
 
 def _signed_volumes(surface: Surface, component: np.ndarray) -> np.ndarray:
@@ -108,15 +113,14 @@ def _signed_volumes(surface: Surface, component: np.ndarray) -> np.ndarray:
     return np.bincount(component, flux.sum(axis=1) * surface.area / 3)
 
 
-def summarize_components(table: pd.DataFrame) -> dict[str, float | int]:
-    """Return volume (Å^3, of the molecule), components, cavities and cavity_dots of a `table_of_components`."""
-    volume = np.where(table["cavity"], -1, 1) @ table["volume"]
-    cavities = table[table["cavity"]]
+def summarize_components(table: pd.DataFrame | dict[str, np.ndarray]) -> dict[str, float | int]:
+    """Return volume (Å^3, of the molecule), components, cavities and cavity_dots of a `table_of_components`, or its columns."""
+    cavity = np.asarray(table["cavity"])
     return {
-        "volume": float(volume),
-        "components": len(table),
-        "cavities": len(cavities),
-        "cavity_dots": int(cavities["dots"].sum()),
+        "volume": float(np.where(cavity, -1, 1) @ np.asarray(table["volume"])),
+        "components": len(cavity),
+        "cavities": int(cavity.sum()),
+        "cavity_dots": int(np.asarray(table["dots"])[cavity].sum()),
     }
 
 

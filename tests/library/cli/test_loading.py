@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from peptides import peptide
+
 CALL = """
 import sys
 from sparsurf.cli.command import main
@@ -38,3 +40,13 @@ def loaded(folder, *words):
 def test_a_mistake_is_reported_before_numba_is_loaded(tmp_path, words, code):
     ended, modules = loaded(tmp_path, *words.split())
     assert ended == code and "numba" not in modules
+
+
+def test_a_warm_command_loads_nothing_that_it_does_not_need(tmp_path):
+    (tmp_path / "p.pdb").write_text(peptide(["ALA", "GLY", "SER"]) + "END\n")
+    heavy = {"pandas", "pydantic", "scipy.linalg", "numba.np.arraymath"}
+    for _ in range(2):  # the first may compile kernels
+        code, modules = loaded(tmp_path, "surface", "p.pdb", "-o", "x.npz")
+    assert code == 0 and (tmp_path / "x.npz").stat().st_size and not heavy & modules
+    code, modules = loaded(tmp_path, "surface", "p.pdb", "-o", "x.csv")
+    assert code == 0 and "pandas" in modules  # the test would see it

@@ -1,12 +1,11 @@
 """What a residue is and which of its locations count: small tables with one answer each."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf.errors import InputError
-from sparsurf.molecules.atom_table import choose_altlocs, gather_residues, missing_residues
+from sparsurf.molecules.atom_table import atom_table, choose_altlocs, gather_residues, missing_residues
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decode_number, encode_label, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
@@ -108,8 +107,10 @@ def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared
 
 def located(*rows):
     """Table of one residue's atoms from (name, altloc, occupancy)."""
-    table = pd.DataFrame(rows, columns=["name", "altloc", "occupancy"])
-    return table.assign(model=1, residue_index=0, residue_name="SER")
+    names, letters, occupancies = zip(*rows, strict=True)
+    n = len(rows)
+    table = atom_table(name=names, altloc=letters, occupancy=occupancies, residue_name=["SER"] * n)
+    return table.assign(residue_index=np.zeros(n, int))
 
 
 ROWS = (
@@ -143,7 +144,7 @@ ROWS = (
 )
 def test_one_location_of_each_atom(altloc, rows, expected):
     kept = choose_altlocs(located(*rows), altloc, "a.pdb")
-    assert (kept.name + " " + kept.altloc).str.strip().tolist() == expected
+    assert [each.strip() for each in kept.name + " " + kept.altloc] == expected
 
 
 # ---- tables

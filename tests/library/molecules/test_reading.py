@@ -132,7 +132,7 @@ def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     atoms = read_pdb(path.read_text(), path).atoms
     assert atoms.name.tolist() == list(names) and atoms.residue_name.tolist() == list(residue_labels)
     assert atoms.chain.tolist() == list(chains) and atoms.residue.tolist() == residues
-    assert np.array_equal(atoms[["x", "y", "z"]].to_numpy(), xyz)
+    assert np.array_equal(atoms.xyz, xyz)
     molecule.write_pdb(path)  # with the molecule's own B factors
     assert (read_pdb(path.read_text(), path).atoms.b_factor == 12.5).all()
 

@@ -9,13 +9,16 @@ import logging
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import RESERVED_COLUMNS, Format, Surface, is_field_name, surface_of_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 log = logging.getLogger("sparsurf")
 
@@ -78,6 +81,8 @@ def _columns(
     content: bytes, path: Path | str, names: list[str]
 ) -> tuple[np.ndarray, dict[str, np.ndarray], list[int]]:
     """Return the columns `names`, (N, names) float64 with NaN for other text, fields by name, and the line of each row."""
+    import pandas as pd  # here: it takes long to load
+
     text = decode_text(content, path)
     n_skipped = text[: _length_of_comments(text)].count("\n")
     text = text[_length_of_comments(text) :]
@@ -113,6 +118,8 @@ def _columns(
 
 def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFrame, list[str]]:
     """Parse a table and the names in its header, which follows `n_skipped` lines of the file."""
+    import pandas as pd
+
     if "," not in text.split("\n", 1)[0]:
         raise InputError(
             f"{path} has no commas in its header: put commas between columns, and points into numbers."
@@ -138,6 +145,8 @@ def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFr
 
 def _check_sizes(table: pd.DataFrame, lines: list[int], path: Path | str) -> None:
     """Raise InputError if an area or a weight is negative or infinite."""
+    import pandas as pd
+
     for name in table.columns.intersection(["area", "weight"]):
         numbers = table.loc[:, [name]].apply(pd.to_numeric, errors="coerce").to_numpy(float)
         wrong = np.flatnonzero(((numbers < 0) | np.isinf(numbers)).any(axis=1))
@@ -151,6 +160,8 @@ def _warn_of_omitted_columns(
     path: Path | str, table: pd.DataFrame, header: list[str], numeric: list[int], possible_fields: list[int]
 ) -> None:
     """Warn of columns of numbers that cannot be fields because of their name or of a cell that is not a number."""
+    import pandas as pd
+
     for k, name in enumerate(header):
         if k in possible_fields and k not in numeric:
             column = table.iloc[:, k]
