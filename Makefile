@@ -6,10 +6,11 @@
 # make bench   measure speed and memory
 # make evidence  tables and figures of docs/ that are missing or older than their inputs (evidence/README.md); QUICK=1: all
 #              rules on small pieces; -n: only name the jobs; EVIDENCE_DATA=folder: structures from there; RULES=name: only these
-# make docs    build the book in docs/_build/html and check its links (needs a network the first time)
+# make docs    renew the numbers of the pages, build the book in docs/_build/html and check its links (needs a network the
+#              first time)
 # make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides; make setup-test adds what tests need
-# make schema  renew config/schema.json and docs/config.md from the models of the config
+# make schema  renew config/schema.json and docs/config.md from the models of the config, and the numbers and lists of the other pages
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm, or PROFILE=folder with a Snakemake profile of yours (docs/cluster.md)
@@ -96,6 +97,7 @@ test: setup-test
 setup-docs: $(READY) $(FOR_TEST) $(FOR_DOCS)
 
 docs: setup-docs
+	$(BIN)/python docs/renew.py
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build/html
 	$(BIN)/pytest tests/docs/test_book.py
 
@@ -124,9 +126,10 @@ $(KERNELS): $(READY) $(shell find src -name '*.py')
 	  $(BIN)/python -m sparsurf.compile_kernels patches && $(BIN)/python -m sparsurf_study.compile_kernels && wait $$job
 	@touch $@
 
-# JSON Schema and reference page of the config, from its models
+# JSON Schema and reference page of the config, from its models; what other pages take from tables and code
 schema: $(READY)
 	$(BIN)/python -m sparsurf_study.workflow.config
+	$(BIN)/python docs/renew.py
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)

@@ -2,10 +2,6 @@
 
 import os
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -13,10 +9,6 @@ from sphinx.util.logging import getLogger
 from sphinx_gallery.sorting import ExplicitOrder
 
 import sparsurf
-
-sys.path.append(str(Path(__file__).parent))
-import reference
-import table_numbers
 from sparsurf import compile_kernels
 
 project, author, release = "sparsurf", "the sparsurf authors", sparsurf.__version__
@@ -84,23 +76,14 @@ def _formula(block):
     return visit, None
 
 
-def _draw_tutorial():
-    """The figure of the tutorial, by its own words, unless it is there."""
-    here = Path(__file__).parent
-    folder = here / "_gallery" / "tutorial"
-    if not (folder / "figure.png").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        shutil.copy(here.parent / "data" / "tdp43" / "topology.pdb", folder / "protein.pdb")
-        blocks = re.findall(r"(?ms)^```python\n(.*?)^```", (here / "tutorial.md").read_text(encoding="utf-8"))
-        command = [sys.executable, "-c", "".join(blocks)]
-        subprocess.run(command, cwd=folder, env=os.environ | {"MPLBACKEND": "agg"}, check=True)
+def _uncover(app, name, source):
+    """Take what a page holds for the book alone out of its comment, where GitHub does not show it."""
+    source[0] = re.sub(r"(?ms)^<!-- book\n(.*?)^-->$", r"\1", source[0])
 
 
 def setup(app):
-    """Formulas as MathML, which browsers draw without a script; tables of the reference and numbers from where they stand."""
+    """Formulas as MathML, which browsers draw without a script; what pages hold for the book alone."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
-    app.connect("source-read", reference.fill)
-    app.connect("source-read", table_numbers.fill)
+    app.connect("source-read", _uncover)
     for compile_part in compile_kernels.PARTS.values():  # once, so that no script of the gallery pays for it
         compile_part()
-    _draw_tutorial()

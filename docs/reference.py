@@ -1,22 +1,49 @@
-"""The tables of the reference, from parsers and the list of columns."""
+"""The parts of the reference that are written from the code: functions, commands, files of a run, and columns.
 
+`<!-- generated: functions sample compare -->` and `<!-- end -->` enclose such a part of a page.
+"""
+
+import inspect
 import re
 import textwrap
+from argparse import Action
+from collections.abc import Iterator
+from pathlib import Path
 
+import sparsurf
 import sparsurf_study.columns
 from sparsurf.cli import command
 
-PLACE = re.compile(r"(?P<mark><!-- generated: (?P<name>\w+) -->\n)(?P<old>.*?)(?P<end><!-- end -->)", re.S)
+PLACE = re.compile(
+    r"(?P<mark><!-- generated: (?P<name>\w+)(?P<words>(?: \w+)*) -->\n).*?(?P<end><!-- end -->)", re.S
+)
 
 
-def commands():
+def functions(*names: str) -> Iterator[str]:
+    """A line for each function or class: its signature without types, and the first sentence of its documentation."""
+    for name in names:
+        public = getattr(sparsurf, name)
+        sentence = re.split(r"(?<=\.)\s", " ".join(inspect.getdoc(public).split("\n\n")[0].split()))[0]
+        yield f"- `{name}{_signature(public) if inspect.isfunction(public) else ''}`: {sentence}\n"
+
+
+def _signature(function: object) -> str:
+    """The parameters of a function with their defaults, without types."""
+    signature = inspect.signature(function)
+    plain = [
+        parameter.replace(annotation=inspect.Parameter.empty) for parameter in signature.parameters.values()
+    ]
+    return str(inspect.Signature(plain))
+
+
+def commands() -> Iterator[str]:
     """A section for each command: what it does, its options and examples, from its parser."""
     yield command.EPILOG.partition("examples:\n")[0] + "\n"
     first = {}  # command that shows a group of options first
     for name in command.COMMANDS:
         parser = command.build_parser(name)[1]
         words, _, examples = parser.epilog.partition("examples:\n")
-        yield f"## {name}\n\n{parser.description}\n\n```bash\n{textwrap.dedent(examples)}```\n\n{words}\n\n"
+        yield f"### {name}\n\n{parser.description}\n\n```bash\n{textwrap.dedent(examples)}```\n\n{words}\n\n"
         for group in parser._action_groups:
             rows = "".join(_option(action) for action in group._group_actions if action.dest != "help")
             if rows.count("\n") > 1 and (shown := first.setdefault(rows, name)) != name:
@@ -25,7 +52,7 @@ def commands():
                 yield f"| {group.title.replace('positional arguments', 'files')} | |\n|---|---|\n{rows}\n"
 
 
-def _option(action):
+def _option(action: Action) -> str:
     """A row for one option; many choices stand in its meaning, where they can wrap."""
     few = len(action.choices or ()) in (1, 2)
     value = f"{{{','.join(action.choices)}}}" if few else action.metavar or action.dest.upper()
@@ -35,7 +62,13 @@ def _option(action):
     return f"| {', '.join(f'`{name}`' for name in names)} | {meaning} |\n"
 
 
-def columns():
+def files() -> Iterator[str]:
+    """The sections of results/README.md, one level lower."""
+    text = (Path(__file__).parent.parent / "results" / "README.md").read_text(encoding="utf-8")
+    yield re.sub(r"(?m)^#", "##", text)
+
+
+def columns() -> Iterator[str]:
     """A section for each table of a run or command: what a row is, and its columns."""
     for key, table in sparsurf_study.columns.tables().items():
         yield f"### `{key}`\n\nA row is {table.row}.\n\n| column | type | unit | meaning |\n|---|---|---|---|\n"
@@ -45,11 +78,11 @@ def columns():
         yield "\n"
 
 
-def filled(text):
-    """A page with its generated parts."""
-    return PLACE.sub(lambda found: found["mark"] + "".join(globals()[found["name"]]()) + found["end"], text)
+def renewed(text: str) -> str:
+    """Return a page with its generated parts as the code has them now."""
+    return PLACE.sub(
+        lambda part: part["mark"] + "".join(PARTS[part["name"]](*part["words"].split())) + part["end"], text
+    )
 
 
-def fill(app, name, source):
-    """The same, as Sphinx calls it."""
-    source[0] = filled(source[0])
+PARTS = {"functions": functions, "commands": commands, "files": files, "columns": columns}
