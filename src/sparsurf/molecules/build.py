@@ -238,7 +238,7 @@ def molecule_of_models(
             "one molecule by `assembly`."
         )
     xyz = np.concatenate([frame.xyz for frame in frames])
-    # crystals pass unchanged: nothing there is cut
+    # crystals pass unchanged: no bond there is cut
     box = np.repeat(file.box[None], len(xyz), axis=0) if whole and file.box is not None else None
     return _with_frames(frames[0], Frames(xyz, np.full(len(xyz), np.nan), numbers, box), path, join=False)
 
@@ -303,7 +303,7 @@ def _with_frames(molecule: Molecule, frames: Frames, path: StrPath, join: bool) 
     xyz = frames.xyz
     refuse_invalid_coordinates(xyz, path)
     if frames.box is not None:
-        xyz = make_whole(xyz, frames.box, molecule.residue_index, join)
+        xyz = make_whole(xyz, frames.box, molecule.residue_index, join, path)
     molecule = replace(molecule, xyz=xyz, time_ps=frames.time_ps, frame_number=frames.number)
     report_copies(molecule, path)
     return molecule
@@ -333,12 +333,12 @@ def molecule_of_trajectory(
     molecule = first.molecule.take(selected)
     unwrap: list[Unwrapping] = []
 
-    def make_frames_whole(xyz: np.ndarray, box: np.ndarray | None) -> np.ndarray:
+    def make_frames_whole(xyz: np.ndarray, box: np.ndarray | None, number: np.ndarray) -> np.ndarray:
         if not whole or box is None or not len(xyz) or has_no_box(box):
             return xyz
         if not unwrap:
-            unwrap.append(Unwrapping(xyz[0], box[0], molecule.residue_index))
-        return unwrap[0](xyz, box)
+            unwrap.append(Unwrapping(xyz[0], box[0], molecule.residue_index, path=trajectory))
+        return unwrap[0](xyz, box, number)
 
     frames = read_frames(trajectory, len(table), first.row[selected], stride, times, make_frames_whole)
     return replace(molecule, xyz=frames.xyz, time_ps=frames.time_ps, frame_number=frames.number)

@@ -13,7 +13,7 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible
-from sparsurf.molecules.mdtraj_process import atom_rows
+from sparsurf.molecules.mdtraj_process import atom_rows, lattice
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.selection import SelectionKeys
 from sparsurf.molecules.trajectory import ANGSTROM_PER_NM, Frames, table_of_rows
@@ -42,8 +42,8 @@ MDANALYSIS = {
 def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a trajectory of mdtraj; its nanometres become Å. Selection keys as in `read_molecule`."""
     xyz = _positions(trajectory.xyz, "the trajectory") * ANGSTROM_PER_NM
-    box = trajectory.unitcell_vectors
-    box = None if box is None else np.asarray(box, dtype=float) * ANGSTROM_PER_NM
+    has_box = trajectory.unitcell_lengths is not None
+    box = np.asarray(lattice(trajectory), dtype=float) * ANGSTROM_PER_NM if has_box else None
     atoms = table_of_rows(atom_rows(trajectory.topology))
     frames = Frames(xyz, np.asarray(trajectory.time, float), np.arange(len(xyz)), box)
     return _built(atoms, frames, "the trajectory", "nm, as in mdtraj", len(xyz) > 1, keys)

@@ -38,6 +38,9 @@ PS_PER_UNIT = {  # names of units of time in NetCDF files, as regular expression
 }  # fmt: skip
 WRONG_N_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
 MAX_REASON = 120  # characters
+NM_PER_ANGSTROM = 0.1
+MIN_CELL_ANGLE = 30.0  # degrees; the angles of all cells of simulations are larger
+SCALED, UNSCALED = {"xs", "ys", "zs"}, {"x", "y", "z"}  # columns of a LAMMPS dump
 DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
 # Name of the atom and its residue, chain identifier, segment, number of the residue, element, index of residue and chain
@@ -178,17 +181,51 @@ def _frames(
     path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
 ) -> Iterator[Part]:
     """Load frames, in the other process."""
-    ps_per_unit, no_box = _ps_per_unit(path), np.empty((0, 3, 3))
+    ps_per_unit, no_box, scaled = _ps_per_unit(path), np.empty((0, 3, 3)), _is_scaled(path)
     try:
         for part in _load(path, n_atoms, atoms, stride, first, only):
-            box = no_box if part.unitcell_vectors is None else part.unitcell_vectors
-            yield part.xyz, np.asarray(part.time, float) * ps_per_unit, box
+            box = (
+                no_box
+                if part.unitcell_lengths is None
+                else lattice(part, Path(path).suffix.lower() == ".dcd")
+            )
+            xyz = part.xyz
+            if scaled:  # mdtraj takes the shares for Å
+                xyz = np.matmul(xyz.astype(float) / NM_PER_ANGSTROM, box.astype(float)).astype(np.float32)
+            yield xyz, np.asarray(part.time, float) * ps_per_unit, box
     except ValueError as error:
         mismatch = WRONG_N_ATOMS.search(str(error))
         if not (mismatch and first):
             raise
         # the caller compares the numbers
         yield np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), no_box
+
+
+def lattice(part: mdtraj.Trajectory, may_be_matrix: bool = True) -> np.ndarray:
+    """Return the lattice vectors (F, 3, 3), nm, of a trajectory with boxes.
+
+    CHARMM writes the symmetric matrix whose rows are the lattice vectors into DCD files, where other programs write lengths
+    and angles. mdtraj takes its elements for angles, of which some are then negative or too small for any cell.
+    """
+    angles, lengths = part.unitcell_angles, part.unitcell_lengths
+    if not may_be_matrix or (angles > MIN_CELL_ANGLE).all():
+        return part.unitcell_vectors
+    matrix = np.empty((len(lengths), 3, 3), np.float32)
+    matrix[:, [0, 1, 2], [0, 1, 2]] = lengths
+    for place, (row, column) in enumerate([(1, 2), (0, 2), (0, 1)]):
+        matrix[:, row, column] = matrix[:, column, row] = angles[:, place] * NM_PER_ANGSTROM
+    possible = np.isfinite(matrix).all() and (np.linalg.eigvalsh(matrix) > 0).all()
+    return matrix if possible else part.unitcell_vectors
+
+
+def _is_scaled(path: str) -> bool:
+    """Return whether a LAMMPS dump holds coordinates as shares of the box alone, as mdtraj reads it."""
+    if Path(path).suffix.lower() != ".lammpstrj":
+        return False
+    with open(path, encoding="latin-1") as file:
+        head = next((line for line in file if line.startswith("ITEM: ATOMS")), "")
+    columns = set(head.split())
+    return columns >= SCALED and not columns >= UNSCALED
 
 
 def _ps_per_unit(path: str) -> float:

@@ -95,12 +95,12 @@ def read_frames(
     atoms: np.ndarray,
     stride: int = 1,
     times: Sequence[float] | None = None,
-    change: Callable[[np.ndarray, np.ndarray | None], np.ndarray] = lambda xyz, box: xyz,
+    change: Callable[[np.ndarray, np.ndarray | None, np.ndarray], np.ndarray] = lambda xyz, box, number: xyz,
 ) -> Frames:
     """Read every `stride`-th frame of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
 
     Frames that repeat the one before are left out, as readers do with those of TRR that have no positions. `change`
-    makes other positions of some (F, A, 3), Å, and their boxes (F, 3, 3), or None.
+    makes other positions of some (F, A, 3), Å, their boxes (F, 3, 3), or None, and their numbers in the file (F,).
     """
     stored, boxed = _frames_with_positions(path)
     if times is not None:
@@ -128,7 +128,9 @@ def read_frames(
         moved = _differ_from_before(xyz, before)
         before = xyz[-1:].copy()
         refuse_invalid_coordinates(xyz, path, len(keep))
-        xyz = change(xyz[moved], box[moved].astype(float) * ANGSTROM_PER_NM if len(box) and boxed else None)
+        cells = box[moved].astype(float) * ANGSTROM_PER_NM if len(box) and boxed else None
+        places = len(keep) + np.flatnonzero(moved)
+        xyz = change(xyz[moved], cells, stride * places if times is None else number[places])
         store.append(xyz)
         keep += moved.tolist()
         time_parts.append(time)

@@ -1,4 +1,8 @@
-"""Make molecules whole that the periodic box cuts."""
+"""Make molecules whole that the periodic box cuts.
+
+A bond that is whole is never shifted, and a repair that would stretch one, or lay molecules onto each other, is refused: the
+box is then not that of the coordinates.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.errors import InputError
+from sparsurf.files import StrPath
 from sparsurf.molecules.atom_table import MIN_BOX_VOLUME
 
 if TYPE_CHECKING:
@@ -18,35 +24,84 @@ MAX_LINK = 2.5
 MIN_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
 MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next to each other
 MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for contacts
+STILL_LINKED = (
+    3.5  # Å; atoms that are linked in the first frame are no farther apart in another where they are whole
+)
+MAX_STRETCH = 0.5  # Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
+BOND_ACROSS = 1.65  # Å; atoms of two neighbouring residues are that close only if they are bonded
+IN_ONE_PLACE = 1.0  # Å; atoms of two molecules are never that close
 
 
 class Unwrapping:
     """Moves atoms by lattice vectors so that the box cuts no molecule, in any frames after the first one is known.
 
-    The links are found once, in the first frame, under the minimum image convention. With `join`, the molecules (chains,
-    pieces of a chain with a gap) are also moved next to each other: each is linked by its shortest contact in the first
-    frame, so that a complex stays a complex. Atoms that need not move keep their exact coordinates. That frame has the
-    places xyz (A, 3), Å, lattice vectors as rows of `box`, and residues in the order of the sequence.
+    The links are found once, in the first frame: those that are whole there, and under the minimum image convention those
+    between the pieces that are left. With `join`, the molecules (chains, pieces of a chain with a gap) are also moved next to
+    each other: each is linked by its shortest contact in the first frame, so that a complex stays a complex. Atoms that need
+    not move keep their exact coordinates. That frame has the places xyz (A, 3), Å, lattice vectors as rows of `box`, and
+    residues in the order of the sequence. `path` is named where a repair is refused.
     """
 
     def __init__(
-        self, xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True
+        self,
+        xyz: np.ndarray,
+        box: np.ndarray,
+        residue_index: np.ndarray,
+        join: bool = True,
+        path: StrPath = "",
     ) -> None:
-        self.links = _links(xyz, box, residue_index)
-        self.join = join
+        self.links = self.bonds = _links(xyz, box, residue_index)
+        self.join, self.path = join, path
         if join:
             whole = self._shifted(xyz[None], box[None])[0]
             self.links = np.concatenate([self.links, _contacts(whole, box, self.links)])
             del self._tree  # of fewer links
 
-    def __call__(self, xyz: np.ndarray, box: np.ndarray) -> np.ndarray:
-        """Return frames (F, A, 3) with boxes (F, 3, 3), made whole."""
+    def __call__(self, xyz: np.ndarray, box: np.ndarray, number: np.ndarray | None = None) -> np.ndarray:
+        """Return frames (F, A, 3) with boxes (F, 3, 3), made whole; `number` are the numbers of the frames in the file."""
         if has_no_box(box):
             return xyz
         vectors = xyz[:, self.links[:, 0]] - xyz[:, self.links[:, 1]]
-        if not self.join and not _lattice_vectors(vectors, box).any():
+        if not self.join and not _crossings(vectors, box).any():
             return xyz  # nothing is cut, as in most structures
-        return self._shifted(xyz, box)
+        whole = self._shifted(xyz, box)
+        self._refuse_damage(xyz, whole, np.arange(len(xyz)) if number is None else number)
+        return whole
+
+    def _refuse_damage(self, before: np.ndarray, after: np.ndarray, number: np.ndarray) -> None:
+        """Raise InputError if a repair stretches a bond of any frame, or lays molecules onto each other."""
+        lengths = [
+            np.linalg.norm(xyz[:, self.bonds[:, 0]] - xyz[:, self.bonds[:, 1]], axis=2)
+            for xyz in (before, after)
+        ]
+        stretched = (lengths[0] < STILL_LINKED) & (lengths[1] > lengths[0] + MAX_STRETCH)
+        for frame in np.flatnonzero((before != after).any(axis=(1, 2))).tolist():
+            problem = ""
+            if stretched[frame].any():
+                problem = f"would stretch a bond to {lengths[1][frame][stretched[frame]].max():.1f} Å"
+            elif len(self.links) > len(self.bonds) and self._overlaps(after[frame]) > self._overlaps(
+                before[frame]
+            ):
+                problem = "would lay atoms of one molecule onto another"
+            if problem:
+                raise InputError(
+                    f"{self.path}: the box and the coordinates in frame {number[frame]} do not fit together, since making "
+                    f"molecules whole {problem}: correct that frame, or leave it out."
+                )
+
+    def _overlaps(self, xyz: np.ndarray) -> int:
+        """Count the pairs of atoms of two molecules that lie in one place."""
+        from scipy.spatial import cKDTree
+
+        pairs = cKDTree(xyz).query_pairs(IN_ONE_PLACE, output_type="ndarray")
+        return int((self._molecule[pairs[:, 0]] != self._molecule[pairs[:, 1]]).sum())
+
+    @cached_property
+    def _molecule(self) -> np.ndarray:
+        """Number of the molecule of each atom (A,): what bonds join."""
+        from scipy.sparse.csgraph import connected_components
+
+        return np.asarray(connected_components(_graph(self.bonds, int(self.n_atoms)), directed=False)[1])
 
     @cached_property
     def _tree(self) -> tuple[list[int], np.ndarray]:
@@ -68,7 +123,7 @@ class Unwrapping:
         """Shift every atom to the image nearest to the atom it is linked to, from the first atom of each piece."""
         self.n_atoms = xyz.shape[1]
         steps, parent = self._tree
-        crossings = _lattice_vectors(xyz - xyz[:, parent], box).astype(int)  # to the parent
+        crossings = _crossings(xyz - xyz[:, parent], box).astype(int)  # to the parent
         cut = np.flatnonzero(crossings.any(axis=(1, 2)))
         shift = crossings[cut]
         for atom in steps:  # parents come before their children
@@ -78,9 +133,18 @@ class Unwrapping:
         return whole
 
 
-def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:
-    """Return frames (F, A, 3) with boxes (F, 3, 3), made whole, see `Unwrapping`."""
-    return xyz if has_no_box(box) else Unwrapping(xyz[0], box[0], residue_index, join)(xyz, box)
+def make_whole(
+    xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True, path: StrPath = ""
+) -> np.ndarray:
+    """Return frames (F, A, 3) with boxes (F, 3, 3), made whole, see `Unwrapping`.
+
+    Without `join`, molecules are moved next to each other only if a bond crosses the border of the box of the first frame: it
+    is then that of a simulation, and no crystal.
+    """
+    if has_no_box(box):
+        return xyz
+    join = join or _bond_crosses(xyz[0], box[0], residue_index)
+    return Unwrapping(xyz[0], box[0], residue_index, join, path)(xyz, box)
 
 
 def has_no_box(box: np.ndarray) -> bool:
@@ -104,16 +168,52 @@ def _minimum_image(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
     return vectors - _lattice_vectors(vectors, box) @ box
 
 
+def _crossings(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return the number of lattice vectors, rounded, that vectors (F, N, 3) between linked atoms span; 0 for a whole link."""
+    crossings = _lattice_vectors(vectors, box)
+    if crossings.any():
+        crossings[np.linalg.norm(vectors, axis=2) < STILL_LINKED] = 0
+    return crossings
+
+
 def _links(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> np.ndarray:
-    """Find pairs (L, 2) of atoms closer than MAX_LINK, in one residue or in two consecutive ones."""
+    """Find pairs (L, 2) of atoms closer than MAX_LINK, in one residue or in two consecutive ones.
+
+    The pairs across the border of the box are those of pieces that no other pairs join.
+    """
+    pairs, length, across = _near_pairs(xyz, box, residue_index)
+    direct, image = pairs[length < MAX_LINK], pairs[(length >= MAX_LINK) & (across < MAX_LINK)]
+    if len(image):
+        from scipy.sparse.csgraph import connected_components
+
+        _, piece = connected_components(_graph(direct, len(xyz)), directed=False)
+        image = image[piece[image[:, 0]] != piece[image[:, 1]]]
+    return np.concatenate([direct, image])
+
+
+def _near_pairs(
+    xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find pairs (P, 2) of atoms of one residue or two consecutive ones, near or across the border, and both distances."""
     edges = np.flatnonzero(np.diff(residue_index)) + 1
     starts = np.concatenate([[0], edges, [len(xyz)]])
-    links = []
+    pairs, lengths, images = [np.empty((0, 2), int)], [np.empty(0)], [np.empty(0)]
     for start, stop, next_stop in zip(starts[:-1], starts[1:], [*starts[2:], len(xyz)], strict=True):
         vectors = xyz[start:stop, None] - xyz[None, start:next_stop]
-        close = np.linalg.norm(_minimum_image(vectors, box), axis=2) < MAX_LINK
-        links.append(np.argwhere(np.triu(close, k=1)) + start)
-    return np.concatenate(links)
+        direct = np.linalg.norm(vectors, axis=2)
+        across = np.linalg.norm(_minimum_image(vectors, box), axis=2)
+        near = np.triu(np.minimum(direct, across) < MAX_LINK, k=1)
+        pairs.append(np.argwhere(near) + start)
+        lengths.append(direct[near])
+        images.append(across[near])
+    return np.concatenate(pairs), np.concatenate(lengths), np.concatenate(images)
+
+
+def _bond_crosses(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> bool:
+    """Return whether the border of the box cuts a residue, or the bond between two consecutive ones, in places xyz (A, 3)."""
+    pairs, length, across = _near_pairs(xyz, box, residue_index)
+    same = residue_index[pairs[:, 0]] == residue_index[pairs[:, 1]]
+    return bool(((length > STILL_LINKED) & (across < np.where(same, MAX_LINK, BOND_ACROSS))).any())
 
 
 def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray:

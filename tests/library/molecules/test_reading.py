@@ -1,6 +1,7 @@
 """Reading of structures and trajectories: what is read, what is chosen, and that it is Å."""
 
 import logging
+import struct
 
 import mdtraj
 import numpy as np
@@ -17,7 +18,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
 from sparsurf.molecules.trajectory import read_first_frame
-from sparsurf.molecules.unwrapping import make_whole
+from sparsurf.molecules.unwrapping import Unwrapping, make_whole
 from sparsurf.surfaces.radii import radii
 
 NAMES = ("name", "residue_name", "chain", "element", "residue", "residue_index", "kind")
@@ -396,7 +397,10 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     index = np.repeat(np.arange(8), 5)
     joined = make_whole(cut[None], box[None], index)[0] - whole
     assert np.ptp(joined, axis=0).max() < 1e-10
-    apart = make_whole(cut[None], box[None], index, join=False)[0] - whole
+    assert np.array_equal(
+        make_whole(cut[None], box[None], index, join=False)[0] - whole, joined
+    )  # bonds are cut
+    apart = Unwrapping(cut, box, index, join=False)(cut[None], box[None])[0] - whole
     assert np.ptp(apart[:20], axis=0).max() < 1e-10 < np.ptp(apart, axis=0).max()
     lines = "CRYST1   40.000   40.000   40.000  90.00  90.00  90.00 P 1           1\n" + "".join(
         atom_line(name, residue=str(1 + i // 5), place=cut[i]) for i, name in enumerate(list(ALANINE) * 4)
@@ -471,3 +475,130 @@ def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box(n):
     xyz = np.concatenate([rod, np.add(rod[:1], (5.4, 0, 0))])
     joined = make_whole(xyz[None], (2 * n + 8) * np.eye(3)[None], np.arange(n + 1))[0]
     assert joined[:-1].tolist() == rod.tolist() and joined[-1] == pytest.approx([-4.6, 0, 0])
+
+
+def dcd(xyz, cells):
+    """Return a DCD file of frames (F, A, 3), Å, with six numbers in the cell of each."""
+
+    def record(content):
+        return struct.pack("<i", len(content)) + content + struct.pack("<i", len(content))
+
+    control = [len(xyz), 0, 1, len(xyz), *[0] * 5, 1_025_758_986, 1, *[0] * 8, 24]
+    head = record(b"CORD" + struct.pack("<20i", *control)) + record(struct.pack("<i", 1) + b"*".ljust(80))
+    frames = (
+        record(np.array(cell, "<f8").tobytes())
+        + b"".join(record(axis.astype("<f4").tobytes()) for axis in frame.T)
+        for frame, cell in zip(xyz, cells, strict=True)
+    )
+    return head + record(struct.pack("<i", xyz.shape[1])) + b"".join(frames)
+
+
+def root(box):
+    """Return the symmetric matrix whose rows are lattice vectors of the same cell."""
+    values, vectors = np.linalg.eigh(box @ box.T)
+    return vectors @ np.diag(np.sqrt(values)) @ vectors.T
+
+
+CELLS = {  # angles of cells in degrees
+    "octahedron": (109.4712206, 109.4712206, 109.4712206), "dodecahedron": (60, 90, 60), "hexagonal": (90, 90, 120),
+    "cube": (90, 90, 90), "triclinic": (75, 80, 105),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", CELLS)
+@pytest.mark.parametrize("form", ["matrix of CHARMM", "degrees", "cosines of NAMD"])
+def test_the_cell_of_a_dcd_file_is_a_matrix_or_lengths_and_angles(tmp_path, shape, form):
+    """Two chains that the border cuts are put together again whichever way the cell is written."""
+    box = box_vectors(60, 62, 64, *CELLS[shape])
+    a, b = (peptide(chain=chain, origin=(0, 0, 4 * (chain == "B"))) for chain in "AB")
+    path = write(tmp_path / "a.pdb", a + b + "END\n")
+    whole = read_molecule(path).xyz[0]
+    matrix = root(box)
+    lattice = matrix if form.startswith("matrix") else box
+    cosines = np.cos(np.radians(CELLS[shape]))
+    numbers = {
+        "matrix of CHARMM": [
+            matrix[0, 0],
+            matrix[0, 1],
+            matrix[1, 1],
+            matrix[0, 2],
+            matrix[1, 2],
+            matrix[2, 2],
+        ],
+        "degrees": [60, CELLS[shape][2], 62, CELLS[shape][1], CELLS[shape][0], 64],
+        "cosines of NAMD": [60, cosines[2], 62, cosines[1], cosines[0], 64],
+    }[form]
+    cut = np.stack([wrapped(whole, lattice, shift) for shift in ((-3, -1, -2), (20, 25, 30), (59, 61, 1))])
+    (tmp_path / "a.dcd").write_bytes(dcd(cut, [numbers] * 3))
+    moved = read_molecule(path, tmp_path / "a.dcd").xyz - whole
+    assert np.ptp(moved, axis=1).max() < 1e-3 and np.ptp(cut - whole, axis=1).max() > 30
+    sound = np.stack([whole, whole + 100, whole - 7.0])
+    (tmp_path / "b.dcd").write_bytes(dcd(sound, [numbers] * 3))
+    np.testing.assert_allclose(read_molecule(path, tmp_path / "b.dcd").xyz, sound, atol=2e-5)  # float32
+
+
+def test_frames_that_are_whole_are_never_moved():
+    """A box that is not that of the coordinates leaves whole bonds alone, in the first frame and in later ones."""
+    rod = np.column_stack([1.5 * np.arange(60.0), np.zeros(60), np.zeros(60)])
+    index = np.repeat(np.arange(12), 5)
+    frames = np.stack([rod, rod + 3.0, rod[:, ::-1] + 90])
+    for side in (16.0, 20.0, 45.0, 90.0, 400.0):
+        box = np.repeat(side * np.eye(3)[None], 3, axis=0)
+        assert np.array_equal(make_whole(frames, box, index), frames)
+        skew = box.copy()
+        skew[:, 1, 0] = 0.98 * side
+        assert np.array_equal(make_whole(frames, skew, index), frames)
+
+
+def test_a_repair_that_makes_a_frame_worse_is_refused():
+    piece = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
+    index = np.repeat(np.arange(8), 5)
+    two = np.concatenate([piece, piece + np.array([0, 50, 0])])  # a box of 50 Å would lay one onto the other
+    with pytest.raises(
+        InputError, match=r"run.xtc: the box .* in frame 7 .* lay atoms of one molecule onto another"
+    ):
+        Unwrapping(two, 100 * np.eye(3), index, path="run.xtc")(
+            two[None], np.diag([200.0, 50.0, 200.0])[None], np.array([7])
+        )
+    long = np.repeat(piece[None], 2, axis=0)
+    long[1, 10:] += (0, 26, 0)  # broken there, and the box is wrong
+    repair = Unwrapping(long[0], 100 * np.eye(3), index[:20], path="run.xtc")
+    assert np.array_equal(repair(long, np.repeat(100 * np.eye(3)[None], 2, axis=0)), long)
+
+
+def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
+    path = write(tmp_path / "a.pdb", peptide() + "END\n")
+    whole = read_molecule(path).xyz[0]
+    low, sides = np.array([-10.0, -5, 3]), np.array([40.0, 50, 60])
+    for names, values in (
+        ("xs ys zs", (whole - low) / sides),
+        ("xu yu zu", whole),
+        ("x y z xs ys zs", np.hstack([whole, whole])),
+    ):
+        rows = "".join(
+            f"{k} 1 " + " ".join(f"{value:.7f}" for value in row) + "\n" for k, row in enumerate(values, 1)
+        )
+        bounds = "".join(f"{a} {a + side}\n" for a, side in zip(low, sides, strict=True))
+        head = f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n20\nITEM: BOX BOUNDS pp pp pp\n{bounds}ITEM: ATOMS id type {names}\n"
+        write(tmp_path / "a.lammpstrj", head + rows)
+        read = read_molecule(path, tmp_path / "a.lammpstrj").xyz[0]
+        assert np.ptp(read - whole, axis=0).max() < 1e-4
+
+
+def test_a_complex_that_the_box_of_a_pdb_file_cuts_is_joined_and_a_crystal_is_not(tmp_path):
+    text = "CRYST1   40.000   40.000   40.000  90.00  90.00  90.00 P 1           1\n"
+    a, b = (read_molecule(write(tmp_path / "a.pdb", peptide(chain=chain))).xyz[0] for chain in "AB")
+    whole = np.concatenate([a, b + np.array([0, 0, 4])])
+
+    def read(places):
+        lines = (
+            atom_line(name, chain="AB"[i // 4], residue=str(1 + i % 4), place=places[5 * i + k])
+            for i in range(8) for k, name in enumerate(ALANINE)
+        )  # fmt: skip
+        return read_molecule(write(tmp_path / "b.pdb", text + "".join(lines) + "END\n")).xyz[0]
+
+    assert np.ptp(read(wrapped(whole, np.diag([40.0] * 3), (36, 5, 38))) - whole, axis=0).max() < 0.003
+    crystal = np.concatenate(
+        [a, b + np.array([0, 0, 37])]
+    )  # nearer to another image of the first, and no bond is cut
+    np.testing.assert_allclose(read(crystal), crystal, atol=6e-4)
