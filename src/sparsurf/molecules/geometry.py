@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import mmap
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -504,13 +505,25 @@ def _pairs_in_residues(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarra
 
 
 def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
-    """Find C and N (L, 2) of residues with consecutive numbers in a chain, and their distance in the first frame."""
+    """Find C and N (L, 2) of residues that follow each other in a chain, and their distance in the first frame.
+
+    They have consecutive numbers, or stand next to each other where one has an insertion code: these may be in any order.
+    """
     ends: dict[str, dict[tuple[str, int], int]] = {PEPTIDE.last: {}, PEPTIDE.first: {}}
+    first = np.unique(molecule.residue_index, return_index=True)[1]
+    chains, labels = (
+        molecule.chain[first].tolist(),
+        [split_label(each) for each in molecule.residue[first].tolist()],
+    )
+    places = [(chain, int(number or 0)) for chain, (number, _) in zip(chains, labels, strict=True)]
+    coded = {place for place, (_, code) in zip(places, labels, strict=True) if code}
     for atom in np.flatnonzero(np.isin(molecule.name, [*ends]) & (molecule.kind == "protein")):
-        number, code = split_label(molecule.residue[atom])
-        place = molecule.chain[atom], int(number or 0)
+        residue = molecule.residue_index[atom]
+        place = places[residue]
         # a cap may have the number of the residue that it ends: its C comes before, its N behind
-        if number and not code and (molecule.name[atom] == PEPTIDE.last or place not in ends[PEPTIDE.first]):
+        if labels[residue][0] and place not in coded and (
+            molecule.name[atom] == PEPTIDE.last or place not in ends[PEPTIDE.first]
+        ):  # fmt: skip
             ends[molecule.name[atom]][place] = int(atom)
     starts = ends[PEPTIDE.first]
     pairs = [
@@ -518,6 +531,13 @@ def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
         for (chain, number), atom in ends[PEPTIDE.last].items()
         if (chain, number + 1) in starts
     ]
+    if coded:
+        last, next_first = (_atoms_named(molecule, name).tolist() for name in (PEPTIDE.last, PEPTIDE.first))
+        for k, (a, b) in enumerate(pairwise(places)):
+            beside = a[0] == b[0] and (a in coded or b in coded) and abs(b[1] - a[1]) <= 1
+            atoms = last[k], next_first[k + 1]
+            if beside and min(atoms) >= 0 and (molecule.kind[[*atoms]] == "protein").all():
+                pairs.append(atoms)
     links = np.array(pairs, int).reshape(-1, 2)
     return links, np.linalg.norm(molecule.xyz[0][links[:, 0]] - molecule.xyz[0][links[:, 1]], axis=1)
 

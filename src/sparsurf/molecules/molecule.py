@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from string import ascii_letters
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.pdb import write_pdb
+from sparsurf.molecules.residues import split_label
 from sparsurf.molecules.selection import select_atoms
 
 if TYPE_CHECKING:
@@ -130,7 +130,11 @@ class Molecule:
 
     @cached_property
     def topology(self) -> mdtraj.Topology:
-        """mdtraj.Topology without bonds, for selection expressions; `segname` is the chain id."""
+        """mdtraj.Topology without bonds, for selection expressions; `segname` is the chain id.
+
+        mdtraj has no insertion codes. A residue with one has a number between those of its neighbours in the chain, such as
+        52.5 for 52A, so that `residue 52` is 52 alone and `residue 52 to 53` includes 52A.
+        """
         import mdtraj  # takes a quarter of a second, and expressions are rare
 
         def element(symbol: str) -> mdtraj.core.element.Element:
@@ -140,7 +144,7 @@ class Molecule:
             except KeyError:
                 return mdtraj.element.virtual
 
-        topology = mdtraj.Topology()
+        topology, numbers = mdtraj.Topology(), self._numbers()
         chains: dict[str, Any] = {}
         residues: dict[int, Any] = {}
         for i, index in enumerate(self.residue_index.tolist()):
@@ -148,9 +152,24 @@ class Molecule:
             if chain not in chains:
                 chains[chain] = topology.add_chain(chain)
             if index not in residues:
-                number = int(self.residue[i].rstrip(ascii_letters) or 0)
                 residues[index] = topology.add_residue(
-                    str(self.residue_name[i]), chains[chain], number, chain
+                    str(self.residue_name[i]), chains[chain], numbers[index], chain
                 )
             topology.add_atom(str(self.name[i]), element(str(self.element[i])), residues[index])
         return topology
+
+    def _numbers(self) -> dict[int, float]:
+        """Return the number of each residue by its index; half a step away from it for one with an insertion code."""
+        first = np.unique(self.residue_index, return_index=True)[1]
+        labels = [split_label(label) for label in self.residue[first].tolist()]
+        chains = self.chain[first].tolist()
+        plain = {
+            (chain, each[0]): k
+            for k, (chain, each) in enumerate(zip(chains, labels, strict=True))
+            if not each[1]
+        }
+        numbers: dict[int, float] = {}
+        for k, (chain, (number, code)) in enumerate(zip(chains, labels, strict=True)):
+            before = k < plain.get((chain, number), -1)
+            numbers[int(self.residue_index[first[k]])] = int(number or 0) + (0.5 - before if code else 0)
+        return numbers

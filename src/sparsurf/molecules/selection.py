@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -50,7 +50,8 @@ def select_atoms(
 
     Without `selection`, these are the protein residues, or all polymer residues if chains are named (as in 'A:10-52'),
     and the named ligands. With it, these are the atoms of the expression, and the ligands. Chains and residues restrict
-    either. In ranges, a chain applies to those after it, and 52 < 52A < 53. `ligands` True is all but waters and ions.
+    either. In ranges, a chain applies to those after it; in a chain with insertion codes, they follow its order. `ligands`
+    True is all but waters and ions.
     `split` are chains of the input that hold several molecules with the same residue numbers, and their identifiers.
     With `report`, the residues that are left out are logged.
     """
@@ -124,6 +125,7 @@ def _in_residues(
     selected, chain, chain_of = np.zeros(len(molecule.chain), bool), None, molecule.chain
     labels, inverse = np.unique(molecule.residue, return_inverse=True)
     rank = np.array([_rank(label) for label in labels])[inverse]
+    coded, place = _chains_with_codes(molecule), molecule.residue_index
     for item in (part.strip() for text in ranges for part in text.split(",")):
         parsed = RANGE.fullmatch(item)
         if not parsed:
@@ -131,11 +133,17 @@ def _in_residues(
                 f"residues: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
             )
         chain = parsed["chain"] if parsed["chain"] is not None else chain
-        first, last = _rank(parsed["first"]), _rank(parsed["last"] or parsed["first"])
+        ends = parsed["first"], parsed["last"] or parsed["first"]
+        first, last = map(_rank, ends)
         inside = (rank >= first) & (rank <= last)
+        backwards = last < first
+        for each in coded if chain is None else {chain: coded[chain]} if chain in coded else ():
+            members, begin, stop = coded[each].residues(*ends)
+            inside[members] = (place[members] >= begin) & (place[members] < stop)
+            backwards = stop < begin
         if chain is not None:
             inside &= chain_of == chain
-        if last < first:
+        if backwards and not inside.any():
             raise InputError(f"residues: '{shorten(item)}' ends before it begins: exchange both ends.")
         if not inside.any():
             raise InputError(f"residues: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}.")
@@ -146,13 +154,51 @@ def _in_residues(
                 f"residues: '{shorten(item)}' of {path} are in {shorten(', '.join(ids))}: name one, as in {ids[0]}:{item}."
             )
         present = {label.upper() for label in labels[np.unique(inverse[inside])].tolist()}
-        ends = dict.fromkeys((parsed["first"], parsed["last"]))
-        absent = [end for end in ends if end and end.upper() not in present]
+        absent = [end for end in dict.fromkeys(ends) if end.upper() not in present]
         if absent and report:
             message = "%s has no residue %s of '%s': it has %s"
             log.warning(message, path, " and ".join(absent), item, _extents(molecule))
         selected |= inside
     return selected
+
+
+class _ChainWithCodes(NamedTuple):
+    """A polymer chain with insertion codes: its atoms, and its residues in the order of the chain."""
+
+    atoms: np.ndarray  # (n,) int
+    place: np.ndarray  # (R,) int, `residue_index` of each residue
+    label: list[str]  # in upper case
+
+    def residues(self, first: str, last: str) -> tuple[np.ndarray, int, int]:
+        """Return the atoms, and the places where a range begins and where what follows it begins.
+
+        An end that the chain lacks stands for the first or last residue whose number lies in the range.
+        """
+        low, high = (int(split_label(each)[0]) for each in (first, last))
+        within = [
+            k for k, label in enumerate(self.label) if low <= int(split_label(label)[0] or low - 1) <= high
+        ]
+        begin, end = (
+            self.label.index(each.upper()) if each.upper() in self.label else within[side] if within else -1
+            for each, side in ((first, 0), (last, -1))
+        )  # fmt: skip
+        if min(begin, end) < 0:
+            return self.atoms, 0, 0
+        return self.atoms, int(self.place[begin]), int(self.place[end]) + 1 if end >= begin else -1
+
+
+def _chains_with_codes(molecule: Atoms) -> dict[str, _ChainWithCodes]:
+    """Return the polymer chains that have insertion codes, whose order the numbers do not tell."""
+    polymer = np.isin(molecule.kind, POLYMERS)
+    coded = polymer & np.char.isalpha(np.char.lstrip(molecule.residue.astype(str), "-0123456789"))
+    chains = {}
+    for name in dict.fromkeys(molecule.chain[coded].tolist()):
+        atoms = np.flatnonzero(polymer & (molecule.chain == name))
+        place, first = np.unique(molecule.residue_index[atoms], return_index=True)
+        chains[name] = _ChainWithCodes(
+            atoms, place, [label.upper() for label in molecule.residue[atoms][first].tolist()]
+        )
+    return chains
 
 
 def _as_list(value: object, key: str, example: str) -> list[str]:
@@ -256,10 +302,11 @@ def _chains(molecule: Atoms) -> str:
 
 def _extents(molecule: Atoms) -> str:
     """Return the extents of the polymer chains, as 'A 1 to 99, B 1 to 99'."""
-    polymer = np.isin(molecule.kind, POLYMERS)
+    polymer, coded = np.isin(molecule.kind, POLYMERS), _chains_with_codes(molecule)
     extents = []
     for chain in dict.fromkeys(molecule.chain[polymer].tolist()):
-        labels = sorted(set(molecule.residue[polymer & (molecule.chain == chain)].tolist()), key=_rank)
+        labels = [*dict.fromkeys(molecule.residue[polymer & (molecule.chain == chain)].tolist())]
+        labels = labels if chain in coded else sorted(labels, key=_rank)
         extents.append(f"{chain} {labels[0]} to {labels[-1]}".strip())
     return ", ".join(extents) or "no polymer"
 
