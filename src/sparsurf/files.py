@@ -136,6 +136,10 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
     """Decode a text file, UTF-8 with or without a byte-order mark, else Latin-1; every line ends in a line feed."""
+    if content.startswith(GZIP) and not str(path).lower().endswith(".gz"):
+        raise InputError(
+            f"{path} is compressed with gzip: add .gz to its name, or uncompress it with gunzip."
+        )
     if content.startswith(GZIP):
         raise InputError(
             f"{path} is compressed twice: uncompress it, and name it .gz if it is still compressed then."

@@ -250,6 +250,54 @@ def with_items(text, column, change):
 
 
 LONG = [put(line) for line in EXAMPLE.read_text().splitlines() if line.startswith("ATOM")]
+
+
+def coded(*labels):
+    """Return a peptide whose residues have some numbers with insertion codes, in this order."""
+    lines = (
+        atom_line(name, residue=label, place=np.add(place, k * STEP))
+        for k, label in enumerate(labels) for name, place in ALANINE.items()
+    )  # fmt: skip
+    return "".join(lines) + "END\n"
+
+
+def numbered(first, write, n=20, places=()):
+    """Return a peptide whose numbers beyond 9999 are written by a function."""
+    lines = (
+        atom_line(name, residue=str(first + k), place=np.add(place, k * STEP)) if first + k < 10_000
+        else put(atom_line(name, place=np.add(place, k * STEP)), residue=write(first + k))
+        for k in (*range(n), *places) for name, place in ALANINE.items()
+    )  # fmt: skip
+    return "".join(lines) + "END\n"
+
+
+def glycines(lines):
+    return [put(line, residue_name="GLY") for line in lines if line[12:16].strip() in ("N", "CA", "C", "O")]
+
+
+def renamed(lines, name):
+    """Give residues a name of four letters, the last in column 21."""
+    return [line[:17] + name + line[21:] for line in lines]
+
+
+def pdbqt(lines):
+    """Return lines with charge and type of AutoDock behind the B factor."""
+    types = {"O": "OA", "N": "NA", "S": "SA"}
+    return [
+        f"{line[:66]}    {k % 7 / 10 - 0.3:6.3f} {types.get(line[77], line[77])}\n"
+        for k, line in enumerate(lines)
+    ]
+
+
+def drude(line):
+    return put(line, name=("D" + line[12:16].strip())[:4], element="", by=(0.05, -0.05, 0.05))
+
+
+def lone_pairs(line):
+    names = ("LPOA", "LPOB") if line[12:16].strip() == "O" else ()
+    return [put(line, name=name, element="", by=(0.3 * k - 0.45, 0, 0)) for k, name in enumerate(names)]
+
+
 TWIN = every([line for line in of(HEAVY, "213") if line[12:16].split()[0] in ALANINE], residue_name="ALA")
 BRIDGE = "LINK         CG  ALA A   3                 NZ  ALA A   5     1555   1555  1.33\n"
 LACKING = "".join(
@@ -460,6 +508,121 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "backwards.pdb": (NEGATIVE, {"residues": "A:-1--5"}, "! 'A:-1--5' ends before it begins"),
     "dashes.pdb": (NEGATIVE, {"residues": "-5\u2013-1"}, "! chain:first-last"),
     "codes.pdb": (INSERTED, {"residues": "1A-1B"}, "1 10 2"),
+    # columns 67 to 76
+    "charges and types of PDBQT.pdb": (end(pdbqt(HEAVY)), {}, WHOLE),
+    "charges and types of PDBQT of a metal.pdb": (
+        end(pdbqt(HEAVY), put(ligand("ZN", by=(0, 9, 0))[0], name="ZN", element="")[:70] + "  2.000 Zn\n"),
+        {"ligands": ["ZN"]}, "1 120 15 1305.2"),
+    "scores in columns 67 to 76.pdb": (end(line[:66] + f"{k / 7:10.3f}" + line[76:] for k, line in enumerate(HEAVY)), {}, WHOLE),
+    "scores in columns 73 to 76.pdb": (end(put(line, segid=f"{k % 9 / 9:.2f}") for k, line in enumerate(HEAVY)), {}, WHOLE),
+    "marks of ZDOCK.pdb": (
+        end(f"{line[:54]}{k % 20:4d}  7.00  0  {-0.1 * (k % 3):5.2f}\n" for k, line in enumerate(HEAVY)), {},
+        f"{WHOLE.rpartition(' ')[0]} ~ outside 0 to 1"),
+    "a segment on some atoms of each residue.pdb": (
+        end(put(line, segid="A" if k % 3 else "") for k, line in enumerate(HEAVY)), {}, WHOLE),
+    "a segment on new atoms.pdb": (
+        end(put(line, segid="new" if line[12:16].strip() == "CB" else "") for line in HEAVY), {}, WHOLE),
+    "segments BB and SC.pdb": (
+        end(put(line, segid="BB" if line[12:16].strip() in ("N", "CA", "C", "O") else "SC") for line in HEAVY), {}, WHOLE),
+    "a segment on heavy atoms alone.pdb": (
+        end(line if line in HYDROGENS else put(line, segid="PROT") for line in ALL), {"hydrogens": "remove"}, WHOLE),
+    "two segments on heavy atoms alone.pdb": (
+        end(put(line, segid="" if line in HYDROGENS else "PROA") for line in ALL)[:-4]
+        + end(put(line, segid="" if line in HYDROGENS else "PROB", by=AWAY) for line in ALL),
+        {"hydrogens": "remove"}, f"{TWICE} ~ called PROA, PROB"),
+    # names of residues
+    "a lipid anchor, CYSP.pdb": (end(of(HEAVY, "209"), renamed(of(HEAVY, "210"), "PHEP"), without(HEAVY, "209", "210")),
+                                 {"chains": "A"}, WHOLE),
+    "GLYM and CYSP.pdb": (
+        "".join(peptide([name], first=k, origin=k * STEP) for k, name in enumerate(["GLYM", "ALA", "CYSP", "ALA"], 1)) + "END\n",
+        {"chains": "A"}, "1 20 4"),
+    "a chain of two letters behind one of one.pdb": (
+        peptide() + peptide(["ALA", "SER"], chain="AB", origin=(0, 40, 0)) + "END\n", {"chains": "AB"},
+        "1 10 2 ~ lacks heavy atoms"),
+    "a name that changes within the residue.pdb": (
+        end(renamed([line], "GLUP")[0] if line[12:16].split()[0] in ("CG", "CD", "OE1", "OE2") and line[17:20] == "GLU" else line
+            for line in HEAVY), {"chains": "A"}, WHOLE),
+    "a name that changes within cysteine.pdb": (
+        peptide(["CYS"] * 3).replace("CB  CYS ", "CB  DISU") + "END\n", {}, "1 15 3 ~ 3 residues lack heavy atoms"),
+    "a name that changes within the residue.cif": (
+        with_items(CIF, "auth_comp_id", lambda k, value: "GLH" if 2 < k < 7 else value), {}, WHOLE),
+    "a phosphate of the number of its serine.pdb": (
+        end(HEAVY[:36], atoms("PO4", "212", {"P": (47.5, 37.9, 9), "O1": (48.9, 37.9, 9), "O2": (46.2, 37, 9)}), HEAVY[36:]),
+        {}, f"{WHOLE} ~ left out 1 PO4"),
+    # particles that are no atoms
+    "pseudoatoms of CYANA.pdb": (
+        end(HEAVY, (put(line, name="QB", element="Q", by=(0.5, 0.5, 0)) for line in HEAVY if line[12:16].strip() == "CB")), {},
+        f"{WHOLE} ~ left out 13 particles .*: QB"),
+    "pseudoatoms of CYANA, without elements.pdb": (
+        end(HEAVY, (put(line, name="QB", element="", by=(0.5, 0.5, 0)) for line in HEAVY if line[12:16].strip() == "CB")), {},
+        f"{WHOLE} ~ left out 13 particles"),
+    "pseudoatoms of PyMOL.pdb": (end(HEAVY, atoms("PSD", "1", {"PS1": (0, 0, 50)}, element="PS")), {"selection": "all"},
+                                 f"{WHOLE} ~ left out 1 particle"),
+    "Drude particles.pdb": (
+        end(part for line in HEAVY for part in (line, drude(line), *lone_pairs(line))), {}, f"{WHOLE} ~ left out 147 particles"),
+    "Drude particles.cif": (
+        with_items(cif(end(part for line in HEAVY for part in (line, drude(line)))), "type_symbol",
+                   lambda k, value: HEAVY[k // 2][77] if not k % 2 else "?"), {}, f"{WHOLE} ~ left out 119 particles"),
+    "masses of virtual hydrogens.pdb": (
+        end(HEAVY, (put(line, name=f"MCB{k}", element="", by=(0.1 * k, 0.3, 0)) for line in of(HEAVY, "210") for k in (1, 2)
+                    if line[12:16].strip() == "CB")), {}, f"{WHOLE} ~ left out 2 particles"),
+    "virtual sites of water.pdb": (
+        end(HEAVY, atoms("SOL", "300", {"OW": (0, 0, 50), "HW1": (0.8, 0.6, 50), "HW2": (-0.8, 0.6, 50), "MW": (0, 0.1, 50)})),
+        {"selection": "all"}, "1 122 15"),
+    "a lone pair of a ligand.pdb": (
+        end(HEAVY, ligand(), atoms("LIG", "300", {"LP1": (32, 0, 0)}, element="")), {"ligands": True},
+        "1 121 15 ~ left out 1 particle"),
+    "deuterium in place of hydrogen.pdb": (
+        end(put(line, name=line[12:16].strip().replace("H", "D", 1), element="D") if line in HYDROGENS else line for line in ALL),
+        {}, f"1 {len(ALL)} 14"),
+    "magnesium is no virtual site.pdb": (
+        end(HEAVY, atoms("MG", "300", {"MG": (0, 0, 50)}, element="")), {"ligands": ["MG"]}, "1 120 15 ~ radius for MG"),
+    "N or O unknown.pdb": (
+        end(put(line, name={"OE1": "AE1", "NE2": "AE2"}.get(line[12:16].strip(), line[12:16].strip()), element="A")
+            if line[12:16].strip() in ("OE1", "NE2") and line[17:20] == "GLN" else line for line in HEAVY), {}, WHOLE),
+    # insertion codes in the order of the chain
+    "codes behind their number, 52 52A 52B 53.pdb": (coded("52", "52A", "52B", "53"), {"residues": "A:52-53"}, "1 20 4"),
+    "codes before their number, 112B 112A 112.pdb": (
+        coded("111", "111A", "112B", "112A", "112", "113"), {"residues": "A:111-112"}, "1 25 5"),
+    "codes that run backwards, 1B 1A 1 2.pdb": (coded("1B", "1A", "1", "2", "3"), {"residues": "1B-2"}, "1 20 4"),
+    "codes that run backwards, an end that lacks.pdb": (
+        coded("1B", "1A", "1", "2", "3"), {"residues": "A:0-1"}, "1 15 3 ~ has no residue 0 of 'A:0-1': it has A 1B to 3"),
+    "codes that run backwards.cif": (cif(coded("1B", "1A", "1", "2", "3")), {"residues": "A:1B-1"}, "1 15 3"),
+    "codes from the end to the beginning.pdb": (coded("1B", "1A", "1", "2"), {"residues": "1-1B"}, "! ends before it begins"),
+    "a range within codes.pdb": (coded("1B", "1A", "1", "2"), {"residues": "A:1A"}, "1 5 1"),
+    "a peptide bond that lacks at a code.pdb": (
+        peptide(["ALA"] * 2, first=51) + "".join(
+            peptide(["ALA"], first=52, origin=(9, 9, 0)).replace("A  52 ", "A  52A")) + "END\n", {},
+        "1 15 3 ~ 1 peptide bond is missing, the first between ALA 52 A and ALA 52A A"),
+    "an expression names one residue of several codes.pdb": (
+        coded("52", "52A", "52B", "53"), {"selection": "residue 52"}, "1 5 1 ~ left out 3 ALA"),
+    "an expression of a range takes codes along.pdb": (
+        coded("1B", "1A", "1", "2", "3"), {"selection": "residue 1 to 2"}, "1 10 2 ~ left out 3 ALA"),
+    "an expression of a range behind 52A.pdb": (
+        coded("52", "52A", "52B", "53"), {"selection": "residue 52 to 53"}, "1 20 4"),
+    # residue numbers beyond 9999
+    "hexadecimal as of VMD.pdb": (numbered(9998, lambda n: f"{n:x}"), {"residues": "A:10005-10010"}, "1 30 6"),
+    "hexadecimal with a letter after a gap.pdb": (
+        numbered(9998, lambda n: f"{n:x}", 2, range(12, 20)), {"residues": "A:10010-10013"}, "1 20 4"),
+    "hexadecimal, and another chain of decimal numbers.pdb": (
+        numbered(9998, lambda n: f"{n:x}")[:-4] + peptide(chain="B", first=2710, origin=(0, 40, 0)) + "END\n",
+        {"residues": "B:2710"}, "1 5 1"),
+    "hybrid-36 behind 9999.pdb": (
+        numbered(9998, lambda n: f"A{n - 10000:03d}", 8), {"residues": "A:9998-10001"}, "1 20 4"),
+    "numbers that start again.pdb": (
+        peptide(["ALA"] * 2, first=9998) + "TER\n" + peptide(["ALA"] * 2, first=2710, origin=(0, 40, 0)) + "END\n",
+        {"residues": "A:2710"}, "1 5 1"),
+    # other formats, other content
+    "gzip by its content.pdb": (ZIPPED, {}, "! is compressed with gzip: add .gz to its name"),
+    "gzip by its content.cif": (gzip.compress(CIF.encode()), {}, "! is compressed with gzip: add .gz to its name"),
+    "PQR with blanks.pdb": (
+        "".join(f"ATOM {k} {name} ALA A {k} {x:.3f} {y:.3f} {z:.3f} -0.30 1.85\n"
+                for k, (name, (x, y, z)) in enumerate(ALANINE.items())), {}, "! as words between blanks, like a PQR file"),
+    "names with blanks in quotes.cif": (
+        with_items(with_items(CIF, "auth_asym_id", lambda k, _: "' A'"), "auth_comp_id", lambda k, value: f"'{value} '"),
+        {"chains": "A"}, WHOLE),
+    "a backbone of glycine.pdb": (end(glycines(HEAVY)), {}, "1 56 14 ~ all its 14 residues are glycines"),
+    "a short peptide of glycine.pdb": (end(glycines(of(HEAVY, "209", "210", "211", "212", "213"))), {}, "1 20 5"),
     # geometry
     "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
     "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
@@ -543,6 +706,41 @@ def test_each_bad_file_of_the_reference_data_is_refused_or_reported(shared, capl
                 silent.add(path.name)
         assert "\x1b" not in caplog.text
     assert silent <= SILENT, silent
+
+
+FIFTH = {  # files of programs that bend the formats: keys and outcome; areas are those of the same atoms in a plain file
+    "pdbqt_as.pdb": ({}, "1 396 50 3452.6"), "segid_phenix_partly.pdb": ({}, "1 396 50 3452.6"),
+    "segid_not_on_H.pdb": ({}, "1 780 50 3506.9"), "lipid_CYSP.pdb": ({"chains": "A"}, "1 396 50 3460.1"),
+    "partly_GLUP.pdb": ({"chains": "A"}, "1 396 50 3452.6"),
+    "cyana_pseudo.pdb": ({}, "1 780 50 3506.9 ~ left out 44 particles"),
+    "pymol_pseudo.pdb": ({}, "1 780 50 3506.9 ~ left out 4 particles"),
+    "ligand_LP.pdb": ({"ligands": True}, "1 403 51 3574.0 ~ left out 1 particle"),
+    "drude.pdb": ({}, "1 780 50 3506.9 ~ left out 496 particles"),
+    "kabat.pdb": ({}, "1 396 50"), "thrombin_order.pdb": ({"residues": "A:1H-5"}, "1 111 13"),
+    "hex_resid_protein.pdb": ({}, "1 396 50 3452.6"), "rfdiffusion.pdb": ({}, "1 200 50 ~ all its 50 residues are glycines"),
+    "gz_named.pdb": ({}, "! is compressed with gzip"),
+    "ambiguous_AD.pdb": ({}, "1 396 50 3452.6"), "cut0.pdb": ({}, "1 792 100 6889.2"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FIFTH)
+def test_files_of_programs_that_bend_the_formats(shared, caplog, name):
+    keys, expected = FIFTH[name]
+    judge(
+        expected,
+        lambda: measured(read_molecule(shared / "data" / "bad" / "fifth" / name, **keys)),
+        caplog,
+        name,
+    )
+
+
+@pytest.mark.parametrize("name", ["charmm_octa.dcd", "scaled.lammpstrj"])
+def test_frames_of_two_whole_chains_stay_as_they_are(shared, name):
+    folder = shared / "data" / "bad" / "fifth"
+    frames = read_molecule(folder / "dimer.pdb", folder / name)
+    first = frames.chain == "A"
+    centres = frames.xyz[:, first].mean(axis=1) - frames.xyz[:, ~first].mean(axis=1)
+    np.testing.assert_allclose(np.linalg.norm(centres, axis=1), np.full(5, 32.0), atol=0.005)
 
 
 def test_five_letters_pass_through_a_study(tmp_path):

@@ -17,7 +17,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, pluralise
-from sparsurf.molecules.residues import MAX_BOND
+from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_BOND, standard_name
 
 log = logging.getLogger("sparsurf")
 
@@ -127,6 +127,60 @@ def _numbers_of(labels: list[Any]) -> np.ndarray:
     return np.array([numbers.setdefault(label, len(numbers)) for label in labels])
 
 
+def settle_segments(atoms: AtomTable, path: StrPath) -> AtomTable:
+    """Return the table with the segments of whole residues: hydrogens without one take that of their residue.
+
+    Segments tell molecules of one chain identifier apart. Where they differ between atoms of one residue that are bonded and
+    have different names, the column holds something else (charges, scores, marks of a program) and is ignored.
+    """
+    if not (atoms.segid != "").any():
+        return atoms
+    numbered = np.array([any(map(str.isdigit, label)) for label in atoms.residue.tolist()])
+    key = _numbers_of(atoms.labels("model", "chain", "residue", "residue_name"))
+    pairs = np.unique(np.column_stack([key, _numbers_of(atoms.segid.tolist())])[numbered], axis=0)
+    several = np.flatnonzero(np.bincount(pairs[:, 0], minlength=1) > 1)
+    if not len(several):
+        return atoms
+    segid, name, xyz = atoms.segid.copy(), atoms.name.astype(str), atoms.xyz
+    hydrogen = np.isin(np.char.lstrip(name, "0123456789'*").astype("U1"), ["H", "D"])
+    rows = np.flatnonzero(np.isin(key, several))
+    rows = rows[np.argsort(key[rows], kind="stable")]
+    for members in np.split(rows, np.flatnonzero(np.diff(key[rows])) + 1):
+        bare = members[hydrogen[members] & (segid[members] == "")]
+        named = members[segid[members] != ""]
+        if len(bare) and not hydrogen[named].all():
+            # that of the atom before it in the residue, or else of the one behind
+            before = np.maximum(np.searchsorted(named, bare) - 1, 0)
+            segid[bare] = segid[named[before]]
+        parts = [members[segid[members] == each] for each in dict.fromkeys(segid[members])]
+        for first, second in combinations(parts, 2):
+            if not set(name[first]) & set(name[second]) and _shortest(xyz[first], xyz[second]) < MAX_BOND:
+                log.info("%s: the segments differ within residues, so that they are ignored", path)
+                return atoms.assign(segid=np.full(len(atoms), "", object))
+    return atoms.assign(segid=segid)
+
+
+def unite_names(atoms: AtomTable, path: StrPath) -> AtomTable:
+    """Return a table with `residue_index` in which each residue has one name, that of its first atom; locations may differ."""
+    plain = np.flatnonzero(atoms.altloc == "")
+    if not len(plain):
+        return atoms
+    key = _numbers_of(atoms.take(plain).labels("model", "residue_index"))
+    names = atoms.residue_name[plain]
+    first = names[np.unique(key, return_index=True)[1]][key]
+    changed = np.flatnonzero(names != first)
+    if not len(changed):
+        return atoms
+    row = plain[changed[0]]
+    label = f"{first[changed[0]]} {atoms.residue[row]} {atoms.chain[row]}".strip()
+    count = len(np.unique(key[changed]))
+    message = "%s: %s its name between its atoms, the first is %s, also called %s; it keeps the first name"
+    log.info(message, path, pluralise(count, "residue", "changes"), label, names[changed[0]])
+    united = atoms.residue_name.copy()
+    united[plain] = first
+    return atoms.assign(residue_name=united)
+
+
 def gather_residues(atoms: AtomTable) -> AtomTable:
     """Sort the atoms so that each residue stands together, and number the residues in a column `residue_index`.
 
@@ -201,15 +255,26 @@ def _join(lines: _Lines, runs: list[list[int]]) -> list[int]:
     for j, k in combinations(first, 2):
         a, b = runs[j][0], runs[k][0]
         alike = lines.residue_name[a] == lines.residue_name[b] or (lines.located[a] and lines.located[b])
+        alike = alike or not (lines.located[a] or lines.located[b])
         if alike and not held[j] & held[k]:
             distance = _shortest(lines.xyz[runs[j]], lines.xyz[runs[k]])
             pairs += [(distance, j, k)] if distance < MAX_BOND else []
     for _, j, k in sorted(pairs):
         into, other = sorted((first[j], first[k]))
-        if into != other and not held[into] & held[other]:
+        called = {lines.residue_name[runs[each][0]] for each, at in enumerate(first) if at in (into, other)}
+        located = lines.located[runs[into][0]] or lines.located[runs[other][0]]
+        one_residue = len(called) < 2 or located or _is_one_residue(called, held[into] | held[other])
+        if into != other and one_residue and not held[into] & held[other]:
             held[into] |= held[other]
             first = [into if each == other else each for each in first]
     return first
+
+
+def _is_one_residue(names: set[str], atoms: set[str]) -> bool:
+    """Return whether atoms under several residue names are not more than one of these residues has, as in GLU and GLUP."""
+    size = max(HEAVY_ATOMS.get(standard_name(name), 0) for name in names)
+    letters = [name.partition("\0")[0].lstrip("0123456789'*")[:1] for name in atoms]
+    return sum(letter not in ("H", "D") for letter in letters) <= size + 1  # and the second oxygen of an end
 
 
 def _shortest(first: np.ndarray, second: np.ndarray) -> float:

@@ -26,12 +26,21 @@ from sparsurf.molecules.atom_table import (
     refuse_control_characters,
     report_duplicates,
     report_occupancies,
+    settle_segments,
+    unite_names,
 )
 from sparsurf.molecules.conformations import superpose
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import identifiers
-from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds, split_label
+from sparsurf.molecules.residues import (
+    count_heavy_atoms,
+    element_of,
+    find_particles,
+    known_kind,
+    residue_kinds,
+    split_label,
+)
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
@@ -45,6 +54,7 @@ IDENTITY = ("name", "residue_name", "chain", "residue")  # arrays that identify 
 # columns that are the same in most models
 OF_ATOMS = (*IDENTITY, "residue_index", "element", "hetero", "segid")
 MIN_RESIDUES_TO_JUDGE = 3  # a fragment with fewer residues is accepted as it is
+MIN_RESIDUES_OF_MODEL = 10  # of glycine alone, as designed backbones are before they get a sequence
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
 OTHER_PLACE = 1.0  # Å, by which they are apart at least
 MIN_ATOMS_OF_COPY = 10
@@ -66,7 +76,8 @@ def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> AtomTable:
     """Return the table with its residues gathered and numbered, and one location of every atom."""
     refuse_control_characters(file.atoms, path)
     report_occupancies(file.atoms, path)
-    atoms = choose_altlocs(gather_residues(file.atoms), altloc, path)
+    gathered = gather_residues(settle_segments(file.atoms, path))
+    atoms = choose_altlocs(unite_names(gathered, path), altloc, path)
     report_duplicates(atoms, path)
     return atoms
 
@@ -80,6 +91,7 @@ def arrange(
     report: bool = True,
 ) -> Everything:
     """Return all atoms of one model of a prepared table, with the positions xyz (A, 3), Å."""
+    atoms, xyz, row = _without_particles(atoms, xyz, row, path, report)
     index, names = atoms.residue_index, atoms.name.astype(str)
     residue_names = atoms.residue_name.astype(str)
     kind, following = residue_kinds(residue_names, index, names, atoms.hetero, xyz)
@@ -113,6 +125,32 @@ def arrange(
     )
     crosslinked = np.array([label in file.crosslinked for label in labels])
     return Everything(molecule, row[order], split, crosslinked, following)
+
+
+def _without_particles(
+    atoms: AtomTable, xyz: np.ndarray, row: np.ndarray, path: StrPath, report: bool
+) -> tuple[AtomTable, np.ndarray, np.ndarray]:
+    """Return the table, positions and rows without the particles that are no atoms; say how many there are."""
+    name, residue_name = atoms.name.astype(str), atoms.residue_name.astype(str)
+    index, element = atoms.residue_index, atoms.element.astype(str)
+    found = find_particles(name, residue_name, index, element, xyz)
+    if not found.any():
+        return atoms, xyz, row
+    if found.all():
+        raise InputError(f"{path} holds no atoms but particles such as {name[0]}: give a file with atoms.")
+    if report:
+        names = dict.fromkeys(name[found].tolist())
+        listed = ", ".join([*names][:4]) + (", ..." if len(names) > 4 else "")
+        of_water = all(known_kind(each) == "water" for each in set(residue_name[found].tolist()))
+        message = "%s: left out %s (pseudoatoms, lone pairs, virtual sites or Drude particles, not atoms): %s"
+        count = pluralise(int(found.sum()), "particle")
+        log.log(logging.INFO if of_water else logging.WARNING, message, path, count, listed)
+    kept = atoms.take(~found)
+    return (
+        kept.assign(residue_index=np.unique(index[~found], return_inverse=True)[1]),
+        xyz[~found],
+        row[~found],
+    )
 
 
 def _places(following: np.ndarray) -> np.ndarray:
@@ -380,6 +418,10 @@ def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, 
             "give a structure with all atoms."
         )
     first = np.unique(touched.residue_index, return_index=True)[1]
+    protein = touched.residue_name[first][touched.kind[first] == "protein"]
+    if len(protein) >= MIN_RESIDUES_OF_MODEL and (protein == "GLY").all():
+        message = "%s: all its %d residues are glycines; is it a backbone that still needs its sequence and side chains?"
+        log.warning(message, path, len(protein))
     # one atom leaves when a crosslink forms
     incomplete = first[present + everything.crosslinked[residues] < expected]
     if len(incomplete):

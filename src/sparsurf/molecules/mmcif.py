@@ -138,7 +138,8 @@ def _strings(block: cif.Block, items: list[str]) -> list[str]:
     """Return the value of each atom in the first item that has one, null values as ''; empty if no item has any."""
     result: list[str] = []
     for item in items:
-        values = [cif.as_string(value) for value in block.find_values(f"_atom_site.{item}")]
+        # names in quotes may have blanks around them
+        values = [cif.as_string(value).strip() for value in block.find_values(f"_atom_site.{item}")]
         if len(values) != len(block.find_values("_atom_site.Cartn_x")):  # absent, or outside of the loop
             continue
         result = [a or b for a, b in zip(result, values, strict=True)] if result else values

@@ -25,7 +25,15 @@ from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors, missing_residues
 from sparsurf.molecules.atoms import Atoms
 from sparsurf.molecules.plddt import origin_of_pdb
-from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, split_label, standard_name
+from sparsurf.molecules.residues import (
+    HEAVY_ATOMS,
+    LONG_NAMES,
+    NO_ELEMENTS,
+    VARIANTS,
+    WATERS,
+    split_label,
+    standard_name,
+)
 
 log = logging.getLogger("sparsurf")
 
@@ -35,12 +43,19 @@ COLUMNS = [
 ]  # fmt: skip
 ATOM_RECORDS = ("ATOM  ", "HETATM")
 AFTER_ATOMS = ("END", "ENDMDL", "MASTER", "CONECT")
-FOUR_LETTER_NAMES = frozenset(name for name in VARIANTS.keys() | WATERS if len(name) == 4)
+FOUR_LETTER_NAMES = frozenset(name for name in VARIANTS.keys() | WATERS | LONG_NAMES if len(name) == 4)
+# Types of atoms in PDBQT files of AutoDock that are not spelt as their element
+AUTODOCK = {"OA": "O", "OS": "O", "NA": "N", "NS": "N", "SA": "S", "HD": "H", "HS": "H"}
 LONG_NAME = (
     "~"  # begins the three letters for a residue name of five, which HETNAM gives (as gemmi writes it)
 )
 LONGEST_NAME = 8  # of a residue name in HETNAM
 NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
+# An atom in words: record, number, names, three coordinates and more
+IN_WORDS = re.compile(r"(ATOM|HETATM)\s+\d+(\s+\S+){2,4}(\s+[-+]?\d+\.\d+){3,}")
+# Hexadecimal as VMD writes numbers beyond 9999: 2710 follows 9999
+HEXADECIMAL = re.compile(r"[0-9a-f]{4}|[0-9A-F]{4}")
+MAX_JUMP = 1000  # of the numbers, where hexadecimal ones begin
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
 FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36**3
@@ -59,6 +74,7 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
     models: list[int] = []
     next_model: int | None = 1
     last_atom = n_announced = molecule = 0
+    read_number = NumberReader()
     for number, line in enumerate(lines, 1):
         record = line[:6].ljust(6)
         if record in ATOM_RECORDS:
@@ -66,12 +82,18 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
                 models.append(next_model)
                 next_model = None
             rows.append(
-                (models[-1], *_atom(line, f"Line {number} of {path}", wide_chains, numbered), molecule)
+                (
+                    models[-1],
+                    *_atom(line, f"Line {number} of {path}", wide_chains, numbered, read_number),
+                    molecule,
+                )
             )
             last_atom = number
         elif record == "TER   ":
             molecule += 1
+            read_number = NumberReader()
         elif record in ("MODEL ", "ENDMDL", "END   "):
+            read_number = NumberReader()
             next_model = _model_number(line, models, path)
         elif record == "SEQRES":
             sequences[line[11:12].strip()] += line[19:70].split()
@@ -86,6 +108,11 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
         elif _is_damaged_atom(line):
             raise InputError(f"Line {number} of {path} holds an atom but begins with '{record}': repair it.")
     if not rows:
+        if any(IN_WORDS.match(line) for line in lines):
+            raise InputError(
+                f"{path} holds its atoms as words between blanks, like a PQR file, and not in the columns of a PDB file: give "
+                "the PDB or mmCIF file that it was made from."
+            )
         raise InputError(f"{path} holds no atoms: give a file with ATOM records.")
     columns = dict(zip(COLUMNS, zip(*rows, strict=True), strict=True))
     columns["residue_name"] = tuple(long_names.get(name, name) for name in columns["residue_name"])
@@ -96,41 +123,60 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
     return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin_of_pdb(lines, box is not None))
 
 
-def _atom(line: str, where: str, wide_chains: bool, numbered: bool) -> tuple:
+def _atom(line: str, where: str, wide_chains: bool, numbered: bool, read_number: NumberReader) -> tuple:
     """Return a row of the table from an ATOM or HETATM record; `where` names the line in messages."""
     coordinates = line[30:38], line[38:46], line[46:54]
     if len(line) < 54:
         raise InputError(f"{where} is cut short: copy the file again or repair the line.")
     if not all(map(NUMBER.fullmatch, coordinates)):
         raise InputError(f"{where} has no readable coordinates ('{line[30:54].strip()}'): repair the line.")
-    name, number = line[12:16].strip(), _decode_number(line[22:26].strip())
+    name, number = line[12:16].strip(), read_number(line[22:26].strip(), line[21:22])
     joined = any(record in line[54:] for record in ATOM_RECORDS)  # two lines that lost their newline
     if not name or number is None or line[27:30].strip() or joined:
         raise InputError(f"{where} is not in the columns of a PDB file: repair the line.")
     split = 20 if wide_chains else 21
-    segid = "" if numbered else line[72:76].strip()
+    segid = "" if numbered else _segid(line[66:76])
     return (
         line.startswith("HETATM"), name, line[16].strip(), line[17:split].strip(), line[split:22].strip(),
         number + line[26].strip(), *map(float, coordinates),
         float(line[54:60]) if NUMBER.fullmatch(line[54:60]) else 1.0,
-        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, segid, _element(line[76:78].strip()),
+        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, segid, _element(line[76:78], line[78:79]),
     )  # fmt: skip
 
 
+def _segid(columns: str) -> str:
+    """Return the word in columns 73 to 76; empty if it is a part of what begins before, such as a charge, or a decimal number."""
+    word = columns[6:].strip()
+    inside = bool(columns[5:6].strip() and columns[6:7].strip())
+    return "" if inside or " " in word or re.fullmatch(r"[-+]?\d*\.\d*", word) else word
+
+
 @cache
-def _element(symbol: str) -> str:
-    """Return the element of a symbol in upper case; empty if it is none."""
-    return symbol.upper() if symbol.isalpha() and gemmi.Element(symbol).name != "X" else ""
+def _element(columns: str, behind: str) -> str:
+    """Return the element in columns 77 and 78, in upper case; empty if it is none. PDBQT has the type of the atom one further."""
+    if columns[:1] in ("", " ") and behind.isalpha():
+        kind = columns.strip() + behind
+        return AUTODOCK.get(kind, kind.upper() if gemmi.Element(kind).name != "X" else "")
+    symbol = columns.strip().upper()
+    return symbol if symbol in NO_ELEMENTS or (symbol.isalpha() and gemmi.Element(symbol).name != "X") else ""
 
 
 def _has_wide_chains(lines: list[str]) -> bool:
-    """Return whether column 21 belongs to a chain id of two letters; else it belongs to a residue name of four."""
-    standard = (
-        line
-        for line in lines
-        if line.startswith(ATOM_RECORDS) and (line[17:20].strip() in HEAVY_ATOMS or line[17:18] == LONG_NAME)
-    )
-    return any(line[20:21].strip() and line[17:21].strip() not in FOUR_LETTER_NAMES for line in standard)
+    """Return whether column 21 belongs to a chain id of two letters; else it belongs to a residue name of four.
+
+    A chain has residues of several names, and a letter that ends a name of four stands behind one of three only.
+    """
+    names: dict[str, set[str]] = defaultdict(set)
+    narrow = False
+    for line in lines:
+        if line.startswith(ATOM_RECORDS):
+            if line[17:18] == LONG_NAME and line[20:21].strip():
+                return True
+            if line[17:20].strip() in HEAVY_ATOMS:
+                narrow |= not line[20:21].strip()
+                if line[20:21].strip() and line[17:21].strip() not in FOUR_LETTER_NAMES:
+                    names[line[20:22]].add(line[17:20])
+    return any(len(each) > 1 or not narrow for each in names.values())
 
 
 def _has_numbered_lines(lines: list[str]) -> bool:
@@ -255,6 +301,36 @@ def identifiers() -> Iterator[str]:
     letters = ascii_uppercase + ascii_lowercase + digits
     yield from letters
     yield from map("".join, product(letters, repeat=2))
+
+
+class NumberReader:
+    """Read the residue numbers of the lines of a chain in their order, which tells decimal from hexadecimal ones."""
+
+    def __init__(self) -> None:
+        self.chain, self.text, self.before, self.number, self.hexadecimal = "", "", 0, "", False
+
+    def __call__(self, text: str, chain: str) -> str | None:
+        """Return the number of a field of four characters; None if it is none."""
+        if (text, chain) == (self.text, self.chain):
+            return self.number
+        if chain != self.chain:
+            self.before, self.hexadecimal = 0, False
+        number = str(int(text, 16)) if self._is_hexadecimal(text) else _decode_number(text)
+        if number is not None:
+            self.text, self.chain, self.number = text, chain, number
+            self.before = int(number or 0)
+        return number
+
+    def _is_hexadecimal(self, text: str) -> bool:
+        """Return whether a field continues numbers beyond 9999 as VMD does; see also `HYBRID_36`."""
+        if self.before < 9999 - MAX_JUMP or not HEXADECIMAL.fullmatch(text):
+            return False
+        step = int(text, 16) - self.before
+        if not self.hexadecimal:
+            certain = text[0].isdigit() and not text.isdigit() and int(text, 16) > 9999
+            self.hexadecimal = (self.before == 9999 and step == 1) or (certain and 0 < step < MAX_JUMP)
+        self.hexadecimal &= step >= 0
+        return self.hexadecimal
 
 
 def _decode_number(text: str) -> str | None:

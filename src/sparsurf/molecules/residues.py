@@ -25,7 +25,7 @@ VARIANTS = {
     variant: standard
     for standard, variants in {
         "HIS": "HID HIE HIP HSD HSE HSP HISA HISB HISD HISE HISH HISP HIS1 HIS2",
-        "CYS": "CYM CYX CYN CYS1 CYS2 CYSH",
+        "CYS": "CYM CYX CYN CYS1 CYS2 CYSH DISU",
         "ASP": "ASH AS4 ASPH ASPP",
         "GLU": "GLH GL4 GLUH GLUP",
         "LYS": "LYN LYP LSN LYSH LYSN LYSP",
@@ -37,6 +37,11 @@ VARIANTS = {
 AMINO_ACIDS = frozenset(name for name in HEAVY_ATOMS if len(name) == 3)
 # AMBER marks the residue at a chain's end with N or C: NALA, CHID.
 VARIANTS |= {end + name: VARIANTS.get(name, name) for end in "NC" for name in AMINO_ACIDS | VARIANTS.keys()}
+# Names of four letters that begin like a standard residue: CHARMM's lipid anchors and patches, AMBER, GROMOS
+LONG_NAMES = frozenset(
+    ["CYSF", "CYSG", "CYSL", "CYSP", "CYSD", "GLYM", "GLYP", "GLUM", "GLYB", "LYSA", "LYSM", "LYSR", "PROP", "SERD", "SERP",
+     "THRP", "TYRP", "TYRD", "TYRU", "ASPM", "ALAD", "ALAB", "ARGU", "HISE", "HISD", "TRPU"]
+)  # fmt: skip
 CAPS = frozenset(["ACE", "FOR", "NME", "NMA", "NAC", "NH2", "NHE"])
 NUCLEOTIDES = frozenset(["ADE", "GUA", "CYT", "THY", "URA"]) | {
     sugar + base + end for sugar in ("D", "R", "") for base in "ACGTU" for end in ("", "3", "5")
@@ -57,6 +62,23 @@ IONS = {
 }  # fmt: skip
 NAMES_OF_IONS = frozenset(["ION", "IONS"])  # residues whose atoms have the name of the ion
 HALOGENS = frozenset(["F", "CL", "BR", "I"])
+
+# Atoms of old files that may be N or O (or C of histidine), as the usual names for their places have it
+AMBIGUOUS = {
+    ("ASN", "AD1"): "O", ("ASN", "AD2"): "N", ("GLN", "AE1"): "O", ("GLN", "AE2"): "N",
+    ("HIS", "AD1"): "N", ("HIS", "AD2"): "C", ("HIS", "AE1"): "C", ("HIS", "AE2"): "N",
+}  # fmt: skip
+
+# Particles that are no atoms. By their element in the file: pseudoatoms of CYANA (Q) and PyMOL (PS), lone pairs (LP), extra
+# points of AMBER (EP) and of OpenMM (VS)
+NO_ELEMENTS = frozenset(["Q", "PS", "LP", "EP", "VS"])
+# By their name, where the element says nothing else: lone pairs and extra points in any molecule, and virtual sites of waters
+LONE_PAIR = re.compile(r"LP[A-Z0-9]{0,3}|EPW?\d?")
+VIRTUAL_SITE = re.compile(r"E?[MLP]W?\d?|OM|IW|DUM\d?")
+# In amino acids: pseudoatoms (QB, QQG of CYANA), and the masses that carry virtual hydrogens (MCB1, MNZ2 of GROMACS)
+PSEUDOATOM = re.compile(r"Q[A-Z0-9]*|M(C|N|W|TRP)[A-Z0-9]*")
+DRUDE = re.compile(r"D[A-Z][A-Z0-9']*")  # the name of an atom behind a D
+AT_ITS_ATOM = 0.6  # Å; a Drude particle is that close to its atom
 
 # Elements that occur in a polymer's residues. Any other is a misread atom name: a left-shifted CA became
 # calcium, HG mercury, CD1 cadmium.
@@ -197,6 +219,40 @@ def _links(
     return np.concatenate([before, ends]), np.concatenate([after, starts])
 
 
+def find_particles(
+    name: np.ndarray,
+    residue_name: np.ndarray,
+    residue_index: np.ndarray,
+    element: np.ndarray,
+    xyz: np.ndarray,
+) -> np.ndarray:
+    """Return which of the atoms (A,) of an input are none: pseudoatoms, lone pairs, virtual sites and Drude particles.
+
+    `element` is that of the input, empty where it has none. A Drude particle has the name of an atom of its residue behind a D
+    and lies beside it; the D of a deuterium precedes another letter.
+    """
+    odd_name = np.isin(name.astype("U1"), [*"QMLEDPIVX"]) | (name == "OM")
+    found = np.isin(element, [*NO_ELEMENTS]) & odd_name
+    unknown = (np.isin(element, ["", "X", "E", "L", "M", "O"]) | np.char.startswith(element, "D")) & ~found
+    suspects = np.flatnonzero(unknown & odd_name)
+    if not len(suspects):
+        return found
+    place: dict[tuple[int, str], int] | None = None
+    for atom in suspects.tolist():
+        text, kind = str(name[atom]).upper(), known_kind(str(residue_name[atom]))
+        of_kind = {"water": VIRTUAL_SITE, "protein": PSEUDOATOM}.get(kind, LONE_PAIR)
+        if LONE_PAIR.fullmatch(text) or of_kind.fullmatch(text):
+            found[atom] = True
+        elif DRUDE.fullmatch(text):
+            place = place or {
+                each: k for k, each in enumerate(zip(residue_index.tolist(), name.tolist(), strict=True))
+            }
+            own = place.get((int(residue_index[atom]), text[1:]))
+            distance = np.inf if own is None else np.linalg.norm(xyz[atom] - xyz[own])
+            found[atom] = bool(distance < AT_ITS_ATOM)
+    return found
+
+
 def _named(names: np.ndarray, letters: str) -> np.ndarray:
     """Return whether names of atoms begin with one of some letters, after digits."""
     return np.isin([str(name).lstrip("0123456789'*")[:1].upper() for name in names], [*letters])
@@ -234,10 +290,12 @@ def element_of(element: str, name: str, residue_name: str, polymer: bool, alone:
     ion = _element_of_ion(name.upper(), residue_name.upper()) if alone and not polymer else ""
     if ion:
         return ion
-    if element not in ("", "X") and (not polymer or element in POLYMER_ELEMENTS):
+    if element not in ("", "X", *NO_ELEMENTS) and (not polymer or element in POLYMER_ELEMENTS):
         return element
     letters = re.sub("[^A-Z]", "", name.upper().lstrip("0123456789'*"))
     if polymer:
+        if ambiguous := AMBIGUOUS.get((standard_name(residue_name), name.upper())):
+            return ambiguous
         selenium = residue_name in SELENIUM_RESIDUES and letters.startswith("SE")
         return "SE" if selenium else letters[:1] or "X"
     lone = alone and residue_name.upper().startswith(letters[:2]) and gemmi.Element(letters[:2]).name != "X"

@@ -13,6 +13,7 @@ from sparsurf.molecules.residues import (
     HEAVY_ATOMS,
     VARIANTS,
     count_heavy_atoms,
+    element_of,
     known_kind,
     residue_kinds,
     standard_name,
@@ -204,7 +205,8 @@ def test_lines_of_a_pdb_file_are_read_in_their_columns(tmp_path):
     assert atoms.occupancy.tolist() == [1.0, 0.5] and np.isnan(atoms.b_factor).tolist() == [True, False]
     full = atom_line("C1", "LIG")[:54] + "100.00-99.991234      FE2+\n"
     atoms = read_pdb(full + atom_line("C2", "LIG", element="Q"), "a.pdb").atoms
-    assert atoms.z.tolist() == [0, 0] and atoms.element.tolist() == ["FE", ""]
+    assert atoms.z.tolist() == [0, 0] and atoms.element.tolist() == ["FE", "Q"]
+    assert element_of("Q", "C2", "LIG", False, False) == "C"
     assert (atoms.occupancy[0], atoms.b_factor[0]) == (100, -99.99)
     wide = "".join(atom_line(name, "ALA", "AB", "1", place) for name, place in ALANINE.items())
     long = "".join(atom_line(name, "HISE", "B", "2", place) for name, place in ALANINE.items())
