@@ -1,6 +1,8 @@
 """The library as a package: built, installed into an empty environment, used from another folder. No network."""
 
+import ctypes
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -142,3 +144,90 @@ def test_conda_and_pip_ask_for_the_same():
     assert recipe["context"]["version"] == sparsurf.__version__
     assert recipe["build"]["python"]["entry_points"] == [f"{k} = {v}" for k, v in project["scripts"].items()]
     assert recipe["about"]["summary"] == project["description"]
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    """Run Python with a package and a home that are read-only: the temporary directory, and a function."""
+    folder = tmp_path / "read-only"
+    shutil.copytree(
+        ROOT / "src" / "sparsurf", folder / "sparsurf", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    for path in [folder, *folder.rglob("*")]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    (temporary := tmp_path / "temporary").mkdir()
+    prctl, drop, override = ctypes.CDLL(None).prctl, 24, 1  # root would write anywhere
+
+    def run_code(code, **variables):
+        environment = {
+            "PATH": os.environ["PATH"],
+            "PYTHONPATH": str(folder),
+            "HOME": str(folder),
+            "TMPDIR": str(temporary),
+        }
+        return subprocess.run(
+            [sys.executable, "-B", "-c", code], env=environment | variables, cwd="/", capture_output=True, text=True,
+            preexec_fn=lambda: prctl(drop, override, 0, 0, 0),
+        )  # fmt: skip
+
+    yield temporary, run_code
+    for path in [folder, *folder.rglob("*")]:
+        if path.is_dir():
+            path.chmod(0o755)
+
+
+CACHE_OF_KERNEL = """
+import sparsurf
+from sparsurf.dot_fields import smoothing
+from numba.core.dispatcher import Dispatcher
+print(next(each.stats.cache_path for each in vars(smoothing).values() if isinstance(each, Dispatcher)))
+"""
+
+
+def test_kernels_of_a_read_only_package_lie_in_the_temporary_directory(read_only):
+    """As in a container under a service user: numba itself ends with "no locator available"."""
+    temporary, run_code = read_only
+    done = run_code(CACHE_OF_KERNEL)
+    assert done.returncode == 0, done.stderr[-600:]
+    [folder] = temporary.glob("sparsurf-kernels-*")
+    assert done.stdout.startswith(str(folder)) and folder.stat().st_mode & 0o077 == 0
+    assert run_code(CACHE_OF_KERNEL).stdout == done.stdout  # the next process finds them
+    (own := temporary / "own").mkdir()
+    assert run_code(CACHE_OF_KERNEL, NUMBA_CACHE_DIR=str(own)).stdout.startswith(str(own))
+    assert run_code(CACHE_OF_KERNEL, XDG_CACHE_HOME=str(own)).stdout.startswith(str(own / "numba"))
+
+
+def test_a_folder_of_kernels_that_others_may_write_is_not_used(read_only):
+    temporary, run_code = read_only
+    (planted := temporary / f"sparsurf-kernels-{os.getuid()}").mkdir()
+    planted.chmod(0o777)
+    done = run_code(CACHE_OF_KERNEL)
+    assert done.stdout.startswith(f"{temporary}/sparsurf-kernels-") and not done.stdout.startswith(
+        str(planted)
+    )
+
+
+def test_where_no_kernel_can_be_stored_a_sentence_names_the_variable(read_only):
+    _, run_code = read_only
+    nowhere = "import sys, tempfile\ntempfile.tempdir = '/proc/1'\n"
+    done = run_code(
+        nowhere + "from sparsurf.cli.command import main\nsys.exit(main(['surface', 'a.pdb', '-o', 'a.csv']))"
+    )
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("sparsurf surface: no folder can be written for the compiled kernels")
+    assert done.stderr.endswith("set NUMBA_CACHE_DIR to one that can.\n")
+    use = (
+        "import sparsurf\nsparsurf.read_molecule\ntry: sparsurf.surface\nexcept sparsurf.InputError: print(1)"
+    )
+    done = run_code(nowhere + use)
+    assert done.stdout == "1\n", done.stderr
+
+
+@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "qt4agg"])
+def test_commands_and_jobs_draw_whatever_backend_is_set(tmp_path, backend):
+    environment = os.environ | {"MPLBACKEND": backend}
+    code = "import sparsurf_study.report.figures.table1, matplotlib.pyplot as p; print(p.get_backend())"
+    assert run([sys.executable, "-c", code], cwd=tmp_path, env=environment).lower() == "agg\n"
+    assert "usage" in run(
+        [sys.executable, "-m", "sparsurf", "points", "--help"], cwd=tmp_path, env=environment
+    )

@@ -55,6 +55,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf import progress, surfaces
 from sparsurf.errors import InputError
+from sparsurf.kernel_cache import choose_kernel_cache, require_kernel_cache
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
@@ -141,6 +142,8 @@ def __getattr__(name: str) -> Any:
     if module is None:
         raise AttributeError(f"module 'sparsurf' has no attribute {name!r}")
     progress.enabled = True
+    if not module.startswith("molecules"):  # which have no kernels
+        require_kernel_cache()
     return getattr(import_module(f"sparsurf.{module}"), name)
 
 
@@ -152,6 +155,7 @@ def _views() -> Any:
 
 
 surfaces.views = _views
+choose_kernel_cache()
 
 
 def __dir__() -> list[str]:

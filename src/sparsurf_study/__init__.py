@@ -1,1 +1,7 @@
 """The study of Grassmann et al.: grid, tables, pages and workflow, on top of the library `sparsurf`; not in the wheel."""
+
+import os
+
+os.environ["MPLBACKEND"] = (
+    "agg"  # all figures are files, whatever backend Jupyter or a desktop sets for its windows
+)

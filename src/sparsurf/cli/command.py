@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 from sparsurf import __version__, progress
 from sparsurf.errors import InputError, printable
 from sparsurf.files import open_closed_streams
+from sparsurf.kernel_cache import require_kernel_cache
 from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
 
@@ -87,7 +88,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
     quiet = [word for word in arguments if word in ("-q", "--quiet")]  # before a command or after it
     arguments = quiet + [word for word in arguments if word not in quiet]
-    parser, options = build_parser(next((word for word in arguments if not word.startswith("-")), None))
+    os.environ["MPLBACKEND"] = "agg"  # whatever Jupyter or a desktop sets
+    command = next((word for word in arguments if not word.startswith("-")), None)
+    try:
+        if command in COMMANDS:  # its module loads kernels
+            require_kernel_cache()
+    except InputError as error:
+        print(f"sparsurf {command}: {error}", file=sys.stderr)
+        return FAILED
+    parser, options = build_parser(command)
     args, others = parser.parse_known_args(arguments)
     if others:
         several = not any(word.startswith("-") for word in others)

@@ -533,10 +533,12 @@ def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     ]
     if coded:
         last, next_first = (_atoms_named(molecule, name).tolist() for name in (PEPTIDE.last, PEPTIDE.first))
+        ca = _atoms_named(molecule, "CA")
         for k, (a, b) in enumerate(pairwise(places)):
             beside = a[0] == b[0] and (a in coded or b in coded) and abs(b[1] - a[1]) <= 1
             atoms = last[k], next_first[k + 1]
-            if beside and min(atoms) >= 0 and (molecule.kind[[*atoms]] == "protein").all():
+            apart = np.linalg.norm(molecule.xyz[0][ca[k + 1]] - molecule.xyz[0][ca[k]]) > SAME_RESIDUE
+            if beside and apart and min(atoms) >= 0 and (molecule.kind[[*atoms]] == "protein").all():
                 pairs.append(atoms)
     links = np.array(pairs, int).reshape(-1, 2)
     return links, np.linalg.norm(molecule.xyz[0][links[:, 0]] - molecule.xyz[0][links[:, 1]], axis=1)

@@ -1,12 +1,12 @@
 """Names of conformations, and whether a molecule has only one."""
 
-import gzip
 import re
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sparsurf.errors import InputError
+from sparsurf.files import read_bytes
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 
 if TYPE_CHECKING:
@@ -47,9 +47,8 @@ def file_has_one_model(path: str) -> bool:
     if kind not in PDB + MMCIF:
         return False
     try:
-        content = Path(path).read_bytes()
-        content = gzip.decompress(content) if content[:2] == b"\x1f\x8b" else content
-    except (OSError, EOFError):  # choose_frames reports it
+        content = read_bytes(path)
+    except InputError:  # choose_frames reports it
         return False
     if kind in PDB:
         end = content.find(b"\nEND")

@@ -4,6 +4,8 @@ import gzip
 import hashlib
 import http.server
 import json
+import subprocess
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -328,6 +330,21 @@ def test_models_of_a_file_are_counted_packed_or_not(tmp_path, content, single):
 def test_a_packed_file_that_is_torn_is_looked_at_by_the_rule_that_reads_it(tmp_path):
     (path := tmp_path / "torn.pdb.gz").write_bytes(gzip.compress(peptide().encode())[:-20])
     assert not file_has_one_model(str(path))
+
+
+def test_a_packed_file_that_grows_beyond_the_bound_is_not_unpacked_by_the_plan(tmp_path):
+    """256 MB of blanks in 250 kB, under a bound of 1 MB: the memory of the process hardly grows."""
+    path = tmp_path / "bomb.pdb.gz"
+    with gzip.open(path, "wb", compresslevel=9) as stream:
+        for _ in range(256):
+            stream.write(b" " * 2**20)
+    code = (
+        "import resource, sys; from sparsurf import files; from sparsurf_study.workflow.conformations import file_has_one_model\n"
+        "files.MAX_BYTES = 2**20; before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "print(file_has_one_model(sys.argv[1]), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
+    assert done.stdout == "False True\n"
 
 
 @pytest.mark.parametrize("packed", [False, True])
