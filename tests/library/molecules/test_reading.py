@@ -546,8 +546,9 @@ def test_frames_that_are_whole_are_never_moved():
         box = np.repeat(side * np.eye(3)[None], 3, axis=0)
         assert np.array_equal(make_whole(frames, box, index), frames)
         skew = box.copy()
-        skew[:, 1, 0] = 0.98 * side
-        assert np.array_equal(make_whole(frames, skew, index), frames)
+        skew[:, 1] = 0.98 * side, 0.05 * side, 0  # lattice vectors whose difference is as short as a bond
+        along_y = frames[..., [1, 0, 2]]
+        assert np.array_equal(make_whole(along_y, skew, index), along_y)
 
 
 def test_a_repair_that_makes_a_frame_worse_is_refused():
@@ -560,10 +561,15 @@ def test_a_repair_that_makes_a_frame_worse_is_refused():
         Unwrapping(two, 100 * np.eye(3), index, path="run.xtc")(
             two[None], np.diag([200.0, 50.0, 200.0])[None], np.array([7])
         )
-    long = np.repeat(piece[None], 2, axis=0)
-    long[1, 10:] += (0, 26, 0)  # broken there, and the box is wrong
-    repair = Unwrapping(long[0], 100 * np.eye(3), index[:20], path="run.xtc")
-    assert np.array_equal(repair(long, np.repeat(100 * np.eye(3)[None], 2, axis=0)), long)
+    square = np.array([[0.0, 0, 0], [1.5, 0, 0], [1.5, 1.5, 0], [0, 1.5, 0]])
+    lost = square - np.array(
+        [[49.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    )  # farther than half of the box from two only
+    box = 100 * np.eye(3)
+    repair = Unwrapping(square, box, np.zeros(4, int), path="run.xtc")
+    assert np.array_equal(repair(square[None], box[None]), square[None])
+    with pytest.raises(InputError, match=r"in frame 3 .* would stretch a bond to 98.5 Å"):
+        repair(lost[None], box[None], np.array([3]))
 
 
 def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
