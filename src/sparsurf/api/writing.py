@@ -17,7 +17,7 @@ import numpy as np
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
 from sparsurf.errors import InputError
-from sparsurf.files import shorten
+from sparsurf.files import as_path, shorten
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.formats.csv import write_csv
@@ -224,6 +224,7 @@ def write(
     >>> import sparsurf
     >>> sparsurf.write(sparsurf.surface("data/tdp43/topology.pdb"), "/tmp/dots.ply")
     """
+    as_path(path)  # or refuse what is none
     if hasattr(result, "iloc"):  # a table of pandas
         write_table(path, cast("pd.DataFrame", result))
         return

@@ -522,3 +522,10 @@ def test_concave_dots_inside_other_probes_are_kept_where_asked():
 def test_the_keywords_of_placing_dots_are_those_of_surface():
     taken = inspect.signature(sparsurf.surface).parameters.values()
     assert {each.name for each in taken if each.kind is each.KEYWORD_ONLY} == {*PLACEMENT}
+
+
+@pytest.mark.parametrize("path", [None, 3, b"a.csv", ["a.csv"], ""])
+def test_what_is_no_path_is_named_where_a_result_is_written(path):
+    for result in (Surface(5 * np.eye(3), np.eye(3)), pd.DataFrame({"a": [1]})):
+        with pytest.raises(InputError, match="a path is"):
+            sparsurf.write(result, path)
