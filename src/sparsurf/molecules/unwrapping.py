@@ -37,9 +37,10 @@ class Unwrapping:
 
     The links are found once, in the first frame: those that are whole there, and under the minimum image convention those
     between the pieces that are left. With `join`, the molecules (chains, pieces of a chain with a gap) are also moved next to
-    each other: each is linked by its shortest contact in the first frame, so that a complex stays a complex. Atoms that need
-    not move keep their exact coordinates. That frame has the places xyz (A, 3), Å, lattice vectors as rows of `box`, and
-    residues in the order of the sequence. `path` is named where a repair is refused.
+    each other: each is linked by its shortest contact in the first frame, so that a complex stays a complex; with None, this
+    is done if a bond crosses the border of the box there. Atoms that need not move keep their exact coordinates. That frame
+    has the places xyz (A, 3), Å, lattice vectors as rows of `box`, and residues in the order of the sequence. `path` is named
+    where a repair is refused.
     """
 
     def __init__(
@@ -47,12 +48,14 @@ class Unwrapping:
         xyz: np.ndarray,
         box: np.ndarray,
         residue_index: np.ndarray,
-        join: bool = True,
+        join: bool | None = True,
         path: StrPath = "",
     ) -> None:
-        self.links = self.bonds = _links(xyz, box, residue_index)
-        self.join, self.path = join, path
-        if join:
+        near = _near_pairs(xyz, box, residue_index)
+        self.links = self.bonds = _links(near, len(xyz))
+        self.join = _bond_crosses(near, residue_index) if join is None else join
+        self.path = path
+        if self.join:
             whole = self._shifted(xyz[None], box[None])[0]
             self.links = np.concatenate([self.links, _contacts(whole, box, self.links)])
             del self._tree  # of fewer links
@@ -138,13 +141,12 @@ def make_whole(
 ) -> np.ndarray:
     """Return frames (F, A, 3) with boxes (F, 3, 3), made whole, see `Unwrapping`.
 
-    Without `join`, molecules are moved next to each other only if a bond crosses the border of the box of the first frame: it
-    is then that of a simulation, and no crystal.
+    Without `join`, molecules are moved next to each other only if a bond crosses the border of the box in the first frame: the
+    box is then that of a simulation, not of a crystal.
     """
     if has_no_box(box):
         return xyz
-    join = join or _bond_crosses(xyz[0], box[0], residue_index)
-    return Unwrapping(xyz[0], box[0], residue_index, join, path)(xyz, box)
+    return Unwrapping(xyz[0], box[0], residue_index, join or None, path)(xyz, box)
 
 
 def has_no_box(box: np.ndarray) -> bool:
@@ -176,24 +178,24 @@ def _crossings(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
     return crossings
 
 
-def _links(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> np.ndarray:
-    """Find pairs (L, 2) of atoms closer than MAX_LINK, in one residue or in two consecutive ones.
+Near = tuple[
+    np.ndarray, np.ndarray, np.ndarray
+]  # pairs of atoms (P, 2), their distance, and that across the border
 
-    The pairs across the border of the box are those of pieces that no other pairs join.
-    """
-    pairs, length, across = _near_pairs(xyz, box, residue_index)
+
+def _links(near: Near, n_atoms: int) -> np.ndarray:
+    """Return the pairs (L, 2) closer than MAX_LINK; across the border of the box, those of pieces that no other pairs join."""
+    pairs, length, across = near
     direct, image = pairs[length < MAX_LINK], pairs[(length >= MAX_LINK) & (across < MAX_LINK)]
     if len(image):
         from scipy.sparse.csgraph import connected_components
 
-        _, piece = connected_components(_graph(direct, len(xyz)), directed=False)
+        _, piece = connected_components(_graph(direct, n_atoms), directed=False)
         image = image[piece[image[:, 0]] != piece[image[:, 1]]]
     return np.concatenate([direct, image])
 
 
-def _near_pairs(
-    xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _near_pairs(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> Near:
     """Find pairs (P, 2) of atoms of one residue or two consecutive ones, near or across the border, and both distances."""
     edges = np.flatnonzero(np.diff(residue_index)) + 1
     starts = np.concatenate([[0], edges, [len(xyz)]])
@@ -209,9 +211,9 @@ def _near_pairs(
     return np.concatenate(pairs), np.concatenate(lengths), np.concatenate(images)
 
 
-def _bond_crosses(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> bool:
-    """Return whether the border of the box cuts a residue, or the bond between two consecutive ones, in places xyz (A, 3)."""
-    pairs, length, across = _near_pairs(xyz, box, residue_index)
+def _bond_crosses(near: Near, residue_index: np.ndarray) -> bool:
+    """Return whether the border of the box cuts a residue, or the bond between two consecutive ones."""
+    pairs, length, across = near
     same = residue_index[pairs[:, 0]] == residue_index[pairs[:, 1]]
     return bool(((length > STILL_LINKED) & (across < np.where(same, MAX_LINK, BOND_ACROSS))).any())
 
