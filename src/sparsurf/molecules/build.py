@@ -142,7 +142,7 @@ def _without_particles(
         names = dict.fromkeys(name[found].tolist())
         listed = ", ".join([*names][:4]) + (", ..." if len(names) > 4 else "")
         of_water = all(known_kind(each) == "water" for each in set(residue_name[found].tolist()))
-        message = "%s: left out %s (pseudoatoms, lone pairs, virtual sites or Drude particles, not atoms): %s"
+        message = "%s: left out %s (pseudoatoms, lone pairs, virtual sites or Drude particles, which are not atoms): %s"
         count = pluralise(int(found.sum()), "particle")
         log.log(logging.INFO if of_water else logging.WARNING, message, path, count, listed)
     kept = atoms.take(~found)
