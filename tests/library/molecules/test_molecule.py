@@ -6,9 +6,11 @@ from string import ascii_letters, ascii_uppercase, digits
 import numpy as np
 import pytest
 
+from peptides import ALANINE, STEP, atom_line, write
 from sparsurf.molecules import formats
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import _short_chain_ids, read_pdb
+from sparsurf.molecules.read_molecule import read_molecule
 
 
 @pytest.fixture
@@ -44,12 +46,16 @@ def test_parts_and_labels_of_a_molecule(molecule):
 def test_the_topology_has_chains_residues_and_elements(molecule):
     topology = molecule.topology
     assert [residue.n_atoms for residue in topology.residues] == [2, 2, 1]
-    assert [residue.resSeq for residue in topology.residues] == [1, 2, 1]
+    assert [residue.resSeq for residue in topology.residues] == [
+        1,
+        2.5,
+        1,
+    ]  # of 1, 2B and 1: mdtraj has no insertion codes
     assert [residue.chain.index for residue in topology.residues] == [0, 0, 1]
     assert topology.select("segname B").tolist() == [4] and topology.atom(4).element.symbol == "VS"
     assert topology.atom(1).element.symbol == "C" and topology.n_bonds == 0
     nameless = replace(molecule, residue=np.array(["", "", "2B", "2B", "1"]))
-    assert [residue.resSeq for residue in nameless.topology.residues] == [0, 2, 1]
+    assert [residue.resSeq for residue in nameless.topology.residues] == [0, 2.5, 1]
 
 
 def test_one_frame_is_written_atoms_from_one_and_with_the_end_of_each_chain(molecule, tmp_path):
@@ -103,3 +109,16 @@ def test_the_ending_of_a_name():
         "a.gz2": ".gz2",
     }  # fmt: skip
     assert {name: formats.suffix(name) for name in names} == names
+
+
+def test_an_expression_names_residues_in_the_order_of_the_chain(tmp_path):
+    labels = ["1B", "1A", "1", "2", "2A", "3"]
+    lines = (
+        atom_line(name, residue=label, place=np.add(place, k * STEP))
+        for k, label in enumerate(labels) for name, place in ALANINE.items()
+    )  # fmt: skip
+    molecule = read_molecule(write(tmp_path / "a.pdb", "".join(lines) + "END\n"))
+    for expression, chosen in (
+        ("residue 1", "1"), ("residue 2", "2"), ("residue 1 to 2", "1 2"), ("residue 2 to 3", "2 2A 3"), ("residue < 1", "1B 1A"),
+    ):  # fmt: skip
+        assert [*dict.fromkeys(molecule.select(selection=expression).residue.tolist())] == chosen.split()
