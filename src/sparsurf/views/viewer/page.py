@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -58,7 +58,7 @@ def page(
     best: dict[str, Any] | None = None,
     residues: Sequence[str] = (),
     values: Sequence[Values] = (),
-    minimal: Sequence[int] = (),
+    minimal: Sequence[int] | np.ndarray = (),
     opens: tuple[str, int | str] | None = None,
     up: str = "../../index.html",
     says: str = "",
@@ -74,17 +74,47 @@ def page(
     `says` is a further answer below the title, and rows of `turn`, the rotation of the first view, point right, up and to the
     viewer.
     """
-    surface, rough = prepared.surface, prepared.roughness
-    grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
-    values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
+    rough = prepared.roughness
     parts = {
         "%TITLE%": escape(title),
-        "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}."
+        "%ANSWER%": f"{len(rough):,} dots, mean roughness {rough.mean():.2f}."
         + (f" {says[0].upper()}{says[1:]}." if says else ""),
         "%UP%": f'<a id="up" href="{escape(up)}">All of this run</a>' if up else "",
-        "%STYLE%": _read("page.css"),
-        "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
+        "%STYLE%": style(),
+        "%MAIN%": main(),
+        "%SCRIPT%": script(),
     }
+
+    def fill(data: str) -> str:
+        """Return the page around packed dots."""
+        text = _read("page.html")
+        for mark, part in (parts | {"%DATA%": data}).items():
+            text = text.replace(mark, part)
+        return text
+
+    return around_dots(fill, prepared, orders, grid, best, residues, values, minimal, opens, turn)
+
+
+def around_dots(
+    fill: Callable[[str], str],
+    prepared: PreparedSurface,
+    orders: dict[str, np.ndarray],
+    grid: pd.DataFrame | None = None,
+    best: dict[str, Any] | None = None,
+    residues: Sequence[str] = (),
+    values: Sequence[Values] = (),
+    minimal: Sequence[int] | np.ndarray = (),
+    opens: tuple[str, int | str] | None = None,
+    turn: np.ndarray | None = None,
+    minimal_is: str = "the subset minimal.csv",
+) -> str:
+    """Return the page that `fill` makes around the packed dots, of at most MAX_BYTES; the rest is as of `page`.
+
+    The page needs `style`, `main` and `script`, and the packed dots as `PACKED`. `minimal_is` names the dots of `minimal`.
+    """
+    surface = prepared.surface
+    grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
+    values = [Values("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat"), *values]
     most = MAX_DOTS
     while True:
         dots = np.sort(next(iter(orders.values()))[:most])
@@ -94,14 +124,27 @@ def page(
         header["sampler"], header["colour"] = opens or (next(iter(header["samplers"])), 0)
         columns = dot_columns(surface, dots, whole, residues, values, header)
         if len(minimal):
+            header["samplers"]["minimal"] = minimal_is
             columns["minimal"] = np.isin(dots, minimal).astype(int)
-        text = _read("page.html")
-        data = pack(header, columns | cover_columns(surface, dots, prepared.cover))
-        for mark, part in (parts | {"%DATA%": data}).items():
-            text = text.replace(mark, part)
+        text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover)))
         if len(text.encode()) <= MAX_BYTES:
             return text
         most = int(0.95 * len(dots) * MAX_BYTES / len(text))
+
+
+def style() -> str:
+    """Return the style sheet of the viewer, which is that of its own page."""
+    return _read("page.css")
+
+
+def main() -> str:
+    """Return the HTML of the viewer: its picture and its controls."""
+    return _read("main.html").rstrip("\n")
+
+
+def script() -> str:
+    """Return the JavaScript of the viewer, which reads the packed dots from the constant `PACKED`."""
+    return "".join(_read(name) for name in SCRIPTS)
 
 
 def coloured_page(
@@ -147,7 +190,7 @@ def _header(
     grid: pd.DataFrame,
     best: dict[str, Any],
     values: Sequence[Values],
-    minimal: Sequence[int],
+    minimal: Sequence[int] | np.ndarray,
 ) -> dict[str, Any]:
     """Collect what the page needs besides the dots."""
     readings = readings_of_columns(grid, "d_")
