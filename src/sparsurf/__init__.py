@@ -63,6 +63,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
     from sparsurf.api.points import points, points_of
+    from sparsurf.api.show import show
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surfaces import components, mesh, surface
     from sparsurf.api.writing import write
@@ -97,6 +98,7 @@ FUNCTIONS = {
     "fields": "api.fields",
     "residues": "api.fields",
     "write": "api.writing",
+    "show": "api.show",
 }
 CLASSES = {
     "Molecule": "molecules.molecule",
@@ -131,6 +133,7 @@ __all__ = [
     "residues",
     "roughness",
     "sample",
+    "show",
     "surface",
     "write",
 ]

@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
     (folder / "bin" / "sparsurf").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m sparsurf "$@"\n')
     (folder / "bin" / "sparsurf").chmod(0o755)
     environment = os.environ | {"PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "MPLBACKEND": "agg"}
-    environment |= {"PYTHONPATH": str(ROOT / "src")}
+    environment |= {"PYTHONPATH": str(ROOT / "src"), "DISPLAY": "", "WAYLAND_DISPLAY": ""}  # no browser opens
     for command in (
         ["sh", "-ec", "".join(blocks("bash"))],
         [sys.executable, "-c", "".join(blocks("python"))],
@@ -53,6 +53,7 @@ def test_the_tutorial_gives_what_it_says(folder):
         len(sparsurf.read_surface(folder / f"{name}.ply").points) for name in ("recovered", "surface")
     )
     assert again > 0.9 * dots
+    assert "roughest residues</h2>" in (folder / "protein.html").read_text(encoding="utf-8")
     assert (folder / "figure.png").stat().st_size > 10_000 and (folder / "figure.pdf").is_file()
 
 

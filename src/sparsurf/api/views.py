@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sparsurf.api.pages import patches_for
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.patches.index import D_LINK
 from sparsurf.sampling.samplers import farthest
-from sparsurf.settings import Patches, Settings
+from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
-from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores
 from sparsurf.views.viewer.page import MAX_DOTS, Values, page
@@ -89,7 +88,7 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
 def show(surface: Surface, values: ArrayLike | None = None) -> View:
     """Show a surface to turn, to sample and to pick dots from, in the browser if there is no notebook; see `Surface.show`."""
     view = View(_page(surface, _values_of_dots(surface, values)))
-    if not _in_notebook():
+    if not in_notebook():
         with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:
             file.write(view.html)
         if not webbrowser.open(Path(file.name).as_uri()):
@@ -114,9 +113,7 @@ def notebook_html(surface: Surface) -> str:
 
 def _page(surface: Surface, values: np.ndarray | None) -> str:
     """Return the page of a surface; dots that are far apart are linked by their own spacing."""
-    gap = spacing(surface.points) if len(surface) > 1 else 0.0
-    d_link = max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap)
-    prepared = PreparedSurface(surface, Settings(patches=Patches(d_link=d_link)), threads=available_cores())
+    prepared = PreparedSurface(surface, Settings(patches=patches_for(surface)), threads=available_cores())
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     shown = [] if values is None else [Values("values", "value", "", values)]
     shown += [Values(name, name, "", numbers) for name, numbers in surface.fields.items()]
@@ -139,7 +136,7 @@ def _values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | 
     return numbers
 
 
-def _in_notebook() -> bool:
+def in_notebook() -> bool:
     """Return whether a kernel of Jupyter runs this."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return shell is not None and hasattr(shell, "kernel")

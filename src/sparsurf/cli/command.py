@@ -24,6 +24,7 @@ from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
 
 COMMANDS = {
+    "show": "one page on a molecule: its surface to turn, roughness, fields and residues",
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields of every residue",
@@ -43,6 +44,7 @@ Errors are one sentence on standard error.
 exit codes: 0 done, 1 the sentence says what is wrong with a file, 2 the command line was not understood
 
 examples:
+  sparsurf show protein.pdb
   sparsurf surface protein.pdb -o dots.ply
   sparsurf roughness protein.pdb -o - | head
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv
@@ -185,6 +187,7 @@ def _compiling(quiet: bool) -> Iterator[None]:
 def _warnings_to_stderr() -> Iterator[None]:
     """Print warnings of the library, one line each; its notes are for the logs of a study."""
     handler = logging.StreamHandler()  # the standard error of now: tests exchange it
+    handler.setLevel(logging.WARNING)
     handler.setFormatter(logging.Formatter("sparsurf: warning: %(message)s"))
     log = logging.getLogger("sparsurf")
     before, propagate, level = log.handlers, log.propagate, log.level

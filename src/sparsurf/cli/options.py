@@ -5,13 +5,15 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from sparsurf.api.about import About, heard
 from sparsurf.api.inputs import check_frame, is_structure
 from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, PROBE, PROBE_RADIUS, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.molecules.formats import STRUCTURES, stem, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
@@ -85,12 +87,13 @@ def add_fields(parser: argparse._ActionsContainer) -> None:
 
 
 def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
-    """Return the dots of FILE, or those that are placed on its atoms, and its molecule."""
+    """Return the dots of FILE, or those that are placed on its atoms, and its molecule; `args.heard` as of `read_atoms`."""
     if not is_structure(args.file):
         for name in STRUCTURE_OPTIONS:
             if getattr(args, name, None) is not None:
                 raise InputError(f"--{name} has no meaning for {args.file}, which holds dots; leave it out.")
-        return read_surface(args.file), None
+        with heard(args.file) as args.heard:
+            return read_surface(args.file), None
     molecule = read_atoms(args)
     say(f"surface of {molecule.n_atoms:,} atoms")
     from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
@@ -130,11 +133,12 @@ def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule |
 
 
 def read_atoms(args: argparse.Namespace) -> Molecule:
-    """Return the molecule of FILE, with all its frames."""
+    """Return the molecule of FILE, with all its frames; what reading it said is `args.heard` from now on."""
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = getattr(args, "assembly", False)
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
-    molecule = read_molecule(args.file, args.trajectory, **keys)
+    with heard(args.file) as args.heard:
+        molecule = read_molecule(args.file, args.trajectory, **keys)
     name = args.trajectory or args.file
     check_frame(molecule, args.frame or 0, name)
     if molecule.n_frames > 1 and args.frame is None and not args.quiet:
@@ -142,6 +146,11 @@ def read_atoms(args: argparse.Namespace) -> Molecule:
         message = f"{name} has {molecule.n_frames} {several}: the first is taken. --frame takes another."
         print(message, file=sys.stderr)
     return molecule
+
+
+def about(args: argparse.Namespace, **known: Any) -> About:
+    """Return what a page or picture says besides the dots; `known` are further attributes of About."""
+    return About(stem(args.file), args.heard, **known)
 
 
 def say(text: str) -> None:

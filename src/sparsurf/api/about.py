@@ -1,0 +1,85 @@
+"""What a page or a picture says besides its dots, and what the library says while it reads a molecule."""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from sparsurf.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from sparsurf.settings import Patches
+    from sparsurf.surfaces.surface import Surface
+
+LEFT_OUT = "left out "  # how the message on residues that are not part of a molecule begins
+
+
+@dataclass
+class Heard:
+    """What reading a molecule said: names of residues that were left out, and other sentences."""
+
+    left_out: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class About:
+    """What a page or picture says besides the dots.
+
+    Attributes
+    ----------
+    name : of the molecule or file
+    heard : what reading the molecule said; None where it was not read here
+    patches : radius and link of the patches of the roughness; by default those of the paper, or a link that suits the dots
+    roughness : (N,) R_i of the dots if it is known
+    whole : the surface that kept dots were chosen from
+    """
+
+    name: str = ""
+    heard: Heard | None = None
+    patches: Patches | None = None
+    roughness: np.ndarray | None = None
+    whole: Surface | None = None
+
+    def of(self, dots: np.ndarray) -> About:
+        """Return the same of only some dots, (n,) int."""
+        return self if self.roughness is None else replace(self, roughness=self.roughness[dots])
+
+
+@contextmanager
+def heard(path: Any) -> Iterator[Heard]:
+    """Collect what the library says of a file while it is read, its notes included; warnings are shown as always."""
+    log, found = logging.getLogger("sparsurf"), Heard()
+    before = log.level
+    shown = log.getEffectiveLevel()
+
+    def listen(record: logging.LogRecord) -> bool:
+        """Keep the message, and tell whether it is shown to the user as well."""
+        text = record.getMessage().removeprefix(f"{path}: ")
+        if text.startswith(LEFT_OUT):
+            found.left_out += text.removeprefix(LEFT_OUT).split(", ")
+        elif record.levelno >= logging.WARNING:
+            found.others.append(f"{text[0].upper()}{text[1:]}.")
+        return record.levelno >= shown
+
+    log.addFilter(listen)
+    log.setLevel(min(shown, logging.INFO))
+    try:
+        yield found
+    finally:
+        log.removeFilter(listen)
+        log.setLevel(before)
+
+
+def refuse_missing_matplotlib(name: str) -> None:
+    """Raise InputError if no picture can be drawn."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise InputError(
+            f"{name}: a picture needs matplotlib; run pip install matplotlib, or name a file in .html."
+        )

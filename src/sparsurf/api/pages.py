@@ -1,0 +1,142 @@
+"""Pages and pictures of surfaces and of their residues, for `show` and for the suffixes .html and .png."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sparsurf.api.about import About, refuse_missing_matplotlib
+from sparsurf.api.fields import FIELDS
+from sparsurf.dot_fields.registry import FIELDS as ALL_FIELDS
+from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.residues import residue_table
+from sparsurf.files import pluralise
+from sparsurf.patches.index import D_LINK
+from sparsurf.sampling.samplers import farthest
+from sparsurf.settings import Patches, Settings
+from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
+from sparsurf.threads import available_cores
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+
+    from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.surface import Surface
+
+
+def patches_for(surface: Surface) -> Patches:
+    """Return the patches of the paper, with a link that suits the dots where these are far apart."""
+    gap = spacing(surface.points) if len(surface) > 1 else 0.0
+    return Patches(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
+
+
+def page_of_surface(
+    surface: Surface, about: About, colour: str = "roughness", kept: Sequence[int] | np.ndarray = ()
+) -> str:
+    """Return the page of a surface: the viewer, its residues if the dots know their molecule, and what was left out.
+
+    `colour` is 'roughness' or 'kind', and `kept` are dots of a subset, which are shown first.
+    """
+    from sparsurf.views.overview.page import Notes, overview
+    from sparsurf.views.viewer.page import MAX_DOTS, Values
+
+    settings = Settings(patches=about.patches or patches_for(surface))
+    prepared = PreparedSurface(surface, settings, about.roughness, threads=available_cores())
+    order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
+    molecule = surface.molecule
+    shown, missing = with_fields(surface, molecule)
+    components = surface.placed.components(surface) if surface.placed else None
+    table = None
+    if molecule is not None:
+        table = residue_table(shown, prepared.roughness, molecule, component=components)
+    named = [_values(Values, name, numbers) for name, numbers in shown.fields.items()]
+    if components is not None and components.max() > 0:
+        parts = components.astype(float)
+        named.append(Values("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
+    is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
+    opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
+    said = about.heard
+    notes = None if said is None else Notes(tuple(said.left_out), tuple(said.others))
+    return overview(
+        title_of(about, surface),
+        prepared,
+        order,
+        table,
+        labels=[molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else (),
+        values=named,
+        kept=kept,
+        opens=opens,
+        notes=notes,
+        missing=[ALL_FIELDS[name].label for name in missing],
+        counts=_counts(molecule) if molecule else "",
+        probe=surface.origin.rules.probe_radius if surface.origin else None,
+    )
+
+
+def title_of(about: About, surface: Surface) -> str:
+    """Return the heading of a page."""
+    return f"The surface of {about.name}" if about.name else repr(surface)
+
+
+def with_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:
+    """Return a surface with the fields of its molecule, and the names of those without a value there."""
+    missing: list[str] = []
+    if molecule is None or surface.origin is None:
+        return surface, missing
+    fields = dict(surface.fields)
+    for name in FIELDS:
+        try:
+            table = compute_fields((name,), molecule.frame(surface.origin.frame), surface.points)
+        except InputError:
+            missing.append(name)
+        else:
+            fields.setdefault(name, table[name].to_numpy())
+    return replace(surface, fields=fields), missing
+
+
+def _values(kind: Any, name: str, numbers: np.ndarray) -> Any:
+    """Return the values of a field under its name for people."""
+    label, unit = ALL_FIELDS[name][1:] if name in ALL_FIELDS else (name.replace("_", " "), "")
+    return kind(label, name, f" {unit}".rstrip().replace("^2", "²"), numbers)
+
+
+def _counts(molecule: Molecule) -> str:
+    """Return how large a molecule is, in words."""
+    chains = len(set(molecule.chain.tolist()))
+    return f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(chains, 'chain')}, of {molecule.n_atoms:,} atoms"
+
+
+def page_of_residues(table: pd.DataFrame, name: str) -> str:
+    """Return the page of a table of residues: their profile and the roughest."""
+    from sparsurf.views.overview.page import page_of_residues as render
+
+    return render(f"The residues of {name}", table)
+
+
+def refuse_other_table(table: pd.DataFrame, name: str) -> None:
+    """Raise InputError unless a table is one of residues with a roughness."""
+    needed = ("chain", "residue", "residue_name", "mean_roughness", "area", "dots")
+    absent = [column for column in needed if column not in table]
+    if absent:
+        raise InputError(
+            f"{name}: a page or picture of a table shows residues, and this one has no column {absent[0]!r}; "
+            "name a file in .csv or .npz."
+        )
+    if not table["mean_roughness"].notna().any():
+        raise InputError(
+            f"{name}: no residue has a roughness, since all are buried; name a file in .csv or .npz."
+        )
+
+
+def save_picture(path: Path, name: str, figure: str, *values: Any) -> None:
+    """Draw a picture of `views.pictures`, by the name of its function, and save it as a PNG; `name` is the output's."""
+    refuse_missing_matplotlib(name)
+    from sparsurf.views import layout, pictures
+
+    layout.save(getattr(pictures, figure)(*values), path)

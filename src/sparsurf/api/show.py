@@ -1,0 +1,136 @@
+"""Show a molecule or a surface: one page with the surface to turn, its roughness, its fields and its residues."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import tempfile
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sparsurf.api.about import About, heard
+from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms
+from sparsurf.api.pages import page_of_surface
+from sparsurf.api.surfaces import as_surface, surface
+from sparsurf.api.views import View, in_notebook
+from sparsurf.api.writing import parse_output, write_file
+from sparsurf.arguments import check_flag
+from sparsurf.errors import InputError
+from sparsurf.molecules.formats import stem
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.suggestions import public
+
+if TYPE_CHECKING:
+    from sparsurf.surfaces.mesh import Mesh
+
+log = logging.getLogger("sparsurf")
+
+PAGES = (".html",)
+
+
+@public(of_dots=True)
+def show(
+    source: SurfaceLike | Mesh,
+    path: str | Path | None = None,
+    *,
+    trajectory: str | Path | None = None,
+    frame: int = 0,
+    open_browser: bool = True,
+) -> View:
+    """Show a molecule or a surface as one page, and open it in the browser where there is one.
+
+    The page has the surface to turn, its roughness and its fields as colours and numbers, the mean roughness of the residues
+    along each chain, the ten roughest residues, and what was left out of the molecule. It is one file that needs no network.
+
+    Parameters
+    ----------
+    source : path, Molecule, atoms of another library, Surface, Subset, Mesh, or the pair (points, normals)
+        What is shown. A path is that of a structure, as for `read_molecule`, or of a file of dots or a PLY mesh, as for
+        `read_surface`. Dots that do not know their molecule, such as those of a file, have no residues and no fields of
+        atoms. Lengths are in Å.
+    path : str or Path, optional
+        File in .html for the page. By default a temporary file, unless the page is not opened.
+    trajectory : path, optional
+        Trajectory that belongs to the structure `source`.
+    frame : int
+        Position of the frame of the molecule, or of the model, from 0 (default 0).
+    open_browser : bool
+        Whether the page is opened in the browser (default True). It never is in a notebook, which shows the page itself, and
+        where there is no display.
+
+    Returns
+    -------
+    View
+        The page as `html`; its method `save` writes it, and a notebook shows it.
+
+    Raises
+    ------
+    InputError
+        One sentence on what is wrong with the file, the frame or the path.
+
+    Notes
+    -----
+    Roughness is that of `roughness`: the mean cosine between the normals of a patch and their mean (Grassmann et al., PLoS ONE
+    17(4), e0266004, 2022). Where dots are too far apart for a link of 0.5 Å, the link is larger, and the page says so.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> page = sparsurf.show("data/tdp43/topology.pdb", "/tmp/tdp43.html", open_browser=False)
+    >>> "The 10 roughest residues" in page.html
+    True
+    """
+    check_flag(open_browser, "open_browser")
+    if path is not None:
+        parse_output(path, PAGES)
+    view = View(page_of_surface(*surface_to_show(source, trajectory, frame)))
+    if path is not None:
+        write_page(path, view.html)
+    if open_browser and not in_notebook() and has_display():
+        open_page(path or _temporary(view.html))
+    return view
+
+
+def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> tuple[Any, About]:
+    """Return the surface of what the user gave, and what the page says of it."""
+    is_path = isinstance(source, str | Path)
+    if trajectory is not None and not (is_path and has_atoms(source)):
+        raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")
+    name = stem(source) if is_path else ""
+    if has_atoms(source):
+        with heard(source) as said:
+            molecule = read_molecule(source, trajectory) if is_path else as_molecule(source)
+            dots = surface(molecule, frame=frame)
+        return dots, About(name, said if is_path else None)
+    if frame != 0:
+        raise InputError("show: a frame is that of a molecule; leave it out for dots.")
+    with heard(source) as said:
+        dots = as_surface(source.vertices if hasattr(source, "triangles") else source)
+    return dots, About(name, said if is_path else None)
+
+
+def write_page(path: str | Path, html: str) -> None:
+    """Write a page under its final name once it is whole."""
+    write_file(path, PAGES, {".html": lambda file: file.write_text(html, encoding="utf-8")})
+
+
+def has_display() -> bool:
+    """Return whether a browser has a screen to open on."""
+    return sys.platform == "darwin" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def open_page(path: str | Path) -> bool:
+    """Open a page in the browser; warn, and return False, if there is none."""
+    opened = webbrowser.open(Path(path).resolve().as_uri())
+    if not opened:
+        log.warning("show: there is no browser; open %s in one", path)
+    return opened
+
+
+def _temporary(html: str) -> str:
+    """Write a page into a temporary file, which stays for the browser."""
+    with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:
+        file.write(html)
+    return file.name

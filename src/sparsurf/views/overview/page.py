@@ -1,0 +1,155 @@
+"""Render the page on a surface: the template holds the sentences, and these functions supply the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.patches.index import D_LINK
+from sparsurf.version import __version__
+from sparsurf.views.numbers import number
+from sparsurf.views.overview.profile import labels_of, panels, roughest
+from sparsurf.views.viewer import page as viewer
+
+if TYPE_CHECKING:
+    import jinja2
+
+    from sparsurf.evaluation.prepared_surface import PreparedSurface
+
+N_OPEN = 8  # chains whose profile is not folded
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What reading a molecule said of it.
+
+    Attributes
+    ----------
+    left_out : names and numbers of the residues of the file that are not part of the molecule; empty where there are none
+    others : sentences on the molecule
+    """
+
+    left_out: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+
+
+def overview(
+    title: str,
+    prepared: PreparedSurface,
+    order: np.ndarray,
+    residues: pd.DataFrame | None = None,
+    *,
+    labels: Sequence[str] = (),
+    values: Sequence[viewer.Values] = (),
+    kept: Sequence[int] | np.ndarray = (),
+    opens: tuple[str, int | str] | None = None,
+    notes: Notes | None = None,
+    missing: Sequence[str] = (),
+    counts: str = "",
+    probe: float | None = None,
+) -> str:
+    """Render the page of a surface, in one file.
+
+    `order` are the dots in the order of farthest-point sampling, `residues` is the table of `evaluation.residues`, `labels`
+    names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
+    the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, and `probe` is its radius, Å.
+    """
+    surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
+    known = {
+        "subset": len(kept), "dots": len(surface), "area": float(surface.area.sum()) if np.isfinite(surface.area).all() else 0.0,
+        "mean": float(rough.mean()), "r_patch": patches.r_patch, "d_link": patches.d_link, "sparse": patches.d_link > D_LINK,
+        "probe": probe,
+    }  # fmt: skip
+    shown = [viewer.Values("roughness", "R_i", "", rough), *values]
+    words = {
+        "title": title, "surface": known, "names": listed(["the roughness", *[one.name for one in values]]),
+        "fields": [_range(one) for one in shown], "notes": notes.others if notes else (), "missing": missing,
+        "left_out": ", ".join(notes.left_out) if notes else None, "counts": counts,
+    }  # fmt: skip
+    words |= residue_words(residues)
+
+    def fill(data: str) -> str:
+        """Return the page around packed dots."""
+        return render(data=data, **words)
+
+    return viewer.around_dots(
+        fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
+        minimal_is="the kept dots",
+    )  # fmt: skip
+
+
+def page_of_residues(title: str, residues: pd.DataFrame) -> str:
+    """Render a page of residues alone: their profile and the roughest."""
+    known = {"surface": None, "fields": (), "left_out": None, "notes": (), "missing": (), "counts": ""}
+    return render(title=title, **known, **residue_words(residues))
+
+
+def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
+    """Return what the template needs of the residues."""
+    if residues is None:
+        return {"table": None, "panels": [], "rough": [], "means": []}
+    columns = [name for name in residues if str(name).startswith("mean_") and name != "mean_roughness"]
+    rough = roughest(residues)
+    rows = [
+        {"label": label, "roughness": row["mean_roughness"], "area": row["area"], "dots": row["dots"],
+         "means": [row[name] for name in columns]}
+        for label, row in zip(labels_of(rough), rough.to_dict("records"), strict=True)
+    ]  # fmt: skip
+    means = [named_field(str(name).removeprefix("mean_")) for name in columns]
+    return {"table": True, "panels": panels(residues), "rough": rows, "means": means}
+
+
+def named_field(name: str) -> dict[str, str]:
+    """Return the name of a field for people, and its unit."""
+    words, unit = FIELDS[name][1:] if name in FIELDS else (name.replace("_", " "), "")
+    return {"name": words, "unit": unit.replace("^2", "²")}
+
+
+def _range(values: viewer.Values) -> dict[str, Any]:
+    """Return the name, the ends, the mean and the unit of some values."""
+    known = values.values[np.isfinite(values.values)]
+    low, mean, high = (known.min(), known.mean(), known.max()) if len(known) else (np.nan,) * 3
+    return {"name": values.name, "unit": values.unit.strip(), "low": low, "mean": mean, "high": high}
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a list in a sentence: 'a, b and c'."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+
+
+def render(**known: Any) -> str:
+    """Render the template."""
+    from markupsafe import Markup
+
+    parts = {
+        "style": Markup(viewer.style()),
+        "main": Markup(viewer.main()),
+        "script": Markup(viewer.script()),
+    }
+    style = Markup(Path(__file__).with_name("page.css").read_text(encoding="utf-8"))
+    shared = {"version": __version__, "style": style, "viewer": parts, "n_open": N_OPEN, "data": ""}
+    text = _template().render(shared | known)
+    return "\n".join(line for line in text.lstrip().splitlines() if line.strip()) + "\n"
+
+
+@cache
+def _template() -> jinja2.Template:
+    """Load the template."""
+    import jinja2  # here: only pages need it
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    return environment.get_template("page.html.j2")

@@ -1,0 +1,129 @@
+"""The mean roughness of the residues along each chain, laid out for a drawing of any kind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.views.numbers import number
+
+N_ROUGHEST = 10
+MIN_WIDTH, STEP, HEIGHT = 760, 6, 190  # of the drawing of a chain; STEP from residue to residue, at least
+LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 26  # margins around its curve
+LABEL_ROOM = 44  # from one number below the axis to the next
+STEPS_OF_LABELS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+STEP_OF_LEVELS = 0.1
+
+
+class Mark(NamedTuple):
+    """A residue in the drawing of its chain."""
+
+    x: float
+    y: float
+    label: str
+    value: float
+    rough: bool  # one of the roughest of the molecule
+
+
+class Panel(NamedTuple):
+    """The drawing of one chain; lengths are in pixels from the upper left corner."""
+
+    chain: str
+    least: Mark
+    most: Mark
+    width: int
+    height: int
+    curves: list[str]  # points of the lines between consecutive residues
+    marks: list[Mark]
+    ticks: list[tuple[float, str]]  # below the axis
+    levels: list[tuple[float, str]]  # beside the axis
+
+
+def roughest(residues: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the residues with the lowest mean roughness, the lowest first; buried ones have none."""
+    known = residues[residues["mean_roughness"].notna()]
+    return known.sort_values("mean_roughness", kind="stable").head(N_ROUGHEST)
+
+
+def labels_of(residues: pd.DataFrame) -> list[str]:
+    """Return the labels of residues, as 'GLU 209 A'."""
+    names = zip(residues["residue_name"], residues["residue"], residues["chain"], strict=True)
+    return [" ".join(filter(None, map(str, name))) for name in names]
+
+
+def stretches(residues: pd.DataFrame) -> list[np.ndarray]:
+    """Return the positions in a chain's table of residues that follow one another: numbered so, and with a roughness."""
+    numbers = residue_numbers(residues)
+    known = residues["mean_roughness"].notna().to_numpy()
+    jumps = np.diff(numbers) > 1
+    ends = 1 + np.flatnonzero(jumps | ~known[1:] | ~known[:-1])
+    return [part for part in np.split(np.arange(len(residues)), ends) if known[part].all() and len(part)]
+
+
+def residue_numbers(residues: pd.DataFrame) -> np.ndarray:
+    """Return the numbers of residues without their insertion codes, (n,) int."""
+    return residues["residue"].astype(str).str.extract(r"(-?\d+)", expand=False).fillna("0").to_numpy(int)
+
+
+def chains(residues: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Iterate over the chains that have a residue with a roughness, in the order of the structure."""
+    for name, rows in residues.groupby("chain", sort=False):
+        if rows["mean_roughness"].notna().any():
+            yield str(name), rows
+
+
+def limits(residues: pd.DataFrame) -> tuple[float, float]:
+    """Return the ends of the axis of the mean roughness: tenths around all values."""
+    low, high = residues["mean_roughness"].min(), residues["mean_roughness"].max()
+    return math.floor(low / STEP_OF_LEVELS) * STEP_OF_LEVELS, math.ceil(
+        high / STEP_OF_LEVELS + 1e-9
+    ) * STEP_OF_LEVELS
+
+
+def places_of_labels(residues: pd.DataFrame, room: float) -> list[int]:
+    """Return the positions of residues with round numbers, such that labels of consecutive ones have room; in residues."""
+    numbers = residue_numbers(residues)
+    step = next((step for step in STEPS_OF_LABELS if step >= room), STEPS_OF_LABELS[-1])
+    places: list[int] = []
+    for place, value in enumerate(numbers.tolist()):
+        if value % step == 0 and (not places or place - places[-1] >= room):
+            places.append(place)
+    return places or [0]
+
+
+def panels(residues: pd.DataFrame) -> list[Panel]:
+    """Lay out the drawing of every chain, with one axis of roughness for all; none where no residue has a roughness."""
+    if not residues["mean_roughness"].notna().any():
+        return []
+    low, high = limits(residues)
+    rough = residues.index.isin(roughest(residues).index)
+    marked = residues.assign(rough=rough)
+    return [_panel(name, rows, low, high) for name, rows in chains(marked)]
+
+
+def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
+    """Lay out the drawing of one chain, whose roughest residues are `rough`."""
+    values = rows["mean_roughness"].to_numpy(float)
+    width = max(MIN_WIDTH, LEFT + RIGHT + STEP * len(rows))
+    step = (width - LEFT - RIGHT) / len(rows)
+    across = LEFT + step * (np.arange(len(rows)) + 0.5)
+    down = TOP + (HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)
+    curves = [" ".join(f"{across[k]:.1f},{down[k]:.1f}" for k in part) for part in stretches(rows)]
+    labels, rough = labels_of(rows), rows["rough"].tolist()
+    marks = [
+        Mark(round(float(across[k]), 1), round(float(down[k]), 1), labels[k], float(values[k]), rough[k])
+        for k in np.flatnonzero(np.isfinite(values)).tolist()
+    ]
+    places = places_of_labels(rows, LABEL_ROOM / step)
+    ticks = [(round(float(across[k]), 1), str(rows["residue"].iloc[k])) for k in places]
+    count = round((high - low) / STEP_OF_LEVELS)
+    levels = [
+        (round(TOP + (HEIGHT - TOP - BOTTOM) * k / count, 1), number(high - k * STEP_OF_LEVELS, 1))
+        for k in range(0, count + 1, max(1, math.ceil(count / 5)))
+    ]
+    least, most = (choose(marks, key=lambda mark: mark.value) for choose in (min, max))
+    return Panel(chain, least, most, width, HEIGHT, curves, marks, ticks, levels)

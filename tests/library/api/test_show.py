@@ -1,0 +1,247 @@
+"""The page on a molecule or a surface: its numbers are those of the functions, and it opens only where somebody sees it."""
+
+import base64
+import json
+import logging
+import re
+import webbrowser
+import zlib
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sparsurf
+from browser import Browser, programs
+from conftest import ROOT
+from parsed_pages import Page
+from peptides import atom_line, peptide
+from sparsurf.api import show
+from sparsurf.cli import command
+from sparsurf.errors import InputError
+from sparsurf.views.overview import profile
+
+TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
+READY = "document.getElementById('shown').textContent.includes('dots (')"
+
+
+@pytest.fixture(autouse=True)
+def opened(monkeypatch):
+    """Links that the browser was asked to open; there is no display unless a test sets one."""
+    links = []
+    monkeypatch.setattr(webbrowser, "open", lambda link: links.append(link) or True)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(show.sys, "platform", "linux")
+    return links
+
+
+@pytest.fixture(scope="module")
+def molecule():
+    """The page of a fragment of 61 residues, and the table of its residues."""
+    dots = sparsurf.surface(TDP43)
+    table = sparsurf.residues(dots)
+    return dots, table, sparsurf.show(TDP43, open_browser=False).html
+
+
+def header_of(html):
+    """The header of the packed dots of a page."""
+    content = zlib.decompress(base64.b64decode(re.search(r'PACKED = "([^"]*)"', html)[1]))
+    return json.loads(content[4 : 4 + int.from_bytes(content[:4], "little")])
+
+
+def ended(*arguments):
+    """Exit code of a command."""
+    try:
+        return command.main(list(map(str, arguments)))
+    except SystemExit as end:
+        return end.code
+
+
+def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
+    _, table, html = molecule
+    page = Page(html)
+    wanted = table.sort_values("mean_roughness").head(10)
+    rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
+    names = [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in wanted.itertuples()]
+    assert [row[0] for row in rows] == names
+    assert [row[1] for row in rows] == [f"{value:.2f}" for value in wanted["mean_roughness"]]
+    assert [row[2] for row in rows] == [f"{value:.0f}" for value in wanted["area"]]
+    assert [row[3] for row in rows] == [str(value) for value in wanted["dots"]]
+    assert (
+        f"Its roughest residue is {names[0]}, with a mean of {wanted['mean_roughness'].iloc[0]:.2f}."
+        in page.text
+    )
+    low, high = (table["mean_roughness"].agg(end) for end in ("min", "max"))
+    said = re.search(r'<svg[^>]*role="img" aria-label="([^"]*)"', html)[1]
+    assert f"from {low:.2f} ({names[0]}, the roughest) to {high:.2f} (" in said
+
+
+def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecule):
+    dots, _, html = molecule
+    page, fields = Page(html), sparsurf.fields(dots)
+    values = {"roughness": sparsurf.roughness(dots), "hydropathy": fields["hydropathy"]}
+    values["electrostatic potential"] = fields["potential"]
+    rows = {row[0]: row[1:4] for row in next(rows for rows in page.tables if rows[0][0] == "value")[1:]}
+    for name, numbers in values.items():
+        wanted = [f"{x:z.2f}".replace("-", "−") for x in (numbers.min(), numbers.mean(), numbers.max())]
+        assert rows[name] == wanted
+    assert f"an area of {dots.area.sum():,.0f} Å²" in page.text
+    header = header_of(html)
+    assert header["total"] == len(dots) and (header["sampler"], header["colour"]) == ("all", 0)
+    assert {scale["symbol"] for scale in header["values"]} == {"R_i", "hydropathy", "potential", "component"}
+    assert not page.sources and not [
+        link for link in page.links if not link.startswith("#")
+    ]  # one file alone
+
+
+def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_or_missing():
+    rough = [0.35, 0.5, np.nan, 0.62, 0.7, 0.4]
+    table = pd.DataFrame(
+        {
+            "chain": "A",
+            "residue": ["7", "8", "9", "10", "20", "21"],
+            "residue_name": "ALA",
+            "mean_roughness": rough,
+        }
+    )
+    (panel,) = profile.panels(table)
+    assert [len(curve.split()) for curve in panel.curves] == [2, 1, 2]  # 9 is buried, 11 to 19 are missing
+    inner = profile.HEIGHT - profile.TOP - profile.BOTTOM
+    known = [value for value in rough if value == value]
+    for mark, value in zip(panel.marks, known, strict=True):  # the axis goes from 0.3 to 0.8
+        assert mark.value == value and mark.y == pytest.approx(
+            profile.TOP + inner * (0.8 - value) / 0.5, abs=0.05
+        )
+    assert panel.least.label == "ALA 7 A" and panel.most.label == "ALA 20 A"
+    assert {text for _, text in panel.levels} == {"0.3", "0.4", "0.5", "0.6", "0.7", "0.8"}
+    many = pd.concat(
+        [table.assign(chain=name, mean_roughness=0.5 + 0.01 * k) for k, name in enumerate("ABC")]
+    )
+    many = many.reset_index(drop=True)
+    marked = [sum(mark.rough for mark in panel.marks) for panel in profile.panels(many)]
+    assert marked == [6, 4, 0]  # ten of all chains
+
+
+def test_what_was_left_out_stands_on_the_page_and_warnings_are_shown_once(tmp_path, caplog):
+    water = [
+        atom_line("O", "HOH", "A", str(k), (30, 3 * k, 0), record="HETATM", element="O") for k in (90, 91)
+    ]
+    heme = "".join(
+        atom_line(name, "HEM", "A", "80", (20, k, 0), record="HETATM", element="C")
+        for k, name in enumerate(["CA1", "CB1"])
+    )
+    (tmp_path / "holo.pdb").write_text(peptide() + heme + "".join(water) + "END\n")
+    with caplog.at_level(logging.WARNING):
+        page = Page(sparsurf.show(tmp_path / "holo.pdb", open_browser=False).html)
+    assert "These residues of the file were left out of the molecule: 1 HEM, 2 HOH." in page.text
+    assert "The surface is that of 4 residues in 1 chain, of 20 atoms." in page.text
+    left_out = [record.getMessage() for record in caplog.records if "left out" in record.getMessage()]
+    assert len(left_out) == 1 and "HEM" in left_out[0]  # water is a note, which the page alone has
+    (tmp_path / "apo.pdb").write_text(peptide() + "END\n")
+    page = Page(sparsurf.show(tmp_path / "apo.pdb", open_browser=False).html)
+    assert "Nothing that stands in the file was left out of the molecule." in page.text
+
+
+def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
+    (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
+    dots = sparsurf.surface(tmp_path / "ala.pdb")
+    mesh = sparsurf.mesh(dots)
+    sparsurf.write(mesh, tmp_path / "mesh.ply")
+    pd.DataFrame(np.hstack(blob), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(tmp_path / "blob.csv")
+    n_mesh, n_blob = len(mesh.vertices), len(blob[0])
+    sources = [
+        (tmp_path / "mesh.ply", n_mesh),
+        (mesh, n_mesh),
+        (tmp_path / "blob.csv", n_blob),
+        (blob, n_blob),
+    ]
+    for source, n in sources:
+        html = sparsurf.show(source, open_browser=False).html
+        page = Page(html)
+        assert "this page has no residues" in page.text and header_of(html)["total"] == n
+        far_apart = "This link is longer than the usual" in page.text
+        assert far_apart == (n == n_blob)
+
+
+def test_a_title_is_text_and_no_html(tmp_path):
+    path = tmp_path / "<b>&.pdb"
+    path.write_text(peptide() + "END\n")
+    html = sparsurf.show(path, open_browser=False).html
+    assert "<title>The surface of &lt;b&gt;&amp;</title>" in html and "<b>" not in html
+
+
+def test_the_browser_opens_only_where_there_is_a_display(tmp_path, monkeypatch, opened, capsys):
+    path = tmp_path / "ala.pdb"
+    path.write_text(peptide() + "END\n")
+    monkeypatch.chdir(tmp_path)
+    sparsurf.show(path, tmp_path / "first.html")
+    assert ended("show", path) == 0 and not opened
+    assert "wrote ala.html: " in (told := capsys.readouterr().err) and "open this page in a browser" in told
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert ended("show", path, "--no-open") == 0 and not opened
+    assert ended("show", path, "-o", "second.html") == 0
+    assert opened == [(tmp_path / "second.html").as_uri()]
+    view = sparsurf.show(path, tmp_path / "first.html")
+    assert opened[1:] == [(tmp_path / "first.html").as_uri()]
+    assert view.html == (tmp_path / "first.html").read_text(encoding="utf-8")
+    assert view.html == (tmp_path / "second.html").read_text(encoding="utf-8")
+    sparsurf.show(path)
+    assert len(opened) == 3 and opened[2].startswith("file:///") and opened[2].endswith(".html")
+
+
+def test_a_file_that_is_no_page_of_ours_is_not_replaced_without_a_name(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
+    (tmp_path / "ala.html").write_text("<p>notes</p>")
+    assert ended("show", "ala.pdb") == 1
+    assert "ala.html is there and is not a page of sparsurf" in capsys.readouterr().err
+    assert (tmp_path / "ala.html").read_text() == "<p>notes</p>"
+    for name in (["-o", "ala.html"], []):  # named, and then as a page of this program
+        assert ended("show", "ala.pdb", *name) == 0
+    assert "The surface of ala" in (tmp_path / "ala.html").read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_shown_is_reported(tmp_path, blob):
+    (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
+    for values, words in (
+        ((tmp_path / "no.pdb",), "no.pdb does not exist"),
+        ((tmp_path / "ala.pdb", tmp_path / "x.csv"), "name a file in .html"),
+        ((3,), "an int is not a surface"),
+    ):
+        with pytest.raises(InputError, match=words):
+            sparsurf.show(*values)
+    with pytest.raises(InputError, match="a trajectory belongs to the path of a structure"):
+        sparsurf.show(blob, trajectory="run.xtc")
+    with pytest.raises(InputError, match="a frame is that of a molecule"):
+        sparsurf.show(blob, frame=1)
+    with pytest.raises(InputError, match="has one frame, 0: there is no frame 1"):
+        sparsurf.show(tmp_path / "ala.pdb", frame=1)
+    with pytest.raises(InputError, match="did you mean 'open_browser'"):
+        sparsurf.show(tmp_path / "ala.pdb", open_brower=False)
+
+
+@pytest.mark.parametrize("name", ["surface", "roughness", "residues", "minimal"])
+@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
+def test_a_browser_draws_the_page_on_a_telephone_and_on_paper(molecule, tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text(molecule[2], encoding="utf-8")
+    browser = Browser(tmp_path)
+    try:
+        browser.screen(400, 800)
+        browser.open(path.as_uri())
+        browser.wait_for(READY)
+        assert (
+            browser.run("return document.documentElement.scrollWidth") == 400
+        )  # nothing is cut off at the side
+        browser.run("dispatchEvent(new Event('beforeprint'))")
+        browser.wait_for("document.getElementById('printed').naturalWidth > 100")
+        drawn = browser.run(
+            "const c = document.createElement('canvas'), i = document.getElementById('printed'); [c.width, c.height] = "
+            "[i.naturalWidth, i.naturalHeight]; const p = c.getContext('2d'); p.drawImage(i, 0, 0); "
+            "return p.getImageData(0, 0, c.width, c.height).data.filter((v, k) => k % 4 == 0 && v < 250).length"
+        )
+        assert drawn > 10_000  # the surface, and not an empty canvas
+        assert not browser.complaints()
+    finally:
+        browser.close()
