@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
 from sparsurf.errors import InputError
@@ -36,6 +37,7 @@ NUMBERS = (".csv", ".npz", ".ply")  # which have room for numbers at the dots
 DOTS_ALONE = (*NUMBERS, *SCENES)
 DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")
+PAGES = (".html", ".png")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_LENGTH = 255  # bytes
 
@@ -52,6 +54,7 @@ class Dots:
     molecule : Molecule of the dots, and its frame; they cannot be written as DMS without it
     faces : (F, 3) triangles between them if they are known
     words : message when they are written
+    about : what a page or picture says besides the dots
     """
 
     surface: Surface
@@ -61,12 +64,13 @@ class Dots:
     frame: int = 0
     faces: np.ndarray | None = None
     words: str = ""
+    about: About = About()  # noqa: RUF009, frozen
 
     @property
     def formats(self) -> tuple[str, ...]:
         """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights and no triangles."""
         has_atoms = self.molecule is not None and self.shown != "weight" and self.faces is None
-        return DOTS if has_atoms else DOTS_ALONE
+        return (*(DOTS if has_atoms else DOTS_ALONE), *PAGES)
 
     @property
     def numbers(self) -> dict[str, np.ndarray]:
@@ -173,7 +177,36 @@ def write_dots(output: str | Path, dots: Dots) -> None:
         ".dms": dms,
     }
     writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
+    writers[".html"] = lambda path: _write_page(path, dots)
+    writers[".png"] = lambda path: _write_picture(path, dots, str(output))
     write_file(output, dots.formats, writers)
+
+
+def _write_page(path: Path, dots: Dots) -> None:
+    """Write the page of dots; of a subset whose whole surface is known, that of the surface with the kept dots."""
+    from sparsurf.api.pages import page_of_surface  # here: other formats need none of its modules
+
+    about, surface = dots.about, dots.surface
+    if about.whole is not None:
+        html = page_of_surface(about.whole, about, kept=np.asarray(dots.table["dot"]))
+    else:
+        html = page_of_surface(surface, about, "roughness" if dots.shown else "kind")
+    path.write_text(html, encoding="utf-8")
+
+
+def _write_picture(path: Path, dots: Dots, output: str) -> None:
+    """Write the picture of dots: kept ones on their whole surface where it is known, else all by roughness or kind."""
+    from sparsurf.api.pages import save_picture
+
+    surface, about = dots.surface, dots.about
+    if about.whole is not None:
+        save_picture(path, output, "kept_picture", about.whole, surface, about.name)
+    elif dots.shown == "roughness":
+        save_picture(
+            path, output, "roughness_picture", surface, np.asarray(dots.table["roughness"]), about.name
+        )
+    else:
+        save_picture(path, output, "kinds_picture", surface, about.name)
 
 
 def mesh_dots(mesh: Mesh) -> Dots:
@@ -182,15 +215,32 @@ def mesh_dots(mesh: Mesh) -> Dots:
     return Dots(mesh.vertices, {"area": mesh.vertices.area}, faces=mesh.triangles, words=words)
 
 
-def write_table(output: str | Path, table: pd.DataFrame, arrays: Mapping[str, Any] | None = None) -> None:
-    """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column."""
+def write_table(
+    output: str | Path, table: pd.DataFrame, arrays: Mapping[str, Any] | None = None, name: str = ""
+) -> None:
+    """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
+
+    Residues can also be written as a page or a picture of their profile; `name` is that of their molecule.
+    """
     table = table.reset_index() if table.index.name else table
     columns = {str(name): column for name, column in table.items()} if arrays is None else arrays
-    writers = {
+    writers: dict[str, Callable[[Path], Any]] = {
         ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
         ".npz": lambda path: _npz(path, columns),
     }
-    write_file(output, TABLES, writers)
+    writers |= dict.fromkeys(PAGES, lambda path: _write_profile(path, table, name, str(output)))
+    write_file(output, (*TABLES, *PAGES), writers)
+
+
+def _write_profile(path: Path, table: pd.DataFrame, name: str, output: str) -> None:
+    """Write the page or the picture of a table of residues."""
+    from sparsurf.api.pages import page_of_residues, refuse_other_table, save_picture
+
+    refuse_other_table(table, output)
+    if path.suffix == ".html":
+        path.write_text(page_of_residues(table, name or Path(output).stem), encoding="utf-8")
+    else:
+        save_picture(path, output, "profile_picture", table, name)
 
 
 @public()
@@ -204,6 +254,9 @@ def write(
 
     For PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb next to it), .bild
     holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field.
+
+    To look at: .html is a page with the dots to turn, as of `show`, and .png is a picture, for which matplotlib must be
+    installed. A Subset is shown on its surface. A table of `residues` is shown as the roughness along each chain.
 
     Parameters
     ----------
@@ -241,7 +294,9 @@ def write(
             result.origin.refuse_molecule("write", atoms, frame)
     source: Any = result
     if is_subset(source):
-        dots = Dots(source.surface, source.table, "weight", atoms, frame)
+        is_shown = str(path).lower().removesuffix(".gz").endswith(PAGES)
+        about = About(whole=_whole_surface(source) if is_shown else None)
+        dots = Dots(source.surface, source.table, "weight", atoms, frame, about=about)
     elif isinstance(source, Surface):
         dots = Dots(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
     elif hasattr(source, "triangles"):
@@ -255,6 +310,16 @@ def write(
         return
     parse_output(path, (".cxc",))  # it writes files next to it
     _write_scene(Path(path), dots)
+
+
+def _whole_surface(subset: Subset) -> Surface | None:
+    """Return the surface that the dots of a subset were chosen from, placed again; None if it is not known."""
+    origin = subset.surface.origin
+    if origin is None:
+        return None
+    place, xyz = origin.generator()
+    whole = place(xyz)
+    return replace(whole, origin=origin) if np.array_equal(whole.points, origin.points) else None
 
 
 def _write_scene(path: Path, dots: Dots) -> None:

@@ -11,6 +11,7 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import share
 
+FORMATS = (*writing.DOTS_ALONE, *writing.PAGES)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
@@ -23,7 +24,8 @@ per Å^2 are 0.05 Å off, 0.6 are 0.02 Å off, and 1.25 are 0.01 Å off.
 
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
-A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX.
+A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX. 
+A .html is a page, and a .png is a picture, of the kept dots on the surface.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
@@ -31,6 +33,7 @@ examples:
   sparsurf minimal protein.pdb --percent 10 -o protein.npz
   sparsurf minimal protein.pdb --density 0.6 -o minimal.csv
   sparsurf minimal protein.pdb -o minimal.pml
+  sparsurf minimal protein.pdb --percent 10 -o minimal.html
   sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
   sparsurf minimal dots.csv --max-z 1.0 -o minimal.npz
 """
@@ -48,7 +51,7 @@ HELP = {
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
-    options.add_output(parser, writing.DOTS_ALONE)
+    options.add_output(parser, FORMATS)
     size = parser.add_mutually_exclusive_group()
     for name, limits in SIZES.items():
         option = f"--{name.replace('_', '-')}"
@@ -68,7 +71,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the chosen dots."""
-    outputs.check(args, writing.DOTS_ALONE)
+    outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     options.say(f"choosing among {len(surface):,} dots")
     sizes = {name: getattr(args, name) for name in SIZES}
@@ -84,7 +87,8 @@ def run(args: argparse.Namespace) -> None:
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             words += ". The interval is wide: --percent keeps a fixed share"
         words += f"\n{_error(result)}" if len(few) < len(surface) else ""
-    outputs.write(args, writing.Dots(few.surface, few.table, "weight", words=words))
+    about = options.about(args, whole=surface)
+    outputs.write(args, writing.Dots(few.surface, few.table, "weight", words=words, about=about))
 
 
 def _error(result: Representation) -> str:

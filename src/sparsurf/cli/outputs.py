@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 
+from sparsurf.api.about import refuse_missing_matplotlib
 from sparsurf.api.writing import NUMBERS, Dots, parse_output, write_dots
 from sparsurf.errors import InputError
 
@@ -18,6 +19,8 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
         if there and os.path.samefile(str(file), args.output):
             raise InputError(f"{args.output} is a file that is read; name another one to write.")
     suffix = parse_output(args.output, formats)[0]
+    if suffix == ".png":
+        refuse_missing_matplotlib(args.output)
     if suffix == ".dms" and getattr(args, "fields", None):
         raise InputError(f"--fields: {suffix} has no room for them; name a file in {', '.join(NUMBERS)}.")
 

@@ -8,13 +8,17 @@ from sparsurf.api import writing
 from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
+from sparsurf.molecules.formats import stem
 
+FORMATS = (*writing.TABLES, *writing.PAGES)
 EXAMPLES = """\
 A row per residue: its area, and that of contact, saddles and concave parts (Å^2), its mean roughness and the lowest (1 is flat,
 0 is rough; blank where it is buried), the mean of each field, and its dots, with those on walls of cavities.
+A .html or a .png shows the roughness along each chain.
 
 examples:
   sparsurf residues protein.pdb -o residues.csv
+  sparsurf residues protein.pdb -o profile.png
   sparsurf residues protein.pdb --residues 209-214 --fields hydropathy -o -
 """
 
@@ -22,7 +26,7 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure")
-    options.add_output(parser, writing.TABLES)
+    options.add_output(parser, FORMATS)
     options.add_residues(parser)
     options.add_fields(parser)
     options.add_molecule(parser)
@@ -31,7 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the table of residues."""
-    outputs.check(args, writing.TABLES)
+    outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     if molecule is None:
         raise InputError(f"{args.file} holds dots, and residues are those of atoms; give a structure.")
@@ -41,5 +45,5 @@ def run(args: argparse.Namespace) -> None:
     table = table.drop(columns=["kept", "weight"])  # of a subset
     if args.residues is not None:
         table = table.iloc[np.unique(molecule.residue_index[options.atoms_of_residues(args, molecule)])]
-    writing.write_table(args.output, table)
+    writing.write_table(args.output, table, name=stem(args.file))
     outputs.report(args, f"{len(table):,} residues, {table['area'].sum():,.0f} Å^2")

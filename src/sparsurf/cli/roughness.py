@@ -8,13 +8,14 @@ from sparsurf.api import writing
 from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
 
-FORMATS = (*writing.NUMBERS, *writing.SCENES)
+FORMATS = (*writing.NUMBERS, *writing.SCENES, *writing.PAGES)
 EXAMPLES = """\
 Roughness is the mean cosine between the normals of a patch and their mean: 1 is flat, 0 is rough. In a PLY it is colour and
-property, and a .pml opens the dots in these colours in PyMOL.
+property, and a .pml opens the dots in these colours in PyMOL. A .html is the page of `sparsurf show`, and a .png is a picture.
 
 examples:
   sparsurf roughness protein.pdb -o roughness.ply
+  sparsurf roughness protein.pdb -o roughness.png
   sparsurf roughness dots.csv --r-patch 6 -o roughness.csv
 """
 
@@ -35,6 +36,7 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
+    from sparsurf.settings import Patches
 
     values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
     chosen = options.dots_of_residues(args, surface, molecule)
@@ -42,4 +44,6 @@ def run(args: argparse.Namespace) -> None:
     table = pd.DataFrame({"roughness": values})
     table = table if molecule is None else table.join(molecule.labels(surface.atom))
     words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
-    outputs.write(args, writing.Dots(surface, table, "roughness", words=words))
+    patches = Patches(r_patch=args.r_patch, d_link=args.d_link)
+    about = options.about(args, patches=patches, roughness=values)
+    outputs.write(args, writing.Dots(surface, table, "roughness", words=words, about=about))

@@ -1,6 +1,7 @@
 """`sparsurf surface`: the dots of a molecule."""
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 from sparsurf.api import writing
@@ -15,6 +16,7 @@ from sparsurf.surfaces.radii import RADII, radii
 from sparsurf.surfaces.surface import COMPONENT_FIELD
 from sparsurf.surfaces.surface import DENSITY as PUBLISHED_DENSITY
 
+FORMATS = (*writing.DOTS, *writing.PAGES)
 DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
@@ -22,10 +24,12 @@ residue, residue_name, atom_name and atom (its index among the atoms taken, from
 of points, coloured by kind.
 --residues writes the dots of some residues, of the surface of the whole molecule. --selection cuts the molecule instead.
 --mesh writes closed triangles instead of dots. Their corners lie on the surface, and every edge belongs to two of them.
+A .html is the page of `sparsurf show`, and a .png is a picture; both show the kinds of dots.
 A cavity is a component inside the molecule, which no probe leaves.
 
 examples:
   sparsurf surface protein.pdb -o dots.ply
+  sparsurf surface protein.pdb -o surface.png
   sparsurf surface protein.pdb --mesh -o mesh.ply
   sparsurf surface protein.pdb --cavities remove -o outside.ply
   sparsurf surface protein.pdb --fields hydropathy,potential -o dots.csv
@@ -39,7 +43,7 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure")
-    options.add_output(parser, writing.DOTS)
+    options.add_output(parser, FORMATS)
     parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     options.add_molecule(parser)
     options.add_residues(parser)
@@ -65,7 +69,7 @@ def run(args: argparse.Namespace) -> None:
             raise InputError(
                 f"--{name}: it is about dots, and --mesh writes triangles; leave out one of the two."
             )
-    outputs.check(args, writing.MESHES if args.mesh else writing.DOTS)
+    outputs.check(args, writing.MESHES if args.mesh else FORMATS)
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
     outputs.write(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))
@@ -73,7 +77,8 @@ def run(args: argparse.Namespace) -> None:
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the dots with their component and their fields."""
-    from sparsurf.api.surfaces import surface  # here: wrong arguments need no numba
+    from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
+    from sparsurf.api.surfaces import surface
     from sparsurf.surfaces.components import columns_of_components, summarize_components
 
     bare = surface(molecule, density=args.density or "auto", **_rules(args))
@@ -83,13 +88,16 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
     table |= molecule.label_columns(dots.atom)
     words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    about = options.about(args)
     if args.residues is not None:
+        if args.output.lower().endswith((".html", ".html.gz")):  # patches reach beyond the residues
+            about = replace(about, roughness=roughness(bare))
         chosen = options.dots_of_residues(args, dots, molecule)
         dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
         words = (
             f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"
         )
-    return writing.Dots(dots, table, None, molecule, args.frame or 0, words=words)
+    return writing.Dots(dots, table, None, molecule, args.frame or 0, words=words, about=about)
 
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:

@@ -1,6 +1,7 @@
 """The page on a molecule or a surface: its numbers are those of the functions, and it opens only where somebody sees it."""
 
 import base64
+import importlib.util
 import json
 import logging
 import re
@@ -22,6 +23,7 @@ from sparsurf.errors import InputError
 from sparsurf.views.overview import profile
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
+PNG = b"\x89PNG\r\n\x1a\n"
 READY = "document.getElementById('shown').textContent.includes('dots (')"
 
 
@@ -164,6 +166,17 @@ def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
         assert far_apart == (n == n_blob)
 
 
+def test_a_subset_is_shown_on_its_surface(tmp_path):
+    (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
+    dots = sparsurf.surface(tmp_path / "ala.pdb")
+    few = sparsurf.minimal(dots, percent=10)
+    sparsurf.write(few, tmp_path / "few.html")
+    html = (tmp_path / "few.html").read_text(encoding="utf-8")
+    header = header_of(html)
+    assert (header["total"], header["minimal"], header["sampler"]) == (len(dots), len(few), "minimal")
+    assert f"{len(few):,} of {len(dots):,} dots are kept." in Page(html).text
+
+
 def test_a_title_is_text_and_no_html(tmp_path):
     path = tmp_path / "<b>&.pdb"
     path.write_text(peptide() + "END\n")
@@ -219,9 +232,47 @@ def test_what_cannot_be_shown_is_reported(tmp_path, blob):
         sparsurf.show(tmp_path / "ala.pdb", frame=1)
     with pytest.raises(InputError, match="did you mean 'open_browser'"):
         sparsurf.show(tmp_path / "ala.pdb", open_brower=False)
+    with pytest.raises(InputError, match="no column 'chain'"):
+        sparsurf.write(pd.DataFrame({"a": [1]}), tmp_path / "table.png")
 
 
 @pytest.mark.parametrize("name", ["surface", "roughness", "residues", "minimal"])
+def test_results_are_also_pages_and_pictures(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ala.pdb").write_text(peptide(["ALA", "GLY", "LYS", "ALA"]) + "END\n")
+    options = ["--percent", 20] if name == "minimal" else ["--residues", "2-3"]
+    for end in ("html", "png"):
+        assert ended(name, "ala.pdb", *options, "-o", f"x.{end}") == 0
+    assert (tmp_path / "x.png").read_bytes().startswith(PNG)
+    html = (tmp_path / "x.html").read_text(encoding="utf-8")
+    dots = sparsurf.surface("ala.pdb")
+    whole = sparsurf.residues(dots).set_index("residue")["mean_roughness"]
+    rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")[1:]
+    shown = {row[0].split()[1]: row[1] for row in rows}
+    wanted = whole if name == "minimal" else whole.loc[["2", "3"]]  # patches reach beyond these residues
+    assert shown == {number: f"{value:.2f}" for number, value in wanted.items()}
+    if name != "residues":
+        colour = {"surface": "kind", "roughness": 0, "minimal": 0}[name]
+        header = header_of(html)
+        assert header["colour"] == colour and header["sampler"] == ("minimal" if name == "minimal" else "all")
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda each: None if each == "matplotlib" else found(each)
+    )
+    capsys.readouterr()
+    assert ended(name, "no.pdb", "-o", "y.png") == 1
+    assert "y.png: a picture needs matplotlib; run pip install matplotlib" in capsys.readouterr().err
+
+
+def test_the_roughness_of_the_page_follows_the_options(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
+    assert ended("roughness", "ala.pdb", "--r-patch", 6, "-o", "x.html") == 0
+    page = Page((tmp_path / "x.html").read_text(encoding="utf-8"))
+    mean = sparsurf.roughness(sparsurf.surface("ala.pdb"), r_patch=6).mean()
+    assert f"a mean roughness of {mean:.2f}" in page.text and "within 6 Å of a dot" in page.text
+
+
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
 def test_a_browser_draws_the_page_on_a_telephone_and_on_paper(molecule, tmp_path):
     path = tmp_path / "page.html"

@@ -105,6 +105,8 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
         pytest.importorskip("pyarrow")
     folder = shutil.copytree(folder, tmp_path / "own")  # an example overwrites what others read
     monkeypatch.chdir(folder)
+    for display in ("DISPLAY", "WAYLAND_DISPLAY"):  # so that no browser opens
+        monkeypatch.setenv(display, "")
     words = shlex.split(line.split("|")[0].split(">")[0])[1:]
     assert ended(*words) == 0
     shown = capfd.readouterr()
@@ -383,6 +385,10 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
     ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),
     ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues: it is about dots"),
+    ("surface protein.pdb --mesh -o x.html", 1, "cannot be written as '.html'; name a file in .ply"),
+    ("show protein.pdb -o x.csv", 1, "cannot be written as '.csv'; name a file in .html"),
+    ("show dots.csv --frame 1 -o x.html", 1, "--frame has no meaning for dots.csv"),
+    ("show frames.csv -o x.html", 1, "frames.csv holds the dots of 2 frames"),
     ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, and residues are those of atoms"),
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields names none"),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
@@ -423,7 +429,7 @@ def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, line, code, word
     assert not list(folder.glob("x.*")) and not list(folder.glob(".sparsurf-*"))
 
 
-@pytest.mark.parametrize("words", ["surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
+@pytest.mark.parametrize("words", ["show", "surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
                                    "recover --mesh", "recover --at few.csv"])  # fmt: skip
 def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
     tmp_path, monkeypatch, capsys, words
@@ -431,7 +437,7 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
     """The file that is read is not there, which would be told otherwise."""
     monkeypatch.chdir(tmp_path)
     name, *options = words.split()
-    end = "csv" if name == "descriptors" or "--at" in options else "ply"
+    end = "csv" if name == "descriptors" or "--at" in options else "html" if name == "show" else "ply"
     (tmp_path / f"own.{end}").mkdir()
     for out, told in (("x.foo", "'.foo'; name a file in "), (f"a b/ü.{end}", "there is no folder"),
                       (f"own.{end}", "is a folder"), ("x", "no suffix"), (f"{'é' * 126}.{end}", "cannot name a file"),
