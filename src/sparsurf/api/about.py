@@ -7,6 +7,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
@@ -56,16 +57,17 @@ class About:
 def heard(path: Any) -> Iterator[Heard]:
     """Collect what the library says of a file while it is read, its notes included; warnings are shown as always."""
     log, found = logging.getLogger("sparsurf"), Heard()
-    before = log.level
+    name, before = Path(str(path)).name, log.level
     shown = log.getEffectiveLevel()
 
     def listen(record: logging.LogRecord) -> bool:
         """Keep the message, and tell whether it is shown to the user as well."""
-        text = record.getMessage().removeprefix(f"{path}: ")
+        text = record.getMessage().removeprefix(f"{path}: ").replace(str(path), name)
         if text.startswith(LEFT_OUT):
             found.left_out += text.removeprefix(LEFT_OUT).split(", ")
         elif record.levelno >= logging.WARNING:
-            found.others.append(f"{text[0].upper()}{text[1:]}.")
+            begin = text if text.startswith(name) else f"{text[:1].upper()}{text[1:]}"
+            found.others.append(begin + ("" if begin.endswith(("?", ".")) else "."))
         return record.levelno >= shown
 
     log.addFilter(listen)

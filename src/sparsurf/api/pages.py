@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sparsurf.api.about import About, refuse_missing_matplotlib
+from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import FIELDS
 from sparsurf.dot_fields.registry import FIELDS as ALL_FIELDS
 from sparsurf.dot_fields.registry import compute_fields
@@ -50,7 +50,8 @@ def page_of_surface(
     prepared = PreparedSurface(surface, settings, about.roughness, threads=available_cores())
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     molecule = surface.molecule
-    shown, missing = with_fields(surface, molecule)
+    with heard("fields") as of_fields:
+        shown, missing = with_fields(surface, molecule)
     components = surface.placed.components(surface) if surface.placed else None
     table = None
     if molecule is not None:
@@ -62,7 +63,8 @@ def page_of_surface(
     is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
     opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
     said = about.heard
-    notes = None if said is None else Notes(tuple(said.left_out), tuple(said.others))
+    others = (*(said.others if said else ()), *of_fields.others)
+    notes = Notes(None if said is None else tuple(said.left_out), others)
     return overview(
         title_of(about, surface),
         prepared,

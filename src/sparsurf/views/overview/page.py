@@ -13,6 +13,7 @@ import pandas as pd
 
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.patches.index import D_LINK
+from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
@@ -32,11 +33,11 @@ class Notes:
 
     Attributes
     ----------
-    left_out : names and numbers of the residues of the file that are not part of the molecule; empty where there are none
+    left_out : numbers and names of the residues of the file that are not part of the molecule; None where it was not read
     others : sentences on the molecule
     """
 
-    left_out: tuple[str, ...] = ()
+    left_out: tuple[str, ...] | None = None
     others: tuple[str, ...] = ()
 
 
@@ -50,7 +51,7 @@ def overview(
     values: Sequence[viewer.Values] = (),
     kept: Sequence[int] | np.ndarray = (),
     opens: tuple[str, int | str] | None = None,
-    notes: Notes | None = None,
+    notes: Notes = Notes(),
     missing: Sequence[str] = (),
     counts: str = "",
     probe: float | None = None,
@@ -70,8 +71,8 @@ def overview(
     shown = [viewer.Values("roughness", "R_i", "", rough), *values]
     words = {
         "title": title, "surface": known, "names": listed(["the roughness", *[one.name for one in values]]),
-        "fields": [_range(one) for one in shown], "notes": notes.others if notes else (), "missing": missing,
-        "left_out": ", ".join(notes.left_out) if notes else None, "counts": counts,
+        "fields": [_range(one) for one in shown if one.symbol != COMPONENT_FIELD], "notes": notes.others, "missing": missing,
+        "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
     }  # fmt: skip
     words |= residue_words(residues)
 
