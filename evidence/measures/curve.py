@@ -1,0 +1,202 @@
+"""d of the published combinations over the link in spacings of the kept dots, and how much of a patch its island holds."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import estimate
+from sparsurf.patches.index import build_index
+from sparsurf.patches.readings import FULL_READING, KEPT_READING
+from sparsurf.sampling.combination import PUBLISHED_ROWS
+from sparsurf.views import layout
+from sparsurf.views.layout import styled
+
+# Filling factor at which discs placed at random in the plane percolate: Quintanilla and Ziff, Phys. Rev. E 76, 051115 (2007).
+# Discs of radius r touch within 2 r, so that n pi r^2 per area becomes a distance in units of 1 / sqrt(n).
+FILLING = 1.12808737
+PERCOLATION = float(np.sqrt(4 * FILLING / np.pi))  # 1.198 spacings
+PUBLISHED_LINK = 0.5  # Å
+FIRST_ROWS = 8  # rows 9 and 10 of Table I have no gain at any link
+HALF = 50.0  # % of the kept dots of a patch
+WHOLE = 90.0  # % from which a patch counts as nearly whole
+BEND = 1.5  # link / spacing up to which the curve bends, also of rows with few dots
+SHARES = np.linspace(0, 100, 11)  # %, limits of the groups of shares
+SHOWN = 2.6  # link / spacing up to which curves are drawn: beyond, they are flat
+
+
+def spacing(n_kept: np.ndarray | float, area: float) -> np.ndarray | float:
+    """Return the spacing of a subset, Å: one over the root of its dots per Å^2."""
+    return np.sqrt(area / n_kept)
+
+
+def share_in_island(island: np.ndarray, patch: np.ndarray) -> np.ndarray:
+    """Return the share of the kept dots of each patch that its largest island holds; NaN for a patch without kept dots."""
+    return np.divide(island, patch, out=np.full(np.shape(patch), np.nan), where=np.asarray(patch) > 0)
+
+
+def curve_table(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
+    """Measure d, Z and the share of a patch in its island under `kept`, for every row of Table I and link.
+
+    Returns
+    -------
+    DataFrame: d_link (Å), row, n_S_percent, spacing (Å), ratio (link over spacing), d with its 95 % interval, Z_tS and Z_tR, and
+    share_tS_percent
+    and share_tR_percent, the medians over draws and test dots of the share of a patch's kept dots that its island holds
+    """
+    tests = prepared.draw_tests(n_tests)
+    pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    n_kept = np.array([len(sampled) for sampled, _ in pairs]).reshape(-1, draws).mean(axis=1)
+    out, shape = [], (len(PUBLISHED_ROWS), draws, len(tests))
+    for link in links:
+        linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
+        z_tot, _ = linked.describe(tests)
+        columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1)}
+        columns["n_S_percent"] = 100 * n_kept / len(prepared)
+        columns["spacing"] = spacing(n_kept, prepared.area)
+        columns["ratio"] = link / columns["spacing"]
+        z = {}
+        for name, subsets in (("tS", [s for s, _ in pairs]), ("tR", [u for _, u in pairs])):
+            _, both, sizes = linked.compare(subsets, tests, (KEPT_READING, FULL_READING), z_tot)
+            z[name], share = both[0].reshape(shape), share_in_island(*sizes).reshape(shape)
+            columns[f"Z_{name}"] = z[name].mean(axis=(1, 2))
+            columns[f"share_{name}_percent"] = 100 * np.nanmedian(share, axis=(1, 2))
+        d = estimate(z["tR"] - z["tS"])
+        columns |= {"d": d.mean, "d_low": d.low, "d_high": d.high}
+        out.append(pd.DataFrame(columns))
+    return pd.concat(out, ignore_index=True)
+
+
+def crossing(x: np.ndarray, y: np.ndarray, level: float = 0.0) -> float:
+    """Return the x at which y, over ascending x, last passes from one side of a level to the other; NaN if it never does."""
+    side = np.asarray(y) > level
+    at = np.flatnonzero(side[1:] != side[:-1])
+    if not len(at):
+        return float("nan")
+    a = at[-1]
+    return float(x[a] + (x[a + 1] - x[a]) * (level - y[a]) / (y[a + 1] - y[a]))
+
+
+def residual(x: np.ndarray, y: np.ndarray, n_groups: int) -> float:
+    """Return the standard deviation of y about its means in groups of neighbouring x, about equally many; equal x together."""
+    order = np.argsort(x, kind="stable")
+    group = np.empty(len(x), int)
+    group[order] = np.arange(len(x)) * n_groups // len(x)
+    _, same = np.unique(x, return_inverse=True)
+    group = pd.Series(group).groupby(same).transform("min").to_numpy()
+    rest = y - pd.Series(y).groupby(group).transform("mean").to_numpy()
+    return float(np.sqrt((rest**2).sum() / (len(y) - len(np.unique(group)))))
+
+
+def numbers(table: pd.DataFrame) -> pd.DataFrame:
+    """Return what the curve shows: DataFrame of quantity, rows (of Table I), n, value, sd, lowest and highest.
+
+    n counts points (a surface, a row and a link) or crossings (a surface and a row); value is a mean unless the quantity says
+    otherwise; lowest and highest are those of the points or crossings, sd is their standard deviation.
+    """
+    rows: list[dict] = []
+    n_links, first = table["d_link"].nunique(), table[table["row"] <= FIRST_ROWS]
+    bend = first[first["ratio"] < BEND]
+    for of, part in (("1 to 8", first), (f"1 to 8, link / spacing below {BEND:g}", bend), ("1 to 10", table)):
+        values = {
+            "d, standard deviation": part["d"].std(),
+            "d, residual over the link": residual(part["d_link"].to_numpy(), part["d"].to_numpy(), n_links),
+            "d, residual over link / spacing": residual(
+                part["ratio"].to_numpy(), part["d"].to_numpy(), n_links
+            ),
+        }
+        rows += [
+            {"quantity": key, "rows": of, "n": len(part), "value": value} for key, value in values.items()
+        ]
+    curves = [curve.sort_values("ratio") for _, curve in first.groupby(["surface", "row"], sort=False)]
+
+    def crossings(column: str, level: float) -> list[float]:
+        return [crossing(c["ratio"].to_numpy(), c[column].to_numpy(), level) for c in curves]
+
+    found = {
+        "link / spacing where d falls below 0": crossings("d", 0.0),
+        "link / spacing where an island holds half of a random patch": crossings("share_tR_percent", HALF),
+        "link / spacing where an island holds half of a sampled patch": crossings("share_tS_percent", HALF),
+        "largest d of a curve": [c["d"].max() for c in curves],
+        "link / spacing of the largest d": [c["ratio"].iloc[int(c["d"].argmax())] for c in curves],
+        "lowest d of a curve": [c["d"].min() for c in curves],
+        "d at the longest link": [c["d"].iloc[-1] for c in curves],
+    }
+    for key, values_of_curves in found.items():
+        known = pd.Series(values_of_curves, dtype=float).dropna()
+        row = {"quantity": key, "rows": "1 to 8", "n": len(known), "value": known.mean(), "sd": known.std()}
+        rows.append(row | {"lowest": known.min(), "highest": known.max()})
+    return pd.DataFrame(rows)
+
+
+def signs(table: pd.DataFrame) -> pd.DataFrame:
+    """Count the signs of d by the share of a random patch that its island holds.
+
+    Returns
+    -------
+    DataFrame: links ('published' or 'all'), share (of a random patch: 'below half', 'half to 90 %' or '90 % or more'), n
+    (points: a surface, a row and a link), n_above and n_below, those whose 95 % interval of d lies above and below 0
+    """
+    rows = []
+    published = table[np.isclose(table["d_link"], PUBLISHED_LINK)]
+    for links, part in (("published", published), ("all", table)):
+        share = part["share_tR_percent"]
+        groups = {"below half": share < HALF, "half to 90 %": share.between(HALF, WHOLE, inclusive="left")}
+        for name, inside in (groups | {"90 % or more": share >= WHOLE}).items():
+            row = {"links": links, "share": name, "n": int(inside.sum())}
+            row["n_above"] = int((part.loc[inside, "d_low"] > 0).sum())
+            rows.append(row | {"n_below": int((part.loc[inside, "d_high"] < 0).sum())})
+    return pd.DataFrame(rows)
+
+
+def by_share(table: pd.DataFrame) -> pd.DataFrame:
+    """Group Z by the share of a patch in its island.
+
+    Returns
+    -------
+    DataFrame: share_low_percent and share_high_percent, subset, n (points), Z (mean), its sd, lowest and highest
+    """
+    rows = []
+    for low, high in pairwise(SHARES):
+        for name, words in (("tS", "sampled"), ("tR", "random")):
+            share = table[f"share_{name}_percent"]
+            inside = (share >= low) & ((share < high) | (high == SHARES[-1]))
+            z = table.loc[inside, f"Z_{name}"]
+            row = {
+                "share_low_percent": low,
+                "share_high_percent": high,
+                "subset": words,
+                "n": len(z),
+                "Z": z.mean(),
+            }
+            rows.append(row | {"sd": z.std(), "lowest": z.min(), "highest": z.max()})
+    return pd.DataFrame(rows)
+
+
+@styled
+def draw(table: pd.DataFrame, marked: str) -> Figure:
+    """Draw d of all rows and surfaces over link / spacing, with the rows of Table I on the surface `marked` as published."""
+    figure = layout.constrained(layout.PAGE, 84)
+    ax = figure.subplots()
+    colours = colormaps["viridis"](np.linspace(0, 0.92, len(PUBLISHED_ROWS)))
+    for (_, row), curve in table.groupby(["surface", "row"], sort=False):
+        curve = curve.sort_values("ratio")
+        ax.plot(curve["ratio"], curve["d"], color=colours[row - 1], linewidth=0.6, alpha=0.8, zorder=1)
+    published = table[(table["surface"] == marked) & np.isclose(table["d_link"], PUBLISHED_LINK)]
+    for of_row in published.itertuples():
+        ax.plot(of_row.ratio, of_row.d, "o", color=colours[of_row.row - 1], markeredgecolor="black",
+                markeredgewidth=0.6, markersize=5, zorder=3, label=f"row {of_row.row}")  # fmt: skip
+    ax.set_xlim(0.25, SHOWN)
+    ax.axhline(0, color="black", linewidth=0.5, zorder=0)
+    ax.axvline(PERCOLATION, color=layout.GREY, linewidth=0.8, linestyle="--", zorder=0)
+    ax.annotate("discs placed at random percolate: 1.198", (PERCOLATION, 1), (4, -2), ha="left", va="top",
+                xycoords=("data", "axes fraction"), textcoords="offset points", color=layout.GREY)  # fmt: skip
+    ax.set_xlabel("link / spacing of the kept dots")
+    ax.set_ylabel("d among the kept dots")
+    title = f"Table I on {marked},\nlink {PUBLISHED_LINK:g} Å"
+    ax.legend(loc="center right", title=title, title_fontsize=7, ncols=2)
+    return layout.fix_layout(figure)

@@ -1,0 +1,88 @@
+"""d over the link in spacings, and the share of a patch in its island, against plain references."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import naive
+from measures import curve
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.sampling.combination import PUBLISHED_ROWS
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+
+LINKS = [0.6, 1.1]  # Å
+PATCHES = {"d_link": 0.8, "r_patch": 4.0, "r_zernike": 6.0}
+
+
+@pytest.fixture(scope="module")
+def surface(blob):
+    return SimpleNamespace(points=blob[0], normals=blob[1], area=np.full(len(blob[0]), 0.3))
+
+
+@pytest.fixture(scope="module")
+def prepared(surface):
+    return PreparedSurface(surface, Settings(patches=PATCHES), streams=Streams(1, "blob"))
+
+
+def test_shares_and_spacings_of_the_curve_are_those_of_single_patches(prepared):
+    table = curve.curve_table(prepared, LINKS, 12, 1)
+    points, tests = prepared.points, prepared.draw_tests(12)
+    for row in (2, 6):
+        subsets = dict(zip(("tS", "tR"), prepared.pair(PUBLISHED_ROWS[row - 1], 0), strict=True))
+        for link in LINKS:
+            found = table[(table["row"] == row) & (table["d_link"] == link)].iloc[0]
+            for name, kept in subsets.items():
+                shares = []
+                for i in tests:
+                    whole = np.intersect1d(naive.patch(points, i, 6.0, link), kept)
+                    near = kept[np.linalg.norm(points[kept] - points[i], axis=1) <= 6.0]
+                    shares.append(len(naive.island(points, near, link)) / len(whole))
+                assert found[f"share_{name}_percent"] == pytest.approx(100 * np.median(shares))
+            n_kept = len(subsets["tS"])
+            assert found["spacing"] == pytest.approx(1 / np.sqrt(n_kept / (0.3 * len(points))))
+            assert found["ratio"] == pytest.approx(link / found["spacing"])
+            assert found["n_S_percent"] == pytest.approx(100 * n_kept / len(points))
+
+
+def test_d_of_the_curve_is_the_mean_difference(prepared):
+    table = curve.curve_table(prepared, LINKS, 12, 2)
+    assert np.allclose(table["d"], table["Z_tR"] - table["Z_tS"])
+    assert len(table) == len(LINKS) * len(PUBLISHED_ROWS)
+    assert (table["d_low"] <= table["d"]).all() and (table["d"] <= table["d_high"]).all()
+
+
+def test_a_patch_without_kept_dots_has_no_share():
+    share = curve.share_in_island(np.array([0, 1, 3]), np.array([0, 4, 3]))
+    assert np.isnan(share[0]) and share[1:].tolist() == [0.25, 1.0]
+
+
+def test_random_discs_percolate_at_the_ratio_of_their_filling_factor():
+    assert pytest.approx(1.198, abs=5e-4) == curve.PERCOLATION
+
+
+def test_a_curve_crosses_zero_between_two_points():
+    x = np.array([0.0, 1.0, 2.0, 3.0])
+    assert curve.crossing(x, np.array([1.0, 3.0, -1.0, -2.0])) == pytest.approx(1.75)
+    assert curve.crossing(x, np.array([-1.0, 1.0, 1.0, -1.0])) == pytest.approx(2.5)  # the last one
+    assert np.isnan(curve.crossing(x, np.ones(4)))
+
+
+def test_the_residual_is_the_scatter_that_a_variable_does_not_explain():
+    rng = np.random.default_rng(3)
+    x = rng.uniform(0, 1, 4000)
+    y = 3 * x + rng.normal(0, 0.2, 4000)
+    assert curve.residual(x, y, 40) == pytest.approx(np.hypot(0.2, 3 / 40 / np.sqrt(12)), rel=0.05)
+    assert curve.residual(rng.permutation(x), y, 40) == pytest.approx(y.std(), rel=0.05)
+    few = np.repeat([1.0, 2.0], 50)  # equal x form one group, whatever their number
+    values = few + np.tile([-1, 1], 50)
+    assert curve.residual(few, values, 2) == pytest.approx(np.sqrt(100 / 98))
+
+
+def test_signs_are_counted_by_the_share_of_random_patches():
+    table = pd.DataFrame({"d_link": [0.5, 0.5, 0.5, 1.0], "share_tR_percent": [20, 60, 90, 10]})
+    table = table.assign(d_low=[0.1, -0.1, -0.5, -2.0], d_high=[0.3, 0.1, -0.1, -1.0])
+    found = curve.signs(table)[["n", "n_above", "n_below"]].to_numpy().tolist()
+    assert found == [[1, 1, 0], [1, 0, 0], [1, 0, 1], [2, 1, 1], [1, 0, 0], [1, 0, 1]]
