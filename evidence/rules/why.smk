@@ -41,3 +41,48 @@ rule tabulate_curve:
         "d over link / spacing"
     script:
         "../tabulate_curve.py"
+
+
+LAW_CHAINS = names_in_set(STRUCTURES, "chains")[:: config["why"]["every"]]
+LAW_PARTS = {f"chains_{k}": LAW_CHAINS[k :: config["why"]["parts"]] for k in range(config["why"]["parts"])}
+LAW_PARTS |= {part: config["why"]["with_hydrogens"] for part in ("with_hydrogens", "hydrogens_removed")}
+LAW_GROUPS = {"with_hydrogens": "with hydrogens", "hydrogens_removed": "the same without hydrogens"}
+
+
+rule measure_law:
+    input:
+        structures=lambda wildcards: ancient([structure_file(name) for name in LAW_PARTS[wildcards.part]]),
+    output:
+        errors=f"{RESULTS}/why/law/{{part}}.csv",
+    log:
+        f"{RESULTS}/logs/why/law/{{part}}.log",
+    wildcard_constraints:
+        part=one_of(LAW_PARTS),
+    params:
+        structures=lambda wildcards: {name: structure_file(name) for name in LAW_PARTS[wildcards.part]},
+        group=lambda wildcards: LAW_GROUPS.get(wildcards.part, "chains"),
+        hydrogens=lambda wildcards: "remove" if wildcards.part == "hydrogens_removed" else "keep",
+        densities=config["why"]["densities"],
+        seed=config["seed"],
+    message:
+        "Errors of reconstructed surfaces by density: {wildcards.part}"
+    script:
+        "../measure_law.py"
+
+
+rule tabulate_law:
+    input:
+        errors=expand(f"{RESULTS}/why/law/{{part}}.csv", part=LAW_PARTS),
+    output:
+        table=f"{TABLES}/why_law.csv",
+        fits=f"{TABLES}/why_law_fits.csv",
+        by_density=f"{TABLES}/why_law_by_density.csv",
+        required=f"{TABLES}/why_law_required.csv",
+        figure=f"{FIGURES}/why_law.png",
+    log:
+        f"{RESULTS}/logs/tabulate_law.log",
+    localrule: True
+    message:
+        "The law of the error by density"
+    script:
+        "../tabulate_law.py"

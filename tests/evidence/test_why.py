@@ -1,4 +1,4 @@
-"""d over the link in spacings, and the share of a patch in its island, against plain references."""
+"""Why the sampling gains, and the law of the error, against plain references."""
 
 from types import SimpleNamespace
 
@@ -7,9 +7,12 @@ import pandas as pd
 import pytest
 
 import naive
-from measures import curve
+from measures import curve, law
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
+from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.combination import PUBLISHED_ROWS
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
@@ -86,3 +89,46 @@ def test_signs_are_counted_by_the_share_of_random_patches():
     table = table.assign(d_low=[0.1, -0.1, -0.5, -2.0], d_high=[0.3, 0.1, -0.1, -1.0])
     found = curve.signs(table)[["n", "n_above", "n_below"]].to_numpy().tolist()
     assert found == [[1, 1, 0], [1, 0, 0], [1, 0, 1], [2, 1, 1], [1, 0, 0], [1, 0, 1]]
+
+
+def test_the_law_is_found_on_one_half_and_predicts_the_other():
+    density = np.tile([0.2, 0.4, 0.8], 6)
+    names = np.repeat([f"s{k}" for k in range(6)], 3)
+    table = pd.DataFrame({"group": "chains", "structure": names, "density": density, "requested": density})
+    table["mean"] = 0.02 / density**1.5
+    table["high_99"] = 5 * table["mean"] * np.where(names == "s1", 1.2, 1.0)  # s1 is predicted, not fitted
+    free, one, tail, _ = law.fits(table).to_dict("records")
+    assert (free["C"], free["exponent"]) == pytest.approx((0.02, 1.5))
+    assert free["residual_percent"] == pytest.approx(0, abs=1e-9) and free["within_percent"] == 100
+    assert one["exponent"] == 1 and one["residual_percent"] > 10
+    assert tail["highest_percent"] == pytest.approx(20) and tail["within_percent"] == pytest.approx(
+        100 * 2 / 3
+    )
+    assert (free["n_fitted"], free["n_predicted"], free["n_errors"]) == (3, 3, 9)
+    products = law.by_density(table)
+    assert products["product"].to_numpy() == pytest.approx(0.02 / np.sqrt([0.2, 0.4, 0.8]))
+
+
+def test_errors_are_those_of_dots_that_are_not_kept(prepared):
+    table = law.errors_by_density(prepared, [0.3, 0.6])
+    n = round(0.6 * prepared.area)
+    kept = farthest_point_sampling(prepared.index, n, prepared.stream("law"))
+    dense = recover(prepared.points[kept], prepared.normals[kept], DENSITY_FOR_ERRORS)
+    others = np.setdiff1d(np.arange(len(prepared)), kept)
+    found = distance_to_surface(prepared.points[others], *dense)
+    assert table["density"][1] == pytest.approx(n / prepared.area)
+    assert table.loc[1, ["mean", "largest"]].to_numpy(float) == pytest.approx([found.mean(), found.max()])
+    assert table["high_99"][1] == pytest.approx(np.quantile(found, 0.99))
+    assert table["mean"][0] > table["mean"][1] > 0
+
+
+def test_the_density_that_an_error_needs_lies_where_the_measured_line_passes_it():
+    table = pd.DataFrame(
+        {"group": "chains", "structure": np.repeat(["a", "b"], 2), "density": [0.2, 0.8] * 2}
+    )
+    table["mean"] = [0.1, 0.025, 0.12, 0.03]  # C is 0.02 and 0.024 Å
+    table["high_99"] = 5 * table["mean"]
+    found = law.required(table, law.fits(table)).iloc[-1]
+    assert found["error"] == 0.05 and found["n"] == 2
+    assert found["law"] == pytest.approx(0.02 / 0.05)  # fitted on a
+    assert found[["lowest", "density", "highest"]].to_numpy(float) == pytest.approx([0.4, 0.44, 0.48])
