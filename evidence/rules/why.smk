@@ -43,6 +43,49 @@ rule tabulate_curve:
         "../tabulate_curve.py"
 
 
+PAPERS = config["links"]["surfaces"][0]  # the paper's protein: hydrogens and dots as published
+OTHERS = [name for name in MANY_PROTEINS if name != PAPERS][:: config["why"]["proteins_every"]]
+
+
+rule measure_null_result:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/why/{{protein}}/null_result.csv",
+    log:
+        f"{RESULTS}/logs/why/{{protein}}/measure_null_result.log",
+    threads: 2
+    params:
+        surface=lambda wildcards: config["fragments"]["surface"] if wildcards.protein == PAPERS else {},
+        hydrogens=lambda wildcards: "keep" if wildcards.protein == PAPERS else config["proteins"]["hydrogens"],
+        patches=config["fragments"]["patches"],
+        test_dots=config["why"]["null_result"]["test_dots"],
+        draws=config["why"]["null_result"]["draws"],
+        seed=config["seed"],
+    message:
+        "Other values in the place of R on {wildcards.protein}"
+    script:
+        "../measure_null_result.py"
+
+
+rule tabulate_null_result:
+    input:
+        tables=expand(f"{RESULTS}/why/{{protein}}/null_result.csv", protein=[PAPERS, *OTHERS]),
+    output:
+        table=f"{TABLES}/why_roughness.csv.gz",
+        means=f"{TABLES}/why_roughness_means.csv",
+        figure=f"{FIGURES}/why_roughness.png",
+    log:
+        f"{RESULTS}/logs/tabulate_null_result.log",
+    localrule: True
+    params:
+        paper=PAPERS,
+    message:
+        "What roughness contributes to d"
+    script:
+        "../tabulate_null_result.py"
+
+
 LAW_CHAINS = names_in_set(STRUCTURES, "chains")[:: config["why"]["every"]]
 LAW_PARTS = {f"chains_{k}": LAW_CHAINS[k :: config["why"]["parts"]] for k in range(config["why"]["parts"])}
 LAW_PARTS |= {part: config["why"]["with_hydrogens"] for part in ("with_hydrogens", "hydrogens_removed")}

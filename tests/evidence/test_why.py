@@ -1,4 +1,4 @@
-"""Why the sampling gains, and the law of the error, against plain references."""
+"""Why the sampling gains, what roughness contributes, and the law of the error, against plain references."""
 
 from types import SimpleNamespace
 
@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import naive
-from measures import curve, law
+from measures import curve, law, null_result
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import recover
@@ -89,6 +89,41 @@ def test_signs_are_counted_by_the_share_of_random_patches():
     table = table.assign(d_low=[0.1, -0.1, -0.5, -2.0], d_high=[0.3, 0.1, -0.1, -1.0])
     found = curve.signs(table)[["n", "n_above", "n_below"]].to_numpy().tolist()
     assert found == [[1, 1, 0], [1, 0, 0], [1, 0, 1], [2, 1, 1], [1, 0, 0], [1, 0, 1]]
+
+
+def test_values_equal_to_the_roughness_change_nothing(surface, monkeypatch):
+    """Everything else is the same, so that only the values in the place of R_i can make a difference."""
+    monkeypatch.setitem(null_result.IN_PLACE, "R permuted", lambda rough, rng: rough.copy())
+    measured = null_result.differences(surface, Settings(patches=PATCHES), Streams(1, "blob"), 20, 2, 1)
+    keyed = measured.set_index(["values", "reading", "row"]).sort_index()
+    assert (keyed.loc["R permuted", "change"] == 0).all() and (keyed.loc["R", "change"] == 0).all()
+    other = keyed.loc["mean of R"]
+    assert np.allclose(other["change"], keyed.loc["R", "d"] - other["d"], atol=1e-12)
+    assert (other["change"] != 0).any()
+    row_9 = other.xs(9, level="row")  # (1, 0, 0, 2): neither beta nor gamma, so R plays no part
+    assert (row_9["change"] == 0).all()
+
+
+def test_changes_are_averaged_over_proteins_and_the_paper_stands_apart():
+    rows = [
+        {"protein": protein, "reading": "kept", "row": row, "values": values, "n_S_percent": 10.0 * row + (values != "R"),
+         "d": 2.0 + row, "change": 0.0 if values == "R" else change * row, "change_se": 0.1}
+        for protein, change in (("A1", 5.0), ("a", 0.1), ("b", 0.2), ("c", 0.3))
+        for row in (1, 2, 9)
+        for values in ("R", "mean of R")
+    ]  # fmt: skip
+    found = null_result.means(pd.DataFrame(rows), "A1").set_index(["surfaces", "rows"])
+    assert found.loc[("paper", "2"), "change"] == 10 and found.loc[("proteins", "2"), "n"] == 3
+    assert found.loc[("proteins", "2"), "change"] == pytest.approx(0.4)
+    assert found.loc[("proteins", "1 to 7"), "change"] == pytest.approx(
+        0.3
+    )  # rows 1 and 2 of each protein, not 9
+    assert found.loc[("proteins", "9"), "change_highest"] == pytest.approx(2.7)
+    assert found.loc[("proteins", "largest"), ["row", "change"]].tolist() == pytest.approx([9, 1.8])
+    assert found.loc[("proteins", "largest"), ["any_lowest", "any_highest"]].tolist() == pytest.approx(
+        [0.1, 2.7]
+    )
+    assert found.loc[("proteins", "1"), "n_S_change"] == pytest.approx(1)
 
 
 def test_the_law_is_found_on_one_half_and_predicts_the_other():
