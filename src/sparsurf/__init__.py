@@ -72,6 +72,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.recovery.law import density_for, error_at
+    from sparsurf.surfaces.chosen_points import Points
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.read_surface import read_surface
     from sparsurf.surfaces.surface import Surface
@@ -103,6 +104,7 @@ FUNCTIONS = {
 CLASSES = {
     "Molecule": "molecules.molecule",
     "Surface": "surfaces.surface",
+    "Points": "surfaces.chosen_points",
     "Mesh": "surfaces.mesh",
     "Subset": "evaluation.minimal_subset",
     "PreparedSurface": "evaluation.prepared_surface",
@@ -111,6 +113,7 @@ __all__ = [
     "InputError",
     "Mesh",
     "Molecule",
+    "Points",
     "PreparedSurface",
     "Subset",
     "Surface",

@@ -9,6 +9,7 @@ import importlib
 import io
 import logging
 import os
+import re
 import stat
 import sys
 import zlib
@@ -32,6 +33,7 @@ UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
 def _make_printable(record: logging.LogRecord) -> bool:
     """Replace the control characters of a warning by escape codes; a filter of the log of the package."""
+    record.template = str(record.msg)
     record.msg, record.args = printable(record.getMessage()), ()
     return True
 
@@ -187,6 +189,32 @@ def no_warnings() -> Iterator[None]:
         yield
     finally:
         log.disabled = before
+
+
+def _kind_of_warning(record: logging.LogRecord) -> str:
+    """Return what warnings of one kind have in common: the template, or the plain words of a sentence that it holds whole."""
+    template = str(getattr(record, "template", record.msg))
+    if template != "%s: %s":
+        return template
+    return " ".join(re.findall(r"\b[a-z]+\b", record.getMessage().rpartition(": ")[2]))
+
+
+@contextmanager
+def collected_warnings() -> Iterator[list[tuple[str, str]]]:
+    """Collect the warnings of the package in place of showing them: the kind of each, and its sentence."""
+    found: list[tuple[str, str]] = []
+
+    class Collector(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            found.append((_kind_of_warning(record), record.getMessage()))
+
+    log = logging.getLogger("sparsurf")
+    handlers, propagate = log.handlers, log.propagate
+    log.handlers, log.propagate = [Collector(logging.WARNING)], False
+    try:
+        yield found
+    finally:
+        log.handlers, log.propagate = handlers, propagate
 
 
 def import_pyarrow() -> Any:

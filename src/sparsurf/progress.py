@@ -13,10 +13,10 @@ enabled = False
 before_compiling: Callable[[], None] | None = None  # called before each kernel that is not stored
 
 
-def progress_bar(items: Iterable[Item], description: str) -> Iterable[Item]:
-    """Iterate over items and show how many are done, on a terminal or in a notebook."""
+def progress_bar(items: Iterable[Item], description: str, total: int | None = None) -> Iterable[Item]:
+    """Iterate over items and show how many are done, of `total` if they have no length, on a terminal or in a notebook."""
     if not enabled or not ("ipykernel" in sys.modules or sys.stderr.isatty()):
         return items
     from tqdm import tqdm  # only where a bar is shown
 
-    return tqdm(items, description, leave=False, delay=DELAY)
+    return tqdm(items, description, total, leave=False, delay=DELAY)

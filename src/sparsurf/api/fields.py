@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sparsurf.api.field_values import ROUGHNESS
 from sparsurf.api.inputs import (
     MoleculeLike,
     SurfaceLike,
@@ -26,18 +28,21 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.suggestions import public
+from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.surface import Surface, real_numbers
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import ArrayLike
 
+    from sparsurf.surfaces.mesh import Mesh
+
 FIELDS = ("hydropathy", "potential")
 
 
 @public(of_dots=True)
 def fields(
-    molecule: MoleculeLike | Surface,
+    molecule: MoleculeLike | Surface | Points | Mesh,
     dots: Any = None,
     names: str | Sequence[str] = FIELDS,
     *,
@@ -50,6 +55,7 @@ def fields(
     Parameters
     ----------
     molecule : as in `surface`
+        Dots from `surface`, points from `points` or a mesh, which carry their molecule, may take its place.
     dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
     names : str or sequence of str
@@ -76,6 +82,7 @@ def fields(
     >>> fields.shape, list(fields)
     ((24600, 2), ['hydropathy', 'potential'])
     """
+    molecule, dots = labelled(molecule), labelled(dots)
     if isinstance(molecule, Surface):
         if has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
@@ -99,9 +106,16 @@ def fields(
     return compute_fields(names, atoms.frame(frame), surface.points, charges, table)
 
 
+def labelled(source: Any) -> Any:
+    """Return the Surface of points, or that of the vertices of a mesh; anything else as it is."""
+    if isinstance(source, Points):
+        return source.surface
+    return source.vertices if hasattr(source, "triangles") else source
+
+
 @public(of_dots=True)
 def residues(
-    dots: SurfaceLike,
+    dots: SurfaceLike | Mesh,
     molecule: MoleculeLike | None = None,
     *,
     roughness_values: ArrayLike | None = None,
@@ -112,7 +126,8 @@ def residues(
 
     Parameters
     ----------
-    dots : dots from `surface`, or the molecule itself
+    dots : dots from `surface`, or the molecule itself; also points from `points`, or a mesh
+        The roughness of points and of vertices is their field 'roughness', and NaN without it.
     molecule : as in `surface`, optional
         By default the molecule that the dots know.
     roughness_values : (N,) float, optional
@@ -135,7 +150,8 @@ def residues(
     >>> len(table), list(table)[:4]
     (61, ['chain', 'residue', 'residue_name', 'area'])
     """
-    surface = as_surface(dots)
+    is_sparse = isinstance(dots, Points) or hasattr(dots, "triangles")
+    surface = as_surface(labelled(dots))
     atoms = surface.known_molecule("residues") if molecule is None else as_molecule(molecule)
     if surface.origin:
         surface.origin.refuse_molecule("residues", atoms, None)
@@ -144,6 +160,10 @@ def residues(
     known = (
         None if roughness_values is None else real_numbers(roughness_values, "roughness_values").astype(float)
     )
+    if known is None and is_sparse:
+        given = dict(surface.fields)
+        known = given.pop(ROUGHNESS, np.full(len(surface), np.nan))
+        surface = replace(surface, fields=given)
     values = roughness(surface) if known is None else known
     if values.shape != (len(surface),):
         raise InputError(

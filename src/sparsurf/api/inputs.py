@@ -20,6 +20,7 @@ from sparsurf.molecules.libraries import (
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface, dot_label
@@ -39,7 +40,7 @@ MoleculeLike: TypeAlias = (
     "str | Path | Molecule | Trajectory | AtomArray | AtomArrayStack | AtomGroup | Universe"
     " | gemmi.Structure | gemmi.Model | Entity"
 )
-DotsLike: TypeAlias = "str | Path | Surface | Subset | tuple[ArrayLike, ArrayLike]"
+DotsLike: TypeAlias = "str | Path | Surface | Points | Subset | tuple[ArrayLike, ArrayLike]"
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
@@ -76,13 +77,13 @@ def _converter(source: Any) -> Any:
 
 
 def as_dots(source: DotsLike) -> Surface:
-    """Return a Surface from itself, a Subset, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
+    """Return a Surface from itself, Points, a Subset, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
 
     Normals of a file are normalised; those of arrays must be unit vectors. Raise InputError for anything else.
     """
     if isinstance(source, Surface):
         return source
-    if is_subset(source):
+    if isinstance(source, Points) or is_subset(source):
         return source.surface
     if is_file_of_dots(source):
         return read_surface(cast(str | Path, source))

@@ -5,27 +5,34 @@ from __future__ import annotations
 import logging
 import multiprocessing
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sparsurf.api.field_values import check_fields, with_fields
 from sparsurf.api.inputs import MoleculeLike
-from sparsurf.api.surfaces import _spheres
-from sparsurf.arguments import CAVITIES, DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits, check_choice
+from sparsurf.api.surfaces import _spheres, placement
+from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
+from sparsurf.files import collected_warnings, pluralise
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix
-from sparsurf.patches.index import build_grid
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.patches.index import D_LINK, build_grid
+from sparsurf.progress import progress_bar
 from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.sampling.samplers import nearest_kept
 from sparsurf.streams import DEFAULT_SEED, stream
 from sparsurf.suggestions import public
+from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY, RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import MAX_AREA, Origin, Rules, Surface
+from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -40,18 +47,29 @@ JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
 
 
+class Request(NamedTuple):
+    """What is requested of every structure, checked."""
+
+    n_dots: int | None
+    density: float | None
+    seed: int
+    rules: Rules
+    fields: tuple[str, ...]
+
+
 @public()
 def points(
     molecule: MoleculeLike | tuple[ArrayLike, ArrayLike],
     n_dots: int | None = None,
     *,
     density: float | None = None,
+    fields: str | Sequence[str] = (),
     seed: int = DEFAULT_SEED,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
     radii: str = "dms",
     cavities: str = "remove",
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Points:
     """Choose points with normals on the solvent-excluded surface of a molecule, as far from one another as possible.
 
     The points lie exactly on the surface, and their normals are analytic. The same molecule gives the same bytes on every
@@ -64,6 +82,9 @@ def points(
         Number of points; 1024 if there is no `density`.
     density : float
         Instead of `n_dots`: points per Å^2.
+    fields : str or sequence of str
+        Numbers at the points: 'roughness', which is that of the dense surface at the same place, and those of the function
+        `fields`, such as 'hydropathy'. By default there are none.
     seed : int
         Of the first point, from which the others follow.
     cavities : {'remove', 'keep'}
@@ -71,9 +92,10 @@ def points(
 
     Returns
     -------
-    points : (n_dots, 3) float32, Å
-    normals : (n_dots, 3) float32, unit vectors, outward
-        In the order of choice: the first m points are as far from one another as m points can be found to be.
+    Points
+        The pair of `points` and `normals`, (n_dots, 3) float32 each, in the order of choice: the first m points are as far
+        from one another as m points can be found to be. It unpacks, and it has `area`, `kind`, `atom`, `fields` and
+        `to_frame`, which names the residue and the atom of every point.
 
     Raises
     ------
@@ -86,24 +108,66 @@ def points(
     >>> points, normals = sparsurf.points("data/tdp43/topology.pdb", n_dots=512)
     >>> points.shape, normals.dtype
     ((512, 3), dtype('float32'))
-    >>> len(sparsurf.points("data/tdp43/topology.pdb", density=0.5)[0])
+    >>> len(sparsurf.points("data/tdp43/topology.pdb", density=0.5).atom)
     2260
+
+    With labels, the area that each point stands for, and fields:
+
+    >>> few = sparsurf.points("data/tdp43/topology.pdb", n_dots=512, fields=["roughness", "hydropathy"])
+    >>> list(few.to_frame())[6:]
+    ['area', 'kind', 'chain', 'residue', 'residue_name', 'atom_name', 'atom', 'roughness', 'hydropathy']
     """
+    request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
+    return _chosen(molecule, frame, request, available_cores())
+
+
+def _checked(
+    n_dots: int | None,
+    density: float | None,
+    fields: str | Sequence[str],
+    seed: int,
+    probe_radius: float,
+    radii: str,
+    cavities: str,
+) -> Request:
+    """Check the arguments of `points` and `points_of`."""
     if n_dots is not None and density is not None:
         raise InputError("points: give either n_dots or density, not both.")
-    probe_radius, seed = PROBE.check(probe_radius, "probe_radius"), SEED.check(seed, "seed")
-    check_choice(cavities, CAVITIES, "cavities")
     if density is not None:
         density = DENSITY.check(density, "density")
     else:
         n_dots = NUMBER_OF_DOTS.check(N_POINTS if n_dots is None else n_dots, "n_dots")
-    atoms, frame, atom_radii = _spheres(molecule, frame, radii)
-    rolled = roll_spheres(atoms.xyz[frame].round(3), atom_radii, probe_radius, cavities=cavities)
-    dots, n = _dense_dots(rolled, n_dots, density)
+    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
+    return Request(n_dots, density, SEED.check(seed, "seed"), rules, check_fields(fields, "points"))
+
+
+def _chosen(molecule: Any, frame: int, request: Request, threads: int) -> Points:
+    """Choose points of one molecule."""
+    rules = request.rules
+    atoms, frame, atom_radii = _spheres(molecule, frame, rules.radii)
+    xyz = atoms.xyz[frame].round(3)
+    rolled = roll_spheres(xyz, atom_radii, rules.probe_radius, cavities=rules.cavities)
+    dots, n = _dense_dots(rolled, request.n_dots, request.density)
     # Positions that differ by rounding alone, on another machine, must not change the choice
-    grid = build_grid(np.rint(dots.points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM)
-    chosen = farthest_point_sampling(grid, n, stream(seed, "points"))
-    return dots.points[chosen].astype(np.float32), dots.normals[chosen].astype(np.float32)
+    positions = np.rint(dots.points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
+    chosen = farthest_point_sampling(build_grid(positions), n, stream(request.seed, "points"))
+    area = np.bincount(nearest_kept(positions, chosen)[0], dots.area, n)
+    origin = Origin.of_atoms(
+        atoms if isinstance(atoms, Molecule) else None, frame, xyz, rules, D_LINK, atom_radii
+    )
+    few = Surface(
+        dots.points[chosen].astype(np.float32),
+        dots.normals[chosen].astype(np.float32),
+        area if area.max() < MAX_AREA else None,
+        dots.kind[chosen],
+        dots.atom[chosen],
+        origin=origin,
+    )
+
+    def dense() -> Surface:
+        return rolled.surface_for_d_link("auto", D_LINK, "points")[0]
+
+    return Points(with_fields(few, request.fields, dense, "points", threads))
 
 
 def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) -> tuple[Surface, int]:
@@ -123,24 +187,74 @@ def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) 
         placed *= 1.05 * DOTS_PER_POINT * n / len(dots)
 
 
+class PointsOfFolder(Iterator[NamedPoints]):
+    """The points of each structure of a folder, one after the other by name.
+
+    Attributes
+    ----------
+    failures : dict, name -> str, why a structure is left out; complete at the end
+    """
+
+    def __init__(self, files: dict[str, Path], request: Request, jobs: int) -> None:
+        self.failures: dict[str, str] = {}
+        self._notes: dict[str, list[tuple[str, str]]] = {}  # by kind of warning: name and sentence
+        self._n_structures = len(files)
+        choose = partial(_outcome, request=request, threads=available_cores() if jobs == 1 else 1)
+        outcomes = map(choose, files.values()) if jobs == 1 else _in_processes(choose, files.values(), jobs)
+        self._results = self._successes(
+            progress_bar(zip(files, outcomes, strict=True), "structures", len(files))
+        )
+
+    def __next__(self) -> NamedPoints:
+        return next(self._results)
+
+    def _successes(self, outcomes: Iterable[tuple[str, Outcome]]) -> Iterator[NamedPoints]:
+        """Yield the points that there are, and report at the end what was wrong."""
+        for name, outcome in outcomes:
+            for kind, sentence in outcome.warnings:
+                self._notes.setdefault(kind, []).append((name, sentence))
+            if isinstance(outcome.result, str):
+                self.failures[name] = outcome.result
+            else:
+                yield NamedPoints.of_points(name, outcome.result)
+        self._report()
+
+    def _report(self) -> None:
+        """Log one line for each kind of warning, and one for the structures that are left out."""
+        for notes in self._notes.values():
+            names = list(dict.fromkeys(name for name, _ in notes))
+            if len(names) == 1:
+                log.warning("%s: %s", names[0], notes[0][1])
+            else:
+                log.warning("%d of %d structures, such as %s: %s", len(names), self._n_structures, *notes[0])
+        if self.failures:
+            reasons = "; ".join(f"{name}: {reason.rstrip('.')}" for name, reason in self.failures.items())
+            n = len(self.failures)
+            words = (
+                f"{n} of {pluralise(self._n_structures, 'structure')} {'is' if n == 1 else 'are'} left out"
+            )
+            log.warning("%s: %s", words, reasons)
+
+
 @public()
 def points_of(
     folder: str | Path,
     n_dots: int | None = None,
     *,
     density: float | None = None,
+    fields: str | Sequence[str] = (),
     seed: int = DEFAULT_SEED,
     probe_radius: float = PROBE_RADIUS,
     radii: str = "dms",
     cavities: str = "remove",
     jobs: int = 1,
-) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+) -> PointsOfFolder:
     """Choose points with normals on the surface of every structure of a folder.
 
     Parameters
     ----------
     folder : path of a folder; its .pdb, .ent, .cif and .mmcif files are read, also .gz
-    n_dots, density, seed, probe_radius, radii, cavities : as for `points`, the same for every structure
+    n_dots, density, fields, seed, probe_radius, radii, cavities : as for `points`, the same for every structure
     jobs : int
         Number of processes; the result does not depend on it.
 
@@ -148,12 +262,14 @@ def points_of(
     ------
     name : str, name of the file without its suffixes
     points, normals : (n_dots, 3) float32
-        One structure after the other, by name. One that fails is left out with a warning.
+        One structure after the other, by name. This triple has the attributes of `Points`, such as `atom`, `fields` and
+        `to_frame`. A structure that fails is left out; `failures` of the iterator names it and says why. At the end, one
+        warning sums up the structures that are left out, and one each kind of warning.
 
     Raises
     ------
     InputError
-        The folder holds no structure, or two of the same name.
+        An argument is wrong, the folder holds no structure, or two of the same name.
 
     Examples
     --------
@@ -161,17 +277,17 @@ def points_of(
     >>> for name, points, normals in sparsurf.points_of("data/tdp43", n_dots=256):
     ...     print(name, points.shape)
     topology (256, 3)
+
+    With labels:
+
+    >>> results = sparsurf.points_of("data/tdp43", n_dots=256, fields="roughness")
+    >>> [(few.name, few.atom.shape, few.fields["roughness"].dtype) for few in results]
+    [('topology', (256,), dtype('float32'))]
+    >>> results.failures
+    {}
     """
-    jobs, files = JOBS.check(jobs, "jobs"), structures_in(folder)
-    settings: dict[str, Any] = {"density": density, "seed": seed, "probe_radius": probe_radius}
-    settings |= {"radii": radii, "cavities": cavities}
-    choose = partial(_points_or_reason, n_dots=n_dots, settings=settings)
-    results = map(choose, files.values()) if jobs == 1 else _in_processes(choose, files.values(), jobs)
-    for name, result in zip(files, results, strict=True):
-        if isinstance(result, str):
-            log.warning("%s is left out: %s", name, result)
-        else:
-            yield name, *result
+    request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
+    return PointsOfFolder(structures_in(folder), request, JOBS.check(jobs, "jobs"))
 
 
 def structures_in(folder: str | Path) -> dict[str, Path]:
@@ -192,16 +308,24 @@ def structures_in(folder: str | Path) -> dict[str, Path]:
     return files
 
 
-def _points_or_reason(
-    path: Path, n_dots: int | None, settings: dict[str, Any]
-) -> tuple[np.ndarray, np.ndarray] | str:
-    """Return the points and normals of a structure, or why there are none."""
-    try:
-        return points(path, n_dots, **settings)
-    except InputError as error:
-        return str(error)
-    except MemoryError:
-        return f"{path} needs more memory than there is."
+class Outcome(NamedTuple):
+    """The points of a structure, or why there are none, and the warnings that its file caused: their kind and sentence."""
+
+    result: Points | str
+    warnings: list[tuple[str, str]]
+
+
+def _outcome(path: Path, request: Request, threads: int) -> Outcome:
+    """Return the points of a structure, or why there are none."""
+    with collected_warnings() as warnings:
+        try:
+            result: Points | str = _chosen(path, 0, request, threads)
+        except InputError as error:
+            result = str(error)
+        except MemoryError:
+            result = f"{path} needs more memory than there is."
+    head = f"{path}: "
+    return Outcome(result, [(kind, sentence.removeprefix(head)) for kind, sentence in warnings])
 
 
 def _in_processes(choose: Any, paths: Any, jobs: int) -> Iterator[Any]:

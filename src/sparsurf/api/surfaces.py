@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sparsurf.api.field_values import check_fields, with_fields
 from sparsurf.api.inputs import (
     DotsLike,
     MoleculeLike,
@@ -22,15 +24,17 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.arguments import CAVITIES, DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, REENTRANT, check_choice
 from sparsurf.errors import InputError
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
-from sparsurf.surfaces.components import components_of, table_of_components
+from sparsurf.surfaces.chosen_points import Points
+from sparsurf.surfaces.components import components_of, fields_without_component, table_of_components
 from sparsurf.surfaces.molecular_surface import surface_of_molecule, surface_of_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.surface import Placement, Surface, real_numbers
+from sparsurf.surfaces.surface import Origin, Placement, Surface, real_numbers
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -167,6 +171,7 @@ def mesh(
     n_vertices: int | None = None,
     *,
     density: float | None = None,
+    fields: str | Sequence[str] = (),
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface recovered from a few dots, without holes.
 
@@ -182,11 +187,14 @@ def mesh(
     density : float
         Instead of `n_vertices`: fineness of the triangles, as the density of dots per Å^2 that are as fine; by default 5.35.
         Below 2.73, with a probe of 1.4 Å, a finer mesh is reduced to that many vertices per Å^2.
+    fields : str or sequence of str
+        Fields of the vertices: 'roughness', which is that of the nearest dot of the dense surface, and those of `fields`.
 
     Returns
     -------
     Mesh
-        `vertices` (a Surface), `triangles` (F, 3), counterclockwise from outside, and `volume` in Å^3.
+        `vertices` (a Surface with the atom, the molecule and the fields of each vertex),
+        `triangles` (F, 3), counterclockwise from outside, and `volume` in Å^3.
 
     Examples
     --------
@@ -197,6 +205,8 @@ def mesh(
     >>> coarse = sparsurf.mesh("data/tdp43/topology.pdb", n_vertices=1024)
     >>> len(coarse.vertices), round(coarse.volume, -3)
     (1024, 8000.0)
+    >>> list(coarse.to_frame())[8:]
+    ['chain', 'residue', 'residue_name', 'atom_name', 'atom']
     >>> few = sparsurf.minimal("data/tdp43/topology.pdb", percent=10)
     >>> round(sparsurf.mesh(few).volume, -2)
     7900.0
@@ -205,22 +215,64 @@ def mesh(
         raise InputError("mesh: give either n_vertices or density, not both.")
     n_vertices = None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices")
     density = DENSITY.check(PUBLISHED_DENSITY if density is None else density, "density")
+    names = check_fields(fields, "mesh")
     source: Any = surface
     if isinstance(source, Surface) and source.placed:
-        origin = source.placed
-        return mesh_of_spheres(origin.xyz, origin.radii, origin.rules, n_vertices, density)
-    if isinstance(source, Surface) or is_subset(source) or is_file_of_dots(source):
-        from sparsurf.recovery.mesh import recovered_mesh
-        from sparsurf.surfaces.mesh import grid_step_for_density
-
-        few = as_dots(source)
-        build = partial(recovered_mesh, few.points, few.normals, density=density, threads=available_cores())
-        return _sized(build, grid_step_for_density(density), n_vertices, density)
+        made = mesh_of_atoms(source.placed.atoms_alone, n_vertices, density, names)
+        return _with_fields_of(source, made)
+    if isinstance(source, Surface | Points) or is_subset(source) or is_file_of_dots(source):
+        return _mesh_of_dots(as_dots(source), n_vertices, density, names)
     atoms, frame, atom_radii = _spheres(source, 0, "dms")
-    return mesh_of_spheres(atoms.xyz[frame], atom_radii, Placement(), n_vertices, density)
+    molecule = atoms if isinstance(atoms, Molecule) else None
+    rules = Placement()
+    origin = Origin.of_atoms(molecule, frame, atoms.xyz[frame].round(3), rules, D_LINK, atom_radii)
+    return mesh_of_atoms(origin, n_vertices, density, names)
 
 
-def mesh_of_spheres(
+def _mesh_of_dots(few: Surface, n_vertices: int | None, density: float, names: Sequence[str]) -> Mesh:
+    """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
+    from sparsurf.recovery.mesh import recovered_mesh
+    from sparsurf.recovery.recovering import recover
+    from sparsurf.sampling.samplers import nearest_kept
+    from sparsurf.surfaces.mesh import grid_step_for_density
+
+    build = partial(recovered_mesh, few.points, few.normals, density=density, threads=available_cores())
+    made = _sized(build, grid_step_for_density(density), n_vertices, density)
+    vertices = made.vertices
+    both = np.concatenate([few.points, vertices.points])
+    nearest = nearest_kept(both, np.arange(len(few)))[0][len(few) :]
+    origin = few.origin and few.origin.atoms_alone
+    vertices = replace(vertices, atom=few.atom[nearest], origin=origin)
+    dense = partial(recover, few.points, few.normals, threads=available_cores())
+    vertices = with_fields(vertices, names, lambda: Surface(*dense()), "mesh", available_cores())
+    return _with_fields_of(few, replace(made, vertices=vertices))
+
+
+def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
+    """Return a mesh whose vertices have the fields of dots, interpolated, besides those that they have."""
+    from sparsurf.recovery.fields import interpolate_fields
+
+    known = {
+        name: values
+        for name, values in fields_without_component(dots).items()
+        if name not in made.vertices.fields
+    }
+    between = interpolate_fields(dots.points, known, made.vertices.points)
+    return replace(made, vertices=replace(made.vertices, fields=between | made.vertices.fields))
+
+
+def mesh_of_atoms(origin: Origin, n_vertices: int | None, density: float, names: Sequence[str] = ()) -> Mesh:
+    """Return the mesh of the atoms of an origin, which its vertices carry; its size and its fields are as in `mesh`."""
+    made = _mesh_of_spheres(origin.xyz, origin.radii, origin.rules, n_vertices, density)
+
+    def dense() -> Surface:
+        return surface_of_spheres(origin.xyz, origin.radii, origin.rules, D_LINK, "mesh")
+
+    vertices = replace(made.vertices, origin=origin)
+    return replace(made, vertices=with_fields(vertices, names, dense, "mesh", available_cores()))
+
+
+def _mesh_of_spheres(
     xyz: np.ndarray, radii: np.ndarray, rules: Rules, n_vertices: int | None, density: float
 ) -> Mesh:
     """Return the mesh of spheres at `xyz` (A, 3) with `radii` (A,), Å; its size is as in `mesh`."""

@@ -6,14 +6,14 @@ from typing import Any
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_structure
-from sparsurf.arguments import CAVITIES, DENSITY
+from sparsurf.arguments import CAVITIES, D_LINK, DENSITY
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import RADII, radii
-from sparsurf.surfaces.surface import COMPONENT_FIELD
+from sparsurf.surfaces.surface import COMPONENT_FIELD, Origin
 from sparsurf.surfaces.surface import DENSITY as PUBLISHED_DENSITY
 
 FORMATS = (*writing.DOTS, *writing.PAGES)
@@ -102,11 +102,13 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the vertices of the closed triangles."""
-    from sparsurf.api.surfaces import mesh_of_spheres, placement
+    from sparsurf.api.surfaces import mesh_of_atoms, placement
 
     rules = placement(args.probe_radius, "auto", args.radii, args.cavities)
-    spheres = molecule.xyz[args.frame or 0], radii(molecule, rules.radii)
-    return writing.mesh_dots(mesh_of_spheres(*spheres, rules, None, args.density or PUBLISHED_DENSITY))
+    frame = args.frame or 0
+    xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
+    origin = Origin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
+    return writing.mesh_dots(mesh_of_atoms(origin, None, args.density or PUBLISHED_DENSITY))
 
 
 def _rules(args: argparse.Namespace) -> dict[str, Any]:

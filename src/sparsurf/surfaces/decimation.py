@@ -16,6 +16,7 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.surfaces.mesh import Mesh, build_mesh
+from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 
 MIN_VERTICES = 4
@@ -27,8 +28,13 @@ SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an eq
 
 
 def sized_mesh(generate: Callable[[float], Mesh], step: float, n_vertices: int) -> Mesh:
-    """Generate a mesh of `n_vertices` by reducing one of a `step`, Å, or of a finer one if it has too few vertices."""
+    """Generate a mesh of `n_vertices` by reducing one of a `step`, Å, or a finer one if it has too few; at most 100 per Å^2."""
     mesh = generate(step)
+    area = float(mesh.vertices.area.sum())
+    if n_vertices > MAX_DENSITY * area:
+        raise InputError(
+            f"mesh: {n_vertices:,} vertices on {area:,.0f} Å^2 are more than {MAX_DENSITY} per Å^2; ask for fewer."
+        )
     while (ratio := len(mesh.vertices) / n_vertices) < MIN_REDUCTION:
         step *= math.sqrt(RESERVE * ratio / MIN_REDUCTION)
         mesh = generate(step)
@@ -55,7 +61,7 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     points, normals = (
         values.astype(np.float32).astype(float) for values in (vertices.points, vertices.normals)
     )
-    return build_mesh(points, normals, corners.reshape(-1, 3), vertices.kind)
+    return build_mesh(points, normals, corners.reshape(-1, 3), vertices.kind, vertices.atom)
 
 
 def _twins(origin: np.ndarray, n: int) -> np.ndarray:

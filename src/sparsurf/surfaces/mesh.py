@@ -19,7 +19,20 @@ from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Rolling, T, blocker, roll
+from sparsurf.surfaces.rolling_probe import (
+    E1,
+    E2,
+    PHI_0,
+    PHI_1,
+    RADIUS,
+    THETA_I,
+    THETA_J,
+    Rolling,
+    T,
+    U,
+    blocker,
+    roll,
+)
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 from sparsurf.surfaces.vectors import (
@@ -37,6 +50,7 @@ from sparsurf.surfaces.vectors import (
 from sparsurf.threads import parallel_map
 
 if TYPE_CHECKING:
+    import pandas as pd
     from numpy.typing import ArrayLike
 
 GRID_STEP = 0.5  # Å, which corresponds to dots of the density DENSITY
@@ -52,12 +66,17 @@ class Mesh:
 
     Attributes
     ----------
-    vertices : Surface; the area of each is a third of that of the triangles around it
+    vertices : Surface; the area of each is a third of that of the triangles around it, and `atom` is the index of the atom
+        that it lies on, as for dots
     triangles : (F, 3) int64, counterclockwise seen from outside; every edge belongs to two of them
     """
 
     vertices: Surface
     triangles: np.ndarray
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate position, normal, area, kind, labels of the atom and fields of the vertices, as `to_frame` of a Surface."""
+        return self.vertices.to_frame()
 
     def __repr__(self) -> str:
         return f"Mesh of {len(self.triangles):,} triangles"
@@ -97,13 +116,17 @@ def widest_step(probe: float) -> float:
 
 
 def build_mesh(
-    points: np.ndarray, normals: np.ndarray, triangles: np.ndarray, kind: np.ndarray | None = None
+    points: np.ndarray,
+    normals: np.ndarray,
+    triangles: np.ndarray,
+    kind: np.ndarray | None = None,
+    atom: np.ndarray | None = None,
 ) -> Mesh:
-    """Make a Mesh of points (V, 3), Å, normals (V, 3), triangles (F, 3) and, where known, kinds of the points (V,)."""
+    """Make a Mesh of points (V, 3), Å, normals (V, 3), triangles (F, 3) and, where known, kinds and atoms of the points (V,)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
     area = np.bincount(triangles.ravel(), np.repeat(third, 3), len(points))
-    return Mesh(Surface(points, normals, area, kind), triangles)
+    return Mesh(Surface(points, normals, area, kind, atom), triangles)
 
 
 def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +149,7 @@ def molecular_mesh(
     The surface lies at the probe's radius from all positions that the probe's centre can take: the nearest of these determines
     on which side a point is, and which point of the surface is nearest to it. `step` is at most half the probe's radius.
     """
-    xyz, radii, _ = checked_spheres(xyz, radii, probe)
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
     step = min(step, widest_step(probe))
     relative = np.add(*relative_positions(xyz))
     rolling = roll(relative, radii + probe)
@@ -140,31 +163,39 @@ def molecular_mesh(
     # neither inside an atom nor an accessible centre
     doubtful = np.flatnonzero((values > -probe) & (values <= 0))
     positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
-    gap, _, _ = _nearest_centres(positions, rolling, cells, limit, threads)
+    gap, *_ = _nearest_centres(positions, rolling, cells, limit, threads)
     values.ravel()[doubtful] = gap - probe
     vertices, triangles = marching_tetrahedra(values)
     vertices = low + step * vertices
-    gap, centres, kind = _nearest_centres(vertices, rolling, cells, limit, threads)
+    gap, centres, kind, atom = _nearest_centres(vertices, rolling, cells, limit, threads)
     outward = (centres - vertices) / gap[:, None]
-    return build_mesh(centres - probe * outward + xyz[0], outward, triangles, kind)
+    return build_mesh(centres - probe * outward + xyz[0], outward, triangles, kind, kept[atom])
 
 
 def _nearest_centres(
     positions: np.ndarray, rolling: Rolling, cells: tuple[Cells, Cells], limit: float, threads: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the distance (n,) to the nearest accessible centre of a probe, at most `limit`, that centre (n, 3) and its kind."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Find the nearest accessible centre of a probe, at most `limit` away: distance (n,), centre (n, 3), kind and atom (n,)."""
     n = len(positions)
-    gap, centres, kind = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8)
+    gap, centres, kind, atom = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8), np.zeros(n, np.int64)
     probe_cells, atom_cells = cells
     parallel_map(
         lambda a, b: _search_centres(
-            positions[a:b], rolling, probe_cells, atom_cells, limit, gap[a:b], centres[a:b], kind[a:b]
+            positions[a:b],
+            rolling,
+            probe_cells,
+            atom_cells,
+            limit,
+            gap[a:b],
+            centres[a:b],
+            kind[a:b],
+            atom[a:b],
         ),
         n,
         threads,
         POSITIONS_PER_TASK,
     )
-    return gap, centres, kind
+    return gap, centres, kind, atom
 
 
 @njit(cache=True, nogil=True)
@@ -200,17 +231,22 @@ def _search_centres(
     gap: np.ndarray,
     centres: np.ndarray,
     kind: np.ndarray,
+    atom: np.ndarray,
 ) -> None:
-    """Fill in `_nearest_centres` of a slice: among the fixed probes, then on the arcs and the patches of the atoms around."""
+    """Fill in `_nearest_centres` of a slice: among the fixed probes, then on the arcs and the patches of the atoms around.
+
+    The atom is that which a dot at this place belongs to, by the rules of `dot_placement`.
+    """
     for n in range(len(positions)):
         position, best, nearest = point(positions, n), limit * limit, (0.0, 0.0, 0.0)
+        source = -1  # the fixed probe, the arc or the atom
         for c in range(9):
             slot, last = cell_column(probe_cells, position, c)
             while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
                 k = probe_cells.order[slot]
                 slot += 1
                 if k < len(rolling.probes) and squared_distance(point(rolling.probes, k), position) < best:
-                    nearest, kind[n] = point(rolling.probes, k), CONCAVE
+                    nearest, kind[n], source = point(rolling.probes, k), CONCAVE, k
                     best = squared_distance(nearest, position)
         for c in range(9):
             slot, last = cell_column(atom_cells, position, c)
@@ -226,12 +262,34 @@ def _search_centres(
                     candidate, on = _nearest_on_arc(position, rolling.arcs[b])
                     if on and squared_distance(candidate, position) < best:
                         nearest, kind[n], best = candidate, SADDLE, squared_distance(candidate, position)
+                        source = b
                 if (d - reach) ** 2 < best and d > 0:
                     candidate = add_scaled(centre, reach / d, w)
                     if blocker(candidate, k, rolling.atoms, -1) < 0:
                         nearest, kind[n], best = candidate, CONTACT, (d - reach) ** 2
+                        source = k
         gap[n] = math.sqrt(best)
+        if source >= 0:
+            atom[n] = _owner(position, nearest, kind[n], source, rolling)
         centres[n, 0], centres[n, 1], centres[n, 2] = nearest
+
+
+@njit(cache=True, nogil=True)
+def _owner(position: Vector, centre: Vector, kind: int, source: int, rolling: Rolling) -> int:
+    """Return the atom that the point below a probe at `centre` belongs to; `source` is the atom, the arc or the fixed probe."""
+    if kind == CONTACT:
+        return source
+    if kind == SADDLE:
+        arc, w = rolling.arcs[source], subtract(position, centre)
+        theta = math.asin(min(1.0, max(-1.0, dot(w, vector_at(arc, U)) / math.sqrt(dot(w, w)))))
+        return rolling.pair[source, int(2 * theta > arc[THETA_I] + arc[THETA_J])]
+    owner = rolling.triple[source, 0]
+    for c in range(1, 3):
+        other = rolling.triple[source, c]
+        nearest = squared_distance(point(rolling.atoms.centre, owner), position)
+        if squared_distance(point(rolling.atoms.centre, other), position) < nearest:
+            owner = other
+    return owner
 
 
 @njit(cache=True, nogil=True)

@@ -83,6 +83,25 @@ class Origin:
     points: np.ndarray  # (N, 3), where the dots were placed, Å
     generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]  # see `surface_generator`
 
+    @classmethod
+    def of_atoms(
+        cls,
+        molecule: Molecule | None,
+        frame: int,
+        xyz: np.ndarray,
+        rules: Rules,
+        d_link: float,
+        radii: np.ndarray,
+    ) -> Origin:
+        """Make the origin of points or vertices that are not all dots of a placement; it keeps no rolled probe."""
+        nowhere = np.empty((0, 3))
+        return cls(molecule, frame, xyz, rules, d_link, radii, _not_placed, nowhere, _not_placed)
+
+    @property
+    def atoms_alone(self) -> Origin:
+        """The same atoms and rules, without what places the dots again."""
+        return Origin.of_atoms(self.molecule, self.frame, self.xyz, self.rules, self.d_link, self.radii)
+
     def refuse_molecule(
         self, function: str, molecule: Molecule, frame: int | None, whole: bool = True
     ) -> None:
@@ -275,6 +294,11 @@ class Surface:
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
         return surfaces.views().notebook_html(self)
+
+
+def _not_placed(*_: Any) -> Any:
+    """Stand for what only all dots of a placement have; `Surface.placed` is None where an origin holds it."""
+    raise InputError("surface: these are not all dots of their surface; give all dots from surface().")
 
 
 def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT, sphere
@@ -222,3 +223,45 @@ def test_a_density_and_a_number_of_vertices_are_honoured():
     assert len(sparsurf.mesh(spheres, 3 * len(fine.vertices)).vertices) == 3 * len(fine.vertices)
     with pytest.raises(InputError, match="either n_vertices or density"):
         sparsurf.mesh(spheres, 100, density=1.0)
+
+
+@pytest.mark.parametrize("n_vertices", [None, 1500])
+def test_a_vertex_belongs_to_the_atom_of_the_dots_there(n_vertices):
+    dots = sparsurf.surface(ROOT / "data/tdp43/topology.pdb", density=60.0)
+    mesh = sparsurf.mesh(dots, n_vertices)
+    vertices, origin = mesh.vertices, mesh.vertices.origin
+    gap = np.linalg.norm(vertices.points - origin.xyz[vertices.atom], axis=1) - origin.radii[vertices.atom]
+    assert np.abs(gap[vertices.kind == 0]).max() < 1e-5 and (gap > -1e-5).all()
+    distance, nearest = cKDTree(dots.points).query(vertices.points)
+    near = distance < 0.04  # elsewhere the border between two atoms may pass
+    assert near.sum() > 300 and (dots.atom[nearest] == vertices.atom)[near].mean() > 0.97
+    table = mesh.to_frame()
+    atoms = dots.molecule.labels(vertices.atom)
+    assert all(np.array_equal(table[name], atoms[name]) for name in atoms)
+
+
+def test_vertices_have_fields():
+    dots = sparsurf.surface(ROOT / "data/tdp43/topology.pdb", cavities="remove")
+    mesh = sparsurf.mesh(dots, 800, fields=["roughness", "hydropathy"])
+    fields, points = mesh.vertices.fields, mesh.vertices.points
+    nearest = cKDTree(dots.points).query(points)[1]
+    assert np.array_equal(fields["roughness"], sparsurf.roughness(dots)[nearest])
+    assert np.array_equal(fields["hydropathy"], sparsurf.fields(mesh, "hydropathy")["hydropathy"])
+    with pytest.raises(InputError, match="no field 'roughnes'; did you mean 'roughness'"):
+        sparsurf.mesh(dots, 800, fields="roughnes")
+
+
+def test_fields_of_dots_pass_to_their_mesh():
+    dots = sparsurf.surface(([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5]))
+    dots = replace(dots, fields={"x_of_dot": dots.points[:, 0]})
+    vertices = sparsurf.mesh(dots, 100).vertices
+    assert vertices.fields["x_of_dot"] == pytest.approx(vertices.points[:, 0], abs=0.05)
+
+
+def test_vertices_have_a_bound_per_area():
+    one = ([[0.0, 0, 0]], [1.5])
+    assert len(sparsurf.mesh(one, 2000).vertices) == 2000
+    with pytest.raises(
+        InputError, match=r"10,000 vertices on 28 Å\^2 are more than 100 per Å\^2; ask for fewer"
+    ):
+        sparsurf.mesh(one, 10_000)
