@@ -17,10 +17,12 @@ import numpy as np
 from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
+from sparsurf.arguments import check_flag
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, shorten
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
+from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import write_ply
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
 
-MESHES = (".ply",)
+MESHES = (".ply", ".npz")
 NUMBERS = (".csv", ".npz", ".ply")  # which have room for numbers at the dots
 DOTS_ALONE = (*NUMBERS, *SCENES)
 DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
@@ -52,7 +54,9 @@ class Dots:
     table : DataFrame of N rows, or columns (N,) by name: those besides positions and normals; a column `dot` comes first
     shown : the column that gives colours; by default the kind of the dots
     molecule : Molecule of the dots, and its frame; they cannot be written as DMS without it
-    faces : (F, 3) triangles between them if they are known
+    faces : (F, 3) triangles between them if they are known: then this is a mesh
+    coloured : whether a PLY has colours; without them all its properties are floats
+    single : whether numbers of an npz are float32 and its triangles int32, as networks take them
     words : message when they are written
     about : what a page or picture says besides the dots
     """
@@ -63,13 +67,17 @@ class Dots:
     molecule: Any = None
     frame: int = 0
     faces: np.ndarray | None = None
+    coloured: bool = True
+    single: bool = False
     words: str = ""
     about: About = About()  # noqa: RUF009, frozen
 
     @property
     def formats(self) -> tuple[str, ...]:
-        """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights and no triangles."""
-        has_atoms = self.molecule is not None and self.shown != "weight" and self.faces is None
+        """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights, a CSV no triangles."""
+        if self.faces is not None:
+            return (*MESHES, *SCENES, *PAGES)
+        has_atoms = self.molecule is not None and self.shown != "weight"
         return (*(DOTS if has_atoms else DOTS_ALONE), *PAGES)
 
     @property
@@ -156,7 +164,7 @@ def write_dots(output: str | Path, dots: Dots) -> None:
     def ply(path: Path) -> None:
         values = dots.numbers
         colours = values.pop(dots.shown).astype(float) if dots.shown else None
-        write_ply(path, surface, colours, dots.shown or "", values, faces=dots.faces)
+        write_ply(path, surface, colours, dots.shown or "", values, dots.faces, dots.coloured)
 
     def dms(path: Path) -> None:
         molecule = dots.molecule
@@ -166,9 +174,14 @@ def write_dots(output: str | Path, dots: Dots) -> None:
 
     def npz(path: Path) -> None:
         arrays = {name: getattr(surface, name) for name in ARRAY_NAMES}
+        if dots.faces is not None:
+            arrays = {"vertices": arrays.pop("points"), **arrays, "faces": dots.faces}
         arrays |= {name: values for name, values in surface.fields.items() if name not in dots.table}
-        columns = {str(name): column for name, column in dots.table.items()}
-        _npz(path, arrays | {name: column for name, column in columns.items() if name not in arrays})
+        columns = {str(name): column for name, column in dots.table.items() if name not in POSITION_COLUMNS}
+        arrays |= {name: np.asarray(column) for name, column in columns.items() if name not in arrays}
+        if dots.single:
+            arrays = {name: _single(array) for name, array in arrays.items()}
+        _npz(path, arrays)
 
     writers: dict[str, Callable[[Path], Any]] = {
         ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
@@ -179,6 +192,11 @@ def write_dots(output: str | Path, dots: Dots) -> None:
     writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
     writers[".html"] = lambda path: _write_page(path, dots)
     writers[".png"] = lambda path: _write_picture(path, dots, str(output))
+    if dots.faces is not None and parse_output(output, (*dots.formats, ".csv"))[0] == ".csv":
+        raise InputError(
+            f"{output}: a CSV has no room for the triangles of a mesh; name a file in {', '.join(dots.formats)}, or write "
+            "its vertices."
+        )
     write_file(output, dots.formats, writers)
 
 
@@ -209,10 +227,19 @@ def _write_picture(path: Path, dots: Dots, output: str) -> None:
         save_picture(path, output, "kinds_picture", surface, about.name)
 
 
+def _single(array: np.ndarray) -> np.ndarray:
+    """Return numbers as float32 or int32, and anything else as it is."""
+    single = {"f": np.float32, "i": np.int32}.get(array.dtype.kind)
+    return array if single is None or array.dtype.itemsize < 8 else array.astype(single)
+
+
 def mesh_dots(mesh: Mesh) -> Dots:
-    """Return a Mesh as Dots: its vertices with the area around each."""
+    """Return a Mesh as Dots: its vertices with the area around each, and the atom where it is known."""
     words = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
-    return Dots(mesh.vertices, {"area": mesh.vertices.area}, faces=mesh.triangles, words=words)
+    vertices = mesh.vertices
+    table = replace(vertices, fields={}).to_frame()
+    known = [name for name in table if name != "kind" or vertices.kind.max() >= 0]
+    return Dots(vertices, table[known], faces=mesh.triangles, coloured=False, single=True, words=words)
 
 
 def write_table(
@@ -245,10 +272,13 @@ def _write_profile(path: Path, table: pd.DataFrame, name: str, output: str) -> N
 
 @public()
 def write(
-    result: Surface | Subset | Mesh | Molecule | pd.DataFrame,
+    result: Surface | Points | Subset | Mesh | Molecule | pd.DataFrame,
     path: str | Path,
     molecule: MoleculeLike | None = None,
     frame: int = 0,
+    *,
+    names: Mapping[str, str] | None = None,
+    colours: bool | None = None,
 ) -> None:
     """Write the result of a function in the format of the suffix of a path (.csv, .npz, .ply, .dms; also .gz).
 
@@ -260,25 +290,39 @@ def write(
 
     Parameters
     ----------
-    result : Surface, Subset, Mesh, Molecule, or DataFrame
+    result : Surface, Points, Subset, Mesh, Molecule, or DataFrame
+        A mesh is written as PLY, or as npz with `vertices`, `faces`, `normals` and its fields; its numbers are float32, its
+        triangles int32. An npz of dots holds `points`, `normals` and their fields, and `read_surface` reads both.
     path : str or Path
     molecule : as in `surface`, optional
         A DMS file needs it, and a table names its atoms; by default that of the dots.
     frame : int
         Frame of the molecule.
+    names : dict of str to str, optional
+        Names that fields get in the file, such as {'hydropathy': 'hphob'}; the others keep theirs.
+    colours : bool, optional
+        Whether a PLY has colours. By default dots have them and a mesh has none: its properties are all floats, which readers
+        of meshes for networks need.
 
     Raises
     ------
     InputError
-        A suffix that does not fit, or no such folder.
+        A suffix that does not fit, no such folder, or a name of no field.
 
     Examples
     --------
     >>> import sparsurf
     >>> sparsurf.write(sparsurf.surface("data/tdp43/topology.pdb"), "/tmp/dots.ply")
+    >>> mesh = sparsurf.mesh("data/tdp43/topology.pdb", n_vertices=512, fields="hydropathy")
+    >>> sparsurf.write(mesh, "/tmp/mesh.ply", names={"hydropathy": "hphob"})
     """
     as_path(path)  # or refuse what is none
-    if hasattr(result, "iloc"):  # a table of pandas
+    if colours is not None:
+        check_flag(colours, "colours")
+    is_table = hasattr(result, "iloc")  # of pandas
+    if (is_table or isinstance(result, Molecule)) and (names or colours is not None):
+        raise InputError("write: names and colours are about fields of dots and meshes; leave them out.")
+    if is_table:
         write_table(path, cast("pd.DataFrame", result))
         return
     if isinstance(result, Molecule):
@@ -287,24 +331,31 @@ def write(
         result.write_pdb(path, frame)
         return
     atoms = None if molecule is None else as_molecule(molecule)
-    if isinstance(result, Surface) and result.origin:
+    origin = result.surface.origin if isinstance(result, Points) else getattr(result, "origin", None)
+    if isinstance(result, Surface | Points) and origin:
         if atoms is None:
-            atoms, frame = result.origin.molecule, result.origin.frame
+            atoms, frame = origin.molecule, origin.frame
         if atoms is not None:
-            result.origin.refuse_molecule("write", atoms, frame)
+            origin.refuse_molecule("write", atoms, frame)
     source: Any = result
-    if is_subset(source):
+    if isinstance(source, Points):
+        table = source.to_frame().drop(columns=list(source.fields))
+        dots = Dots(source.surface, table, molecule=atoms, frame=frame, single=True)
+    elif is_subset(source):
         is_shown = str(path).lower().removesuffix(".gz").endswith(PAGES)
         about = About(whole=_whole_surface(source) if is_shown else None)
         dots = Dots(source.surface, source.table, "weight", atoms, frame, about=about)
     elif isinstance(source, Surface):
         dots = Dots(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
     elif hasattr(source, "triangles"):
-        dots = replace(mesh_dots(source), molecule=atoms, frame=frame)
+        dots = mesh_dots(source)
+        if atoms is not None:
+            dots = replace(dots, molecule=atoms, frame=frame)
     else:
         raise InputError(
             f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
         )
+    dots = replace(_renamed(dots, names or {}), coloured=dots.coloured if colours is None else bool(colours))
     if Path(path).suffix.lower() != ".cxc":
         write_dots(path, dots)
         return
@@ -320,6 +371,24 @@ def _whole_surface(subset: Subset) -> Surface | None:
     place, xyz = origin.generator()
     whole = place(xyz)
     return replace(whole, origin=origin) if np.array_equal(whole.points, origin.points) else None
+
+
+def _renamed(dots: Dots, names: Any) -> Dots:
+    """Return dots whose fields have other names."""
+    if not isinstance(names, Mapping):
+        raise InputError(
+            f"write: names is {names!r}; it must be a dictionary such as {{'hydropathy': 'hphob'}}."
+        )
+    fields = dots.surface.fields
+    for name in names:
+        if name not in fields:
+            known = f"the fields are {', '.join(fields)}" if fields else "there are none"
+            raise InputError(f"write: names has {name!r}, which is not a field here; {known}.")
+    new = {name: names.get(name, name) for name in fields}
+    if twice := [name for name in new.values() if [*new.values()].count(name) > 1]:
+        raise InputError(f"write: names calls two fields {twice[0]!r}; give each a name of its own.")
+    surface = replace(dots.surface, fields={new[name]: values for name, values in fields.items()})
+    return replace(dots, surface=surface, table=cast("pd.DataFrame", dots.table).rename(columns=new))
 
 
 def _write_scene(path: Path, dots: Dots) -> None:

@@ -116,15 +116,21 @@ def atoms_of_residues(args: argparse.Namespace, molecule: Molecule) -> np.ndarra
     return select_atoms(molecule, args.file, residues=args.residues, selection="all")
 
 
+def names_of_fields(args: argparse.Namespace) -> list[str]:
+    """Return the names of the requested fields."""
+    names = [name.strip() for name in (args.fields or "").split(",") if name.strip()]
+    if args.fields is not None and not names:
+        raise InputError("--fields names none; give names such as hydropathy, or leave it out.")
+    return names
+
+
 def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
     """Return the surface with the requested fields."""
-    if args.fields is None:
+    names = names_of_fields(args)
+    if not names:
         return surface
     from sparsurf.dot_fields.registry import compute_fields  # here: few ask for fields
 
-    names = [name.strip() for name in args.fields.split(",") if name.strip()]
-    if not names:
-        raise InputError("--fields names none; give names such as hydropathy, or leave it out.")
     if molecule is None:
         raise InputError(f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure.")
     values = compute_fields(names, molecule.frame(args.frame or 0), surface.points)

@@ -1,40 +1,40 @@
 """`sparsurf points`: a few points with normals on the surface of a structure, or of every structure of a folder."""
 
 import argparse
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import pandas as pd
 
-from sparsurf import progress
 from sparsurf.api.inputs import is_structure
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
-from sparsurf.api.writing import write_file
+from sparsurf.api.writing import parse_output, write, write_file
 from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow, pluralise
 from sparsurf.molecules.formats import STRUCTURES, stem
-from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.chosen_points import NamedPoints
 
 TABLE = ".parquet"
 FORMATS = (TABLE, ".npz", ".ply")
-COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 ROWS_PER_GROUP = 100_000  # of a Parquet file
 EXAMPLES = """\
-FILE is a structure, or a folder of structures, whose points become one Parquet table with the columns name, x, y, z, nx, ny
-and nz (float32, Å). The points lie exactly on the surface, as far from one another as possible, with its analytic
-normals; without points in closed cavities. The same structure gives the same bytes on every machine. An npz holds
-points and normals, (n, 3) each. Of a folder, structures that fail are left out with a warning.
+FILE is a structure, or a folder of structures, whose points become one Parquet table with the columns name, x, y, z, nx, ny,
+nz (Å), area (Å^2, that each point stands for), kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name,
+atom_name, atom (its index, from 0) and the fields; numbers are float32. The points lie exactly on the surface, as far from
+one another as possible, with its analytic normals; without points in closed cavities. The same structure gives the same
+bytes on every machine. An npz holds points and normals, (n, 3) each, and the rest by name. Of a folder, structures that
+fail are left out: a warning at the end and `failures` in the metadata of the table say why.
 
 examples:
   sparsurf points structures/ -n 1024 -o points.parquet
+  sparsurf points structures/ --fields roughness,hydropathy -o points.parquet
   sparsurf points protein.pdb -n 512 -o points.npz
   sparsurf points protein.pdb --density 0.5 -o points.ply
 """
-Named = Iterable[tuple[str, np.ndarray, np.ndarray]]
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +51,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2 instead")
     options.add_seed(parser, "of the first point, from which the others follow")
     options.add_probe_radius(parser)
+    words = "values at the points: roughness (of the dense surface), hydropathy, potential, bfactor, with commas between"
+    parser.add_argument("--fields", metavar="NAMES", help=words)
     parser.add_argument(
         "--jobs", type=options.number(JOBS), default=1, help="processes for a folder (default 1)"
     )
@@ -64,47 +66,60 @@ def run(args: argparse.Namespace) -> None:
     formats = (TABLE,) if is_folder else FORMATS
     outputs.check(args, formats)
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
-    written: list[int] = []
+    settings["fields"] = options.names_of_fields(args)
     if is_folder:
         results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
-        named: Named = progress.progress_bar(results, "structures")
-        writers: dict[str, Callable[[Path], Any]] = {}
+        written: list[int] = []
+        write_file(args.output, formats, {TABLE: lambda path: _write_table(path, results, written)})
+        words = f"{sum(written):,} points on {pluralise(len(written), 'structure')}"
+        left_out = pluralise(len(results.failures), "structure")
+        outputs.report(args, words + (f"; {left_out} left out" if results.failures else ""))
+        return
+    few = points(args.file, args.n_dots, **settings)
+    if parse_output(args.output, formats)[0] == TABLE:
+        named = [NamedPoints.of_points(stem(args.file), few)]
+        write_file(args.output, formats, {TABLE: lambda path: _write_table(path, named, [])})
     else:
-        xyz, normals = points(args.file, args.n_dots, **settings)
-        named = [(stem(args.file), xyz, normals)]
-        writers = {
-            ".npz": lambda path: np.savez(path, points=xyz, normals=normals),
-            ".ply": lambda path: write_ply(path, Surface(xyz, normals)),
-        }
-    writers[TABLE] = lambda path: _write_table(path, named, written)
-    write_file(args.output, formats, writers)
-    n, structures = (
-        (sum(written), pluralise(len(written), "structure")) if is_folder else (len(xyz), "the surface")
-    )
-    outputs.report(args, f"{n:,} points on {structures}")
+        write(few, args.output)
+    outputs.report(args, f"{len(few.points):,} points on the surface")
 
 
-def _write_table(path: Path, named: Named, written: list[int]) -> None:
+def _write_table(path: Path, named: Iterable[NamedPoints], written: list[int]) -> None:
     """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`."""
     pyarrow = import_pyarrow()
-    numbers = [(column, pyarrow.float32()) for column in COLUMNS]
-    schema = pyarrow.schema([("name", pyarrow.string()), *numbers])
-    with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd") as writer:
-        waiting: list[tuple[str, np.ndarray]] = []
-        for name, xyz, normals in named:
-            waiting.append((name, np.hstack([xyz, normals])))
-            written.append(len(xyz))
-            if sum(len(rows) for _, rows in waiting) >= ROWS_PER_GROUP:
-                writer.write_table(_table(pyarrow, schema, waiting))
+    waiting: list[pd.DataFrame] = []
+    writer = None
+    try:
+        for few in named:
+            table = few.to_frame()
+            table.insert(0, "name", few.name)
+            waiting.append(table)
+            written.append(len(table))
+            if writer is None:
+                schema = _schema(pyarrow, table)
+                writer = pyarrow.parquet.ParquetWriter(path, schema, compression="zstd")
+            if sum(map(len, waiting)) >= ROWS_PER_GROUP:
+                writer.write_table(
+                    pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False)
+                )
                 waiting = []
-        if not written:
+        if writer is None:
             raise InputError("points: no structure was left; the warnings say why.")
         if waiting:
-            writer.write_table(_table(pyarrow, schema, waiting))
+            writer.write_table(pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False))
+        failures = json.dumps(getattr(named, "failures", {}), ensure_ascii=False)
+        writer.add_key_value_metadata({"failures": failures})
+    finally:
+        if writer is not None:
+            writer.close()
 
 
-def _table(pyarrow: Any, schema: Any, named: list[tuple[str, np.ndarray]]) -> Any:
-    """Return the rows of a few structures."""
-    columns = np.ascontiguousarray(np.concatenate([rows for _, rows in named]).T)
-    names = np.repeat([name for name, _ in named], [len(rows) for _, rows in named])
-    return pyarrow.table([pyarrow.array(names, pyarrow.string()), *columns], schema=schema)
+def _schema(pyarrow: Any, table: pd.DataFrame) -> Any:
+    """Return the types of the columns: text, and numbers as they are."""
+    types = {
+        name: pyarrow.string()
+        if pd.api.types.is_string_dtype(column)
+        else pyarrow.from_numpy_dtype(column.dtype)
+        for name, column in table.items()
+    }
+    return pyarrow.schema(list(types.items()))

@@ -1,8 +1,12 @@
 """A few points of a structure or of a folder: exact, spread, the same bytes however they are asked for."""
 
+import json
+import pickle
+
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
@@ -46,6 +50,95 @@ def test_more_points_than_the_default_density_has_are_placed(folder):
         sparsurf.points(folder / "a.pdb", 10, density=1.0)
 
 
+PROTEIN = ROOT / "data/tdp43/topology.pdb"
+LABELS = ["chain", "residue", "residue_name", "atom_name", "atom"]
+POSITIONS = ["x", "y", "z", "nx", "ny", "nz", "area"]
+
+
+@pytest.fixture(scope="module")
+def dots():
+    return sparsurf.surface(PROTEIN, cavities="remove")
+
+
+@pytest.fixture(scope="module")
+def few():
+    return sparsurf.points(PROTEIN, 1024, fields=["roughness", "hydropathy"])
+
+
+def test_points_have_what_the_dots_have_that_they_are(dots, few):
+    rows = {row.tobytes(): n for n, row in enumerate(dots.points.astype(np.float32))}
+    chosen = [rows[row.tobytes()] for row in few.points]
+    assert np.array_equal(few.atom, dots.atom[chosen]) and np.array_equal(few.kind, dots.kind[chosen])
+    assert np.array_equal(few.fields["roughness"], sparsurf.roughness(dots)[chosen].astype(np.float32))
+    hydropathy = sparsurf.fields(dots, "hydropathy")["hydropathy"].to_numpy()[chosen]
+    assert few.fields["hydropathy"] == pytest.approx(hydropathy, abs=1e-5)
+    nearest = cKDTree(dots.points[chosen]).query(dots.points)[1]
+    area = np.bincount(nearest, dots.area, 1024)
+    assert (
+        np.abs(few.area - area) < 1e-4
+    ).mean() > 0.99  # a dot halfway between two points counts for one of them
+    table = few.to_frame()
+    assert list(table) == [*POSITIONS, "kind", *LABELS, "roughness", "hydropathy"]
+    assert (table[[*POSITIONS, "roughness", "hydropathy"]].dtypes == np.float32).all()
+    named = dots.to_frame().loc[chosen, LABELS[:4]].reset_index(drop=True)
+    pd.testing.assert_frame_equal(table[LABELS[:4]], named)
+    points, normals = few
+    assert points is few.points and normals is few.normals
+
+
+def test_functions_take_points_for_dots(few, tmp_path):
+    table = sparsurf.fields(few, ["hydropathy", "potential"])
+    assert np.array_equal(table["hydropathy"].astype(np.float32), few.fields["hydropathy"])
+    assert len(sparsurf.recover(few)) > 10_000 and "hydropathy" in sparsurf.recover(few).fields
+    again = pickle.loads(pickle.dumps(few))
+    pd.testing.assert_frame_equal(again.to_frame(), few.to_frame())
+    mesh = sparsurf.mesh(few, 500)  # the surface recovered from them
+    assert set(mesh.vertices.fields) == {"roughness", "hydropathy"}
+    atoms = few.molecule.xyz[0][mesh.vertices.atom]
+    assert np.linalg.norm(atoms - mesh.vertices.points, axis=1).max() < 6
+
+
+def by_residue(table, weight):
+    """Means of the fields and sums of the area, by residue."""
+    groups = table.assign(residue_=table["residue"].astype(int)).groupby("residue_")
+    return groups[weight].sum(), groups["roughness"].mean(), groups.size()
+
+
+def test_a_table_by_residue_agrees_with_that_of_the_dense_surface(dots, few):
+    """Within its sampling error: a residue has a share of the points, and a mean of n of them varies as 1 / sqrt(n)."""
+    dense = sparsurf.residues(dots)
+    dense = dense.set_index(dense["residue"].astype(int))
+    area, roughness, count = by_residue(few.to_frame(), "area")
+    exposed = dense.loc[area.index]
+    assert area.sum() == pytest.approx(dense["area"].sum(), rel=1e-5)
+    spacing = np.sqrt(dense["area"].sum() / 1024)
+    border = np.sqrt(exposed["area"])  # its length falls in half a spacing, up or down
+    assert (np.abs(area - exposed["area"]) < spacing * border).all()
+    assert np.corrcoef(area, exposed["area"])[0, 1] > 0.98
+    spread = pd.Series(sparsurf.roughness(dots)).groupby(dots.to_frame()["residue"].astype(int)).std()
+    z = (roughness - exposed["mean_roughness"]) / (spread.loc[roughness.index] / np.sqrt(count))
+    assert np.sqrt((z**2).mean()) < 1.0 and np.abs(z).max() < 4
+    ours = sparsurf.residues(few)
+    ours = ours.set_index(ours["residue"].astype(int)).loc[area.index]
+    assert ours["area"].to_numpy() == pytest.approx(area.to_numpy(), rel=1e-5)
+    assert ours["mean_roughness"].to_numpy() == pytest.approx(roughness.to_numpy(), rel=1e-5)
+    mesh = sparsurf.mesh(PROTEIN, 1024, fields="roughness")
+    vertices = sparsurf.residues(mesh).set_index(dense.index).loc[area.index]
+    assert np.corrcoef(vertices["area"], exposed["area"])[0, 1] > 0.95
+    assert np.abs(vertices["mean_roughness"] - exposed["mean_roughness"]).mean() < 0.05
+
+
+def test_points_of_spheres_have_atoms_and_no_labels():
+    few = sparsurf.points(([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5]), 50, fields="roughness")
+    assert np.array_equal(few.atom, few.points[:, 0] > 1.5) and list(few.to_frame())[7:] == [
+        "kind",
+        "atom",
+        "roughness",
+    ]
+    with pytest.raises(InputError, match="the field hydropathy follows from residues"):
+        sparsurf.points(([[0.0, 0, 0]], [1.5]), 5, fields="hydropathy")
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path):
     (tmp_path / "c.pdb").write_text("nothing")
@@ -53,9 +146,43 @@ def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path):
         (tmp_path / path.name).write_text(path.read_text())
     results = list(sparsurf.points_of(tmp_path, 50, jobs=jobs, seed=3))
     assert [name for name, *_ in results] == ["a", "b"]
-    for name, points, normals in results:
+    for result in results:
+        name, points, normals = result
         alone = sparsurf.points(folder / f"{name}.pdb", 50, seed=3)
         assert np.array_equal(alone[0], points) and np.array_equal(alone[1], normals)
+        pd.testing.assert_frame_equal(result.to_frame(), alone.to_frame())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"radii": "vdw"}, "radii is 'vdw'"),
+        ({"n_dots": -16}, "n_dots is -16"),
+        ({"n_dots": 16, "density": 1.0}, "either n_dots or density"),
+        ({"fields": "rougness"}, "no field 'rougness'; did you mean 'roughness'"),
+        ({"cavities": "drop"}, "cavities is 'drop'"),
+        ({"jobs": 0}, "jobs is 0"),
+    ],
+)
+def test_arguments_are_checked_before_any_structure_is_read(folder, arguments, words):
+    with pytest.raises(InputError, match=words):
+        sparsurf.points_of(folder, **arguments)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_warnings_of_a_folder_are_summed_up_at_its_end(folder, jobs, tmp_path, caplog):
+    (tmp_path / "c.pdb").write_text("nothing")
+    water = "HETATM 9999  O   HOH A 999      80.000  80.000  80.000  1.00  0.00           O\n"
+    for name in ("a", "b", "d"):
+        atoms = (folder / f"{'a' if name == 'd' else name}.pdb").read_text()
+        cut = [line for line in atoms.splitlines(True) if " CB " not in line] if name != "b" else [atoms]
+        (tmp_path / f"{name}.pdb").write_text(water + "".join(cut))
+    results = sparsurf.points_of(tmp_path, 20, jobs=jobs)
+    assert len(list(results)) == 3 and list(results.failures) == ["c"]
+    lines = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert len(lines) == 2
+    assert lines[0].startswith("2 of 4 structures, such as a: 8 residues lack heavy atoms")
+    assert lines[-1].startswith("1 of 4 structures is left out: c: ") and "c.pdb" in lines[-1]
 
 
 def test_folders_of_structures(folder, tmp_path):
@@ -69,16 +196,42 @@ def test_folders_of_structures(folder, tmp_path):
     output = tmp_path / "points.parquet"
     assert command.main(["points", str(folder), "-n", "40", "-o", str(output)]) == 0
     table = pd.read_parquet(output)
-    assert list(table) == ["name", "x", "y", "z", "nx", "ny", "nz"] and (table.dtypes[1:] == np.float32).all()
+    assert (
+        list(table) == ["name", *POSITIONS, "kind", *LABELS] and (table[POSITIONS].dtypes == np.float32).all()
+    )
     expected = [(name, np.hstack(arrays)) for name, *arrays in sparsurf.points_of(folder, 40)]
-    assert np.array_equal(table.iloc[:, 1:], np.concatenate([rows for _, rows in expected]))
+    assert np.array_equal(table[POSITIONS[:6]], np.concatenate([rows for _, rows in expected]))
     assert table["name"].tolist() == [name for name, rows in expected for _ in rows]
+
+
+def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    (tmp_path / "c.pdb").write_text("nothing")
+    for path in folder.iterdir():
+        (tmp_path / path.name).write_text(path.read_text())
+    for jobs in ("1", "2"):
+        words = ["-n", "40", "--fields", "roughness,hydropathy", "--jobs", jobs]
+        assert command.main(["points", str(tmp_path), *words, "-o", str(tmp_path / f"{jobs}.parquet")]) == 0
+    assert (tmp_path / "1.parquet").read_bytes() == (tmp_path / "2.parquet").read_bytes()
+    table = pd.read_parquet(tmp_path / "1.parquet")
+    expected = [few.to_frame() for few in sparsurf.points_of(folder, 40, fields=["roughness", "hydropathy"])]
+    pd.testing.assert_frame_equal(
+        table.drop(columns="name"), pd.concat(expected, ignore_index=True), check_dtype=False
+    )
+    failures = json.loads(parquet.read_metadata(tmp_path / "1.parquet").metadata[b"failures"])
+    assert list(failures) == ["c"] and "c.pdb" in failures["c"]
 
 
 @pytest.mark.parametrize("suffix", ["npz", "ply"])
 def test_the_command_writes_the_points_of_one_structure(folder, suffix, tmp_path):
     output = tmp_path / f"points.{suffix}"
     assert command.main(["points", str(folder / "a.pdb"), "-n", "60", "-o", str(output)]) == 0
-    dots = np.load(output)["points"] if suffix == "npz" else sparsurf.read_surface(output).points
-    assert np.allclose(dots, sparsurf.points(folder / "a.pdb", 60)[0], atol=1e-4)
+    dots, few = sparsurf.read_surface(output), sparsurf.points(folder / "a.pdb", 60)
+    assert np.allclose(dots.points, few.points, atol=1e-4)
+    if suffix == "npz":
+        assert np.array_equal(dots.atom, few.atom) and np.array_equal(dots.area.astype(np.float32), few.area)
+        with np.load(output) as held:
+            assert held["points"].dtype == held["area"].dtype == np.float32
+            assert held["residue"].tolist() == few.to_frame()["residue"].tolist()
+            assert not {"x", "nx"} & {*held}
     assert command.main(["points", str(folder), "-o", str(output)]) == 1

@@ -1,4 +1,8 @@
-"""The project's own files of surfaces: numpy arrays without rounding."""
+"""The project's own files of surfaces: numpy arrays without rounding.
+
+Dots have `points` and `normals`, and `area`, `kind` and `atom` where they are known; a mesh has `vertices` in place of
+points, and `faces`. Other numbers of each dot are fields.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,8 @@ from sparsurf.surfaces.surface import (
     warn_of_float16,
 )
 
+REQUIRED = ("points", "normals")
+
 
 def _sniff(head: bytes) -> bool:
     """Return whether the file is a zip archive."""
@@ -34,7 +40,10 @@ def _read(content: bytes, path: Path | str) -> Surface:
     """Read a surface from the bytes of a file."""
     problem = "is not a surface written by this program, or damaged"
     arrays = read_archive(content, path, problem)
-    if absent := [name for name in ARRAY_NAMES if name not in arrays]:
+    if "points" not in arrays and "vertices" in arrays:  # a mesh: its vertices are the dots
+        arrays["points"] = arrays.pop("vertices")
+        arrays.pop("faces", None)
+    if absent := [name for name in REQUIRED if name not in arrays]:
         raise InputError(f"{path} is not a surface written by this program: it has no {absent[0]}.")
     columns = {
         k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
@@ -44,7 +53,9 @@ def _read(content: bytes, path: Path | str) -> Surface:
     if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
         raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")
     warn_of_float16(columns["points"], path)
-    columns |= {name: columns[name].astype(float) for name in ("points", "normals", "area")}
+    columns |= {
+        name: columns[name].astype(float) for name in ("points", "normals", "area") if name in columns
+    }
     return surface_of_columns(columns, path, weighted="weight" in arrays)
 
 

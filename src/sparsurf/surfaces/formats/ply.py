@@ -42,11 +42,13 @@ def write_ply(
     name: str = "roughness",
     columns: Mapping[str, ArrayLike] | None = None,
     faces: np.ndarray | None = None,
+    coloured: bool = True,
 ) -> None:
     """Write a PLY file of the dots, in their order: a point cloud, or a mesh with triangles `faces` (F, 3) between them.
 
     `values` (N,), called `name`, are colours (viridis, grey for NaN) and a property; without them, the colours show contact
     (blue), saddle (orange) and concave (green) dots. `columns` are further properties, (N,) by name; integers stay such.
+    Unless `coloured`, there are no colours, and all properties are floats: readers of meshes for networks take no other.
     """
     raw = ({} if values is None else {name: values}) | dict(columns or {})
     integers = [key for key, column in raw.items() if np.asarray(column).dtype.kind in "iu"]
@@ -56,8 +58,12 @@ def write_ply(
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
     colours = KIND_COLOURS[surface.kind] if values is None else viridis(values)
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
-    table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
-    types = dict.fromkeys(table, "float") | dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
+    types = dict.fromkeys([*AXES, *properties], "float")
+    if coloured:
+        table |= dict(zip(CHANNELS, colours.T, strict=True))
+        types = dict.fromkeys([*AXES, *CHANNELS], "float") | types
+        types |= dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
+    table |= properties
     header = ["ply", "format ascii 1.0", f"element vertex {len(surface)}"]
     header += [f"property {kind} {key}" for key, kind in types.items()]
     if faces is not None:
@@ -71,8 +77,8 @@ def _write_text(
     path: Path | str, header: list[str], table: dict[str, np.ndarray], integers: list[str], faces: np.ndarray
 ) -> None:
     """Write header, vertices and triangles as text."""
-    formats = dict.fromkeys(table, "%.6g") | dict.fromkeys(AXES, "%.4f") | dict.fromkeys(CHANNELS, "%d")
-    formats |= dict.fromkeys(integers, "%d")
+    formats = dict.fromkeys(table, "%.6g") | dict.fromkeys(AXES, "%.4f")
+    formats |= dict.fromkeys([key for key in (*CHANNELS, *integers) if key in table], "%d")
     row = " ".join(formats.values())
     with open(path, "w", encoding="ascii", newline="\n") as stream:
         stream.write("\n".join(header) + "\n")

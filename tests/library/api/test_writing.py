@@ -1,0 +1,173 @@
+"""What `write` puts into a file: a mesh with its triangles, dots with their fields, nothing twice; others read them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.cli import command
+from sparsurf.errors import InputError
+
+PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
+
+
+@pytest.fixture(scope="module")
+def molecule():
+    return sparsurf.read_molecule(PEPTIDE, residues="209-216")
+
+
+@pytest.fixture(scope="module")
+def mesh(molecule):
+    return sparsurf.mesh(molecule, 300, fields=["hydropathy", "roughness"])
+
+
+def header_of(path):
+    return path.read_text().split("end_header")[0].splitlines()
+
+
+def test_an_npz_of_a_mesh_has_its_triangles(mesh, tmp_path):
+    sparsurf.write(mesh, tmp_path / "m.npz")
+    with np.load(tmp_path / "m.npz") as held:
+        arrays = dict(held)
+    names = {
+        "vertices",
+        "normals",
+        "faces",
+        "area",
+        "kind",
+        "atom",
+        "chain",
+        "residue",
+        "residue_name",
+        "atom_name",
+    }
+    assert set(arrays) == names | {"hydropathy", "roughness"}
+    assert {arrays[k].dtype for k in ("vertices", "normals", "area", "hydropathy")} == {np.dtype(np.float32)}
+    assert arrays["faces"].dtype == np.int32 and np.array_equal(arrays["faces"], mesh.triangles)
+    assert np.array_equal(arrays["vertices"], mesh.vertices.points)  # which are those of float32
+    assert arrays["residue"].tolist() == mesh.to_frame()["residue"].tolist()
+    again = sparsurf.read_surface(tmp_path / "m.npz")
+    assert np.array_equal(again.points, mesh.vertices.points) and np.array_equal(
+        again.atom, mesh.vertices.atom
+    )
+    assert again.fields["hydropathy"] == pytest.approx(mesh.vertices.fields["hydropathy"], rel=1e-6)
+    assert set(again.fields) == {"hydropathy", "roughness"}
+
+
+def test_a_csv_of_a_mesh_is_refused(mesh, tmp_path):
+    with pytest.raises(
+        InputError, match=r"m\.csv: a CSV has no room for the triangles of a mesh; name a file in \.ply, "
+    ):
+        sparsurf.write(mesh, tmp_path / "m.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_ply_of_a_mesh_has_floats_alone_and_the_names_that_are_given(mesh, tmp_path):
+    sparsurf.write(mesh, tmp_path / "m.ply", names={"hydropathy": "hphob"})
+    header = header_of(tmp_path / "m.ply")
+    properties = [line.split()[1:] for line in header if line.startswith("property") and "list" not in line]
+    assert {kind for kind, _ in properties} == {"float"}
+    names = [name for _, name in properties]
+    assert names == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "atom", "hphob", "roughness"]
+    assert header[-2:] == ["element face 596", "property list uchar int vertex_indices"]
+    again = sparsurf.read_surface(tmp_path / "m.ply")
+    assert again.fields["hphob"] == pytest.approx(mesh.vertices.fields["hydropathy"], rel=1e-5)
+    sparsurf.write(mesh, tmp_path / "c.ply", colours=True)
+    assert "property uchar red" in header_of(tmp_path / "c.ply")
+    sparsurf.write(mesh.vertices, tmp_path / "d.ply")
+    assert "property uchar red" in header_of(tmp_path / "d.ply")
+    sparsurf.write(mesh.vertices, tmp_path / "e.ply", colours=False)
+    assert "property uchar red" not in header_of(tmp_path / "e.ply")
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (
+            {"hydropaty": "hphob"},
+            "names has 'hydropaty', which is not a field here; the fields are hydropathy, roughness",
+        ),
+        ({"hydropathy": "roughness"}, "calls two fields 'roughness'"),
+        ({"hydropathy": "x"}, "a field cannot be called 'x'"),
+        ("hphob", "must be a dictionary"),
+    ],
+)
+def test_names_that_do_not_fit_are_a_sentence(mesh, tmp_path, names, words):
+    with pytest.raises(InputError, match=words):
+        sparsurf.write(mesh, tmp_path / "m.ply", names=names)
+
+
+def test_names_and_colours_are_about_fields(mesh, molecule, tmp_path):
+    with pytest.raises(InputError, match="names and colours are about fields"):
+        sparsurf.write(mesh.to_frame(), tmp_path / "t.csv", names={"a": "b"})
+    with pytest.raises(InputError, match="colours is 1"):
+        sparsurf.write(mesh, tmp_path / "m.ply", colours=1)
+
+
+def test_an_npz_of_dots_holds_no_array_twice(molecule, tmp_path):
+    dots = sparsurf.surface(molecule)
+    dots = replace(dots, fields={"mine": np.arange(len(dots)) / 7})
+    for name, result in (("dots", dots), ("few", sparsurf.minimal(dots, n_dots=50))):
+        sparsurf.write(result, tmp_path / f"{name}.npz", names={"mine": "yours"})
+        with np.load(tmp_path / f"{name}.npz") as held:
+            arrays = dict(held)
+        assert not {"x", "y", "z", "nx", "ny", "nz", "mine"} & set(arrays)
+        contents = [
+            array.tobytes() for array in arrays.values() if array.dtype.kind == "f" and array.std() > 0
+        ]
+        assert len(set(contents)) == len(contents)
+        again = sparsurf.read_surface(tmp_path / f"{name}.npz")
+        surface = result if name == "dots" else result.surface
+        assert np.array_equal(again.points, surface.points) and np.array_equal(again.area, surface.area)
+        assert np.array_equal(again.fields["yours"], surface.fields["mine"])
+
+
+def test_points_and_normals_are_enough_for_an_npz(molecule, tmp_path):
+    points, normals = sparsurf.points(molecule, 200)
+    np.savez(tmp_path / "bare.npz", points=points, normals=normals)
+    again = sparsurf.read_surface(tmp_path / "bare.npz")
+    assert np.array_equal(again.points, points) and np.isnan(again.area).all() and (again.atom == -1).all()
+    few = sparsurf.points(molecule, 200, fields="roughness")
+    for name in ("few.npz", "few.ply", "few.csv"):
+        sparsurf.write(few, tmp_path / name, names={"roughness": "R"})
+        again = sparsurf.read_surface(tmp_path / name)
+        assert again.points == pytest.approx(few.points, abs=1e-4)
+        assert again.fields["R"] == pytest.approx(few.fields["roughness"], rel=1e-5)
+    residues = sparsurf.residues(few)
+    again = sparsurf.read_surface(tmp_path / "few.npz")
+    table = sparsurf.residues(again, molecule, roughness_values=again.fields["R"])
+    assert table["area"].to_numpy() == pytest.approx(residues["area"].to_numpy(), rel=1e-5)
+
+
+def test_the_command_writes_meshes_as_npz(mesh, tmp_path):
+    output = tmp_path / "m.npz"
+    assert command.main(["surface", str(PEPTIDE), "--mesh", "--density", "1", "-o", str(output)]) == 0
+    with np.load(output) as held:
+        assert held["faces"].max() + 1 == len(held["vertices"]) == len(held["residue"])
+
+
+def test_trimesh_reads_meshes(mesh, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    sparsurf.write(mesh, tmp_path / "m.ply")
+    found = trimesh.load(tmp_path / "m.ply", process=False)
+    assert np.array_equal(found.faces, mesh.triangles) and found.is_watertight
+    assert found.vertices == pytest.approx(mesh.vertices.points, abs=6e-5)
+    assert found.volume == pytest.approx(mesh.volume, rel=1e-3)
+
+
+def test_meshio_reads_meshes_and_fields(mesh, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    sparsurf.write(mesh, tmp_path / "m.ply")
+    found = meshio.read(tmp_path / "m.ply")
+    assert np.array_equal(found.cells_dict["triangle"], mesh.triangles)
+    assert found.point_data["hydropathy"] == pytest.approx(mesh.vertices.fields["hydropathy"], rel=1e-5)
+    assert found.point_data["atom"].astype(int).tolist() == mesh.vertices.atom.tolist()
+
+
+def test_plyfile_reads_meshes_and_fields(mesh, tmp_path):
+    plyfile = pytest.importorskip("plyfile")
+    sparsurf.write(mesh, tmp_path / "m.ply", names={"roughness": "iface"})
+    vertices = plyfile.PlyData.read(tmp_path / "m.ply")["vertex"]
+    assert vertices["iface"] == pytest.approx(mesh.vertices.fields["roughness"], rel=1e-5)
