@@ -22,9 +22,9 @@ ROUGHNESS = "roughness"
 
 def check_fields(names: str | Sequence[str], function: str) -> tuple[str, ...]:
     """Return names of fields that points and vertices can have; raise InputError, in the name of a function, for others."""
-    from sparsurf.dot_fields.registry import FIELDS  # here: few ask for fields
+    from sparsurf.dot_fields.registry import FIELDS, FIELDS_OF_DOTS  # here: few ask for fields
 
-    chosen, known = field_names(names, "fields"), (ROUGHNESS, *FIELDS)
+    chosen, known = field_names(names, "fields"), (ROUGHNESS, *FIELDS, *FIELDS_OF_DOTS)
     for name in chosen:
         if name not in known:
             hint = did_you_mean(name, known) or f"; the fields are {', '.join(known)}."
@@ -40,17 +40,23 @@ def with_fields(
     `dense` places the dots whose roughness counts: a point has that of the nearest of them.
     """
     values: dict[str, np.ndarray] = {}
-    of_atoms = [name for name in names if name != ROUGHNESS]
-    if of_atoms:
-        from sparsurf.dot_fields.registry import compute_fields  # here: few ask for fields
+    if not names:
+        return surface
+    from sparsurf.dot_fields.registry import (
+        FIELDS,
+        FIELDS_OF_DOTS,
+        compute_fields,
+    )  # here: few ask for fields
 
+    values |= {name: FIELDS_OF_DOTS[name].function(surface) for name in names if name in FIELDS_OF_DOTS}
+    if of_atoms := [name for name in names if name in FIELDS]:
         if surface.origin is None or surface.origin.molecule is None:
             raise InputError(
                 f"{function}: the field {of_atoms[0]} follows from residues and charges, which are unknown here; give a "
                 "structure or a molecule."
             )
         table = compute_fields(of_atoms, surface.origin.molecule.frame(surface.origin.frame), surface.points)
-        values = {str(name): table[name].to_numpy() for name in table}
+        values |= {str(name): table[name].to_numpy() for name in table}
     if ROUGHNESS in names:
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 

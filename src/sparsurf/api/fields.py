@@ -60,7 +60,8 @@ def fields(
         in place of the molecule, where they know theirs
     names : str or sequence of str
         hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
-        over 2.5 Å), or columns of `table`.
+        over 2.5 Å), mean_curvature (1/Å), gaussian_curvature (1/Å^2) and shape_index (-1 to 1) of the sphere or torus that
+        a dot of `surface` or `points` lies on, exact and positive where the surface is convex, or columns of `table`.
     frame : int
         Position of the frame, from 0.
     charges : str
@@ -103,7 +104,7 @@ def fields(
     names = field_names(names, "names")
     if not names:
         raise InputError("names: there are no fields; give at least one, such as 'potential'.")
-    return compute_fields(names, atoms.frame(frame), surface.points, charges, table)
+    return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface)
 
 
 def labelled(source: Any) -> Any:

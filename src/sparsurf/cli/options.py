@@ -82,7 +82,10 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
 
 def add_fields(parser: argparse._ActionsContainer) -> None:
     """Add the option that chooses the fields of the dots."""
-    words = "values at the dots: hydropathy, potential, bfactor, with commas between"
+    words = (
+        "values at the dots: hydropathy, potential, bfactor, mean_curvature, gaussian_curvature, shape_index, with "
+        "commas between"
+    )
     parser.add_argument("--fields", metavar="NAMES", help=words)
 
 
@@ -133,7 +136,7 @@ def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule |
 
     if molecule is None:
         raise InputError(f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure.")
-    values = compute_fields(names, molecule.frame(args.frame or 0), surface.points)
+    values = compute_fields(names, molecule.frame(args.frame or 0), surface.points, dots=surface)
     fields = {str(name): column.to_numpy() for name, column in values.items()}
     return replace(surface, fields=surface.fields | fields)
 

@@ -51,7 +51,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2 instead")
     options.add_seed(parser, "of the first point, from which the others follow")
     options.add_probe_radius(parser)
-    words = "values at the points: roughness (of the dense surface), hydropathy, potential, bfactor, with commas between"
+    words = (
+        "values at the points: roughness (of the dense surface), hydropathy, potential, bfactor, mean_curvature, "
+        "gaussian_curvature, shape_index, with commas between"
+    )
     parser.add_argument("--fields", metavar="NAMES", help=words)
     parser.add_argument(
         "--jobs", type=options.number(JOBS), default=1, help="processes for a folder (default 1)"

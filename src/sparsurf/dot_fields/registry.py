@@ -1,6 +1,7 @@
 """Fields by name: a number at each dot, from the molecule.
 
-To add a field, write a function (molecule, points) -> (N,) with the decorator `@field(label, unit)`.
+To add a field, write a function (molecule, points) -> (N,) with the decorator `@field(label, unit)`. A field that follows from
+where the dots were placed, not from the molecule, has the decorator `@field_of_dots(label, unit)` and takes the dots.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import pandas as pd
 
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
+from sparsurf.dot_fields.curvature import principal_curvatures
 from sparsurf.dot_fields.potential import potential_of_charges
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
@@ -21,8 +23,10 @@ from sparsurf.molecules.residues import standard_name
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.surface import Surface
 
 FIELDS: dict[str, Field] = {}
+FIELDS_OF_DOTS: dict[str, Field] = {}
 # Kyte & Doolittle, J. Mol. Biol. 157:105, 1982
 HYDROPATHY = {
     "ILE": 4.5, "VAL": 4.2, "LEU": 3.8, "PHE": 2.8, "CYS": 2.5, "MET": 1.9, "MSE": 1.9, "ALA": 1.8, "GLY": -0.4,
@@ -37,7 +41,8 @@ class Field(NamedTuple):
     Attributes
     ----------
     function : callable
-        (molecule, points, **options) -> (N,) float64, from the molecule's first frame; NaN where there is no value.
+        (molecule, points, **options) -> (N,) float64, from the molecule's first frame; NaN where there is no value. Of dots:
+        (dots) -> (N,) float64, from a Surface whose origin is known.
     label, unit : str
         For figures and pages.
     """
@@ -52,6 +57,18 @@ def field(label: str, unit: str) -> Callable[[Callable[..., np.ndarray]], Callab
 
     def register(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
         FIELDS[function.__name__] = Field(function, label, unit)
+        return function
+
+    return register
+
+
+def field_of_dots(
+    label: str, unit: str
+) -> Callable[[Callable[[Surface], np.ndarray]], Callable[[Surface], np.ndarray]]:
+    """Register a function of dots as a field under its name."""
+
+    def register(function: Callable[[Surface], np.ndarray]) -> Callable[[Surface], np.ndarray]:
+        FIELDS_OF_DOTS[function.__name__] = Field(function, label, unit)
         return function
 
     return register
@@ -92,31 +109,73 @@ def bfactor(molecule: Molecule, points: np.ndarray) -> np.ndarray:
     )
 
 
+@field_of_dots("mean curvature", "1/Å")
+def mean_curvature(dots: Surface) -> np.ndarray:
+    """Return the mean of the two principal curvatures, positive where the surface is convex."""
+    larger, smaller = _curvatures(dots)
+    return (larger + smaller) / 2
+
+
+@field_of_dots("Gaussian curvature", "1/Å^2")
+def gaussian_curvature(dots: Surface) -> np.ndarray:
+    """Return the product of the two principal curvatures, negative on saddles."""
+    larger, smaller = _curvatures(dots)
+    return larger * smaller
+
+
+@field_of_dots("shape index", "-1 to 1")
+def shape_index(dots: Surface) -> np.ndarray:
+    """Return the shape index, 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.
+
+    Koenderink & van Doorn, Image Vision Comput. 10:557, 1992, with the sign of the outward normal.
+    """
+    larger, smaller = _curvatures(dots)
+    return 2 / np.pi * np.arctan2(larger + smaller, larger - smaller)
+
+
+def _curvatures(dots: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return the principal curvatures of dots of which it is known where they were placed."""
+    if dots.origin is None or dots.atom.min() < 0:
+        raise InputError(
+            "fields: curvature follows from the atoms that the dots were placed on; give dots from surface() or points()."
+        )
+    return principal_curvatures(dots, dots.origin)
+
+
 def compute_fields(
     names: Sequence[str],
     molecule: Molecule,
     points: np.ndarray,
     charges: str | os.PathLike[str] = "table",
     table: str | os.PathLike[str] | None = None,
+    dots: Surface | None = None,
 ) -> pd.DataFrame:
-    """Compute fields of a molecule's first frame at dots (Å), one column per name of `FIELDS` or of the CSV `table`."""
+    """Compute fields of a molecule's first frame at points (Å), one column per name of `FIELDS` or of the CSV `table`.
+
+    `dots` are the points as they were placed, which the names of `FIELDS_OF_DOTS` need.
+    """
     if not isinstance(charges, str | os.PathLike):
         raise InputError(
             f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
         )
     out, columns = {}, columns_of(table) if table is not None else []
     for name in names:
-        if name in FIELDS and name in columns:
+        built_in = name in FIELDS or name in FIELDS_OF_DOTS
+        if built_in and name in columns:
             raise InputError(
                 f"{table} has the column {name!r}, which is the name of a built-in field; rename the column."
             )
         if name in FIELDS:
             options = {"charges": charges} if name == "potential" else {}
             out[name] = FIELDS[name].function(molecule, points, **options)
+        elif name in FIELDS_OF_DOTS and dots is not None:
+            out[name] = FIELDS_OF_DOTS[name].function(dots)
         elif table is not None:
             out[name] = gaussian_mean(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
         else:
-            raise InputError(f"fields: there is no field {name!r}; the fields are {', '.join(FIELDS)}.")
+            raise InputError(
+                f"fields: there is no field {name!r}; the fields are {', '.join([*FIELDS, *FIELDS_OF_DOTS])}."
+            )
         if not np.isfinite(out[name]).any():
             raise InputError(f"fields: {name} has no value at any dot; leave it out.")
     return pd.DataFrame(out)
