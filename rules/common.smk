@@ -205,6 +205,8 @@ def ends_of_protein(protein):
         ends += [rules.tabulate_residues.output.table]
     if protein in SAMPLED:
         ends += [rules.draw_figures.output[0]]
+    else:
+        ends += [rules.measure_floors.output.floors]
     if config["compare"]["run"] and protein in SAMPLED:
         ends += [rules.compare_samplers.output[0]]
     of_conformations = outputs(*ends, protein=protein, conformation=conformations(protein))

@@ -90,9 +90,9 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
     about = options.about(args)
     if args.residues is not None:
-        if args.output.lower().endswith((".html", ".html.gz")):  # patches reach beyond the residues
-            about = replace(about, roughness=roughness(bare))
         chosen = options.dots_of_residues(args, dots, molecule)
+        if args.output.lower().endswith((".html", ".html.gz")):  # patches reach beyond the residues
+            about = replace(about, roughness=roughness(bare)[chosen])
         dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
         words = (
             f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 
 TEMPLATE = "paper.html.j2"
-YES, NO, UNKNOWN = "yes", "no", "not measured"
+YES, NO = "yes", "no"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
 OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)

@@ -160,10 +160,12 @@ def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
     n_mesh, n_blob = len(mesh.vertices), len(blob[0])
     sources = [
         (tmp_path / "mesh.ply", n_mesh),
-        (mesh, n_mesh),
         (tmp_path / "blob.csv", n_blob),
         (blob, n_blob),
     ]
+    assert (
+        "roughest residues" in Page(sparsurf.show(mesh, open_browser=False).html).text
+    )  # it knows its atoms
     for source, n in sources:
         html = sparsurf.show(source, open_browser=False).html
         page = Page(html)

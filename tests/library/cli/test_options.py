@@ -23,14 +23,14 @@ OPTIONS = {
     "roughness": [*OF_DOTS, "--residues 2-4", "--r-patch 3"],
     "descriptors": [*OF_DOTS, "--residues 2-4", "--at 0,5", "--every 30", "--r-zernike 5", "--down",
      "--descriptor rotation_robust"],
-    "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--error 0.1", "--max-z 1.5",
+    "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--density 0.6", "--error 0.1", "--max-z 1.5",
      "--sampler uniform", "--seed 2"],
     "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }  # fmt: skip
 # test_command.py, and of models that are copies tests/library/test_corpus.py
 ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--assembly"}
 INSTEAD = {
-    "--percent": ("--n-dots", "--error", "--max-z"),
+    "--percent": ("--n-dots", "--density", "--error", "--max-z"),
     "--every": ("--at",),
 }  # options that exclude one another
 

@@ -44,7 +44,7 @@ def test_every_default_radius_of_the_probe_is_that_of_water():
     taken = [
         inspect.signature(each).parameters.get(key) for each in functions for key in ("probe", "probe_radius")
     ]
-    defaults = {each.default for each in taken if each is not None and each.default is not each.empty}
+    defaults = {each.default for each in taken if each is not None and each.default not in (each.empty, None)}
     assert defaults == {PROBE_RADIUS} == {1.4} == {Surface().probe_radius}
 
 
