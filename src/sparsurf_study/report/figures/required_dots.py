@@ -86,7 +86,7 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     middle = table.median(numeric_only=True)
     many = f"median of {len(table)}: " if len(table) > 1 else ""
     ax.set_title(
-        f"{many}{share(middle['n_S_percent'])} % of the dots are {middle['mean']:.3f} Å off on average",
+        f"{many}{share(middle['n_S_percent'])} % of the dots, {middle['mean']:.3f} Å off{'' if many else ' on average'}",
         color=MEAN, fontweight="bold", fontsize=8,
     )  # fmt: skip
     drawing.legend(loc="outside right upper", labelspacing=0.9, handlelength=2.2)
