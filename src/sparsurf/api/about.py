@@ -6,7 +6,7 @@ import importlib.util
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,10 +47,6 @@ class About:
     patches: Patches | None = None
     roughness: np.ndarray | None = None
     whole: Surface | None = None
-
-    def of(self, dots: np.ndarray) -> About:
-        """Return the same of only some dots, (n,) int."""
-        return self if self.roughness is None else replace(self, roughness=self.roughness[dots])
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard
+from sparsurf.api.fields import labelled
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.surfaces import as_surface, surface
@@ -107,7 +108,7 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
     if frame != 0:
         raise InputError("show: a frame is that of a molecule; leave it out for dots.")
     with heard(source) as said:
-        dots = as_surface(source.vertices if hasattr(source, "triangles") else source)
+        dots = as_surface(labelled(source))
     return dots, About(name, said if is_path else None)
 
 

@@ -9,7 +9,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, kept_out
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.samplers import get_samplers
+from sparsurf.sampling.samplers import get_samplers, nearest_kept
 
 MIN_DOTS = 12  # no surface can be recovered from fewer
 
@@ -27,7 +27,7 @@ class Trials:
     def __init__(
         self, prepared: PreparedSurface, sampler: str, n_tests: int, choices: Choices = PUBLISHED_CHOICES
     ) -> None:
-        self.prepared, self.sampler, self.choices = prepared, sampler, choices
+        self.prepared, self.sampler = prepared, sampler
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
         self._z: dict[int, float] = {}  # requested n_S -> Z
@@ -72,8 +72,6 @@ class Trials:
 
     def _measure_error(self, dots: np.ndarray) -> MeasuredError:
         """Measure the error of the surface recovered from a subset."""
-        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
         if len(dots) == self.n_dots:
             return MeasuredError(0.0, 0.0)
         surface, threads = self.prepared.surface, self.prepared.threads
@@ -83,6 +81,6 @@ class Trials:
         )
         errors = kept_out(distance, dots)
         mean = float(errors.mean())
-        cell = kept_out(np.asarray(cKDTree(kept.points).query(surface.points, workers=threads)[1]), dots)
+        cell = kept_out(nearest_kept(surface.points, dots, threads)[0], dots)
         deviations = np.bincount(cell, weights=errors - mean)
         return MeasuredError(mean, float(np.sqrt(np.sum(deviations**2)) / (len(errors) * mean)))

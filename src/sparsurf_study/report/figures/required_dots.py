@@ -58,24 +58,9 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
         if not hydrogens:
             ax.plot(density, high_99, color=HIGH, linewidth=1.0, label="law: 99 % of the surface")
     size = 6 if len(table) == 1 else 4
-    ax.plot(
-        table["density"],
-        table["mean"],
-        "o",
-        color=MEAN,
-        markersize=size,
-        label="minimal subset: mean",
-        **MARKERS,
-    )
-    ax.plot(
-        table["density"],
-        table["high_99"],
-        "s",
-        color=HIGH,
-        markersize=size,
-        label="minimal subset: 99 %",
-        **MARKERS,
-    )
+    for column, marker, colour, words in (("mean", "o", MEAN, "mean"), ("high_99", "s", HIGH, "99 %")):
+        points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {words}"}
+        ax.plot(table["density"], table[column], marker, **points, **MARKERS)
     ax.set(
         xscale="log", yscale="log", xlabel="dots kept per Å²", ylabel="distance of the recovered surface / Å"
     )
