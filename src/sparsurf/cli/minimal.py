@@ -19,8 +19,8 @@ By default, the smallest subset is kept from which the surface can be recovered 
 is that of the dots that are not kept. `sparsurf recover` makes that surface. The number of dots has a 95 % interval: another
 --seed keeps another number in it.
 
-The error is about 0.0125 Å over the number of dots per Å^2 on any protein, with explicit hydrogens 0.015 Å over it: 0.25 dots
-per Å^2 are 0.05 Å off, 0.6 are 0.02 Å off, and 1.25 are 0.01 Å off.
+The error is about 0.0125 Å divided by the number of dots per Å^2, and with explicit hydrogens 0.015 Å divided by it. The surface
+recovered from 0.25 dots per Å^2 is about 0.05 Å off, from 0.6 about 0.02 Å, and from 1.25 about 0.01 Å.
 
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.

@@ -1,8 +1,8 @@
-"""How many dots a surface needs: the error of the recovered surface is a constant over the dots per Å^2.
+"""How many dots a surface needs: the error of the recovered surface is inversely proportional to the number of dots per Å^2.
 
-The error goes with the square of the spacing, as it does for any surface of bounded curvature, and the constant is that of
-atoms and probe: it hardly differs between proteins. It is of farthest points and a probe of 1.4 Å; with a probe of 2 Å the
-error is up to a tenth smaller.
+The error grows with the square of the spacing of the dots, as it does for any surface of bounded curvature. The constant depends
+on the radii of atoms and probe, and hardly differs between proteins. It was measured for farthest-point dots and a probe of
+1.4 Å; with a probe of 2 Å the error is up to a tenth smaller.
 """
 
 from sparsurf.arguments import DENSITY, DISTANCE
@@ -55,7 +55,7 @@ def density_for(error: float, *, hydrogens: bool = False) -> float:
 
 
 def error_at(density: float, *, hydrogens: bool = False) -> tuple[float, float]:
-    """Return the mean error of a molecular surface recovered from evenly spread dots, and that which 99 % of it stay below.
+    """Return the mean error of a surface recovered from evenly spread dots, and the distance within which 99 % of it lies.
 
     Parameters
     ----------
