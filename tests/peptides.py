@@ -37,3 +37,18 @@ def peptide(residues=("ALA", "ALA", "ALA", "ALA"), chain="A", first=1, origin=(0
 def write(path, text):
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def two_models():
+    """PDB text of two models with two chains, a place with two locations, a hydrogen and a ligand."""
+    texts = []
+    for k in range(2):
+        first = peptide(("ALA", "SER", "LYS", "VAL"), origin=(0, 0.4 * k, 0))
+        first += atom_line("CB", "GLY", "A", "5", (13.3, 5.7, 0), altloc="A", occupancy=0.4)
+        first += atom_line("CB", "GLY", "A", "5", (13.3, 6.7, 1), altloc="B", occupancy=0.6)
+        first += atom_line("CA", "GLY", "A", "5", (13.3, 5.7, 1.5 + k))
+        first += atom_line("H", "GLY", "A", "5", (14, 7.4, 2))
+        second = peptide(("LEU", "GLY"), "B", origin=(0, 6, 0))
+        ligand = atom_line("C1", "LIG", "C", "1", (5, 4.5, 4), record="HETATM")
+        texts.append(f"MODEL     {k + 1:4d}\n{first}TER\n{second}TER\n{ligand}ENDMDL\n")
+    return "".join(texts) + "END\n"

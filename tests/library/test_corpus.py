@@ -1180,6 +1180,12 @@ def pile(points, normals):
     return np.where((np.arange(len(points)) < 0.3 * len(points))[:, None], points[0], points), normals
 
 
+def lifted(points, normals):
+    points = points.copy()
+    points[np.argmax(points[:, 2])] += [0, 0, 5]  # the highest: nothing lies above it
+    return points, normals
+
+
 def far(points, normals):
     points = points.copy()
     points[7, 1] -= 5000
@@ -1209,6 +1215,7 @@ DOTS = {
     "one dot in fifty": (some(0.02), ""),
     "the first half, in the order of atoms": (
         lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), "~ do not close around a molecule"),
+    "a dot 5 Å above the others": (lifted, r"~ lies 5\.\d Å from the nearest other dot"),
     "a dot far from the others": (far, r"! lies 49\d\d Å from all other dots"),
     "a heap of dots": (pile, "! lie in one place"),
     "two dots in one place": (lambda p, n: (np.tile(p[:1], (2, 1)), n[:2]), "! lie in one place"),

@@ -97,6 +97,8 @@ def fields(
         frame = dots.origin.frame
     else:
         atoms = as_molecule(molecule)
+        if dots is None:
+            raise InputError("fields: dots are missing; call sparsurf.fields(sparsurf.surface(molecule), names).")
     surface = as_dots(dots)
     check_frame(atoms, frame, "the molecule")
     if surface.origin:
@@ -169,6 +171,11 @@ def residues(
     if values.shape != (len(surface),):
         raise InputError(
             f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
+        )
+    if known is not None and not is_sparse and np.isnan(known).any():
+        raise InputError(
+            f"residues: roughness_values is NaN at {np.isnan(known).sum():,} of {len(known):,} dots; give the roughness of "
+            "every dot, or leave it out."
         )
     if isinstance(kept, Subset):
         weight = kept.weight if weight is None else weight

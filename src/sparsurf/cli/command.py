@@ -53,8 +53,26 @@ examples:
 """
 
 
+class StoreOnce(argparse.Action):
+    """Store the value of an option, and refuse the option where it is repeated: argparse would keep the last value."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        """Store the value, unless this option had one."""
+        given = vars(namespace).setdefault("given", set())
+        if option_string and self.dest in given:
+            parser.error(f"{option_string} is given twice; give it once")
+        given.add(self.dest)
+        setattr(namespace, self.dest, values)
+
+
 class Parser(argparse.ArgumentParser):
     """A parser that answers a mistake with one sentence, not with all its options."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        """Make the parser as argparse does; its options take one value."""
+        super().__init__(*args, **settings)
+        self.register("action", None, StoreOnce)
+        self.register("action", "store", StoreOnce)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, and keep the words for `error`."""

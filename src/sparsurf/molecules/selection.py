@@ -19,6 +19,7 @@ from sparsurf.molecules.residues import split_label
 log = logging.getLogger("sparsurf")
 
 POLYMERS = ("protein", "nucleic")
+LONGEST_SELECTION = 10_000  # characters of an expression; mdtraj takes about 2 s for so many
 QUOTES = "''"  # a chain without a name
 # '[chain:]first[-last]'; a residue is a number, possibly negative, possibly with an insertion code.
 RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
@@ -222,6 +223,11 @@ def atoms_of_expression(molecule: Atoms, selection: str) -> np.ndarray:
         raise InputError(f"selection is {selection!r}; it must be an mdtraj expression, or 'all'.")
     if selection.strip() == "all":
         return np.ones(len(molecule.chain), bool)
+    if len(selection) > LONGEST_SELECTION:
+        raise InputError(
+            f"selection has {len(selection):,} characters, more than {LONGEST_SELECTION:,}: name ranges, as in "
+            "'resSeq 10 to 52', or use `residues`."
+        )
     try:
         indices = np.asarray(molecule.topology.select(selection), dtype=int)
     except Exception as error:  # mdtraj compiles the expression, which can raise any exception

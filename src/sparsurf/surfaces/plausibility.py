@@ -19,6 +19,7 @@ N_SURROUNDING, N_BESIDE = 40, 6  # nearest dots by which the inside of a surface
 N_FAR = 1000  # dots that stand for all others
 SAME_PLACE = 1e-6  # Å
 MAX_DOTS_IN_ONE_PLACE = 9
+MAX_ALONE = 5  # distance to the nearest dot over its median: 1.6 on surfaces; beyond 5 for one random dot in 10 million
 MAX_AREA_RATIO = 1.5  # of the sum of areas to its estimate, or the reverse: within .93 and 1.04 on surfaces of all densities
 NEIGHBOUR_DISTANCE = 1.8  # Å; neighbours this close belong to the same part of a surface
 MIN_SHARE_OF_ALIKE_NORMALS = 0.8  # neighbours with normals to one side: .97 on surfaces, .5 by chance
@@ -61,6 +62,8 @@ class Sample:
         directions = steps / np.maximum(np.linalg.norm(steps, axis=2), 1e-9)[:, :, None]
         cosine = (normals[beside] * normals[dots][:, None]).sum(axis=2)
         self.gap, self.dot_at_gap = widest_gap(points)  # width of the widest slab without dots, Å
+        alone = _distances_to_nearest(points)
+        self.alone, self.alone_dot = float(alone.max()), int(alone.argmax())  # Å
         in_place = (distances < SAME_PLACE).sum(axis=1)
         self.most_in_place, self.crowded_dot = int(in_place.max()), int(dots[in_place.argmax()])
         self.spacing = float(np.median(distances[:, 0]))  # Å
@@ -150,6 +153,11 @@ CHECKS = (  # in the order in which they count
         "dots seem {s.stretch:.1f} times as far apart along one direction as across it; are all lengths in one unit?",
     ),
     Check(
+        lambda s: s.alone > MAX_ALONE * s.spacing,
+        "{dot} lies {s.alone:.1f} Å from the nearest other dot, where most lie {s.spacing:.1f} Å apart; is it misplaced?",
+        "alone_dot",
+    ),
+    Check(
         lambda s: s.closer > 1 / MIN_SPACING_OF_PART,
         "dots around {dot} lie {s.closer:.1f} times as close as the others; are all lengths in Å?",
         "close_dot",
@@ -224,6 +232,13 @@ def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np
     is_self[~is_self.any(axis=1), -1] = True  # if dots coincide, another may stand for the dot itself
     shape = (len(sample), k)
     return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)
+
+
+def _distances_to_nearest(points: np.ndarray) -> np.ndarray:
+    """Compute the distance (N,) of each dot to its nearest other one, Å."""
+    from scipy.spatial import cKDTree  # here: it takes long to load
+
+    return np.asarray(cKDTree(points).query(points, k=2)[0])[:, 1]
 
 
 def _tilt(normals: np.ndarray, directions: np.ndarray) -> float:

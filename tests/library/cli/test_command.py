@@ -412,6 +412,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("roughness dots.csv --chains A -o x.csv", 1, "--chains has no meaning for dots.csv"),
     ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
     ("surface protein.pdb --probe-radius 11 -o x.csv", 2, "--probe-radius: '11' must be"),
+    ("roughness dots.csv -o x.csv --output y.csv", 2, "--output is given twice; give it once"),
     ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' must be"),
     ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' must be"),
     ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' must be"),

@@ -3,7 +3,7 @@
 import pytest
 
 import sparsurf
-from peptides import atom_line, peptide, write
+from peptides import two_models, write
 from sparsurf.cli import command
 
 CALLS = {  # with which options are combined
@@ -13,6 +13,7 @@ CALLS = {  # with which options are combined
     "descriptors": "two.pdb --every 40",
     "minimal": "two.pdb --percent 10",
     "recover": "few.csv",
+    "points": "two.pdb --n-dots 40",
 }
 OF_ATOMS = ["--chains A", "--selection backbone", "--ligands LIG", "--frame 1"]
 OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
@@ -25,11 +26,13 @@ OPTIONS = {
      "--descriptor rotation_robust"],
     "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--density 0.6", "--error 0.1", "--max-z 1.5",
      "--sampler uniform", "--seed 2"],
+    "points": ["--n-dots 50", "--density 0.5", "--seed 3", "--probe-radius 1.6", "--fields roughness"],
     "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }  # fmt: skip
 # test_command.py, and of models that are copies tests/library/test_corpus.py
-ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--assembly"}
+ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--assembly", "--jobs"}
 INSTEAD = {
+    "--n-dots": ("--density",),
     "--percent": ("--n-dots", "--density", "--error", "--max-z"),
     "--every": ("--at",),
 }  # options that exclude one another
@@ -37,21 +40,9 @@ INSTEAD = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A file of two models with two chains, a place with two locations, a hydrogen and a ligand; files for its options."""
+    """A folder with a file of two models, and its minimal subset."""
     place = tmp_path_factory.mktemp("options")
-    texts = []
-    for k in range(2):
-        origin = (0, 0.4 * k, 0)
-        first = peptide(("ALA", "SER", "LYS", "VAL"), origin=origin)
-        first += atom_line("CB", "GLY", "A", "5", (13.3, 5.7, 0), altloc="A", occupancy=0.6)
-        first += atom_line("CB", "GLY", "A", "5", (13.3, 6.7, 1), altloc="B", occupancy=0.4)
-        first += atom_line("CA", "GLY", "A", "5", (13.3, 5.7, 1.5 + k)) + atom_line(
-            "H", "GLY", "A", "5", (14, 7.4, 2)
-        )
-        second = peptide(("LEU", "GLY"), "B", origin=(0, 6, 0))
-        ligand = atom_line("C1", "LIG", "C", "1", (5, 4.5, 4), record="HETATM")
-        texts.append(f"MODEL     {k + 1:4d}\n{first}TER\n{second}TER\n{ligand}ENDMDL\n")
-    write(place / "two.pdb", "".join(texts) + "END\n")
+    write(place / "two.pdb", two_models())
     sparsurf.write(sparsurf.minimal(place / "two.pdb", percent=10), place / "few.csv")
     return place
 
@@ -62,7 +53,7 @@ def result(folder, out, name, call, options=""):
     for option, others in INSTEAD.items():
         if {option, *others} & {*options.split()} and option in words:
             del words[words.index(option) : words.index(option) + 2]
-    suffix = "ply" if "--mesh" in options else "csv"
+    suffix = "ply" if "--mesh" in options or name == "points" else "csv"
     path = out / f"x.{suffix}"
     assert command.main([name, *words, *options.split(), "--quiet", "-o", str(path)]) == 0
     return path.read_bytes()

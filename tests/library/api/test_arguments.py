@@ -1,0 +1,162 @@
+"""Every argument of every public function reaches its result: another value gives another result."""
+
+import inspect
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sparsurf
+from conftest import ROOT, sphere
+from peptides import two_models, write
+
+PROTEIN = ROOT / "data/tdp43/topology.pdb"  # has a cavity
+TRAJECTORY = ROOT / "data/tdp43/trajectory.xtc"
+SEED = {"seed": 3}
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory):
+    """Files and objects that functions take."""
+    place = tmp_path_factory.mktemp("arguments")
+    pdb = write(place / "two.pdb", two_models())
+    (place / "folder").mkdir()
+    write(place / "folder" / "a.pdb", two_models())
+    dots = sparsurf.surface(pdb)
+    return SimpleNamespace(
+        place=place, pdb=pdb, folder=place / "folder", dots=dots, ready=sparsurf.prepare(dots),
+        frames=sparsurf.read_molecule(PROTEIN, TRAJECTORY, residues="209-212", stride=1000),
+        few=sparsurf.minimal(dots, percent=10),
+    )  # fmt: skip
+
+
+def written(given, result, *names, **options):
+    """Return the bytes that `write` writes."""
+    path = given.place / "written.ply"
+    sparsurf.write(result, path, *names, **options)
+    return path.read_bytes()
+
+
+def page(given, **options):
+    """Return the page that `show` writes."""
+    sparsurf.show(PROTEIN, given.place / "page.html", open_browser=False, **options)
+    return (given.place / "page.html").read_bytes()
+
+
+# Of a function: the call, its own arguments, and another value of each argument. A mapping gives those to be used together,
+# where arguments exclude one another.
+MOVING = {"trajectory": TRAJECTORY}
+NOT_N, NOT_PERCENT = {"n_dots": None}, {"percent": None}
+CALLS = [
+    ("surface", lambda g, **k: sparsurf.surface(g.frames, **k), {}, {
+        "frame": 1, "probe_radius": 1.6, "density": 9.0, "radii": "bondi", "d_link": 0.3}),
+    ("surface", lambda g, **k: sparsurf.surface(PROTEIN, **k), {}, {"cavities": "remove", "reentrant": "dms"}),
+    ("points", lambda g, **k: sparsurf.points(g.frames, **k), {"n_dots": 40}, {
+        "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "frame": 1, "probe_radius": 1.6,
+        "radii": "bondi"}),
+    ("points", lambda g, **k: sparsurf.points(PROTEIN, 2000, **k), {}, {"cavities": "keep"}),
+    ("points_of", lambda g, **k: sparsurf.points_of(g.folder, **k), {"n_dots": 40}, {
+        "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "probe_radius": 1.6,
+        "radii": "bondi"}),
+    ("points_of", lambda g, **k: sparsurf.points_of(PROTEIN.parent, 2000, **k), {}, {"cavities": "keep"}),
+    ("mesh", lambda g, **k: sparsurf.mesh(g.dots, **k), {"n_vertices": 300}, {
+        "n_vertices": 302, "density": {"n_vertices": None, "density": 9.0}, "fields": ["hydropathy"]}),
+    ("minimal", lambda g, **k: sparsurf.minimal(g.dots, **k), {"percent": 10}, {
+        "percent": 11, "n_dots": NOT_PERCENT | {"n_dots": 90}, "density": NOT_PERCENT | {"density": 0.7},
+        "error": NOT_PERCENT | {"error": 0.05}, "max_z": NOT_PERCENT | {"max_z": 1.5}, "sampler": "uniform", **SEED}),
+    ("minimal", lambda g, **k: sparsurf.minimal(g.pdb, **k), {"percent": 10}, {"d_link": 0.3}),
+    ("prepare", lambda g, **k: sparsurf.prepare(g.dots, **k), {}, {
+        "r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.7, **SEED}),
+    ("sample", lambda g, **k: sparsurf.sample(g.ready, **k), {"percent": 10}, {
+        "percent": 11, "n_dots": NOT_PERCENT | {"n_dots": 90}, "sampler": "uniform",
+        "combination": NOT_PERCENT | {"combination": (1, 0, 4, 6)}, **SEED}),
+    ("compare", lambda g, **k: sparsurf.compare(g.ready, **k), {"subsets": [0, 9, 99], "test_dots": 20}, {
+        "subsets": [0, 9], "reading": "kept", "test_dots": 21}),
+    ("roughness", lambda g, **k: sparsurf.roughness(g.dots, **k), {}, {"r_patch": 3.0, "d_link": 0.7}),
+    ("descriptors", lambda g, **k: sparsurf.descriptors(g.dots, **k), {"at": [0, 90]}, {
+        "at": [0, 91], "r_zernike": 5.0, "up": False, "d_link": 0.7, "descriptor": "rotation_robust"}),
+    ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {}, {"density": 9.0, "reach": 1.3, "steps": 1}),
+    ("floors", lambda g, **k: sparsurf.floors(g.dots, **k), {}, {"d_link": 0.7, **SEED}),
+    ("fields", lambda g, **k: sparsurf.fields(g.dots, **k), {"names": "hydropathy"}, {"names": "potential"}),
+    ("fields", lambda g, **k: sparsurf.fields(g.frames, (sphere(90)[0],) * 2, **k), {"names": "potential"}, {"frame": 1}),
+    ("components", lambda g, **k: sparsurf.components(PROTEIN, **k), {}, {
+        "dots": sparsurf.surface(PROTEIN, probe_radius=1.0)}),
+    ("residues", lambda g, **k: sparsurf.residues(g.dots, **k), {"kept": [3]}, {
+        "roughness_values": np.zeros(10), "kept": [3, 4], "weight": [7]}),
+    ("read_molecule", lambda g, **k: sparsurf.read_molecule(g.pdb, **k), {}, {
+        "selection": "backbone", "chains": "B", "residues": "A:1-2", "model": 1, "altloc": "highest", "hydrogens": "remove",
+        "ligands": "LIG"}),
+    ("read_molecule", lambda g, **k: sparsurf.read_molecule(PROTEIN, **k), {}, MOVING),
+    ("read_molecule", lambda g, **k: sparsurf.read_molecule(PROTEIN, TRAJECTORY, **k), {"stride": 900}, {
+        "stride": 700, "times": [100.0]}),
+    ("show", page, {}, MOVING),
+    ("show", page, MOVING, {"frame": 1}),
+    ("write", lambda g, **k: written(g, sparsurf.points(g.pdb, 40, fields="hydropathy"), **k), {}, {
+        "names": {"hydropathy": "hphob"}}),
+    ("density_for", lambda g, **k: sparsurf.density_for(**k), {"error": 0.02}, {"error": 0.03, "hydrogens": True}),
+    ("error_at", lambda g, **k: sparsurf.error_at(**k), {"density": 0.6}, {"density": 0.7, "hydrogens": True}),
+]  # fmt: skip
+# Arguments that take the object itself, and those that other tests hold
+OBJECTS = {"surface", "molecule", "folder", "few", "dots", "source", "path", "result"}
+ELSEWHERE = {
+    ("fields", "charges"): "dot_fields/test_fields.py",
+    ("fields", "table"): "dot_fields/test_fields.py",
+    ("read_molecule", "whole"): "test_corpus.py",
+    ("read_molecule", "plddt"): "molecules/test_plddt.py",
+    ("read_molecule", "assembly"): "test_corpus.py",
+    ("write", "frame"): "api/test_writing.py",
+    ("write", "colours"): "api/test_writing.py",
+    ("points_of", "jobs"): "api/test_points.py",
+    ("show", "open_browser"): "api/test_show.py",
+}
+
+
+def seen(result):
+    """Return what a user sees of a result, as something that can be compared."""
+    if isinstance(result, pd.DataFrame):
+        return result.to_csv()
+    if isinstance(result, dict):
+        return [(name, seen(value)) for name, value in sorted(result.items())]
+    if hasattr(result, "write_pdb"):  # a molecule
+        return [result.xyz.tolist(), result.chain.tolist(), result.residue.tolist()]
+    if hasattr(result, "triangles"):
+        return [seen(result.vertices), result.triangles.tobytes()]
+    if hasattr(result, "table") and hasattr(result, "dots"):  # a subset
+        return [result.dots.tolist(), result.table.to_csv()]
+    if hasattr(result, "describe"):  # a prepared surface
+        return [seen(result.roughness), seen(result.describe(np.arange(3))), seen(result.draw_tests(5))]
+    if hasattr(result, "to_frame"):
+        return result.to_frame().to_csv()
+    if isinstance(result, np.ndarray):
+        return result.tolist()
+    if isinstance(result, (str, bytes, float, int)):
+        return result
+    return [seen(each) for each in result]
+
+
+@pytest.mark.parametrize(
+    ("name", "call", "own", "argument", "value"),
+    [
+        pytest.param(name, call, own, argument, value, id=f"{name}-{argument}")
+        for name, call, own, others in CALLS
+        for argument, value in others.items()
+    ],
+)
+def test_another_value_gives_another_result(given, name, call, own, argument, value):
+    if argument == "roughness_values":
+        value = np.zeros(len(given.dots))
+    instead = value if isinstance(value, dict) and argument in value else {argument: value}
+    assert seen(call(given, **own | instead)) != seen(call(given, **own))
+
+
+def test_every_argument_of_every_function_is_in_the_table():
+    tried = {(name, argument) for name, _, _, others in CALLS for argument in others}
+    public = {
+        (name, argument)
+        for name in sparsurf.__all__
+        if inspect.isfunction(getattr(sparsurf, name))
+        for argument in inspect.signature(getattr(sparsurf, name)).parameters
+        if argument not in OBJECTS
+    }
+    assert public - tried == ELSEWHERE.keys()
