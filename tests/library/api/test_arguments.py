@@ -38,6 +38,12 @@ def written(given, result, *names, **options):
     return path.read_bytes()
 
 
+def around(molecule):
+    """Return dots on a sphere around the first frame of a molecule, and their normals."""
+    unit = sphere(90)[0]
+    return molecule.xyz[0].mean(axis=0) + 8 * unit, unit
+
+
 def page(given, **options):
     """Return the page that `show` writes."""
     sparsurf.show(PROTEIN, given.place / "page.html", open_browser=False, **options)
@@ -79,7 +85,7 @@ CALLS = [
     ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {}, {"density": 9.0, "reach": 1.3, "steps": 1}),
     ("floors", lambda g, **k: sparsurf.floors(g.dots, **k), {}, {"d_link": 0.7, **SEED}),
     ("fields", lambda g, **k: sparsurf.fields(g.dots, **k), {"names": "hydropathy"}, {"names": "potential"}),
-    ("fields", lambda g, **k: sparsurf.fields(g.frames, (sphere(90)[0],) * 2, **k), {"names": "potential"}, {"frame": 1}),
+    ("fields", lambda g, **k: sparsurf.fields(g.frames, around(g.frames), **k), {"names": "potential"}, {"frame": 1}),
     ("components", lambda g, **k: sparsurf.components(PROTEIN, **k), {}, {
         "dots": sparsurf.surface(PROTEIN, probe_radius=1.0)}),
     ("residues", lambda g, **k: sparsurf.residues(g.dots, **k), {"kept": [3]}, {
