@@ -98,7 +98,9 @@ def fields(
     else:
         atoms = as_molecule(molecule)
         if dots is None:
-            raise InputError("fields: dots are missing; call sparsurf.fields(sparsurf.surface(molecule), names).")
+            raise InputError(
+                "fields: dots are missing; call sparsurf.fields(sparsurf.surface(molecule), names)."
+            )
     surface = as_dots(dots)
     check_frame(atoms, frame, "the molecule")
     if surface.origin:
@@ -125,26 +127,33 @@ def residues(
     kept: ArrayLike | Subset = (),
     weight: ArrayLike | None = None,
 ) -> pd.DataFrame:
-    """Tabulate area, roughness and number of kept dots of each residue.
+    """Tabulate the area, the roughness, the fields and the kept dots of each residue.
 
     Parameters
     ----------
-    dots : dots from `surface`, or the molecule itself; also points from `points`, or a mesh
-        The roughness of points and of vertices is their field 'roughness', and NaN without it.
-    molecule : as in `surface`, optional
-        By default the molecule that the dots know.
+    dots : Surface, Points, Mesh, path, or molecule
+        Dots from `surface`, points, a mesh, or the molecule itself, whose dots are placed. The roughness of points and of
+        vertices is their field 'roughness', and NaN if they have no such field.
+    molecule : path, Molecule, or atoms of another library, optional
+        Molecule of dots that carry none (default the molecule of the dots).
     roughness_values : (N,) float, optional
-        R_i where they are known.
-    kept : (n,) int, or a Subset from `minimal`, optional
-        Dots of a subset.
+        Roughness of every dot, if it is known (default that of `roughness`).
+    kept : (n,) int, (N,) bool, or Subset
+        Dots of a subset, to be counted by residue (default none).
     weight : (n,) int, optional
-        Number of dots that each kept dot represents; known for a Subset.
+        How many dots each kept dot represents (default 1, or the weights of a Subset).
 
     Returns
     -------
     DataFrame, one row per residue
-        Its name, its area in total and by kind of dots (Å^2), its roughness (NaN where buried or only in cavities), the mean
-        of each field, and its numbers of dots, also of the kept ones. The reference of outputs lists every column.
+        Its name, its area in total and by kind of dots (Å^2), its mean and lowest roughness (NaN where it is buried or lies
+        only in cavities), the mean of each field, and the numbers of its dots and of its kept dots. The reference of outputs
+        lists every column.
+
+    Raises
+    ------
+    InputError
+        The dots do not say to which atoms they belong, or an array does not fit them.
 
     Examples
     --------

@@ -64,28 +64,45 @@ def minimal(
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
 ) -> Subset:
-    """Select the few dots that represent a surface; a study and the command select the same with the same seed.
+    """Choose a few dots that represent a surface, by default the fewest that reconstruct it within 0.02 Å.
+
+    A study and the command `sparsurf minimal` choose the same dots with the same seed.
 
     Parameters
     ----------
-    surface : molecule as in `surface`, or dots as in `prepare`
-        Dots are placed by other rules in `surface`: `minimal(surface(path, probe_radius=2.0))`. A path alone is placed
-        with the defaults.
-    percent, n_dots, density, error, max_z : float, int, float, float, float, at most one of them
-        Share of all dots, number of dots, number of dots per Å^2, mean distance in Å of the recovered surface from the true
-        one, or largest Z of the dots as they are. Without any, error is 0.02 Å. `density_for` says which density an error
-        takes: 0.6 dots per Å^2 for 0.02 Å on any protein without explicit hydrogens.
+    surface : path, Molecule, atoms of another library, Surface, or pair (points, normals)
+        A molecule, whose dots are placed with the defaults of `surface`, or dots, which may be placed by other rules, as in
+        `minimal(surface(path, probe_radius=2.0))`. At most one of the next five arguments is given.
+    percent : float, optional
+        Share of all dots, %.
+    n_dots : int, optional
+        Number of dots.
+    density : float, optional
+        Number of dots per Å^2.
+    error : float, optional
+        Mean distance of the reconstructed surface from the true one, Å. Without any of the five, this is 0.02.
+        `density_for` says which density an error takes: about 0.6 dots per Å^2 for 0.02 Å on any protein without explicit
+        hydrogens.
+    max_z : float, optional
+        Largest Z (see `compare`) of the dots as they are, without reconstruction.
     sampler : str
-        As in `sample`.
+        How the dots are chosen, as in `sample` (default 'farthest', farthest-point sampling).
     d_link : float
-        Å, distance below which two dots of a patch are linked.
+        Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int
+        Seed for every random choice (default 20261120).
 
     Returns
     -------
     Subset
-        `dots` (n,), `weight` (n,), `points` and `normals` (n, 3), `surface` of the kept dots, `table`, a DataFrame, and
-        `interval`, the 95 % interval of their number where an error is given.
+        `dots` (n,) int, the indices of the kept dots; `weight` (n,) int, how many dots each one represents; `points` and
+        `normals` (n, 3) in Å; `surface`, a Surface of the kept dots; `table`, a DataFrame; and `interval`, the 95 % interval
+        of their number where an error is asked for.
+
+    Raises
+    ------
+    InputError
+        More than one size is given, or the size cannot be had from this surface.
 
     Examples
     --------
@@ -130,16 +147,29 @@ def represented(
 
 @public(of_dots=True)
 def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_SEED) -> pd.DataFrame:
-    """Measure the noise floor: Z between two sets of dots of one surface, with which any other Z is compared.
+    """Measure the noise floor of Z: the distance between the descriptors of two sets of dots of one surface.
+
+    A Z that is no larger than this floor cannot be told from that of the whole surface with other dots.
 
     Parameters
     ----------
-    surface, d_link, seed : as in `minimal`
+    surface : path, Molecule, atoms of another library, or Surface from `surface`
+        The molecule whose dots are placed anew; dots from `surface` carry it.
+    d_link : float
+        Distance below which two dots of a patch are linked, Å (default 0.5).
+    seed : int
+        Seed for the choice of the test dots (default 20261120).
 
     Returns
     -------
     DataFrame
-        One row: floor ("fresh dots", other dots of the same surface), Z, se, low, high (95 %), draws, test_dots.
+        One row: floor ('fresh dots', other dots of the same surface), Z, se, low and high (95 % interval), draws,
+        test_dots.
+
+    Raises
+    ------
+    InputError
+        The dots carry no molecule, or an argument is outside of its limits.
 
     Examples
     --------
@@ -155,23 +185,29 @@ def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_
 def recover(
     few: DotsLike, *, density: float = DENSITY, reach: float = REACH, steps: int = NEWTON_STEPS
 ) -> Surface:
-    """Place dense dots on the surface that a few dots with normals describe; nothing else is needed.
+    """Reconstruct a dense surface from a few dots with normals; nothing else of the molecule is needed.
 
     Parameters
     ----------
-    few : a Subset from `minimal`, a Surface of the few dots, the path of a file of them, or the pair (points, normals)
+    few : Subset, Points, Surface, path, or pair (points, normals)
+        The few dots, such as those from `minimal` or `points`, a file of them, or (n, 3) arrays in Å.
     density : float
-        Dots per Å^2 requested.
+        Dots per Å^2 of the reconstructed surface (default 5.35).
     reach : float
-        How far the surface extends around a dot, in units of the local spacing of the dots. 2 closes holes between uneven
-        dots; larger values place dots where there is no surface.
+        How far the surface extends around a dot, in units of the local spacing of the dots (default 1). A reach of 2 closes
+        holes between unevenly spread dots; larger values place dots where there is no surface.
     steps : int
-        Largest number of Newton steps.
+        Largest number of Newton steps that move a new dot onto the surface (default 4).
 
     Returns
     -------
     Surface
-        The given dots, unchanged, then the new ones between them, with interpolated fields.
+        The few dots, unchanged, followed by the new dots between them, with interpolated normals and fields.
+
+    Raises
+    ------
+    InputError
+        The dots cannot be used, or an argument is outside of its limits.
 
     Examples
     --------

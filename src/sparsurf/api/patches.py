@@ -29,18 +29,28 @@ def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float =
 
     Parameters
     ----------
-    surface : dots from `surface` or `read_surface`, the path of a file of dots, the pair (points, normals),
-        or a molecule as in `surface`, whose dots are placed
-        Normals of a file are normalised; those of the pair must be unit vectors.
+    surface : Surface, path, pair (points, normals), or molecule
+        Dots from `surface` or `read_surface`, a file of dots, a pair of (N, 3) arrays with unit normals, or a molecule as in
+        `surface`, whose dots are placed with the defaults.
     r_patch : float
-        Radius of a patch in Å.
+        Radius of a patch, Å (default 4).
     d_link : float
-        Å; dots closer than this are linked, and a patch is the largest linked island.
+        Distance below which two dots are linked, Å (default 0.5). A patch is the largest linked island of dots within
+        `r_patch`.
 
     Returns
     -------
     (N,) float64
-        1 is flat and 0 is rough.
+        Roughness of each dot: 1 is flat and 0 is rough.
+
+    Raises
+    ------
+    InputError
+        The surface cannot be used, or an argument is outside of its limits.
+
+    Notes
+    -----
+    Equation 1 of the preprint by Grassmann et al., published in PLoS ONE 17(4), e0266004 (2022).
 
     Examples
     --------
@@ -70,26 +80,37 @@ def descriptors(
     d_link: float = D_LINK,
     descriptor: str = PUBLISHED,
 ) -> np.ndarray:
-    """Compute 2D Zernike descriptors of patches.
+    """Compute the 2D Zernike descriptors of patches.
 
     Parameters
     ----------
-    surface : as in `roughness`
-    at : (T,) int dots, (N,) bool, or (T, 3) float points in Å, optional
-        Where the patches are cut; by default around every dot.
+    surface : Surface, path, pair (points, normals), or molecule
+        The dots from which patches are cut, as in `roughness`.
+    at : (T,) int, (N,) bool, or (T, 3) float, optional
+        Centres of the patches: indices of dots, a mask of all dots, or points in Å. By default every dot is a centre.
     r_zernike : float
-        Radius of a patch in Å.
+        Radius of a patch, Å (default 6).
     up : bool
-        Whether the mean normal of a patch is turned to +z, or to -z as for the partner of a complex.
+        Whether the mean normal of a patch is turned to +z (default True) or to -z, as for the partner in a complex.
     d_link : float
-        As in `roughness`.
+        Distance below which two dots of a patch are linked, Å (default 0.5). A patch is the linked island of its centre.
     descriptor : {'published', 'rotation_robust'}
-        'rotation_robust' changes little when the molecule is rotated; it works best with a `d_link` of 0.6.
+        Kind of descriptor (default 'published'). 'rotation_robust' changes little when the molecule is rotated; a `d_link`
+        of 0.6 Å suits it best.
 
     Returns
     -------
     (T, 121) float64
-        ``|c_nm|`` by n, then m; zeros where there is no patch, with a warning.
+        ``|c_nm|`` in the order of n, then m. A centre without a patch has zeros, and a warning says so.
+
+    Raises
+    ------
+    InputError
+        A centre is not a dot of the surface or not finite, or an argument is outside of its limits.
+
+    Notes
+    -----
+    The projection and the 121 moments up to order 20 are those of Grassmann et al., PLoS ONE 17(4), e0266004 (2022).
 
     Examples
     --------

@@ -77,30 +77,37 @@ def points(
 
     Parameters
     ----------
-    molecule, frame, probe_radius, radii : as for `surface`
-    n_dots : int
-        Number of points; 1024 if there is no `density`.
-    density : float
-        Instead of `n_dots`: points per Å^2.
+    molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
+        The molecule, as for `surface`.
+    n_dots : int, optional
+        Number of points (default 1024, unless `density` is given).
+    density : float, optional
+        Instead of `n_dots`, the number of points per Å^2.
     fields : str or sequence of str
-        Numbers at the points: 'roughness', which is that of the dense surface at the same place, and those of the function
-        `fields`, such as 'hydropathy'. By default there are none.
+        Values at the points (default none): 'roughness', that of the dense surface at the same place, and any name that
+        `fields` accepts, such as 'hydropathy'.
     seed : int
-        Of the first point, from which the others follow.
+        Seed for the choice of the first point, from which all others follow (default 20261120).
+    frame : int
+        Position of the frame of the molecule, from 0 (default 0).
+    probe_radius : float
+        Radius of the probe, Å (default 1.4).
+    radii : {'dms', 'bondi'}
+        Table of atomic radii (default 'dms').
     cavities : {'remove', 'keep'}
-        Whether points lie in closed cavities inside the molecule, too.
+        Whether closed cavities inside the molecule are left without points (default 'remove').
 
     Returns
     -------
     Points
-        The pair of `points` and `normals`, (n_dots, 3) float32 each, in the order of choice: the first m points are as far
-        from one another as m points can be found to be. It unpacks, and it has `area`, `kind`, `atom`, `fields` and
-        `to_frame`, which names the residue and the atom of every point.
+        The pair of `points` and `normals`, (n_dots, 3) float32 each, Å, which can be unpacked. The first m points are
+        themselves spread as far as m points can be by this method. It also has `area` (Å^2 that each point stands for),
+        `kind`, `atom`, `fields` and `to_frame`, which names the residue and the atom of every point.
 
     Raises
     ------
     InputError
-        One sentence on what is wrong, such as more points than `n_dots` can be placed.
+        The molecule cannot be read, an argument is outside of its limits, or so many points cannot be placed.
 
     Examples
     --------
@@ -253,23 +260,38 @@ def points_of(
 
     Parameters
     ----------
-    folder : path of a folder; its .pdb, .ent, .cif and .mmcif files are read, also .gz
-    n_dots, density, fields, seed, probe_radius, radii, cavities : as for `points`, the same for every structure
+    folder : str or Path
+        Folder whose .pdb, .ent, .cif and .mmcif files are read, also compressed (.gz).
+    n_dots : int, optional
+        Number of points on each structure, as for `points` (default 1024, unless `density` is given).
+    density : float, optional
+        Instead of `n_dots`, the number of points per Å^2.
+    fields : str or sequence of str
+        Values at the points, as for `points` (default none).
+    seed : int
+        Seed for the choice of each first point (default 20261120).
+    probe_radius : float
+        Radius of the probe, Å (default 1.4).
+    radii : {'dms', 'bondi'}
+        Table of atomic radii (default 'dms').
+    cavities : {'remove', 'keep'}
+        Whether closed cavities are left without points (default 'remove').
     jobs : int
-        Number of processes; the result does not depend on it.
+        Number of processes (default 1); the results do not depend on it.
 
     Yields
     ------
-    name : str, name of the file without its suffixes
+    name : str
+        Name of the file without its suffixes; the structures follow one another in the order of their names.
     points, normals : (n_dots, 3) float32
-        One structure after the other, by name. This triple has the attributes of `Points`, such as `atom`, `fields` and
-        `to_frame`. A structure that fails is left out; `failures` of the iterator names it and says why. At the end, one
-        warning sums up the structures that are left out, and one each kind of warning.
+        Å and unit vectors. The triple of name, points and normals also has the attributes of `Points`, such as `atom`,
+        `fields` and `to_frame`. A structure that fails is left out: the attribute `failures` of the iterator holds its name
+        and the reason. At the end, one warning sums up these failures, and one more sums up each kind of warning.
 
     Raises
     ------
     InputError
-        An argument is wrong, the folder holds no structure, or two of the same name.
+        An argument is outside of its limits, or the folder has no structure or two of the same name.
 
     Examples
     --------

@@ -61,21 +61,31 @@ def prepare(
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
 ) -> PreparedSurface:
-    """Prepare a surface for `sample` and `compare`, which otherwise repeat this in every call.
+    """Prepare a surface for many calls of `sample` and `compare`, which otherwise prepare it each time.
 
     Parameters
     ----------
-    surface : dots from `surface` or `read_surface`, the path of a file of dots, the pair (points, normals),
-        or a molecule as in `surface`, whose dots are placed
-    r_patch, r_zernike, d_link : float
-        Å.
+    surface : Surface, path, pair (points, normals), or molecule
+        Dots from `surface` or `read_surface`, a file of dots, a pair of (N, 3) arrays, or a molecule as in `surface`, whose
+        dots are placed with the defaults.
+    r_patch : float
+        Radius of the patches of the roughness and of the paper's sampling, Å (default 4).
+    r_zernike : float
+        Radius of the patches that are described, Å (default 6).
+    d_link : float
+        Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int
-        Of the random streams.
+        Seed for every random choice (default 20261120).
 
     Returns
     -------
     PreparedSurface
-        Its `roughness` is R_i of every dot.
+        An object for `sample` and `compare`; its `roughness` (N,) is that of `roughness`.
+
+    Raises
+    ------
+    InputError
+        The surface cannot be used, is prepared already, or an argument is outside of its limits.
 
     Examples
     --------
@@ -108,25 +118,41 @@ def sample(
     combination: Sequence[float] | None = None,
     seed: int | None = None,
 ) -> np.ndarray:
-    """Choose dots that represent a surface; `minimal` and a study choose the same with the same seed.
+    """Choose a subset of dots by a sampler or by a combination of the paper's four parameters.
+
+    `minimal` and a study choose the same dots with the same seed.
 
     Parameters
     ----------
-    surface : as in `prepare`, or its result
-    percent, n_dots : float or int, one of them
-        Share of all dots, or number of dots. The paper's samplers keep about that many.
-    sampler : str
-        How the dots are chosen, by one of the names in `sparsurf.sampling.samplers.SAMPLERS`: "farthest" (the default) takes
-        dots that are as far from one another as possible, "uniform" a random subset, "paper" the sampling of the paper.
+    surface : PreparedSurface, Surface, path, pair (points, normals), or molecule
+        The whole surface, as in `prepare`, or the result of `prepare`.
+    percent : float, optional
+        Share of all dots, %. Exactly one of percent, n_dots and combination is given. The paper's samplers keep about the
+        number that is asked for.
+    n_dots : int, optional
+        Number of dots.
+    sampler : str, optional
+        How the dots are chosen, one of the names in `sparsurf.sampling.samplers.SAMPLERS`: 'farthest' (default) chooses dots
+        that are as far from one another as possible, 'uniform' a random subset, and 'paper' the sampling of the paper.
     combination : (alpha, beta, gamma, delta), optional
-        Instead of a size: one draw of the paper's sampling, or of paper_corrected.
+        Parameters of one draw of the paper's sampling, or of the sampler 'paper_corrected'.
     seed : int, optional
-        Seed of the draw; by default that of the prepared surface, or 20261120.
+        Seed of the draw (default that of the prepared surface, or 20261120).
 
     Returns
     -------
-    (n_dots,) int64
-        Dots. The first m dots of a nested sampler (farthest, uniform, ...) are its subset of m dots.
+    (n,) int64
+        Indices of the kept dots. The first m dots of a nested sampler, such as 'farthest' or 'uniform', are its subset of m
+        dots.
+
+    Raises
+    ------
+    InputError
+        No size or several sizes are given, the surface has fewer dots, or a parameter is outside of its limits.
+
+    Notes
+    -----
+    The sampling of the paper is equation 2 of the preprint by Grassmann et al., published in PLoS ONE 17(4), e0266004 (2022).
 
     Examples
     --------
@@ -194,24 +220,39 @@ def compare(
     reading: str = "full",
     test_dots: int | str = DEFAULT_TEST_DOTS,
 ) -> pd.DataFrame:
-    """Compare how well subsets describe a surface, next to uniform subsets of the same size.
+    """Compare the descriptors of subsets with those of the whole surface, beside random subsets of the same sizes.
 
     Parameters
     ----------
-    surface : as in `prepare`, or its result
-    subsets : (n,) int dots or (N,) bool, a Subset of the same dots from `minimal`, or a dict of several by name
-    reading : {'kept', 'kept_scaled', 'full', 'recovered'}
-        Whether the islands of a patch are removed on the full surface or among the kept dots, these linked by their own
-        spacing if 'kept_scaled'; 'recovered': patches of the surface that the kept dots give back.
+    surface : PreparedSurface, Surface, path, pair (points, normals), or molecule
+        The whole surface, as in `prepare`, or the result of `prepare`.
+    subsets : (n,) int, (N,) bool, Subset, or dict of these by name
+        Kept dots: their indices, a mask of all N dots, or a Subset from `minimal` of the same dots. The names of a dict
+        become the index of the table.
+    reading : {'full', 'kept', 'kept_scaled', 'recovered'}
+        From which dots the patches of a subset are cut (default 'full'): from the island of the full surface, from the
+        island among the kept dots alone ('kept'), from the same with a link that grows with their spacing ('kept_scaled'),
+        or from the surface that is reconstructed from the kept dots ('recovered').
     test_dots : int or 'published'
-        Dots at which the descriptors are compared, the same for all subsets.
+        Number of dots whose patches are compared (default 200), the same for all subsets; 'published' is the authors'
+        choice of dots.
 
     Returns
     -------
     DataFrame, one row per subset
-        n_S, n_S_percent, Z (mean distance of the descriptors, 0 is the surface itself), Z_se, Z_uniform, d (Z_uniform
-        - Z: positive if the subset is better than chance), d_se, and the references Z_empty (an empty patch)
-        and Z_mean_descriptor (every patch given the mean descriptor).
+        n_S and n_S_percent; Z, the mean distance between the descriptors of a patch on the whole surface and on the subset
+        (0 if they are equal), and its standard error Z_se; Z_uniform of a random subset of the same size; d = Z_uniform - Z,
+        positive where the subset is better than a random one, and d_se; and two references: Z_empty of empty patches and
+        Z_mean_descriptor of the mean descriptor in place of every patch.
+
+    Raises
+    ------
+    InputError
+        A subset names dots that the surface does not have, or the reading or the number of test dots is not allowed.
+
+    Notes
+    -----
+    Z and d are those of Grassmann et al., PLoS ONE 17(4), e0266004 (2022).
 
     Examples
     --------

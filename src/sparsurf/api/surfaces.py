@@ -57,32 +57,38 @@ def surface(
     cavities: str = "keep",
     reentrant: str = "exact",
 ) -> Surface:
-    """Place dots with normals on the solvent-excluded surface of a molecule.
+    """Place dots with analytic normals on the solvent-excluded surface of a molecule.
 
     Parameters
     ----------
-    molecule : path of a structure, Molecule, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython;
-        or the pair (xyz, radii) of (A, 3) centres and (A,) radii in Å
+    molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
+        Path of a structure, a Molecule, atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython, or the centres (A, 3) and
+        radii (A,) of spheres in Å.
     frame : int
-        Position of the frame, from 0. An AtomGroup has one: the current frame of its trajectory.
+        Position of the frame, from 0 (default 0). An AtomGroup of MDAnalysis has one, the current frame of its trajectory.
     probe_radius : float
-        Å.
+        Radius of the probe, Å (default 1.4).
     density : float or 'auto'
-        Dots per Å^2; 'auto' is 5.35, or as many more as `d_link` needs.
+        Dots per Å^2 (default 'auto': 5.35, or more where `d_link` needs it).
     radii : {'dms', 'bondi'}
-        Table of atomic radii.
+        Table of atomic radii (default 'dms').
     d_link : float
-        Å, distance below which two dots of a patch will count as linked.
+        Distance below which two dots of a patch will count as linked, Å (default 0.5).
     cavities : {'keep', 'remove'}
-        Whether the dots of closed cavities inside the molecule count.
+        Whether the dots of closed cavities inside the molecule are kept (default 'keep').
     reentrant : {'exact', 'dms'}
-        Whether concave dots inside other probes are removed, or kept as in DMS.
+        Whether concave dots inside other probes are removed (default 'exact') or kept, as by the program DMS.
 
     Returns
     -------
     Surface
-        With `points` and `normals` (N, 3), `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and
-        `atom` (N,), the index of the atom that each dot belongs to; the dots carry their molecule.
+        `points` and `normals` (N, 3) in Å, `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and `atom` (N,),
+        the index of the atom that each dot belongs to. The dots carry their molecule.
+
+    Raises
+    ------
+    InputError
+        The molecule cannot be read, or an argument is outside of its limits.
 
     Examples
     --------
@@ -118,22 +124,27 @@ def surface(
 def components(
     molecule: MoleculeLike | Surface | tuple[ArrayLike, ArrayLike], dots: DotsLike | None = None
 ) -> tuple[np.ndarray, pd.DataFrame]:
-    """Find the connected components of a surface: the outside of each molecule, and the closed cavities inside.
+    """Find the connected components of a surface: the outside of each molecule, and its closed cavities.
 
     Parameters
     ----------
-    molecule : as for `surface`, or dots from it
-        Dots carry their molecule and the rules of their placement: `components(surface(path, probe_radius=2.0))`. A path
-        alone is placed with the defaults.
-    dots : dots for the same molecule, optional
-        Dots of a file, which carry no molecule.
+    molecule : path, Molecule, atoms of another library, pair (xyz, radii), or Surface
+        The molecule, as for `surface`, on which dots are placed with the defaults. Dots from `surface` carry their molecule
+        and the rules of their placement, as in `components(surface(path, probe_radius=2.0))`.
+    dots : Surface, path, or pair (points, normals), optional
+        Dots of the same molecule that carry no molecule, such as those of a file.
 
     Returns
     -------
     component : (N,) int
-        Component of each dot; 0 has most dots.
+        Component of each dot; component 0 has the most dots.
     table : DataFrame
-        component, dots, area (Å^2), volume (Å^3) and cavity (bool).
+        One row per component: component, dots, area (Å^2), volume (Å^3) and cavity (bool).
+
+    Raises
+    ------
+    InputError
+        The dots are not those of the molecule, are only a part of their surface, or carry no molecule.
 
     Examples
     --------
@@ -173,28 +184,34 @@ def mesh(
     density: float | None = None,
     fields: str | Sequence[str] = (),
 ) -> Mesh:
-    """Triangulate the solvent-excluded surface of a molecule, or the surface recovered from a few dots, without holes.
+    """Triangulate the solvent-excluded surface of a molecule, or the surface reconstructed from a few dots.
 
     Parameters
     ----------
-    surface : molecule as in `surface`, or dots
-        All dots that `surface` placed have a mesh of their molecule, by the rules of their placement:
-        `mesh(surface(path, probe_radius=2.0))`. A path alone stands for the defaults. From other dots (a Subset from
-        `minimal`, the path of a file, some of the dots) the surface is recovered.
+    surface : path, Molecule, atoms of another library, pair (xyz, radii), Surface, Points, or Subset
+        A molecule, whose mesh follows the defaults of `surface`; or all dots that `surface` placed, whose mesh follows the
+        rules of their placement, as in `mesh(surface(path, probe_radius=2.0))`. From any other dots (a Subset from
+        `minimal`, a file of dots, some of the dots) the surface is reconstructed first.
     n_vertices : int, optional
-        Number of vertices. Edges of a finer mesh are collapsed, so that each vertex lies on the surface with its analytic
-        normal and the topology stays.
-    density : float
-        Instead of `n_vertices`: fineness of the triangles, as the density of dots per Å^2 that are as fine; by default 5.35.
-        Below 2.73, with a probe of 1.4 Å, a finer mesh is reduced to that many vertices per Å^2.
+        Number of vertices, at most 100 per Å^2. Edges of a finer mesh are collapsed until so many are left; every vertex
+        lies on the surface with its analytic normal, and the topology stays the same.
+    density : float, optional
+        Instead of `n_vertices`, the fineness of the triangles, as the number of dots per Å^2 that are as fine (default 5.35).
+        Below 2.73 (with a probe of 1.4 Å) a finer mesh is reduced to as many vertices per Å^2.
     fields : str or sequence of str
-        Fields of the vertices: 'roughness', which is that of the nearest dot of the dense surface, and those of `fields`.
+        Fields of the vertices (default none): 'roughness', taken from the nearest dot of the dense surface, and any name
+        that `fields` accepts.
 
     Returns
     -------
     Mesh
-        `vertices` (a Surface with the atom, the molecule and the fields of each vertex),
-        `triangles` (F, 3), counterclockwise from outside, and `volume` in Å^3.
+        `vertices` (a Surface with the atom, the molecule and the fields of each vertex), `triangles` (F, 3) int,
+        counterclockwise from outside, and `volume` in Å^3. The mesh is closed.
+
+    Raises
+    ------
+    InputError
+        The molecule or the dots cannot be used, both sizes are given, or the number of vertices is too high.
 
     Examples
     --------

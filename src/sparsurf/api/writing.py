@@ -280,34 +280,35 @@ def write(
     names: Mapping[str, str] | None = None,
     colours: bool | None = None,
 ) -> None:
-    """Write the result of a function in the format of the suffix of a path (.csv, .npz, .ply, .dms; also .gz).
+    """Write a result in the format that the suffix of a path names (.csv, .npz, .ply, .dms; each also .gz).
 
-    For PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb next to it), .bild
-    holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field.
-
-    To look at: .html is a page with the dots to turn, as of `show`, and .png is a picture, for which matplotlib must be
-    installed. A Subset is shown on its surface. A table of `residues` is shown as the roughness along each chain.
+    Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb
+    next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field. A
+    .html is a page to turn the dots on, as that of `show`, and a .png is a picture, for which matplotlib must be installed. A
+    Subset is shown on its surface, and a table of `residues` as the roughness along each chain.
 
     Parameters
     ----------
     result : Surface, Points, Subset, Mesh, Molecule, or DataFrame
-        A mesh is written as PLY, or as npz with `vertices`, `faces`, `normals` and its fields; its numbers are float32, its
-        triangles int32. An npz of dots holds `points`, `normals` and their fields, and `read_surface` reads both.
+        What is written. A mesh is written as PLY, or as npz with `vertices`, `faces`, `normals` and its fields; its numbers
+        are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their fields. `read_surface` reads
+        both.
     path : str or Path
-    molecule : as in `surface`, optional
-        A DMS file needs it, and a table names its atoms; by default that of the dots.
+        File to write; its folder must exist.
+    molecule : path, Molecule, or atoms of another library, optional
+        Molecule for a DMS file and for the names of atoms in a table (default that of the dots).
     frame : int
-        Frame of the molecule.
+        Frame of the molecule (default 0).
     names : dict of str to str, optional
-        Names that fields get in the file, such as {'hydropathy': 'hphob'}; the others keep theirs.
+        Names that fields get in the file, such as {'hydropathy': 'hphob'}; the other fields keep theirs.
     colours : bool, optional
-        Whether a PLY has colours. By default dots have them and a mesh has none: its properties are all floats, which readers
-        of meshes for networks need.
+        Whether a PLY has colours. By default dots have them and a mesh has none: all its properties are then floats, as
+        readers of meshes for networks need them.
 
     Raises
     ------
     InputError
-        A suffix that does not fit, no such folder, or a name of no field.
+        The suffix does not fit the result, the folder does not exist, or `names` holds a name that is not a field.
 
     Examples
     --------

@@ -64,31 +64,45 @@ def read_molecule(
     Parameters
     ----------
     path : str or Path
-        PDB or mmCIF file, also gzipped (.pdb .ent .cif .mmcif), GRO or HDF5; with a trajectory also PSF or AMBER.
-    trajectory : any trajectory that mdtraj reads. Without it, the models of the structure are the frames.
-    selection : mdtraj expression, or 'all'; without it the protein
-    chains : list of str, or 'A,B'
-    residues : ranges such as 'A:10-52A,60', both ends included
-    hydrogens : 'keep' or 'remove'
-    ligands : list of residue names to include, or True for all but waters and ions
-    model : int, read only the model of this number
-    altloc : 'first', 'highest' (occupancy) or a letter
-    stride : int, keep every stride-th frame
-    times : floats, ps
-        Keep only the first frame of a trajectory and those at these times; the stride is ignored.
-    whole : bool, make molecules whole that the periodic box cuts
-    plddt : float, 0 to 100
-        Leave out the residues of a predicted model whose pLDDT is below; other files stay as they are.
-    assembly : bool, take all models of the structure as parts of one molecule; the chains of the second are A-2, B-2, ...
+        PDB or mmCIF file, also compressed (.pdb .ent .cif .mmcif, each also .gz), GRO or HDF5; with a trajectory also PSF or
+        AMBER topologies.
+    trajectory : str or Path, optional
+        Trajectory in any format that mdtraj reads. Without it, the models of the structure are the frames.
+    selection : str, optional
+        Atoms as an expression of mdtraj, or 'all' for every atom. By default the protein is read.
+    chains : str or list of str, optional
+        Identifiers of the chains to read, such as 'A,B' (default all).
+    residues : str or list of str, optional
+        Ranges of residues to read, such as 'A:10-52A,60', both ends included (default all).
+    model : int, optional
+        Number of the one model to read (default all models).
+    altloc : str
+        Alternate location of an atom: 'first' (default), 'highest' occupancy, or a letter.
+    hydrogens : {'keep', 'remove'}
+        Whether explicit hydrogens are read (default 'keep').
+    ligands : bool, str or list of str
+        Names of ligands to read with the protein, or True for all but waters and ions (default False, none).
+    stride : int
+        Read every stride-th frame (default 1, all frames).
+    times : sequence of float, optional
+        Times in ps: only the first frame of a trajectory and the frames at these times are read, whatever the stride.
+    whole : bool
+        Whether molecules that the periodic box cuts are made whole (default True).
+    plddt : float, optional
+        Lowest pLDDT, 0 to 100, of the residues of a predicted model that are read. Experimental structures are read whole.
+    assembly : bool
+        Whether all models of the structure are parts of one molecule (default False); the chains of the second model become
+        A-2, B-2, ...
 
     Returns
     -------
     Molecule
+        Its atoms, residues and chains, and `xyz`, (frames, atoms, 3) in Å.
 
     Raises
     ------
     InputError
-        One sentence on what is wrong with the file or the keys.
+        The file cannot be read or has no such atoms, or an argument does not fit it; one sentence says what to do.
 
     Examples
     --------

@@ -20,28 +20,29 @@ def constant(hydrogens: bool) -> float:
 
 
 def density_for(error: float, *, hydrogens: bool = False) -> float:
-    """Return how many evenly spread dots per Å^2 give a molecular surface back with a mean error.
+    """Return the density of evenly spread dots from which a surface is reconstructed with a given mean error.
 
     Parameters
     ----------
     error : float
-        Mean distance of the recovered surface from the true one, Å.
+        Mean distance of the reconstructed surface from the true one, Å; more than 0 and at most 10.
     hydrogens : bool
-        Whether the molecule has explicit hydrogens, which take a fifth more dots. By default it has none.
+        Whether the molecule has explicit hydrogens (default False). They need a fifth more dots.
 
     Returns
     -------
     float
-        Dots per Å^2: 0.0125 Å / error, with hydrogens 0.015 Å / error.
+        Dots per Å^2: 0.0125 Å / error, or 0.015 Å / error with hydrogens.
 
     Raises
     ------
     InputError
-        If the error is not above 0 and at most 10 Å.
+        The error is not above 0 and at most 10 Å.
 
     Notes
     -----
-    The law is of dots by farthest-point sampling. `minimal` starts from it and measures.
+    This law was fitted to dots chosen by farthest-point sampling, with a probe of 1.4 Å. `minimal` starts from it and
+    measures the error.
 
     Examples
     --------
@@ -55,24 +56,30 @@ def density_for(error: float, *, hydrogens: bool = False) -> float:
 
 
 def error_at(density: float, *, hydrogens: bool = False) -> tuple[float, float]:
-    """Return the mean error of a surface recovered from evenly spread dots, and the distance within which 99 % of it lies.
+    """Return the error of a surface that is reconstructed from evenly spread dots of a given density.
 
     Parameters
     ----------
     density : float
-        Kept dots per Å^2.
+        Kept dots per Å^2; more than 0 and at most 100.
     hydrogens : bool
-        Whether the molecule has explicit hydrogens. By default it has none.
+        Whether the molecule has explicit hydrogens (default False).
 
     Returns
     -------
-    mean, high_99 : float
-        Å. `high_99` is 5.2 times the mean.
+    mean : float
+        Mean distance of the reconstructed surface from the true one, Å.
+    high_99 : float
+        Distance within which 99 % of the reconstructed surface lies, Å; 5.2 times the mean.
 
     Raises
     ------
     InputError
-        If the density is not above 0 and at most 100.
+        The density is not above 0 and at most 100.
+
+    Notes
+    -----
+    This is the inverse of `density_for`, with the same law.
 
     Examples
     --------

@@ -17,24 +17,24 @@ BYTES_TO_RECOGNISE = 100_000  # from the start of a file
 
 
 def read_surface(path: Path | str) -> Surface:
-    """Read dots from a file.
-
-    The file is a DMS file with normals, a CSV as the authors write it, a PLY mesh whose vertices are the dots, or an
-    npz of this program. Each may also be compressed (.gz).
+    """Read the dots of a surface from a file.
 
     Parameters
     ----------
-    path : path of the file; its content, not its name, determines the format
+    path : str or Path
+        A DMS file with normals, a CSV with x, y, z, nx, ny, nz, a PLY whose vertices are the dots, or an npz that `write`
+        wrote; each also compressed (.gz). The content and not the name of the file determines its format.
 
     Returns
     -------
     Surface
-        In the order of the file. Of dots that occur twice, the first is kept. Normals of another length are scaled to 1.
+        The dots in the order of the file, in Å. Of dots that occur twice the first one is kept, and normals are scaled to
+        length 1.
 
     Raises
     ------
     InputError
-        The file has another format, or no normals, NaN or infinite numbers, normals of length 0, or no dots.
+        The file has another format, no dots or no normals, numbers that are not finite, or normals of length 0.
 
     Examples
     --------
