@@ -8,7 +8,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a uniform subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
-    few = sparsurf.minimal(dots)                   # the fewest dots that give the surface back to 0.02 Å
+    few = sparsurf.minimal(dots)                   # the fewest dots that reconstruct the surface within 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
@@ -27,7 +27,7 @@ cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
 uniform subset  dots drawn at random, each with the same chance
-minimal subset  the fewest dots from which the surface is recovered 0.02 Å off on average; or as many as requested
+minimal subset  the fewest dots from which the surface is reconstructed with a mean error of 0.02 Å, or a requested number
 combination    one choice of (alpha, beta, gamma, delta)
 draw           one random realisation of a combination, or of a uniform subset
 test dot       dot at which the descriptors of two surfaces are compared
@@ -36,7 +36,7 @@ Z_tS, Z_tR     mean |z_tot - z_S|, mean |z_tot - z_R| over the test dots
 d              Z_tR - Z_tS: positive where the sampling beats the uniform subset
 reading        how 'the points not connected are removed' is understood:
                'kept' among the kept dots, 'full' on the full surface, 'recovered' on
-               the surface that the kept dots give back
+               the surface that is reconstructed from the kept dots
 range          one of ten equal intervals of n_S
 partners       the two surfaces of a pair; complementarity compares the first's patches 'up' with the second's 'down'
 propensity     distance of a dot's patch to the nearest patch of the partner: low is likely interface

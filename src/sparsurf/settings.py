@@ -168,7 +168,7 @@ class Minimal(Section):
     error: Distance = optional(
         f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default."
     )
-    density: Density = optional("Number of dots to keep per Å^2; 0.6 are about 0.02 Å off.")
+    density: Density = optional("Number of dots to keep per Å^2; 0.6 give a mean error of about 0.02 Å.")
     percent: Percent = optional("Share of the dots to keep, %.")
     n_dots: Positive = optional("Number of dots to keep.")
     max_z: Number = optional("Largest Z under `full`: the fewest dots that reach it are kept.", ge=0)

@@ -1323,23 +1323,23 @@ def test_arrays_of_a_file(dots, tmp_path, caplog, name):
 
 WRONG = {  # arrays of Surface, and words of the refusal
     "points": [
-        (None, "points has the shape"), ("dots.csv", "points holds something else than real numbers"),
-        (3, "points holds something else"), ([[1, 2, 3], [1, 2]], "points holds something else"),
-        (np.eye(3) * 1j, "points holds something else than real numbers"),
+        (None, "points has the shape"), ("dots.csv", "points must hold real numbers"),
+        (3, "points must hold real numbers"), ([[1, 2, 3], [1, 2]], "points must hold real numbers"),
+        (np.eye(3) * 1j, "points must hold real numbers"),
         (np.eye(3) > 0, "points holds True and False: give numbers"),
-        (np.eye(3).astype("m8[s]"), "points holds something else than real numbers"),
+        (np.eye(3).astype("m8[s]"), "points must hold real numbers"),
         (np.ma.masked_array(np.eye(3), np.eye(3) > 0), "points has masked values"),
     ],
-    "normals": [(np.eye(3) + 0j, "normals holds something else"), (np.eye(3, dtype=bool), "normals holds True and False")],
+    "normals": [(np.eye(3) + 0j, "normals must hold real numbers"), (np.eye(3, dtype=bool), "normals holds True and False")],
     "area": [
-        ("large", "area holds something else"), ([None, 1, 1], "area that is NaN"),
+        ("large", "area must hold real numbers"), ([None, 1, 1], "area that is NaN"),
         (np.ma.masked_array([1.0, 2, 3], [0, 1, 0]), "area has masked values"),
     ],
-    "kind": [(np.array(["SC"] * 3), "kind holds something else"), ([True, False, True], "kind holds True and False")],
+    "kind": [(np.array(["SC"] * 3), "kind must hold real numbers"), ([True, False, True], "kind holds True and False")],
     "atom": [([0, 1, 2**31], "dot 3 has an atom that is no index"), ([0, 1, 2e40], "dot 3 has an atom that is no index")],
     "fields": [
         (3, "fields must be a dictionary"), ({1: [1, 2, 3]}, "fields must be a dictionary of names"),
-        ({"a": "b"}, "the field a holds something else"), ({"a": np.ones(3) * 1j}, "the field a holds something else"),
+        ({"a": "b"}, "the field a must hold real numbers"), ({"a": np.ones(3) * 1j}, "the field a must hold real numbers"),
         *(({name: [1, 2, 3]}, "a field cannot be called")
           for name in ("", "a b", "1a", "é", "q\n", "area", "Weight", "points", "file")),
     ],

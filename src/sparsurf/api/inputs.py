@@ -115,7 +115,7 @@ def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
     subset = index_array(subset.dots if is_subset(subset) else subset, n_dots, name)
     valid = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset) > 0
     if not (valid and subset.min() >= 0 and subset.max() < n_dots and len(np.unique(subset)) == len(subset)):
-        raise InputError(f"{name}: a subset is numbers from 0 to {n_dots - 1}, each once, at least one.")
+        raise InputError(f"{name}: expected unique dot indices between 0 and {n_dots - 1} (at least one).")
     return subset.astype(np.int64)
 
 

@@ -315,14 +315,14 @@ def points_of(
 def structures_in(folder: str | Path) -> dict[str, Path]:
     """Return the structures of a folder by name, which is that of the file without its suffixes."""
     if not Path(folder).is_dir():
-        raise InputError(f"{folder} is not a folder; give one with structures.")
+        raise InputError(f"{folder} is not a folder; name a folder of structures.")
     files: dict[str, Path] = {}
     for path in sorted(Path(folder).iterdir()):
         if suffix(path) in STRUCTURES and path.is_file():
             name = stem(path)
             if name in files:
                 raise InputError(
-                    f"{folder} holds {files[name].name} and {path.name}, which have one name; rename one."
+                    f"{folder} holds {files[name].name} and {path.name}, which have the same name; rename one of them."
                 )
             files[name] = path
     if not files:

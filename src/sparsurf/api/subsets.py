@@ -184,7 +184,7 @@ def sample(
 
 
 def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None:
-    """Warn if the surface that the kept dots give back lies too far from the full one to be the same surface."""
+    """Warn if the surface that is reconstructed from the kept dots deviates too far from the full one."""
     if len(kept) == len(prepared) or len(kept) > DENSITY_WITHOUT_GAPS * prepared.area:
         return
     few = prepared.surface.take(kept)
@@ -192,7 +192,7 @@ def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None
     far = np.quantile(kept_out(distances, kept), TAIL_QUANTILE)
     if far > MAX_GAP:
         log.warning(
-            "%s: too few dots (%d) to hold the surface together: 1 %% of it lies %.1f Å or more from what they give back; "
+            "%s: %d dots are too few to reconstruct the surface, 1 %% of which deviates by %.1f Å or more; "
             "keep more", name, len(kept), far,
         )  # fmt: skip
 

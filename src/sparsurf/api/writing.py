@@ -116,7 +116,7 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
     name = str(output)
     if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > MAX_NAME_LENGTH:
         raise InputError(
-            f"{shorten(repr(name))} cannot name a file; take a shorter name, of letters and digits."
+            f"{shorten(repr(name))} cannot name a file; choose a shorter name of letters and digits."
         )
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")

@@ -15,17 +15,18 @@ FORMATS = (*writing.DOTS_ALONE, *writing.PAGES)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
-By default, the smallest subset is kept from which the surface can be recovered 0.02 Å off on average, see --error. The error
-is that of the dots that are not kept. `sparsurf recover` makes that surface. The number of dots has a 95 % interval: another
---seed keeps another number in it.
+By default, the command keeps the smallest subset from which the surface is reconstructed with a mean error of 0.02 Å (see
+--error). The error is the distance of the dots that are not kept from the surface that `sparsurf recover` reconstructs from the
+kept ones. The number of kept dots has a 95 % interval, since another --seed keeps another number of dots.
 
-The error is about 0.0125 Å divided by the number of dots per Å^2, and with explicit hydrogens 0.015 Å divided by it. The surface
-recovered from 0.25 dots per Å^2 is about 0.05 Å off, from 0.6 about 0.02 Å, and from 1.25 about 0.01 Å.
+The mean error is about 0.0125 Å divided by the number of kept dots per Å^2, or 0.015 Å divided by it if the molecule has explicit
+hydrogens. So 0.25 dots per Å^2 give a mean error of about 0.05 Å, 0.6 one of 0.02 Å, and 1.25 one of 0.01 Å.
 
-Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
-the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
-A .pml opens the dots on their molecule in PyMOL, a .bild as spheres in ChimeraX. 
-A .html is a page, and a .png is a picture, of the kept dots on the surface.
+The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
+represents; `spacing` is the distance between the kept dots around it, in Å; and `reach` says how far the surface extends around
+it, in spacings.
+A .pml file opens the dots on their molecule in PyMOL, and a .bild file opens them as spheres in ChimeraX.
+A .html file is a page, and a .png file is a picture, of the kept dots on the surface.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
@@ -40,11 +41,11 @@ examples:
 
 
 HELP = {
-    "percent": "share of all dots to keep",
+    "percent": "share of all dots to keep, %%",
     "n_dots": "number of dots to keep; the paper's samplers keep about that many",
-    "density": "number of dots to keep per Å^2; 0.6 are about 0.02 Å off",
-    "error": "keep as few dots as recover the surface this far off on average, Å (default 0.02)",
-    "max_z": "keep as few dots as have a Z of at most this as they are, not recovered",
+    "density": "number of dots to keep per Å^2; 0.6 give a mean error of about 0.02 Å",
+    "error": "keep the fewest dots that reconstruct the surface with this mean error, Å (default 0.02)",
+    "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this",
 }
 
 
@@ -92,11 +93,11 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _error(result: Representation) -> str:
-    """Return the sentence on how far the surface that the subset gives back is from the full one."""
+    """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
-        f"The surface recovered from them is {errors['mean']:.2g} Å off on average, and 99 % of it is within "
-        f"{errors['high_99']:.2g} Å.\nIts Z is {errors['Z_published']:.2f}: 0 is the same surface, {average:.2f} the "
-        "average patch everywhere."
+        f"The surface reconstructed from them deviates by {errors['mean']:.2g} Å on average (99 %: "
+        f"{errors['high_99']:.2g} Å).\nIts Z is {errors['Z_published']:.2f}; 0 would be the same surface, and {average:.2f} the "
+        "mean patch everywhere."
     )

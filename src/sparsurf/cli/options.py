@@ -49,15 +49,15 @@ def add_molecule(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose atoms of a structure."""
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="file of frames that belongs to the structure")
-    atoms.add_argument("--frame", type=number(FRAME), help="frame or model to take, from 0 (default 0)")
+    atoms.add_argument("--frame", type=number(FRAME), help="frame or model to read, from 0 (default 0)")
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
-    atoms.add_argument("--ligands", help="residue names to take with the protein, such as HEM,ZN")
+    atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
 
 
 def add_residues(parser: argparse._ActionsContainer) -> None:
     """Add the option that reports some residues of the surface of all atoms."""
-    words = "report these of the whole surface, such as A:10-52A,60; to cut the molecule, use --selection"
+    words = "residues to report, such as A:10-52A,60, on the surface of the whole molecule; --selection cuts the molecule"
     parser.add_argument("--residues", help=words)
 
 
@@ -76,7 +76,7 @@ def add_probe_radius(parser: argparse._ActionsContainer) -> None:
 
 def add_d_link(parser: argparse.ArgumentParser) -> None:
     """Add the linking distance of patches."""
-    words = f"Å, dots of a patch closer than this are linked (default {D_LINK:g})"
+    words = f"distance below which two dots of a patch are linked, Å (default {D_LINK:g})"
     parser.add_argument("--d-link", type=number(LENGTH), default=D_LINK, help=words)
 
 
@@ -110,7 +110,7 @@ def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molec
         return np.arange(len(surface))
     dots = np.flatnonzero(atoms_of_residues(args, molecule)[surface.atom])
     if not len(dots):
-        raise InputError(f"--residues: {args.residues} has no dots: it is buried, or has no atoms here.")
+        raise InputError(f"--residues: {args.residues} has no dots: they are buried, or have no atoms here.")
     return dots
 
 
@@ -152,7 +152,7 @@ def read_atoms(args: argparse.Namespace) -> Molecule:
     check_frame(molecule, args.frame or 0, name)
     if molecule.n_frames > 1 and args.frame is None and not args.quiet:
         several = "models" if suffix(args.file) in STRUCTURES and not args.trajectory else "frames"
-        message = f"{name} has {molecule.n_frames} {several}: the first is taken. --frame takes another."
+        message = f"{name} has {molecule.n_frames} {several}; the first one is used, and --frame chooses another one."
         print(message, file=sys.stderr)
     return molecule
 

@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> None:
     """Write the points."""
     is_folder = Path(args.file).is_dir()
     if not is_folder and not is_structure(args.file):
-        raise InputError(f"{args.file} is not a structure ({', '.join(STRUCTURES)}), and no folder.")
+        raise InputError(f"{args.file} is neither a structure ({', '.join(STRUCTURES)}) nor a folder.")
     formats = (TABLE,) if is_folder else FORMATS
     outputs.check(args, formats)
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
@@ -107,7 +107,7 @@ def _write_table(path: Path, named: Iterable[NamedPoints], written: list[int]) -
                 )
                 waiting = []
         if writer is None:
-            raise InputError("points: no structure was left; the warnings say why.")
+            raise InputError("points: all structures failed; the warnings give the reasons.")
         if waiting:
             writer.write_table(pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False))
         failures = json.dumps(getattr(named, "failures", {}), ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""`sparsurf recover`: the dense surface that a few dots with normals give back."""
+"""`sparsurf recover`: the dense surface that is reconstructed from a few dots with normals."""
 
 import argparse
 from types import SimpleNamespace
@@ -21,14 +21,14 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 EXAMPLES = """\
-FILE holds a few dots with normals, such as minimal.csv, or the dots of any program. The dots come first, then
-those that fill the gaps. Other columns of FILE, such as a potential, are interpolated.
-From a tenth of the dots the surface comes back 0.02 Å off on average, and 99 % of the whole surface is within 0.11 Å of it.
-Single places are farther off (docs/recover.md).
---at writes descriptors (|c_nm|, as `sparsurf descriptors`) of patches of the dense surface around points instead.
---mesh writes a closed surface of triangles, as fine as --density says. Holes between the dots are closed, wide ones with a
-warning. Dots in clusters give back the surface around the clusters and nothing between them: choose farthest-point or
-Poisson-disk dots, or give a --reach of 2.
+FILE holds a few dots with normals, such as minimal.csv, or the dots of any program. The result holds these dots first and then
+the new dots between them. Other columns of FILE, such as a potential, are interpolated.
+A tenth of the dots reconstructs the surface with a mean error of 0.02 Å, and 99 % of the surface deviates by less than 0.11 Å.
+Single places deviate by more (docs/recover.md).
+--at writes descriptors (|c_nm|, as `sparsurf descriptors` does) of patches of the dense surface around some points instead.
+--mesh writes a closed surface of triangles, whose fineness --density sets. It closes holes between the dots, and warns of wide
+ones. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose dots by farthest-point or
+Poisson-disk sampling, or give a --reach of 2.
 
 examples:
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv

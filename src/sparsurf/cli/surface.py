@@ -20,12 +20,12 @@ FORMATS = (*writing.DOTS, *writing.PAGES)
 DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
-residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY of dots is a cloud
-of points, coloured by kind.
---residues writes the dots of some residues, of the surface of the whole molecule. --selection cuts the molecule instead.
+residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
+coloured by kind.
+--residues writes the dots of some residues on the surface of the whole molecule. --selection cuts the molecule instead.
 --mesh writes closed triangles instead of dots. Their corners lie on the surface, and every edge belongs to two of them.
 A .html is the page of `sparsurf show`, and a .png is a picture; both show the kinds of dots.
-A cavity is a component inside the molecule, which no probe leaves.
+A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
 examples:
   sparsurf surface protein.pdb -o dots.ply
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> None:
     """Write the dots or triangles."""
     if not is_structure(args.file):
         raise InputError(
-            f"{args.file} is not a structure, by its suffix: give one of {', '.join(STRUCTURES)}; --trajectory adds frames."
+            f"{args.file} does not have the suffix of a structure: give one of {', '.join(STRUCTURES)}; --trajectory adds frames."
         )
     for name in DOT_OPTIONS if args.mesh else ():
         if getattr(args, name) is not None:

@@ -112,8 +112,9 @@ def _fewest(trials: Trials, limit: float) -> int:
 def smallest_subset_of_error(
     trials: Trials, error: float, hydrogens: bool
 ) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Find the smallest subset recovered `error` Å off on average: dots in order, and the 95 % interval of their number.
+    """Find the smallest subset from which the surface is reconstructed with a mean `error`, Å, and the interval of its size.
 
+    Returned are its dots, in order, and the 95 % interval of their number.
     The search starts where the law of `recovery.law` has that error, and follows straight lines through the logarithms of the
     numbers of dots and of the errors that it measures. The interval follows from the standard error of the measured error; it
     is None where the smallest number that is tried is enough, or no number is.
@@ -140,7 +141,7 @@ def smallest_subset_of_error(
         interval = max(n / factor, fewest), min(n * factor, n_dots)
     subset = trials.draw(n)
     log.info(
-        "%s: recovered from %d of %d dots by %s%s, the surface is %g Å off on average",
+        "%s: reconstructed from %d of %d dots by %s%s, the surface deviates by %g Å on average",
         name, len(subset), n_dots, sampler,
         f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", error,
     )  # fmt: skip

@@ -426,9 +426,7 @@ def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, 
     incomplete = first[present + everything.crosslinked[residues] < expected]
     if len(incomplete):
         count = pluralise(len(incomplete), "residue", "lacks")
-        message = (
-            "%s: %s heavy atoms, the first is %s; the surface is dented there: rebuild the missing atoms"
-        )
+        message = "%s: %s heavy atoms, the first is %s; the surface will have artificial dents there: rebuild the missing atoms"
         log.warning(message, path, count, touched.residue_label(incomplete[0]))
     _report_missing(everything, residues, file, path)
     return selected

@@ -110,7 +110,7 @@ def doubtful_residues(
             message = "%s: plddt is not applied; the file does not say what its B factors are, and they do not look like pLDDT"
             log.warning(message, path)
             return None
-        message = "%s does not say what its B factors are; they are taken for pLDDT, since %s"
+        message = "%s does not say what its B factors are; they are read as pLDDT, since %s"
         reason = "all atoms of a residue have the same" if constant else "none is above 1"
         log.warning(message, path, reason)
     if scale > 1:

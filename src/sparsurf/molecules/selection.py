@@ -100,9 +100,7 @@ def _in_chains(molecule: Atoms, path: StrPath, chains: str | Sequence[str] | Non
     names = [name.strip() for name in _as_list(chains, "chains", "A,B")]  # '' is a chain without a name
     absent = [name for name in names if name not in molecule.chain]
     if not names or "" in absent:
-        raise InputError(
-            f"chains: a name is missing or empty: name some of the chains of {path}, {_chains(molecule)}."
-        )
+        raise InputError(f"chains: empty chain name; the chains of {path} are {_chains(molecule)}.")
     if absent and not any(molecule.chain):
         raise InputError(f"{path} has one chain, without a name: leave out `chains`.")
     if absent:

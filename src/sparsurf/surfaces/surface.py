@@ -328,7 +328,7 @@ def real_numbers(value: Any, name: str) -> np.ndarray:
     except (TypeError, ValueError, OverflowError):
         array = np.array("")
     if array.dtype.kind not in "biuf" or array.ndim == 0:
-        raise InputError(f"{name} holds something else than real numbers, or rows of unequal length.")
+        raise InputError(f"{name} must hold real numbers, in rows of equal length.")
     if np.ma.is_masked(value):
         raise InputError(f"{name} has masked values; leave these dots out.")
     return array

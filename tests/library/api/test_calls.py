@@ -72,7 +72,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.surface(BALL, d_link=0), "d_link is 0"),
         (lambda d: sparsurf.surface(BALL, probe_radius=11), "probe_radius is 11"),
         (lambda d: sparsurf.surface(([[0, 0, 0]], [101])), "atomic radii must be positive"),
-        (lambda d: sparsurf.surface(([[1, 2, 3], [4, 5]], [1, 1])), "rows of unequal length"),
+        (lambda d: sparsurf.surface(([[1, 2, 3], [4, 5]], [1, 1])), "rows of equal length"),
         (lambda d: sparsurf.surface(PEPTIDE, radii="x"), "radii is 'x'; it must be "),
         (lambda d: sparsurf.read_surface(b"dots.csv"), "a path is a string or a Path, not bytes"),
         *((lambda d, f=f: sparsurf.recover(f(d)), "is not a surface: give the path")
@@ -105,7 +105,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.sample(d), "either percent or n_dots"),
         (lambda d: sparsurf.sample(d, n_dots=5, percent=5), "either percent or n_dots"),
         (lambda d: sparsurf.compare(d, [0], test_dots=2.5), "test_dots is 2.5"),
-        *((lambda d, subset=subset: sparsurf.compare(d, {"wrong": subset}), "wrong: a subset is numbers from 0 to 2999")
+        *((lambda d, subset=subset: sparsurf.compare(d, {"wrong": subset}), "wrong: expected unique dot indices between 0 and 29")
           for subset in ([0, 0], [-1], [3000], [], [0.5], [[1, 2]], np.ones(5, bool))),
         (lambda d: sparsurf.compare(d, [[1, 2], [3]]), "subset: give one array"),
         (lambda d: sparsurf.compare(d, {}), "subsets: there are none"),
@@ -125,12 +125,12 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.fields(d, names=[]), "names: there are no fields"),
         (lambda d: sparsurf.fields(d, names=["potential"], charges=3), "charges is int"),
         (lambda d: sparsurf.residues(replace(d, atom=np.full(len(d), -1))), "which atom"),
-        (lambda d: sparsurf.residues(d, roughness_values=["a"] * len(d)), "roughness_values holds something else"),
+        (lambda d: sparsurf.residues(d, roughness_values=["a"] * len(d)), "roughness_values must hold real numbers"),
         (lambda d: sparsurf.residues(d, roughness_values=np.full(len(d), np.nan)), "give the roughness of every dot"),
         (lambda d: sparsurf.read_molecule(PEPTIDE, selection=" or ".join(["resid 1"] * 1200)), "more than 10,000: name ranges"),
         (lambda d: sparsurf.residues(d, roughness_values=[0.1, 0.2]), "roughness_values has the shape (2,)"),
-        (lambda d: sparsurf.residues(d, kept=[10**6]), "kept: a subset is numbers from 0 to"),
-        (lambda d: sparsurf.residues(d, kept=np.ones(5, bool)), "kept: a subset is numbers from 0 to"),
+        (lambda d: sparsurf.residues(d, kept=[10**6]), "kept: expected unique dot indices between 0 and"),
+        (lambda d: sparsurf.residues(d, kept=np.ones(5, bool)), "kept: expected unique dot indices between 0 and"),
         (lambda d: sparsurf.residues(d, kept=[1, 2], weight=[1]), "weight has the shape (1,); the kept dots are 2"),
         (lambda d: sparsurf.write(3, "x.csv"), "not the type int"),
         (lambda d: replace(d, fields={"score": np.ones(5)}), "field score has the shape (5,)"),

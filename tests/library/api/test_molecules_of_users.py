@@ -146,7 +146,7 @@ print(*sorted(name for name in set(sys.modules) - before[3] if "." not in name a
 import inspect, pydoc
 assert all(callable(getattr(sparsurf, name)) for name in sparsurf.__all__ if name != "__version__")
 text = pydoc.plain(pydoc.render_doc(sparsurf))
-assert "sample(surface" in "".join(text.split()) and "Choose dots that represent a surface" in text
+assert "sample(surface" in "".join(text.split()) and "Choose a subset of dots by a sampler" in text
 """
 
 

@@ -190,7 +190,7 @@ def test_folders_of_structures(folder, tmp_path):
         list(sparsurf.points_of(tmp_path))
     for name in ("a.pdb", "a.ent"):
         (tmp_path / name).write_text((folder / "a.pdb").read_text())
-    with pytest.raises(InputError, match="one name"):
+    with pytest.raises(InputError, match="the same name"):
         list(sparsurf.points_of(tmp_path))
     pytest.importorskip("pyarrow")
     output = tmp_path / "points.parquet"

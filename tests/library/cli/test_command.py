@@ -113,7 +113,12 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
     told = [each for each in shown.err.splitlines() if not each.startswith("Compiling")]
     if "-o" in words:
         out = words[words.index("-o") + 1]
-        begins = ("wrote ", "The surface recovered", "Its Z is", "sparsurf: warning: protein.pdb: left out")
+        begins = (
+            "wrote ",
+            "The surface reconstructed",
+            "Its Z is",
+            "sparsurf: warning: protein.pdb: left out",
+        )
         assert all(each.startswith(begins) for each in told) and (out == "-") == (told == [])
         assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
 
@@ -264,7 +269,10 @@ def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
     call = ["-o", tmp_path / "x.csv"]
     for name, what in ((tmp_path / "m.gro", "frames"), (folder / "models.pdb", "models")):
         assert ended("surface", name, *call) == 0
-        assert f"has 3 {what}: the first is taken. --frame takes another." in capsys.readouterr().err
+        assert (
+            f"has 3 {what}; the first one is used, and --frame chooses another one."
+            in capsys.readouterr().err
+        )
 
 
 def test_the_kept_dots_stand_for_all(folder, tmp_path):
@@ -362,12 +370,10 @@ def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_pat
 def test_minimal_prints_its_error_and_warns_of_gaps(folder, tmp_path, capsys):
     assert ended("minimal", folder / "protein.pdb", "--percent", 20, "-o", tmp_path / "m.csv") == 0
     shown = capsys.readouterr().err
-    assert re.search(
-        r"recovered from them is 0\.0\d+ Å off on average, and 99 % of it is within 0\.\d+ Å", shown
-    )
-    assert re.search(r"Its Z is 0\.\d+: 0 is the same surface", shown) and "too few" not in shown
+    assert re.search(r"reconstructed from them deviates by 0\.0\d+ Å on average \(99 %: 0\.\d+ Å\)", shown)
+    assert re.search(r"Its Z is 0\.\d+; 0 would be the same surface", shown) and "too few" not in shown
     assert ended("minimal", folder / "protein.pdb", "--n-dots", 9, "-o", tmp_path / "m.csv") == 0
-    assert "warning: minimal: too few dots (9) to hold the surface together" in capsys.readouterr().err
+    assert "warning: minimal: 9 dots are too few to reconstruct the surface" in capsys.readouterr().err
 
 
 def test_a_frame_of_a_trajectory(folder, tmp_path):
@@ -380,7 +386,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
 
 MISTAKES = [  # one of each kind: the command, its exit code, and what its sentence holds
     ("surface no.pdb -o x.csv", 1, "no.pdb does not exist"),
-    ("surface dots.csv -o x.csv", 1, "dots.csv is not a structure"),
+    ("surface dots.csv -o x.csv", 1, "dots.csv does not have the suffix of a structure"),
     ("surface protein.pdb", 2, "-o/--output"),
     ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
     ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),

@@ -59,7 +59,7 @@ def test_residues_below_the_bound_are_left_out_of_a_model(tmp_path, kind, caplog
 )  # fmt: skip
 def test_models_of_other_predictors_are_known_by_a_word_or_by_their_b_factors(tmp_path, caplog, head):
     assert set(read_molecule(pdb(tmp_path / "a.pdb", head), plddt=75).residue) == {"4"}
-    assert ("they are taken for pLDDT" in caplog.text) == (head[:5] in ("", "MODEL", "CRYST"))
+    assert ("they are read as pLDDT" in caplog.text) == (head[:5] in ("", "MODEL", "CRYST"))
 
 
 def test_a_model_without_plddt_or_without_a_confident_residue_is_refused(tmp_path):

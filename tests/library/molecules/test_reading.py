@@ -273,8 +273,8 @@ def test_residue_ranges(tmp_path, caplog, residues, expected):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"chains": "Z"}, "no chain Z: its chains are A"), ({"chains": "A,"}, "chains: a name is missing or empty"),
-        ({"chains": [" "]}, "chains: a name is missing or empty"), ({"chains": 5}, "chains is 5; it must be a string"),
+        ({"chains": "Z"}, "no chain Z: its chains are A"), ({"chains": "A,"}, "chains: empty chain name"),
+        ({"chains": [" "]}, "chains: empty chain name"), ({"chains": 5}, "chains is 5; it must be a string"),
         ({"residues": "A:500-600"}, "'A:500-600' is not in .* has A 1 to 4"), ({"residues": 5}, "residues is 5; it must be"),
         ({"residues": "ten-12"}, "'ten-12' is not of the form"), ({"model": 1.0}, "model: 1.0 is not a whole number"),
         ({"selection": "resname GLY"}, "the selection holds no atoms; .* 4 protein residues"),

@@ -142,7 +142,7 @@ def test_elements_before_the_vertices_are_skipped(tmp_path, order):
         (TEXT.replace("format ascii", "format utf8"), "no PLY file that can be read"),
         (TEXT.replace("element vertex 2", "element vertex two"), "no PLY file that can be read"),
         (TEXT.replace("element vertex 2", "element vertex " + 5000 * "9"), "no PLY file that can be read"),
-        (TEXT.replace("property uchar red", "property list uchar int red"), "properties that are no lists"),
+        (TEXT.replace("property uchar red", "property list uchar int red"), "vertex properties must be scalars"),
         (TEXT.replace("element vertex 2", "element vertex 3"), "its 3 vertices cannot be read"),
         (TEXT.replace("element vertex 2", "element vertex 999999999999"), "cut short or damaged"),
         (TEXT.replace("element vertex 2", "element vertex 0"), "holds no dots"),

@@ -189,7 +189,7 @@ def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
     vertices = elements[-1][2] if elements and elements[-1][0] == "vertex" else []
     if byte_order is None or not known or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
         raise InputError(
-            f"{path} is no PLY file that can be read: its vertices need properties that are no lists."
+            f"{path} is no PLY file that can be read: vertex properties must be scalars, not lists."
         )
     return byte_order, elements
 
