@@ -54,7 +54,16 @@ def test_the_tutorial_gives_what_it_says(folder):
     )
     assert again > 0.9 * dots
     assert "roughest residues</h2>" in (folder / "protein.html").read_text(encoding="utf-8")
-    assert (folder / "figure.png").stat().st_size > 10_000 and (folder / "figure.pdf").is_file()
+    for picture in ("figure", "roughness", "residues"):
+        assert (folder / f"{picture}.png").stat().st_size > 10_000
+    assert (folder / "figure.pdf").is_file()
+
+
+def test_the_residues_to_look_at_are_the_roughest_of_the_table(folder):
+    table, listed = (pd.read_csv(folder / f"{name}.csv") for name in ("residues", "residues_to_look_at"))
+    seen = table.dropna(subset="mean_roughness").sort_values("mean_roughness").head(10)
+    assert [*listed["residue"]] == [*seen["residue"]] and len(table) > len(listed) == 10
+    assert listed["mean_roughness"].to_numpy() == pytest.approx(seen["mean_roughness"].to_numpy(), rel=1e-6)
 
 
 def test_more_dots_are_better_than_few_and_than_uniform_ones(folder):
