@@ -16,7 +16,6 @@ from parsed_pages import Page
 BOOK = ROOT / "docs" / "_build" / "html"
 built = pytest.mark.skipif(not BOOK.is_dir(), reason="make docs has not been run")
 PAGES = ("index", "method", "_gallery/index")
-LONGEST = 1100  # words of a page
 
 
 def test_an_example_is_short():
@@ -32,15 +31,6 @@ def test_every_function_for_users_is_in_the_reference():
 def test_the_commands_show_their_options():
     text = "".join(reference.commands())
     assert {"--percent", "--mesh", "--d-link"} <= {*re.findall(r"--[a-z-]+", text)}
-
-
-@pytest.mark.parametrize(
-    "page", [ROOT / "README.md", *sorted(ROOT.glob("docs/*.md"))], ids=lambda path: path.stem
-)
-def test_a_page_can_be_read_at_one_go(page):
-    text = reference.PLACE.sub("", page.read_text("utf-8"))
-    text = re.sub(r"(?ms)^```.*?^```|<!--.*?-->|^\|.*?$|\$+.*?\$+", "", text)
-    assert len(text.split()) <= LONGEST
 
 
 def test_the_release_is_one():
