@@ -1,0 +1,122 @@
+"""No page, message or docstring contains a phrase over which readers have stumbled."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from conftest import ROOT
+
+# A pattern, a phrase that it rejects, and how to say the same
+BANNED = (
+    (r"\b(give|gave|giving)s? ((it|them|the \w+) )?back\b", "dots that give the surface back", "reconstruct"),
+    (r"\b(come|came)s? back\b", "pieces of the surface come back", "is reconstructed"),
+    (r"\b(come|came)s? out\b", "flat patches come out equal", "is, results"),
+    (r"\bÅ off\b|\bhow far off\b|\b(lie|lay)s? off\b", "the surface is 0.02 Å off", "deviates by"),
+    (
+        r"\bas (many|much) (as|uniform|random)\b",
+        "as many uniform dots",
+        "the same number of, of the same size",
+    ),
+    (r", too(?=[.,;:)]|$)", "it loses, too.", "also, as well"),
+    (r"\bknows? (no|its?|nothing)\b", "these dots know no molecule", "has, keeps"),
+    (
+        r"\bmay be the best\b|\b(of \S+|those) that may be\b",
+        "one of 16 that may be",
+        "is statistically indistinguishable",
+    ),
+    (r"\bas (\S+ ){1,3}(do|does) it\b", "as the authors' code does it", "as in"),
+    (r"\bmade for the\b", "a link made for the full surface", "chosen for"),
+    (r"\bholds? the (truth|true)\b", "intervals hold the truth", "contain the true value"),
+    (r"\bone average patch\b", "but one average patch would be closer", "the mean patch"),
+    (r"\bhardly\b", "the sign hardly depends on it", "little, rarely, almost not"),
+    (r"\bwhat (it|they) (keep|take|give|hold)s?\b", "closer to what they keep", "a noun"),
+    (r"\btak(e|es|ing) (\S+ ){1,2}along\b", "`--ligands HEM` takes a heme along", "include"),
+    (r"\bno need of\b", "no need of the scan", "without"),
+    (r"\bgo by the\b", "go by the order", "use the ranking"),
+    (r"\bdiffers? all over\b", "the forms differ all over", "differ almost everywhere"),
+    (
+        r"\b(cut|fall|break)s? (\S+ ){0,3}(in)?to (pieces|islands)\b",
+        "patches fall to pieces",
+        "is fragmented",
+    ),
+    (r"\bis about placing\b", "the key is about placing dots", "applies when dots are placed"),
+    (r"\bof one's own\b", "a config of one's own", "of your own"),
+    (r"\b(surface|page|form) to turn\b(?! it)", "a page to turn", "to rotate, interactive"),
+    (r"\b(made|the surface) again\b", "Table I is made again", "reproduced, reconstructed"),
+    (r"\blooks? (whole|alike)\b", "such a file looks whole", "looks complete, is similar"),
+    (r"\b(has|have|takes?) no part in\b", "stride has no part in it", "does not affect"),
+    (r"\bit (wins|loses)\b", "on the full surface it loses", "is better, is worse"),
+    (r"\b(that|which) (is|are) no (?=\w)", "properties that are no lists", "are not, must be"),
+)
+PATTERNS = {re.compile(pattern, re.I): plain for pattern, _, plain in BANNED}
+PAGES = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "config/README.md",
+    "data/*/README.md",
+    "evidence/README.md",
+    "results/README.md",
+)
+LATER = ("CHANGELOG.md", "docs/paper.md")
+GENERATED = ("docs/config.md", "docs/outputs.md", "docs/python.md")
+CONFIGS = ("config.yaml", "studies/*.yaml", "evidence/*.yaml")
+CODE = ("docs/gallery/*.py",)
+
+
+def files(*globs: str) -> list[Path]:
+    return sorted({path for pattern in globs for path in ROOT.glob(pattern)})
+
+
+def prose(path: Path) -> Iterator[tuple[int, str]]:
+    """The parts of a file that people read, each with the number of its first line."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        yield from strings(ast.parse(text))
+    elif path.suffix == ".md":
+        hidden = r"(?ms)^```.*?^```|<!--(?! book).*?-->|`[^`\n]*`"
+        yield 1, re.sub(hidden, lambda part: "`" + "\n" * part[0].count("\n"), text)
+    else:
+        yield 1, text
+
+
+def strings(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Docstrings, and strings and f-strings with the places of their values left as they are."""
+    parts = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            parts |= {id(value) for value in node.values}
+            yield (
+                node.lineno,
+                "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values),
+            )
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in parts:
+            yield node.lineno, node.value
+
+
+def faults(text: str) -> Iterator[tuple[int, str]]:
+    """Each banned phrase of a text with the line on which it begins."""
+    flat = re.sub(r"\s", " ", text)  # of the same length: a phrase may go on in the next line
+    for pattern, plain in PATTERNS.items():
+        loose = re.compile(pattern.pattern.replace(" ", " +"), re.I)
+        for found in loose.finditer(flat):
+            around = " ".join(flat[max(0, found.start() - 40) : found.end() + 20].split())
+            yield text.count("\n", 0, found.start()), f"...{around}...: {plain}"
+
+
+@pytest.mark.parametrize(("pattern", "phrase"), [row[:2] for row in BANNED], ids=[row[1] for row in BANNED])
+def test_a_pattern_finds_its_phrase_over_the_end_of_a_line(pattern: str, phrase: str) -> None:
+    wrapped = phrase.replace(" ", "\n    ")
+    assert [*faults(phrase)] and [*faults(wrapped)] and re.search(pattern, phrase, re.I)
+
+
+@pytest.mark.parametrize(
+    "path", files(*PAGES, "docs/*.md", *CONFIGS, *CODE), ids=lambda path: str(path.relative_to(ROOT))
+)
+def test_no_phrase_over_which_readers_stumbled(path: Path) -> None:
+    if str(path.relative_to(ROOT)) in (*LATER, *GENERATED):
+        pytest.skip("written elsewhere")
+    wrong = [f"{path.name}:{line + at}: {said}" for line, text in prose(path) for at, said in faults(text)]
+    assert not wrong, "\n".join(["say it in plain English:", *wrong])
