@@ -133,6 +133,25 @@ def test_make_can_install_the_checkout_itself(tmp_path):
     assert "/_sparsurf.pth; do echo ../../../../src" in (ROOT / "Makefile").read_text()
 
 
+WORKFLOWS = sorted(ROOT.glob(".github/workflows/*.yml"))
+
+
+@pytest.mark.parametrize("name", ["book", "release"])
+def test_nothing_is_published_before_the_repository_says_so(name):
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / f"{name}.yml").read_text(encoding="utf-8"))[
+        "jobs"
+    ]
+    assert {job["if"] for job in jobs.values()} == {"vars.PUBLISH == 'true'"}
+    tokens = [job for job in jobs.values() if "id-token" in job.get("permissions", {})]
+    assert len(tokens) == 1 and "build" in tokens[0]["needs"] and "run" not in str(tokens[0]["steps"])
+
+
+@pytest.mark.skipif(not shutil.which("actionlint"), reason="actionlint is not installed")
+def test_actionlint_finds_no_fault_in_the_workflows():
+    done = subprocess.run(["actionlint", *WORKFLOWS], capture_output=True, text=True, check=False)
+    assert WORKFLOWS and done.returncode == 0, done.stdout + done.stderr
+
+
 def test_conda_and_pip_ask_for_the_same():
     """The recipe for conda packages has the version, the entry point and the requirements of pyproject.toml."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
