@@ -6,6 +6,7 @@ from pathlib import Path
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import add_scaled_link, read_grid
+from sparsurf_study.analysis.islands import add_islands
 from sparsurf_study.rounding import write_table
 from sparsurf_study.workflow.jobs import job
 
@@ -16,6 +17,7 @@ with job(snakemake) as s:
     prepared = tables.read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(), s.threads)
     ranges = tables.ranges_table(grid, result, s.params.ranges, floors)
     n_tests = number_of_tests(evaluation.test_dots, len(prepared))
-    write_table(s.output.ranges, add_scaled_link(ranges, prepared, n_tests, evaluation.draws))
     best = tables.best_combinations(grid, result, tables.MAX_N_S_PERCENT, floors)
+    ranges = add_islands(ranges, best, prepared, n_tests, evaluation.draws)
+    write_table(s.output.ranges, add_scaled_link(ranges, prepared, n_tests, evaluation.draws))
     Path(s.output.best).write_text(json.dumps(best, indent=2) + "\n", encoding="utf-8")

@@ -9,12 +9,11 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.statistics import estimate
-from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import FULL_READING, KEPT_READING
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
+from sparsurf_study.paper.replication import sweep_links
+from sparsurf_study.report.numbers import FRAGMENTED_BELOW
 
 # Filling factor at which discs placed at random in the plane percolate: Quintanilla and Ziff, Phys. Rev. E 76, 051115 (2007).
 # Discs of radius r touch within 2 r, so that n pi r^2 per area becomes a distance in units of 1 / sqrt(n).
@@ -22,21 +21,11 @@ FILLING = 1.12808737
 PERCOLATION = float(np.sqrt(4 * FILLING / np.pi))  # 1.198 spacings
 PUBLISHED_LINK = 0.5  # Å
 FIRST_ROWS = 8  # rows 9 and 10 of Table I have no gain at any link
-HALF = 50.0  # % of the kept dots of a patch
+HALF = 100 * FRAGMENTED_BELOW  # % of the kept dots of a patch
 WHOLE = 90.0  # % from which a patch counts as nearly whole
 BEND = 1.5  # link / spacing up to which the curve bends, also of rows with few dots
 SHARES = np.linspace(0, 100, 11)  # %, limits of the groups of shares
 SHOWN = 2.6  # link / spacing up to which curves are drawn: beyond, they are flat
-
-
-def spacing(n_kept: np.ndarray | float, area: float) -> np.ndarray | float:
-    """Return the spacing of a subset, Å: one over the root of its dots per Å^2."""
-    return np.sqrt(area / n_kept)
-
-
-def share_in_island(island: np.ndarray, patch: np.ndarray) -> np.ndarray:
-    """Return the share of the kept dots of each patch that its largest island holds; NaN for a patch without kept dots."""
-    return np.divide(island, patch, out=np.full(np.shape(patch), np.nan), where=np.asarray(patch) > 0)
 
 
 def curve_table(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
@@ -45,30 +34,22 @@ def curve_table(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
     Returns
     -------
     DataFrame: d_link (Å), row, n_S_percent, spacing (Å), ratio (link over spacing), d with its 95 % interval, Z_tS and Z_tR, and
-    share_tS_percent
-    and share_tR_percent, the medians over draws and test dots of the share of a patch's kept dots that its island holds
+    share_tS_percent and share_tR_percent, the medians over draws and test dots of the share of a patch's kept dots that its
+    island holds
     """
-    tests = prepared.draw_tests(n_tests)
-    pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
-    n_kept = np.array([len(sampled) for sampled, _ in pairs]).reshape(-1, draws).mean(axis=1)
-    out, shape = [], (len(PUBLISHED_ROWS), draws, len(tests))
-    for link in links:
-        linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
-        z_tot, _ = linked.describe(tests)
-        columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1)}
-        columns["n_S_percent"] = 100 * n_kept / len(prepared)
-        columns["spacing"] = spacing(n_kept, prepared.area)
-        columns["ratio"] = link / columns["spacing"]
-        z = {}
-        for name, subsets in (("tS", [s for s, _ in pairs]), ("tR", [u for _, u in pairs])):
-            _, both, sizes = linked.compare(subsets, tests, (KEPT_READING, FULL_READING), z_tot)
-            z[name], share = both[0].reshape(shape), share_in_island(*sizes).reshape(shape)
-            columns[f"Z_{name}"] = z[name].mean(axis=(1, 2))
-            columns[f"share_{name}_percent"] = 100 * np.nanmedian(share, axis=(1, 2))
-        d = estimate(z["tR"] - z["tS"])
-        columns |= {"d": d.mean, "d_low": d.low, "d_high": d.high}
-        out.append(pd.DataFrame(columns))
-    return pd.concat(out, ignore_index=True)
+    table = sweep_links(prepared, links, n_tests, draws).rename(columns={"link_over_spacing": "ratio"})
+    return pd.DataFrame(
+        {
+            **table[["d_link", "row", "n_S_percent"]],
+            "spacing": table["d_link"] / table["ratio"],
+            "ratio": table["ratio"],
+            "Z_tS": table["Z_tS"],
+            "share_tS_percent": 100 * table["share_in_island"],
+            "Z_tR": table["Z_tR"],
+            "share_tR_percent": 100 * table["share_in_island_uniform"],
+            **table[["d", "d_low", "d_high"]],
+        }
+    )
 
 
 def crossing(x: np.ndarray, y: np.ndarray, level: float = 0.0) -> float:

@@ -57,11 +57,6 @@ def test_d_of_the_curve_is_the_mean_difference(prepared):
     assert (table["d_low"] <= table["d"]).all() and (table["d"] <= table["d_high"]).all()
 
 
-def test_a_patch_without_kept_dots_has_no_share():
-    share = curve.share_in_island(np.array([0, 1, 3]), np.array([0, 4, 3]))
-    assert np.isnan(share[0]) and share[1:].tolist() == [0.25, 1.0]
-
-
 def test_random_discs_percolate_at_the_ratio_of_their_filling_factor():
     assert pytest.approx(1.198, abs=5e-4) == curve.PERCOLATION
 

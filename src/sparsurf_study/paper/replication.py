@@ -16,11 +16,11 @@ from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, C
 from sparsurf.sampling.samplers import tune_alpha
 from sparsurf.settings import Settings
 from sparsurf_study.analysis import grid, tables
+from sparsurf_study.analysis.islands import compare_islands, link_over_spacing, measure_islands
 from sparsurf_study.paper import published_runs
 
 PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
 TURNS = 5  # orientations in which the same dots are described
-FRAGMENTED_BELOW = 0.3  # share of a patch's kept dots; below it, Z measures how the subset breaks up
 LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
 
 GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
@@ -86,26 +86,34 @@ def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.Da
     readings = (*GRID_READINGS, SCALED_READING)
     measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, readings))
     published = published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"})
-    return pd.concat([published, measured], axis=1)
+    islands = measure_islands(prepared, PUBLISHED_ROWS, n_tests, draws)
+    return pd.concat([published, measured, islands], axis=1)
 
 
 def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
-    """Measure d of the published combinations for other d_link of the islands, under `kept`: the rows of paper_links.csv."""
+    """Measure the published combinations for other d_link of the islands, under `kept`: the rows of paper_links.csv."""
     tests = prepared.draw_tests(n_tests)
     pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    n_kept = np.array([len(sampled) for sampled, _ in pairs]).reshape(-1, draws).mean(axis=1)
+    shape = (len(PUBLISHED_ROWS), draws, len(tests))
     out = []
     for link in links:
         linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
         z_tot, _ = linked.describe(tests)
-        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, KEPT_READING)
-        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, KEPT_READING)
-        shape = (len(PUBLISHED_ROWS), draws, len(tests))
-        d = estimate((z_tr - z_ts).reshape(shape))
-        n_s_percent = [100 * len(sampled) / len(prepared.points) for sampled, _ in pairs[::draws]]
-        columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1), "n_S_percent": n_s_percent}
+        sampled, uniform = (
+            [values.reshape(shape) for values in compare_islands(linked, subsets, tests, z_tot)]
+            for subsets in zip(*pairs, strict=True)
+        )
+        d = estimate(uniform[0] - sampled[0])
+        columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1)}
+        columns["n_S_percent"] = 100 * n_kept / len(prepared)
+        columns["link_over_spacing"] = link_over_spacing(link, n_kept, prepared.area)
         columns |= {"d": d.mean, "d_low": d.low, "d_high": d.high}
-        columns["Z_tS"] = [z.mean() for z in z_ts.reshape(shape)]
-        columns["median_patch_size"] = [np.median(of_row) for of_row in size.reshape(shape)]
+        columns["Z_tS"], columns["Z_tR"] = (z.mean(axis=(1, 2)) for z, _, _ in (sampled, uniform))
+        columns["median_patch_size"] = np.median(sampled[1], axis=(1, 2))
+        columns["share_in_island"], columns["share_in_island_uniform"] = (
+            np.nanmedian(share, axis=(1, 2)) for _, _, share in (sampled, uniform)
+        )
         out.append(pd.DataFrame(columns))
     return pd.concat(out, ignore_index=True)
 
@@ -220,9 +228,3 @@ def correlation_with_fragments(table: pd.DataFrame) -> float:
     """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
     sampled, uniform = (table[f"median_patch_size_{key}{KEPT_READING}"] for key in ("", "uniform_"))
     return float(np.corrcoef(table[f"d_{KEPT_READING}"], np.log(sampled / uniform))[0, 1])
-
-
-def fragmented_share(table: pd.DataFrame) -> float:
-    """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
-    kept, full = (table[f"median_patch_size_{reading}"] for reading in (KEPT_READING, FULL_READING))
-    return float((kept < FRAGMENTED_BELOW * full).mean())

@@ -6,7 +6,6 @@ To show something more, write a function that returns a `Section`, and name it i
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,13 +16,21 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from sparsurf.patches.readings import KEPT_READING, SCALED_READING
+from sparsurf.patches.readings import KEPT_READING
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.views.numbers import interval, number, share, signed, span
 from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf_study.paper.verdict import is_one_more_run
 from sparsurf_study.report.figure_names import GALLERY
-from sparsurf_study.report.numbers import auc_of, beyond_ranges, combination, most_of, short_names
+from sparsurf_study.report.numbers import (
+    auc_of,
+    beyond_ranges,
+    combination,
+    is_fragmented,
+    left_in_island,
+    most_of,
+    short_names,
+)
 from sparsurf_study.report.page import DEFAULT_LENGTHS, embedded_figures, write
 from sparsurf_study.report.texts import (
     BATCH_TABLES,
@@ -46,6 +53,7 @@ SIGNIFICANT = 0.05
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
 # Small figures
 PARAMETERS = "α,\u00a0β,\u00a0γ,\u00a0δ"
+OF_ISLANDS = ["link / spacing", "left in island"]
 FILES_OF_SURFACE = ("minimal.csv", "residues.csv", "figures/number_of_dots.png")
 SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
@@ -266,8 +274,8 @@ def sentence_of_grid(run: Run, place: str) -> str:
     parts = [
         f"Best (α, β, γ, δ) = {combination(winner)}{which}: keeps {kept} % of the dots, d {d} {READINGS[first].words}"
     ]
-    if is_useless(winner, run.best(place)):
-        parts[0] += ", but one average patch for all would be closer to the full surface"
+    if first == KEPT_READING and is_fragmented(winner):
+        parts[0] += ", but the subset is fragmented"
     for reading in others:
         above, total = beaten(rows, reading)
         parts.append(
@@ -294,11 +302,6 @@ def winner_row(winner: Mapping[str, Any], rows: pd.DataFrame, reading: str) -> M
 def d_of(row: Mapping[Any, Any]) -> str:
     """Format d of a row, cross-validated, with its 95 % interval."""
     return interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])
-
-
-def is_useless(row: Mapping[Any, Any], best: Mapping[str, Any]) -> bool:
-    """Say whether the average patch in place of every patch has a lower Z."""
-    return row["Z_tS"] > best["references"]["Z_mean_descriptor"]
 
 
 def beaten(rows: pd.DataFrame, reading: str) -> tuple[int, int]:
@@ -340,16 +343,13 @@ def ranges_table_of(run: Run, place: str) -> Table:
         blank = ["", ""]
     for reading in run.readings:
         columns += [f"{READINGS[reading].words}: {PARAMETERS}", "its\u00a0n_S\u00a0/\u00a0%", "d (95 %)"]
-        columns += ["d, scaled link"] if reading == KEPT_READING else []
+        columns += OF_ISLANDS if reading == KEPT_READING else []
     outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
 
     def cells(row: Mapping[Any, Any], reading: str, mark: str = "") -> list[str]:
-        mark = " †" if is_useless(row, best) else mark
-        scaled = [
-            interval(*(row.get(f"d{end}_{SCALED_READING}", math.nan) for end in ("", "_low", "_high"))) or "–"
-        ]
         line = [combination(row), number(row["n_S_percent"], 1), d_of(row) + mark]
-        return line + (scaled if reading == KEPT_READING else [])
+        of_islands = [number(row["link_over_spacing"]), left_in_island(row)]
+        return line + (of_islands if reading == KEPT_READING else [])
 
     table = []
     for k, in_range in rows.groupby("range"):
@@ -367,17 +367,14 @@ def ranges_table_of(run: Run, place: str) -> Table:
         line = [words, *blank]
         for reading in run.readings:
             if "answer" in (winner := best[reading][key]):
-                line += ["–", "", ""] + [""] * (reading == KEPT_READING)
+                line += ["–", "", ""] + [""] * len(OF_ISLANDS) * (reading == KEPT_READING)
             else:
                 mark = " ‡" if winner["n_S_percent"] == outside else ""
                 line += cells(winner_row(winner, rows, reading), reading, mark)
         table.append(line)
     about = [f"{run.shown[place]}: {TEXT['ranges']}"]
-    about += [
-        TEXT[name]
-        for name, mark in (("worse", "†"), ("most", "‡"))
-        if any(mark in cell for line in table for cell in line)
-    ]
+    if any("‡" in cell for line in table for cell in line):
+        about.append(TEXT["most"])
     return Table(columns, table, " ".join(about))
 
 

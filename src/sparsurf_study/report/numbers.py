@@ -8,13 +8,14 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from sparsurf.sampling.combination import Combination
-from sparsurf.views.numbers import interval
+from sparsurf.views.numbers import interval, share
 
 if TYPE_CHECKING:
     import pandas as pd
 
     Row: TypeAlias = Mapping[Any, Any] | pd.Series  # of a table
 
+FRAGMENTED_BELOW = 0.5  # share of a patch's kept dots in its island
 SINGLE = "c1"  # conformation of a structure that has no others
 
 
@@ -45,6 +46,18 @@ def against_zero(low: float, high: float) -> str:
     if math.isnan(low):
         return "unknown"
     return "above" if low > 0 else "below" if high < 0 else "around"
+
+
+def is_fragmented(row: Row) -> bool:
+    """Say whether the median patch of a subset has less than half of its kept dots in its island."""
+    return bool(row["share_in_island"] < FRAGMENTED_BELOW)
+
+
+def left_in_island(row: Row) -> str:
+    """Format the share of a patch's kept dots in its island, and say where the subset is fragmented; "–" if it is unknown."""
+    if math.isnan(row["share_in_island"]):
+        return "–"
+    return f"{share(100 * row['share_in_island'])} %" + (", fragmented" if is_fragmented(row) else "")
 
 
 def most_of(n: int, total: int) -> bool:

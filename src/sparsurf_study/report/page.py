@@ -16,13 +16,13 @@ from markupsafe import Markup, escape
 from sparsurf.patches.index import R_PATCH, R_ZERNIKE
 from sparsurf.views.numbers import interval, number, share
 from sparsurf_study.pairs.partners import INTERFACE
-from sparsurf_study.report.numbers import combination, interval_of, p_value
+from sparsurf_study.report.numbers import combination, interval_of, left_in_island, p_value
 
 TEMPLATES = Path(__file__).with_name("templates")
 MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
 MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
-FORMATS = (number, share, interval, interval_of, combination, p_value)  # filters of templates
+FORMATS = (number, share, interval, interval_of, combination, left_in_island, p_value)  # filters of templates
 DEFAULT_LENGTHS = {"r_patch": R_PATCH, "r_zernike": R_ZERNIKE, "interface": INTERFACE}  # Å
 WEBP: dict[str, Any] = {"quality": 85, "method": 2}  # 1 MB becomes 0.15 MB that looks the same, quickly
 

@@ -21,7 +21,7 @@ from sparsurf_study.paper import replication
 from sparsurf_study.paper.published_runs import MEASURES
 from sparsurf_study.paper.verdict import is_one_more_run
 from sparsurf_study.report.figure_names import PAPER_FIGURES
-from sparsurf_study.report.numbers import against_zero
+from sparsurf_study.report.numbers import against_zero, is_fragmented
 
 if TYPE_CHECKING:
     from sparsurf.settings import Surface as SurfaceSettings
@@ -155,6 +155,7 @@ def table1(
         "won": int((places["n_won"] > 0).sum()),
         "runs": int(places["n_runs"].max()),
         "tests": tests.to_dict("records"),
+        "fragmented": sum(map(is_fragmented, rows.to_dict("records"))),
         "loses": {reading: bool((rows[f"d_high_{reading}"] < 0).all()) for reading in OF_ROWS},
         "bias": bias["d_bias"].mean(),
         "means": {name: between(rows, name, *of_means) for name in MEASURES},
@@ -308,8 +309,6 @@ def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[
         "rows": len(signs),
         "correlation": replication.correlation_of_readings(grid),
         "fragments": replication.correlation_with_fragments(grid),
-        "fragmented_percent": 100 * replication.fragmented_share(grid),
-        "threshold_percent": 100 * replication.FRAGMENTED_BELOW,
     }
 
 

@@ -67,9 +67,9 @@ TEXT = {
             sampling is better.""",
         "readings": """The paper removes points that are not connected with the rest of their patch. Its authors' code does so
             {first}; the text can also be read as {last}.""",
-        "ranges": """d is cross-validated, its 95 % interval in brackets. Scaled link: the same combination, with a linking
-            distance that fits the spacing of the kept dots.""",
-        "worse": "†: one average patch in place of all would be closer to the full surface.",
+        "ranges": """d is cross-validated, with its 95 % interval in brackets. Link / spacing is the linking distance divided by
+            the spacing of the kept dots. A subset is fragmented where less than half of the kept dots of the median patch are
+            left in its island.""",
         "most": "‡: it keeps the most dots; the authors' script leaves it out of the last range.",
         "over_all": "All {n} surfaces: best on average, and d of each surface's own best.",
         "relation": """{related} of {tested} tests find that the best combination follows the mean roughness (p < 0.05).""",

@@ -37,7 +37,8 @@ def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
     table = tables.grid_table(grid)
     protein, conformation = name.split("/")
     ranges, best = tables.ranges_table(table, grid, 3), tables.best_combinations(table, grid, 20)
-    ranges = ranges.assign(**{f"{key}_kept_scaled": -0.5 for key in ("d", "d_low", "d_high")})
+    scaled = {f"{key}_kept_scaled": -0.5 for key in ("d", "d_low", "d_high")}
+    ranges = ranges.assign(link_over_spacing=0.7, share_in_island=0.3, **scaled)
     return summary.Result(protein, conformation, 1000, 250.0, 0.37, rough, table, ranges, best)
 
 

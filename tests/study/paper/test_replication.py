@@ -17,8 +17,9 @@ from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, C
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.views.numbers import interval, number
-from sparsurf_study.analysis import grid, rough_and_flat, tables
+from sparsurf_study.analysis import grid, islands, rough_and_flat, tables
 from sparsurf_study.paper import published_runs, replication
+from sparsurf_study.report.numbers import left_in_island
 from sparsurf_study.report.page import render
 from sparsurf_study.report.paper_page import TEMPLATE, defects, paper_page, surface_of, uniform
 
@@ -221,6 +222,7 @@ def page(prepared):
     table = tables.grid_table(result)
     runs = published_runs.runs_as_published(prepared, PUBLISHED_ROWS, 3)
     best = tables.best_combinations(table, result, 20, {"fresh dots": 0.6})
+    ranges = islands.add_islands(tables.ranges_table(table, result), best, prepared, 40, 2)
     links = replication.sweep_links(prepared, (0.8, 1.2), 20, 2)
     combination, bins = Combination.from_row(best["kept"]["unrestricted"]), []
     for around, kept in rough_and_flat.AROUND.items():
@@ -228,7 +230,7 @@ def page(prepared):
         bins.append(rough_and_flat.bins_table(found, kept).assign(around=around))
     return {
         "grid": table,
-        "ranges": grid.add_scaled_link(tables.ranges_table(table, result), prepared, 40, 2),
+        "ranges": grid.add_scaled_link(ranges, prepared, 40, 2),
         "best": best,
         "rows": replication.published_rows(prepared, 20, 2),
         "places": published_runs.place_published_values(runs),
@@ -390,8 +392,8 @@ def test_links_keep_the_samplings_and_change_the_islands(page):
     # at the surface's own d_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
-    # of one draw, and the mean of all
-    assert np.allclose(links.loc[0.8]["n_S_percent"], page["rows"]["n_S_percent"], rtol=0.1)
+    for name in ("n_S_percent", "link_over_spacing", "share_in_island"):
+        assert np.allclose(links.loc[0.8][name], page["rows"][name])
     assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_kept"].tolist()
 
 
@@ -431,7 +433,9 @@ def test_every_row_of_the_page_is_that_of_its_table(page):
     ):
         d, z = (number(row[f"{name}_published"]) for name in ("d", "Z_tS"))
         won, own = f"{run['n_won']} of {run['n_runs']}", str(Combination.from_row(row))
-        wanted.append([str(k), d, *(measured(row, reading) for reading in ("kept", "kept_scaled", "full"))])
+        d_of_readings = [measured(row, reading) for reading in ("kept", "kept_scaled", "full")]
+        of_islands = [number(row["link_over_spacing"]), left_in_island(row)]
+        wanted.append([str(k), d, d_of_readings[0], *of_islands, *d_of_readings[1:]])
         wanted.append([str(k), own, d, of_runs(run, "d"), z, of_runs(run, "Z_tS"), won])
         kept, full = (table[k - 1] for table in best)
         if kept["n_combinations"] and full["n_combinations"]:
