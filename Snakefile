@@ -349,7 +349,6 @@ rule summarise_surfaces:
     conda:
         "envs/study.yaml"
     params:
-        patches=config["patches"],
         minimal=config["minimal"],
         sampled=SAMPLED,
         code=code_of("summarise_surfaces"),

@@ -14,7 +14,7 @@ with job(snakemake) as s:
         parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta),
         number_of_tests(evaluation.test_dots, len(prepared)),
         evaluation.draws,
-        tuple(evaluation.readings),
+        evaluation.grid_readings,
         progress=reporter(s.place),
     )
     write_grid(s.output.distances, result)

@@ -7,4 +7,4 @@ from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     folders = {Path(path).parent: Path(path).parts[-3] in s.params.sampled for path in s.input.surfaces}
-    summarise_surfaces(folders, s.params.patches, s.output.table, s.output.png)
+    summarise_surfaces(folders, s.output.table, s.output.png)

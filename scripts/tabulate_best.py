@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from sparsurf.evaluation.prepared_surface import number_of_tests
+from sparsurf.patches.readings import SCALED_READING
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import add_scaled_link, read_grid
 from sparsurf_study.analysis.islands import add_islands
@@ -19,5 +20,7 @@ with job(snakemake) as s:
     n_tests = number_of_tests(evaluation.test_dots, len(prepared))
     best = tables.best_combinations(grid, result, tables.MAX_N_S_PERCENT, floors)
     ranges = add_islands(ranges, best, prepared, n_tests, evaluation.draws)
-    write_table(s.output.ranges, add_scaled_link(ranges, prepared, n_tests, evaluation.draws))
+    if SCALED_READING in evaluation.readings:
+        ranges = add_scaled_link(ranges, prepared, n_tests, evaluation.draws)
+    write_table(s.output.ranges, ranges)
     Path(s.output.best).write_text(json.dumps(best, indent=2) + "\n", encoding="utf-8")

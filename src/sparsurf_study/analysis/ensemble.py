@@ -74,7 +74,7 @@ def frame_row(
     prepared = PreparedSurface(surface, settings, None, of_frame)
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
         refuse_sparse(prepared.points, settings.patches.d_link, where)
-    n_tests, readings = number_of_tests(ensemble.test_dots, len(surface)), tuple(settings.evaluation.readings)
+    n_tests, readings = number_of_tests(ensemble.test_dots, len(surface)), settings.evaluation.grid_readings
     result = grid.evaluate_grid(prepared, [ensemble.combination], n_tests, DRAWS, readings)
     row = grid_table(result).drop(columns=PARAMETERS)
     cavity = on_cavities(surface, rolled.components(surface))

@@ -6,7 +6,7 @@ roughness, compared with the farthest. Roughness helps only if the near ones cho
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,6 @@ from sparsurf.surfaces.spacing import spacing
 from sparsurf_study.analysis.relation import relate_to_roughness
 from sparsurf_study.analysis.tables import range_index, range_limits, read_roughness, read_table
 
-BEST_COLUMNS = ("n_S_percent", "d_cv", "d_cv_low", "d_cv_high", "d", "Z_tS", "n_best_set")
 N_NEAREST = 3  # number of surfaces that are 'near', and that are 'far'
 GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
@@ -82,20 +81,22 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
         ) from None
 
 
-def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.DataFrame:
+def surfaces_table(results: Sequence[Result]) -> pd.DataFrame:
     """Tabulate the conformations: the rows of surfaces.csv, without columns of values that were not measured."""
     rows = []
     for result in results:
         row: dict[str, Any] = {"protein": result.protein, "conformation": result.conformation}
         row |= {"N": result.n_dots, "area": result.area}
-        row |= {} if result.components is None else summarize_components(result.components)
+        if result.components is not None:
+            of_components = summarize_components(result.components)
+            row |= {key: of_components[key] for key in ("volume", "components", "cavities")}
         row |= {"spacing": result.spacing, "mean_roughness": result.mean_roughness}
         if result.minimal is not None:
             n = len(result.minimal)
             row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / result.n_dots}
         row |= {} if result.recovered is None else _recovered_columns(result.recovered.iloc[0])
         row |= {} if result.grid.empty else _grid_columns(result)
-        rows.append(row | {"r_patch": patches["r_patch"], "d_link": patches["d_link"]})
+        rows.append(row)
     # A column keeps its place where other rows lack it
     longest_first = sorted(rows, key=len, reverse=True)
     return pd.DataFrame(rows, columns=[*dict.fromkeys(name for row in longest_first for name in row)])
@@ -115,15 +116,12 @@ def _recovered_columns(everywhere: pd.Series) -> dict[str, float]:
 
 
 def _grid_columns(result: Result) -> dict[str, Any]:
-    """Return n_S of the grid, the best combination by reading, and the reference values."""
-    percent, references = result.grid["n_S_percent"], result.best["references"]
-    row = {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
-    for reading in evaluated_readings(result):
-        winner = result.best[reading]["unrestricted"]
-        row[f"best_{reading}"] = str(Combination.from_row(winner))
-        row |= {f"{key}_{reading}": winner[key] for key in BEST_COLUMNS}
-    row |= {"Z_empty": references["Z_empty"], "Z_mean_descriptor": references["Z_mean_descriptor"]}
-    floors = references.get("floors", {})
+    """Return the best combination by reading, and the noise floor."""
+    row = {
+        f"best_{reading}": str(Combination.from_row(result.best[reading]["unrestricted"]))
+        for reading in evaluated_readings(result)
+    }
+    floors = result.best["references"].get("floors", {})
     return row | ({"Z_resampled": floors[FRESH]} if floors else {})
 
 

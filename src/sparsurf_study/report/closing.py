@@ -140,7 +140,7 @@ def write_summaries(
     if folders:
         outputs = paths("surfaces.csv", "required_dots.png")
         with_grid = {folder: folder in of_grid for folder in folders}
-        summaries.summarise_surfaces(with_grid, config["patches"], *outputs)
+        summaries.summarise_surfaces(with_grid, *outputs)
     if of_grid:
         best = paths("summary.csv", "relation.csv")
         summaries.summarise_best(of_grid, config["seed"], *best)

@@ -175,7 +175,7 @@ def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
             ends = ["", "_low", "_high"]
             table[[f"d_cv{end}" for end in ends]] = rows[[f"d_cv{end}" for end in ends]]
             scaled = [f"d{end}_{SCALED_READING}" for end in ends]
-            table[scaled] = rows[scaled]
+            table[scaled] = rows.reindex(columns=scaled)
         same[reading] = int((table[reading] == table["published"]).sum())
         sets = rows["best_set"].map(split_combinations)
         among[reading] = pd.Series(

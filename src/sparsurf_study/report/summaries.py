@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -18,11 +17,9 @@ from sparsurf_study.report.figures.pair_figures import over_pairs
 from sparsurf_study.rounding import write_table
 
 
-def summarise_surfaces(
-    folders: Mapping[Path, bool], patches: Mapping[str, Any], table: str, png: str
-) -> None:
+def summarise_surfaces(folders: Mapping[Path, bool], table: str, png: str) -> None:
     """Write surfaces.csv and the figure of how many dots are enough; `folders` say whether they have results of the grid."""
-    write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()], patches))
+    write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()]))
     layout.save(required_dots.figure([required_dots.read(folder) for folder in folders]), png)
 
 

@@ -19,7 +19,6 @@ from sparsurf_study.analysis.grid import Grid
 from sparsurf_study.analysis.relation import relate_to_roughness, rho_interval, roughness_correlations
 
 COMBINATIONS = published.parameter_grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
-PATCHES = {"r_patch": 4.0, "d_link": 0.5}
 
 
 def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
@@ -54,7 +53,7 @@ def run_of(results):
     return {
         "summary": table,
         "relation": summary.relation_table(results, table, np.random.default_rng(0)),
-        "surfaces": summary.surfaces_table(results, PATCHES),
+        "surfaces": summary.surfaces_table(results),
     }
 
 
@@ -71,7 +70,6 @@ def test_tables_have_a_row_per_surface_and_per_range(related):
     surfaces, table = related["surfaces"], related["summary"]
     assert len(surfaces) == 12 and len(table) == 12 * 2 * 3
     assert surfaces["N"].tolist() == [1000] * 12 and surfaces["area"].tolist() == [250.0] * 12
-    assert (surfaces[["n_S_min_percent", "n_S_max_percent"]] == [7.5, 18.5]).all(axis=None)
     assert surfaces["best_kept"][0] == "(1, 0, 0, 0)" and surfaces["best_kept"][11] == "(1, 0, 5, 0)"
     assert table["range"].tolist() == [1, 2, 3] * 24
     assert (table[table["range"] == 2]["n_combinations"] == 0).all()  # nothing keeps 12 %
@@ -181,14 +179,13 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
     rough = np.where(np.arange(1000) < 600, 0.2, 0.7)  # mean 0.4, median 0.2
     pd.DataFrame({"roughness": rough}).to_csv(folder / "roughness.csv")
     one = summary.read_result(folder)
-    row = summary.surfaces_table([one], PATCHES).iloc[0]
+    row = summary.surfaces_table([one]).iloc[0]
     assert row[["N", "area", "mean_roughness"]].tolist() == pytest.approx([1000, 250, 0.4])
-    for name in ("Z_empty", "Z_mean_descriptor"):
-        assert row[name] == one.best["references"][name]
-    assert row["Z_empty"] != row["Z_mean_descriptor"] and "cavities" not in row
+    assert row["best_full"] == str(Combination.from_row(one.best["full"]["unrestricted"]))
+    assert "cavities" not in row
     surface = read_npz(folder / "surface.npz")
     write_npz(folder / "surface.npz", replace(surface, fields={"component": np.arange(1000) >= 900}))
-    row = summary.surfaces_table([summary.read_result(folder)], PATCHES).iloc[0]
+    row = summary.surfaces_table([summary.read_result(folder)]).iloc[0]
     assert row["components"] == 2 and row["volume"] != 0
 
 
