@@ -141,6 +141,7 @@ rule compute_surface:
         "results/{run}/logs/{protein}/{conformation}/compute_surface.log",
     wildcard_constraints:
         protein=any_of(MOLECULES),
+    priority: 4  # the first picture of a surface comes before the next surface, and before all grids
     conda:
         "envs/study.yaml"
     resources:
@@ -164,6 +165,7 @@ rule read_surface:
         "results/{run}/logs/{protein}/{conformation}/read_surface.log",
     wildcard_constraints:
         protein=any_of(READY_SURFACES),
+    priority: 4
     conda:
         "envs/study.yaml"
     resources:
@@ -183,6 +185,7 @@ rule measure_roughness:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     log:
         "results/{run}/logs/{protein}/{conformation}/measure_roughness.log",
+    priority: 5
     conda:
         "envs/study.yaml"
     resources:
@@ -194,6 +197,35 @@ rule measure_roughness:
         "Roughness of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/measure_roughness.py"
+
+
+rule draw_roughness:  # what is seen first: it needs no grid
+    input:
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        structure=structure_of_conformation,
+    output:
+        page=in_report(
+            "results/{run}/{protein}/{conformation}/surface.html", "Roughness and residues, to turn"
+        ),
+        png=in_report("results/{run}/{protein}/{conformation}/figures/roughness.png", "Fig. 1, roughness"),
+        svg="results/{run}/{protein}/{conformation}/figures/roughness.svg",
+    log:
+        "results/{run}/logs/{protein}/{conformation}/draw_roughness.log",
+    priority: 6
+    conda:
+        "envs/study.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
+    params:
+        surface=part_of("surface", "probe_radius"),
+        patches=part_of("patches", "r_patch", "d_link", "roughness"),
+        title=title_of_page,
+        code=code_of("draw_roughness"),
+    message:
+        "First picture of {wildcards.protein}/{wildcards.conformation}"
+    script:
+        "scripts/draw_roughness.py"
 
 
 rule measure_floors:

@@ -8,7 +8,7 @@ from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
 from sparsurf_study.workflow.memory import memory_of_grid
-from sparsurf_study.report.figure_names import PAPER_FIGURES
+from sparsurf_study.report.figure_names import figures_with_svg
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
 let_jobs_import_packages()
@@ -36,6 +36,7 @@ if BATCHED:  # some of them get the pages of a study, too, of the model that the
 BATCHES = batches_of(config)
 PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}" not in EXCLUDED}
 CHANGES = {name: forms for name, forms in config["changes"].items() if f"changes/{name}" not in EXCLUDED}
+FIGURES_WITH_SVG = figures_with_svg("paper" in config)
 READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
 MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
 SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]  # over the grid; the others are not
@@ -200,7 +201,7 @@ def ends_before_frames(wildcards):
 
 def ends_of_protein(protein):
     """Ends of one protein and of its conformations."""
-    ends = [rules.draw_view.output.page]
+    ends = [rules.draw_roughness.output.page, rules.draw_view.output.page]
     if protein in MOLECULES:
         ends += [rules.tabulate_residues.output.table]
     if protein in SAMPLED:
@@ -280,7 +281,8 @@ def outputs_of_protein(protein):
 def outputs_of_conformation(protein):
     """Outputs of each conformation of a protein, with wildcards."""
     files = [rules.read_surface.output if protein in READY_SURFACES else rules.compute_surface.output]
-    files += [rules.measure_roughness.output, rules.measure_floors.output.floors]
+    files += [rules.measure_roughness.output, rules.draw_roughness.output]
+    files += [rules.measure_floors.output.floors]
     files += [rules.select_minimal_subset.output, rules.draw_view.output]
     if protein in MOLECULES:
         files += [rules.tabulate_residues.output]

@@ -73,11 +73,12 @@ rule draw_figures:
         required_dots=in_report(
             "results/{run}/{protein}/{conformation}/figures/required_dots.png", "How many dots are enough"
         ),
-        roughness=in_report(
-            "results/{run}/{protein}/{conformation}/figures/roughness.png", "Fig. 1, roughness"
-        ),
-        number_of_dots=in_report(
-            "results/{run}/{protein}/{conformation}/figures/number_of_dots.png", "Fig. 2, number of dots"
+        number_of_dots=(
+            in_report(
+                "results/{run}/{protein}/{conformation}/figures/number_of_dots.png", "Fig. 2, number of dots"
+            )
+            if "paper" in config
+            else []
         ),
         d_over_grid=in_report(
             "results/{run}/{protein}/{conformation}/figures/d_over_grid.png", "Fig. 3, d over the grid"
@@ -89,7 +90,7 @@ rule draw_figures:
         subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png", "Fig. 5, surfaces"),
         svg=expand(
             "results/{run}/{protein}/{conformation}/figures/{figure}.svg",
-            figure=PAPER_FIGURES,
+            figure=FIGURES_WITH_SVG,
             allow_missing=True,
         ),
         bins="results/{run}/{protein}/{conformation}/rough_and_flat.csv",

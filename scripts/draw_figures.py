@@ -45,7 +45,7 @@ with job(snakemake) as s:
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=read_table(s.input.recovered),
     )
-    for name in FIGURES:
+    for name in [name for name in FIGURES if s.output.get(name)]:
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
         for path in [path for path in s.output.svg if Path(path).stem == name] + [s.output[name]]:
             layout.save(figure, path)

@@ -15,6 +15,8 @@ from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table
 from sparsurf_study.workflow.jobs import job
 
+FIRST_PAGE = "surface.html"  # of draw_roughness, in the same folder
+
 with job(snakemake) as s:
     dots = with_fields(read_npz(s.input.surface), s.input.fields or None)
     roughness, subset = read_roughness(s.input.roughness, dots), read_minimal(s.input.minimal, dots)
@@ -34,6 +36,7 @@ with job(snakemake) as s:
         values_of(dots, distance_to_recovered(dots.points, *kept, s.threads)),
         subset["dot"].tolist() if "dot" in subset else [],
         turn=along_smallest_axis(dots.points),
+        first=FIRST_PAGE,
     )
     Path(s.output.page).write_text(text, encoding="utf-8")
     Image.fromarray(thumbnail(dots.points, dots.normals, roughness)).save(s.output.picture)

@@ -49,11 +49,11 @@ rule tabulate_coverage:
         coverage_means=f"{TABLES}/coverage_means.csv",
     log:
         f"{RESULTS}/logs/tabulate_coverage.log",
+    localrule: True
     params:
         numbers=config["coverage"]["numbers"],
         replicates=config["coverage"]["replicates_of_means"],
         seed=config["seed"],
-    localrule: True
     message:
         "Tables of coverage"
     script:

@@ -40,6 +40,7 @@ class About:
     patches : radius and link of the patches of the roughness; by default those of the paper, or a link that suits the dots
     roughness : (N,) R_i of the dots if it is known
     whole : the surface that kept dots were chosen from
+    links : address and words of other pages on the same surface
     """
 
     name: str = ""
@@ -47,6 +48,7 @@ class About:
     patches: Patches | None = None
     roughness: np.ndarray | None = None
     whole: Surface | None = None
+    links: tuple[tuple[str, str], ...] = ()
 
 
 @contextmanager

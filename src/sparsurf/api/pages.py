@@ -18,7 +18,7 @@ from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Patches, Settings
-from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component, stored_components
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.threads import available_cores
 
@@ -52,11 +52,11 @@ def page_of_surface(
     molecule = surface.molecule
     with heard("fields") as of_fields:
         shown, missing = with_fields(surface, molecule)
-    components = surface.placed.components(surface) if surface.placed else None
+    components = surface.placed.components(surface) if surface.placed else stored_components(surface)
     table = None
     if molecule is not None:
         table = residue_table(shown, prepared.roughness, molecule, component=components)
-    named = [_values(Values, name, numbers) for name, numbers in shown.fields.items()]
+    named = [_values(Values, name, numbers) for name, numbers in fields_without_component(shown).items()]
     if components is not None and components.max() > 0:
         parts = components.astype(float)
         named.append(Values("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
@@ -78,6 +78,7 @@ def page_of_surface(
         missing=[ALL_FIELDS[name].label for name in missing],
         counts=_counts(molecule) if molecule else "",
         probe=surface.origin.rules.probe_radius if surface.origin else None,
+        links=about.links,
     )
 
 

@@ -1,4 +1,6 @@
-"""What a run prints on the terminal: a line for each job, its warnings, and a bar while a long one works.
+"""What a run prints: a line for each job, its warnings, the first picture, and how far a long job is.
+
+On a terminal, that is a bar that is drawn every second; in a file or pipe, it is a line every minute.
 
 Snakemake hands its events to `Terminal`. Its own messages are in .snakemake/log/, those of a job in the job's log.
 """
@@ -11,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +24,9 @@ from sparsurf.errors import printable
 from sparsurf_study.workflow.job_logs import FAILED_JOBS, STOPPED, failure, progress, warnings_in
 
 SECONDS_BEFORE_BAR = 10
+SECONDS_BETWEEN_LINES = 60  # where there is no terminal to draw a bar on
 BAR_WIDTH = 24  # characters
+FIRST_PICTURES = "draw_roughness"  # end of the name of the rule that draws them, which a workflow that imports it may extend
 REPEATED_ELSEWHERE = (  # in the line of the job, or at the end of the run
     "Exiting because a job execution failed",
     "At least one job did not complete",
@@ -46,9 +51,10 @@ class Terminal(LogHandlerBase):
         self._messages: set[str] = set()
         self._lock, self._ends = threading.Lock(), threading.Event()
         self._steps = self._bar = ""
-        self._stopping = False
-        if sys.stdout.isatty() and not self.common_settings.dryrun:
-            threading.Thread(target=self._watch, daemon=True).start()
+        self._stopping = self._has_picture = False
+        if not self.common_settings.dryrun:
+            watch = self._watch if sys.stdout.isatty() else self._report
+            threading.Thread(target=watch, daemon=True).start()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print what an event means; a closed terminal does not fail the run."""
@@ -93,7 +99,17 @@ class Terminal(LogHandlerBase):
                 self._say(f"{self._steps:>10}  {record.rule_msg} ({time.monotonic() - begin:.0f} s)")
                 for sentence in warnings_in(record.log[0]):
                     self._say(f"{'':>10}  Warning: {sentence}")
+                self._name_picture(record)
         self._finished = []
+
+    def _name_picture(self, record: Any) -> None:
+        """Name the picture of a job and the page around it, if they are the first of the run."""
+        pictures = [path for path in record.output if path.endswith(".png")]
+        if record.rule_name.endswith(FIRST_PICTURES) and pictures and not self._has_picture:
+            self._has_picture = True
+            self._say(f"First picture  {pictures[0]}")
+            for page in [path for path in record.output if path.endswith(".html")]:
+                self._say(f"First page     {page}")
 
     def _fail(self, record: Any) -> None:
         known = self._running.pop(record.jobid, None)
@@ -137,17 +153,37 @@ class Terminal(LogHandlerBase):
         """Draw the bar of the job that works longest, every second."""
         while not self._ends.wait(1):
             with self._lock:
-                oldest = min(self._running.values(), key=lambda job: job[1], default=None)
-                if oldest and time.monotonic() - oldest[1] > SECONDS_BEFORE_BAR:
-                    self._show(self._bar_of(*oldest)[: shutil.get_terminal_size().columns - 1])
-                else:
-                    self._show("")
+                oldest = self._longest(SECONDS_BEFORE_BAR)
+                self._show(self._bar_of(*oldest)[: shutil.get_terminal_size().columns - 1] if oldest else "")
+
+    def _report(self) -> None:
+        """Say every minute how far the job is that works longest; a closed pipe does not fail the run."""
+        while not self._ends.wait(SECONDS_BETWEEN_LINES):
+            with self._lock, suppress(OSError):
+                if oldest := self._longest(SECONDS_BEFORE_BAR):
+                    self._say(self._words_of(*oldest))
+
+    def _longest(self, least: float) -> tuple[Any, float] | None:
+        """Return the job that works longest, with its begin, if it has worked for `least` seconds."""
+        oldest = min(self._running.values(), key=lambda job: job[1], default=None)
+        return oldest if oldest and time.monotonic() - oldest[1] > least else None
+
+    def _words_of(self, record: Any, begin: float) -> str:
+        """Say how far a job is: what it does, steps done of all if its log has them, and seconds."""
+        done, total, left = self._progress_of(record)
+        steps = f", {done} of {total}" if total else ""
+        to_go = f", about {left:.0f} s to go" if total else ""
+        return f"{self._steps:>10}  {record.rule_msg}{steps}, {time.monotonic() - begin:.0f} s{to_go}"
+
+    def _progress_of(self, record: Any) -> tuple[int, int, int]:
+        """Return (done, total, seconds to go) of a job; zeros where its log has none."""
+        has_log = record.log and Path(record.log[0]).is_file()
+        return progress(record.log[0]) if has_log else (0, 0, 0)
 
     def _bar_of(self, record: Any, begin: float) -> str:
-        has_log = record.log and Path(record.log[0]).is_file()
-        done, total, left = progress(record.log[0]) if has_log else (0, 0, 0)
-        seconds = f"{time.monotonic() - begin:.0f} s"
+        """Return the bar of a job that works, or its seconds where it does not say how far it is."""
+        done, total, left = self._progress_of(record)
         if not total:
-            return f"{self._steps:>10}  {record.rule_msg}, {seconds}"
-        full = round(BAR_WIDTH * done / total)
+            return self._words_of(record, begin)
+        full, seconds = round(BAR_WIDTH * done / total), f"{time.monotonic() - begin:.0f} s"
         return f"{self._steps:>10}  {'█' * full}{'░' * (BAR_WIDTH - full)} {record.rule_msg}, {seconds}, {left:.0f} s to go"

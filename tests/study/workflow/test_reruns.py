@@ -52,7 +52,8 @@ def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again,
         ("still/structures", "choose_single_frame"),
         ("still/f0/components.csv", "compute_surface"),
         ("moving/f0700/distances.npz", "evaluate_grid"),
-        ("moving/f0700/figures/roughness.svg", "draw_figures"),
+        ("moving/f0700/figures/roughness.svg", "draw_roughness"),
+        ("moving/f0700/figures/subsets.svg", "draw_figures"),
         ("pairs/files/book.png", "draw_pair"),
         ("changes/bend/changed_2.pdb", "compare_forms"),
         ("failures.csv", "close_run"),
@@ -72,7 +73,15 @@ def without_frames(config):
 
 
 SURFACES = COMPUTE | {"compute_partner_surfaces", "follow_frames", "match_partners", "compare_forms"}
-PAGES = {"draw_view", "draw_figures", "draw_pair", "draw_changes", "summarise_best", "close_run"}
+PAGES = {
+    "draw_view",
+    "draw_roughness",
+    "draw_figures",
+    "draw_pair",
+    "draw_changes",
+    "summarise_best",
+    "close_run",
+}
 EDITS = {  # file with a line more: rules that run again, and rules that do not
     "sparsurf/molecules/pdb.py": (SURFACES | {"choose_single_frame", "tabulate_residues"}, set()),
     "sparsurf/surfaces/rolling_probe.py": (SURFACES, {"choose_single_frame", "read_surface"}),
@@ -98,7 +107,7 @@ EDITS = {  # file with a line more: rules that run again, and rules that do not
     ),
     "sparsurf/views/layout.py": (PAGES - {"draw_view"}, SURFACES | {"draw_view"}),
     "sparsurf/views/viewer/page.js": (
-        {"draw_view", "draw_pair", "draw_changes"},
+        {"draw_view", "draw_roughness", "draw_pair", "draw_changes"},
         SURFACES | {"draw_figures"},
     ),
     "sparsurf/api/minimal.py": (set(), SURFACES | PAGES),

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf_study.workflow import job_logs
+from sparsurf_study.workflow import job_logs, terminal
 from sparsurf_study.workflow.terminal import Terminal
 
 
@@ -30,8 +30,9 @@ def said(tmp_path, monkeypatch, capsys):
     return say
 
 
-def begins(jobid, message, log):
-    return LogEvent.JOB_INFO, {"jobid": jobid, "rule_msg": message, "log": [log] if log else []}
+def begins(jobid, message, log, rule="compute_surface", output=()):
+    known = {"jobid": jobid, "rule_name": rule, "rule_msg": message, "output": list(output)}
+    return LogEvent.JOB_INFO, known | {"log": [log] if log else []}
 
 
 def test_a_job_is_a_line_with_its_warnings(said, tmp_path):
@@ -90,3 +91,38 @@ def test_a_long_job_has_a_bar(said, tmp_path, log, bar):
     (tmp_path / "a.log").write_text(log)
     record = SimpleNamespace(rule_msg="Grid of p/c1", log=["a.log"])
     assert said.terminal._bar_of(record, time.monotonic() - 40).strip() == bar
+
+
+def test_the_first_picture_of_a_run_is_named_once(said, tmp_path):
+    pages = [[f"{name}/surface.html", f"{name}/figures/roughness.png"] for name in ("a", "b")]
+    for name in "ab":
+        (tmp_path / f"{name}.log").write_text("USED 1 MB\n")
+    jobs = [begins(k, "x", f"{'ab'[k]}.log", "mine_draw_roughness", pages[k]) for k in range(2)]
+    lines = said(
+        *jobs,
+        *[(LogEvent.JOB_FINISHED, {"job_id": k}) for k in range(2)],
+        (LogEvent.PROGRESS, {"done": 2, "total": 9}),
+    ).splitlines()
+    assert lines == [
+        "    2 of 9  x (0 s)",
+        "First picture  a/figures/roughness.png",
+        "First page     a/surface.html",
+        "    2 of 9  x (0 s)",
+    ]
+
+
+def test_a_run_without_a_terminal_says_how_far_the_longest_job_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(terminal, "SECONDS_BETWEEN_LINES", 0.05)
+    monkeypatch.setattr(terminal, "SECONDS_BEFORE_BAR", -1)
+    (tmp_path / "a.log").write_text("PROGRESS p/c1: 5 of 20 subsets, 10 s, 31 s to go\n")
+    own = Terminal(SimpleNamespace(dryrun=False), None)
+    record = logging.LogRecord("snakemake", logging.INFO, "", 0, "", (), None)
+    vars(record).update(begins(1, "Grid of p/c1", "a.log")[1], event=LogEvent.JOB_INFO)
+    own.emit(record)
+    time.sleep(0.3)
+    own.close()
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 1 and {line.strip() for line in lines} == {
+        "Grid of p/c1, 5 of 20, 0 s, about 31 s to go"
+    }

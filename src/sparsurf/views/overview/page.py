@@ -55,12 +55,14 @@ def overview(
     missing: Sequence[str] = (),
     counts: str = "",
     probe: float | None = None,
+    links: Sequence[tuple[str, str]] = (),
 ) -> str:
     """Render the page of a surface, in one file.
 
     `order` are the dots in the order of farthest-point sampling, `residues` is the table of `evaluation.residues`, `labels`
     names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
-    the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, and `probe` is its radius, Å.
+    the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å, and
+    `links` are addresses and words of other pages on the surface.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     known = {
@@ -73,6 +75,7 @@ def overview(
         "title": title, "surface": known, "names": listed(["the roughness", *[one.name for one in values]]),
         "fields": [_range(one) for one in shown if one.symbol != COMPONENT_FIELD], "notes": notes.others, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
+        "links": links,
     }  # fmt: skip
     words |= residue_words(residues)
 
@@ -88,7 +91,15 @@ def overview(
 
 def page_of_residues(title: str, residues: pd.DataFrame) -> str:
     """Render a page of residues alone: their profile and the roughest."""
-    known = {"surface": None, "fields": (), "left_out": None, "notes": (), "missing": (), "counts": ""}
+    known = {
+        "surface": None,
+        "fields": (),
+        "left_out": None,
+        "notes": (),
+        "missing": (),
+        "counts": "",
+        "links": (),
+    }
     return render(title=title, **known, **residue_words(residues))
 
 

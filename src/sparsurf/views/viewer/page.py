@@ -63,6 +63,7 @@ def page(
     up: str = "../../index.html",
     says: str = "",
     turn: np.ndarray | None = None,
+    first: str = "",
 ) -> str:
     """Render the page, with everything in one file of at most MAX_BYTES.
 
@@ -71,15 +72,17 @@ def page(
     the page has no d and Z; `best` is the content of a best.json. `residues` names that of each atom of the
     structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
     that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'. `up` links to the page of the run,
-    `says` is a further answer below the title, and rows of `turn`, the rotation of the first view, point right, up and to the
-    viewer.
+    `says` is a further answer below the title, rows of `turn`, the rotation of the first view, point right, up and to the
+    viewer, and `first` links to the page with the roughness of the surface and its residues.
     """
     rough = prepared.roughness
+    named = {first: "Roughness and residues", up: "All of this run"}
+    links = [f'<a href="{escape(path)}">{words}</a>' for path, words in named.items() if path]
     parts = {
         "%TITLE%": escape(title),
         "%ANSWER%": f"{len(rough):,} dots, mean roughness {rough.mean():.2f}."
         + (f" {says[0].upper()}{says[1:]}." if says else ""),
-        "%UP%": f'<a id="up" href="{escape(up)}">All of this run</a>' if up else "",
+        "%UP%": f'<span id="up">{", ".join(links)}</span>' if links else "",
         "%STYLE%": style(),
         "%MAIN%": main(),
         "%SCRIPT%": script(),

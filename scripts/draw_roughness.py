@@ -1,0 +1,31 @@
+"""Draw what shows a surface first, without the grid: the figure of its roughness, and the page with roughness and residues."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from sparsurf.api.about import About
+from sparsurf.api.pages import page_of_surface
+from sparsurf.molecules.read_molecule import read_study_structure
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.surface import Origin
+from sparsurf.views import layout
+from sparsurf_study.analysis.tables import read_roughness
+from sparsurf_study.report.figures.roughness import figure
+from sparsurf_study.workflow.jobs import job
+
+LINKS = ("view.html", "Sample its dots"), ("../../index.html", "All of this run")
+
+with job(snakemake) as s:
+    dots = read_npz(s.input.surface)
+    roughness = read_roughness(s.input.roughness, dots)
+    drawn = figure(dots.points, dots.normals, roughness, s.place)
+    for path in (s.output.svg, s.output.png):
+        layout.save(drawn, path)
+    settings = s.settings
+    if s.input.structure:
+        molecule = read_study_structure(s.input.structure)
+        atoms = molecule.xyz[0], settings.surface, settings.patches.d_link, radii(molecule)
+        dots = replace(dots, origin=Origin.of_atoms(molecule, 0, *atoms))
+    about = About(s.params.title, patches=settings.patches, roughness=roughness, links=LINKS)
+    Path(s.output.page).write_text(page_of_surface(dots, about), encoding="utf-8")
