@@ -11,7 +11,7 @@ from conftest import make_blob
 from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
-from sparsurf.surfaces.formats.npz import with_fields, write_npz
+from sparsurf.surfaces.formats.npz import read_npz, with_fields, write_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import FORMATS, read_points, read_surface
@@ -334,6 +334,19 @@ def test_npz_returns_the_same_surface(tmp_path, small):
     assert {name: values.tolist() for name, values in fields.items()} == {
         name: values.tolist() for name, values in numbers.items()
     }
+
+
+def test_a_file_of_a_user_is_judged_and_a_result_of_a_study_is_read_as_it_is(tmp_path):
+    dots = molecular_surface(np.zeros((1, 3)), np.array([1.8]))
+    surface = Surface(
+        dots.points / 10, dots.normals, np.full(len(dots), 9.0), fields={"charge": np.arange(len(dots))}
+    )
+    write_npz(tmp_path / "nm.npz", surface)
+    with pytest.raises(InputError, match=r"lengths seem to be nm, give Å"):
+        read_surface(tmp_path / "nm.npz")
+    again = read_npz(tmp_path / "nm.npz")
+    np.testing.assert_array_equal(again.points, surface.points)
+    assert (again.area == 9).all() and again.fields["charge"][-1] == len(dots) - 1
 
 
 def test_npz_has_the_same_bytes_at_any_time_and_fields_of_a_file_are_added(tmp_path, small, monkeypatch):

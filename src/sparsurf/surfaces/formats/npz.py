@@ -31,13 +31,13 @@ def _sniff(head: bytes) -> bool:
 
 
 def read_npz(path: Path | str) -> Surface:
-    """Read a surface that a study wrote with `write_npz`, without the warnings that its input caused before."""
+    """Read a surface that a study wrote with `write_npz`; it was judged when the study placed or read its dots."""
     with no_warnings():
-        return _read(read_bytes(path), path)
+        return _read(read_bytes(path), path, judge=False)
 
 
-def _read(content: bytes, path: Path | str) -> Surface:
-    """Read a surface from the bytes of a file."""
+def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
+    """Read a surface from the bytes of a file, and unless it is known, judge whether it can be that of a molecule."""
     problem = "is not a surface written by this program, or damaged"
     arrays = read_archive(content, path, problem)
     if "points" not in arrays and "vertices" in arrays:  # a mesh: its vertices are the dots
@@ -56,7 +56,7 @@ def _read(content: bytes, path: Path | str) -> Surface:
     columns |= {
         name: columns[name].astype(float) for name in ("points", "normals", "area") if name in columns
     }
-    return surface_of_columns(columns, path, weighted="weight" in arrays)
+    return surface_of_columns(columns, path, weighted="weight" in arrays, judge=judge)
 
 
 def write_npz(path: Path | str, surface: Surface) -> None:
