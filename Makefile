@@ -71,14 +71,15 @@ KERNELS := .cache/kernels-compiled
 
 setup: $(READY) $(KERNELS) $(EXTRA)
 
+# exec: a signal to what make has started reaches the study, as no shell stands between
 run: setup
-	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE)
+	@exec $(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE)
 
 paper: setup
-	@$(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
+	@exec $(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
 
 compare: setup
-	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
+	@exec $(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
 
 check: setup
 	@$(BIN)/python scripts/check_run.py "$(CONFIG)"

@@ -8,9 +8,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
+
+import psutil
 
 from sparsurf.errors import InputError
 from sparsurf_study.batches.assignment import batched_structures
@@ -19,6 +21,7 @@ from sparsurf_study.report.finished import Finished
 from sparsurf_study.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
 from sparsurf_study.workflow.conformations import first_column, without_zeros
 from sparsurf_study.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure, place_of_log
+from sparsurf_study.workflow.local_jobs import wait_here
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
@@ -33,7 +36,7 @@ def locked(root: Path) -> Iterator[None]:
     path = root / ".snakemake" / "study.lock"
     try:
         path.parent.mkdir(exist_ok=True)
-        lock = path.open("w", encoding="utf-8")
+        lock = path.open("a", encoding="utf-8")
     except OSError as error:
         raise InputError(
             f"{path.parent} cannot be written ({error.strerror}): a study needs its folder."
@@ -42,9 +45,21 @@ def locked(root: Path) -> Iterator[None]:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise InputError("Another study runs in this folder; wait for it to end.") from None
+            raise InputError(_words_about(path)) from None
         os.set_inheritable(lock.fileno(), True)
         yield
+
+
+def _words_about(lock: Path) -> str:
+    """Return the sentence that refuses a second study; it names the process of the first where it is of this user and machine."""
+    for process in psutil.process_iter():  # in the order of their numbers
+        with suppress(psutil.Error):
+            if process.pid != os.getpid() and str(lock.resolve()) in [
+                file.path for file in process.open_files()
+            ]:
+                number = process.pid
+                return f"Another study runs in this folder (process {number}). Wait for it to end, or end it with `kill {number}`."
+    return "Another study runs in this folder; wait for it to end."
 
 
 def run_snakemake(
@@ -52,12 +67,12 @@ def run_snakemake(
     configs: Sequence[Path],
     *options: str,
     errors: Path | None = None,
-    wait: Callable[[subprocess.Popen, list[int]], int] = lambda process, _: process.wait(),
+    wait: Callable[[subprocess.Popen, list[int]], int] = wait_here,
 ) -> int:
     """Run Snakemake in a checkout and return its exit code; a config stands before an earlier one.
 
-    The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal; both wait until it has ended its
-    jobs. `errors` is a file for standard error, and `wait` takes the process and the signals received so far.
+    The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal. `errors` is a file for standard
+    error, and `wait` takes the process and the signals received so far, after which it ends the jobs.
     """
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]

@@ -11,6 +11,7 @@ import time
 from contextlib import contextmanager, suppress
 from types import SimpleNamespace
 
+import psutil
 import pytest
 import yaml
 
@@ -329,26 +330,45 @@ finally:
 """
 
 
+# A Snakemake that waits for its job, which hears no signal but SIGKILL and has started a process itself
+DEAF = """
+import os, pathlib, signal, subprocess, sys, time
+if sys.argv[-1] == "job":
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    below = subprocess.Popen(["sleep", "100"])
+    pathlib.Path("pid").write_text(f"{os.getpid()} {below.pid}")
+    time.sleep(100)
+else:
+    signal.signal(signal.SIGTERM, lambda *_: None)
+    subprocess.run([sys.executable, __file__, "job"])
+    pathlib.Path("cancelled").touch()
+    sys.exit(1)
+"""
+
+
 @contextmanager
-def long_study(checkout):
-    """Give the process of study.py with a Snakemake that runs for a minute, and Snakemake's id."""
+def long_study(checkout, snakemake=LONG, command=()):
+    """Give the process of study.py, or of a command, with a Snakemake that runs for a minute, and the ids in the file `pid`."""
     (checkout.root / "src").symlink_to(ROOT / "src")
     (checkout.root / "scripts").mkdir()
     shutil.copy(ROOT / "scripts" / "study.py", checkout.root / "scripts")
-    (checkout.root / "snakemake.py").write_text(LONG)
-    command = [sys.executable, checkout.root / "scripts" / "study.py", checkout.config()]
+    (checkout.root / "snakemake.py").write_text(snakemake)
+    command = [*command] or [sys.executable, checkout.root / "scripts" / "study.py", checkout.config()]
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    ours = ("MAKEFLAGS", "MAKELEVEL", "CLUSTER", "CONFIG", "CORES")  # given to `make test`
+    environment = {name: value for name, value in os.environ.items() if name not in ours}
+    environment |= {"PYTHONPATH": str(ROOT / "src")}
     # a job in the background of a shell passes on that Ctrl-C is ignored
     signals = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
-    process = subprocess.Popen(command, env=environment, **streams, **signals)
+    process = subprocess.Popen(command, cwd=checkout.root, env=environment, **streams, **signals)
     pid, deadline = checkout.root / "pid", time.monotonic() + 60
     while not (pid.is_file() and pid.read_text()):
         assert process.poll() is None and time.monotonic() < deadline, process.communicate()
         time.sleep(0.05)
     time.sleep(0.2)  # until both wait
     try:
-        yield process, int(pid.read_text())
+        yield process, *map(int, pid.read_text().split())
     finally:
         with suppress(ProcessLookupError):  # both have ended
             os.killpg(process.pid, signal.SIGKILL)
@@ -371,12 +391,46 @@ def test_sigterm_is_passed_on(checkout):
     assert printed == "\nStopped. Finished results stay; the same command continues where it was.\n"
 
 
-def test_the_lock_lasts_as_long_as_snakemake(checkout, capsys):
+@pytest.mark.parametrize("stop", [signal.SIGTERM, signal.SIGINT])
+def test_jobs_that_hear_no_signal_end_within_ten_seconds_with_all_that_they_started(checkout, stop):
+    with long_study(checkout, DEAF) as (process, *jobs):
+        begin = time.monotonic()
+        process.send_signal(stop)
+        printed = process.communicate(timeout=30)[1]
+        assert time.monotonic() - begin < 10 and process.returncode == 128 + stop
+        assert not [
+            job for job in jobs if psutil.pid_exists(job) and psutil.Process(job).status() != "zombie"
+        ]
+    assert (checkout.root / "cancelled").exists()  # Snakemake had the time to remove the outputs of its jobs
+    assert "Stopped. Finished results stay" in printed
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+def test_a_signal_to_the_process_that_make_started_ends_the_study(checkout):
+    """No shell between them ends in its place and leaves the study running."""
+    for name in ("Makefile", "envs"):
+        (checkout.root / name).symlink_to(ROOT / name)
+    python = checkout.root / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    python.chmod(0o755)
+    command = ["make", "-o", "setup", "run", f"CONFIG={checkout.config()}", "CORES=2"]
+    with long_study(checkout, command=command) as (process, snakemake):
+        (started,) = psutil.Process(process.pid).children()
+        started.terminate()
+        assert "Stopped. Finished results stay" in process.communicate(timeout=30)[1]
+        assert not psutil.pid_exists(snakemake)
+    assert (checkout.root / "cancelled").exists()
+
+
+def test_the_lock_lasts_as_long_as_snakemake_and_its_refusal_names_the_process(checkout, capsys):
     with long_study(checkout) as (process, snakemake):
-        process.kill()
-        process.wait()
-        assert study.main(checkout.config()) == 2
-        assert "Another study runs in this folder" in capsys.readouterr().err
+        for pid in (process.pid, snakemake):
+            assert study.main(checkout.config()) == 2
+            said = f"Another study runs in this folder (process {pid}). Wait for it to end, or end it with `kill {pid}`.\n"
+            assert capsys.readouterr().err == said
+            process.kill()
+            process.wait()
         os.kill(snakemake, signal.SIGKILL)
         deadline = time.monotonic() + 30
         while study.main(checkout.config()) and time.monotonic() < deadline:
