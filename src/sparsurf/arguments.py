@@ -73,6 +73,21 @@ STRIDE = Limits(0, whole=True)
 PLDDT = Limits(0, 100, open_low=False)
 
 
+def check_plddt(value: Any, name: str = "plddt") -> float:
+    """Return a bound of pLDDT; raise InputError for what is none, and for a share of 1, which would leave out nothing."""
+    bound = PLDDT.check(value, name)
+    if words := share_of_plddt(bound):
+        raise InputError(f"{name} {words}")
+    return bound
+
+
+def share_of_plddt(bound: float) -> str:
+    """Return the words that refuse a bound between 0 and 1; an empty string for another."""
+    if not 0 < bound <= 1:
+        return ""
+    return f"is {bound:g}, which looks like a share; pLDDT runs from 0 to 100, so give {100 * bound:g}."
+
+
 def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
     """Return a value of the user that is one of the choices; raise InputError for another."""
     if value not in list(choices):  # a list: the value may have no hash

@@ -2,8 +2,9 @@
 
 from typing import Annotated, TypeVar
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from sparsurf.arguments import share_of_plddt
 from sparsurf.settings import INTEGER, NUMBER, Combination, Count, Positive, Section, TestDots, key
 from sparsurf.settings import Settings as LibrarySettings
 
@@ -12,7 +13,15 @@ T = TypeVar("T")
 Integer = Annotated[int, INTEGER]
 Thousand = Annotated[int, Field(ge=1, le=1000), INTEGER]
 FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
-Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
+
+
+def _without_share(bound: float) -> float:
+    if words := share_of_plddt(bound):
+        raise ValueError(words)
+    return bound
+
+
+Plddt = Annotated[float, Field(ge=0, le=100), AfterValidator(_without_share), NUMBER]
 PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
 Two = Annotated[list[T], Field(min_length=2, max_length=2)]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf.arguments import PLDDT, STRIDE, check_flag
+from sparsurf.arguments import STRIDE, check_flag, check_plddt
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, no_warnings, pluralise, read_text, shorten
 from sparsurf.molecules.atom_table import AtomFile
@@ -90,6 +90,7 @@ def read_molecule(
         Whether molecules that the periodic box cuts are made whole (default True).
     plddt : float, optional
         Lowest pLDDT, 0 to 100, of the residues of a predicted model that are read. Experimental structures are read whole.
+        A bound above 0 and at most 1 is refused, since pLDDT is no share.
     assembly : bool
         Whether all models of the structure are parts of one molecule (default False); the chains of the second model become
         A-2, B-2, ...
@@ -115,7 +116,7 @@ def read_molecule(
     check_flag(whole, "whole")
     check_flag(assembly, "assembly")
     if plddt is not None:
-        plddt = PLDDT.check(plddt, "plddt")
+        plddt = check_plddt(plddt)
     if times is not None:
         try:
             times = np.atleast_1d(np.asarray(times, float)).tolist()

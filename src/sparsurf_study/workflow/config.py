@@ -14,7 +14,7 @@ from sparsurf.settings import REQUEST_KEYS, SAMPLERS_OF_COMBINATIONS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.batches.assignment import BATCH_PERCENT, TABLES, batched_structures, takes_batches
 from sparsurf_study.workflow.conformations import has_one_model, without_zeros
-from sparsurf_study.workflow.download import ONLY, allowed, variable
+from sparsurf_study.workflow.download import ONLY, allowed, shown, variable
 from sparsurf_study.workflow.memory import too_large
 from sparsurf_study.workflow.mistakes import one_of, sentences
 from sparsurf_study.workflow.models import Config, Protein
@@ -183,7 +183,7 @@ def _check_proteins(config: dict) -> Iterator[str]:
             if file_key in protein:
                 yield from _missing_file(f"{key}.{file_key}", protein[file_key])
         if "url" in protein and not allowed(protein["url"], protein.get("sha256")):
-            yield f"{key}.url is {shorten(repr(protein['url']))}, but {ONLY}."
+            yield f"{key}.url is {shorten(repr(shown(protein['url'])))}, but {ONLY}."
         if "simulate" in protein and "trajectory" in protein:
             yield f"{key} has a trajectory and asks to simulate one; remove one of the two keys."
         if "plddt" in protein and {"trajectory", "simulate"} & protein.keys():
@@ -317,12 +317,35 @@ def _check_changes(config: dict) -> Iterator[str]:
             entry = config["proteins"].get(protein, {})
             if "surface" in entry:
                 yield f"changes.{name}: {form!r} is a ready surface without residues; name a structure."
-            only = "c1" if config["frames"]["selection"] == "clusters" else "f0"
-            single = os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry))
-            if conformation and single and without_zeros(f"/{conformation}") != f"/{only}":
+            known = _known_conformations(protein, config) if entry else None
+            if (
+                conformation
+                and known
+                and len(known) == 1
+                and without_zeros(f"/{conformation}") != f"/{known[0]}"
+            ):
                 yield f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
-        if forms[0] == forms[1]:
-            yield f"changes.{name}: {forms[0]!r} is on both sides; name another."
+        if len({_place(form, config) for form in forms}) == 1:
+            same = "" if forms[0] == forms[1] else f" ({forms[1]!r} is the same form)"
+            yield f"changes.{name}: {forms[0]!r} is on both sides{same}; name another."
+
+
+def _known_conformations(protein: str, config: dict) -> list[str] | None:
+    """Return the names of the conformations of a protein; None where its frames must be read first."""
+    entry, selection = config["proteins"][protein], config["frames"]["selection"]
+    if "surface" in entry:
+        return ["c1"]
+    if os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry)):
+        return ["c1" if selection == "clusters" else "f0"]
+    return [f"f{number}" for number in selection] if isinstance(selection, list) else None
+
+
+def _place(name: str, config: dict) -> str:
+    """Return protein/conformation without leading zeros, also for a protein that stands for its first conformation."""
+    if "/" in name or name not in config["proteins"]:
+        return without_zeros(name)
+    first = "f0" if config["frames"]["selection"] == "all" else "c1"
+    return f"{name}/{(_known_conformations(name, config) or [first])[0]}"
 
 
 def _check_excluded(config: dict) -> Iterator[str]:
@@ -332,14 +355,21 @@ def _check_excluded(config: dict) -> Iterator[str]:
         known = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
         if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
             yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
-    first = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # stands for its protein
     excluded = {without_zeros(part) for part in config["exclude"]}
     for part, named in needed_conformations(config).items():
         for name in named:
-            parts = {name.partition("/")[0], without_zeros(name) if "/" in name else f"{name}/{first}"}
-            if parts & excluded and part not in config["exclude"]:
+            if {name.partition("/")[0], _place(name, config)} & excluded and part not in config["exclude"]:
                 yield f"exclude: {part} needs {name!r}, which is excluded; exclude {part} too."
                 break
+    left = [protein for protein in config["proteins"] if not _is_excluded(protein, excluded, config)]
+    if excluded and not left and not {f"pairs/{pair}" for pair in config["pairs"]} - excluded:
+        yield "exclude leaves nothing to study; keep at least one protein or one pair."
+
+
+def _is_excluded(protein: str, excluded: set[str], config: dict) -> bool:
+    """Return whether a protein is excluded, or each of its conformations as far as they are known."""
+    known = _known_conformations(protein, config)
+    return protein in excluded or (bool(known) and {f"{protein}/{name}" for name in known or ()} <= excluded)
 
 
 CHECKS = (

@@ -1,6 +1,7 @@
 """Names of conformations, and whether a molecule has only one."""
 
 import re
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +32,14 @@ def require_conformation(path: str | None, comparison: str) -> str:
             f"changes.{comparison} names a conformation that this study does not have; frames.csv of its protein lists them."
         )
     return path
+
+
+def require_conformations(files: Iterable[str]) -> list[Path]:
+    """Return files of the conformations of a study, one of each; raise InputError where `exclude` leaves none."""
+    paths = [*map(Path, files)]
+    if not paths:
+        raise InputError("exclude leaves no conformation; keep one, or exclude the proteins as a whole.")
+    return paths
 
 
 def has_one_model(protein: "Protein") -> bool:

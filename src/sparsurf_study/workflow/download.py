@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import signal
 import urllib.error
 import urllib.request
@@ -19,13 +20,19 @@ MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
 TIMEOUT = 30  # s without a byte
 MAX_SECONDS = 600  # in all
 MAX_NAME_LENGTH = 120  # characters of a file's name; file systems take 255 bytes, and jobs add to it
-ONLY = "only complete https:// URLs are fetched, or http:// if a sha256 is given"
+ONLY = "only complete https:// URLs without a password are fetched, or http:// if a sha256 is given"
 
 
 def allowed(url: str, sha256: str | None) -> bool:
-    """Return whether a URL may be fetched: over http only if the checksum is known."""
+    """Return whether a URL may be fetched: over http only if the checksum is known, and without a password, as it is recorded."""
     parts = _parsed(url)
-    return bool(parts.hostname) and (parts.scheme == "https" or (parts.scheme == "http" and bool(sha256)))
+    safe = parts.scheme == "https" or (parts.scheme == "http" and bool(sha256))
+    return bool(parts.hostname) and "@" not in parts.netloc and safe
+
+
+def shown(url: str) -> str:
+    """Return a URL with *** in place of a user and a password."""
+    return re.sub(r"(?<=//)[^/?#]*@", "***@", url)
 
 
 def _parsed(url: str) -> ParseResult:
@@ -47,7 +54,7 @@ class _Redirects(urllib.request.HTTPRedirectHandler):
         self, request: Any, stream: Any, code: int, message: str, headers: Any, url: str
     ) -> Any:
         if not allowed(url, self.sha256):
-            raise InputError(f"it leads to {shorten(url)}, but {ONLY}")
+            raise InputError(f"it leads to {shorten(shown(url))}, but {ONLY}")
         return super().redirect_request(request, stream, code, message, headers, url)
 
 
@@ -77,7 +84,7 @@ def _at_most(seconds: float) -> Iterator[None]:
 def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: str) -> None:
     """Fetch `url` (https, or http with a checksum) of a protein to `path`; record its origin, its size and its checksum."""
     if not allowed(url, sha256):
-        raise InputError(f"proteins.{name}.url is {shorten(repr(url))}, but {ONLY}.")
+        raise InputError(f"proteins.{name}.url is {shorten(repr(shown(url)))}, but {ONLY}.")
     try:
         with (
             _at_most(MAX_SECONDS),

@@ -52,14 +52,13 @@ def locked(root: Path) -> Iterator[None]:
 
 def _words_about(lock: Path) -> str:
     """Return the sentence that refuses a second study; it names the process of the first where it is of this user and machine."""
+    path, known = str(lock.resolve()), "Another study runs in this folder"
     for process in psutil.process_iter():  # in the order of their numbers
         with suppress(psutil.Error):
-            if process.pid != os.getpid() and str(lock.resolve()) in [
-                file.path for file in process.open_files()
-            ]:
-                number = process.pid
-                return f"Another study runs in this folder (process {number}). Wait for it to end, or end it with `kill {number}`."
-    return "Another study runs in this folder; wait for it to end."
+            pid, files = process.pid, process.open_files()
+            if pid != os.getpid() and path in [file.path for file in files]:
+                return f"{known} (process {pid}). Wait for it to end, or end it with `kill {pid}`."
+    return f"{known}; wait for it to end."
 
 
 def run_snakemake(

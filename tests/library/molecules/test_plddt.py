@@ -50,6 +50,8 @@ def test_residues_below_the_bound_are_left_out_of_a_model(tmp_path, kind, caplog
     assert set(kept.residue) == {"3", "4"} and kept.masked_residues == 2
     assert caplog.messages[-1:] == [f"{path}: left out 2 of 4 residues, whose pLDDT is below 70"]
     assert read_molecule(path, plddt=0).masked_residues == 0
+    with pytest.raises(InputError, match=r"plddt is 0\.7, which looks like a share; .* so give 70"):
+        read_molecule(path, plddt=0.7)
 
 
 @pytest.mark.parametrize(

@@ -194,8 +194,16 @@ def test_the_minimal_subset_has_an_error_where_no_other_wish_is_given():
     assert "error" not in check_config(DEFAULT | {"minimal": {"n_dots": 9}})["minimal"]
 
 
+FORMS = {
+    "moving": DEFAULT["proteins"]["tdp43"],
+    "still": {"structure": DEFAULT["proteins"]["tdp43"]["structure"]},
+    "ready": {"surface": "README.md"},  # any file: it is not read
+}
+PAIR_OF_FILES = {"pairs": {"ab": {"files": ["data/tdp43/topology.pdb", "README.md"]}}}
+
+
 def test_what_is_excluded_is_a_part_of_the_study():
-    plain = {"proteins": DEFAULT["proteins"]}
+    plain = {"proteins": DEFAULT["proteins"] | {"kept": DEFAULT["proteins"]["tdp43"]}}
     for place in ("tdp43", "tdp43/c2", "tdp43/*"):
         assert check_config(plain | {"exclude": {place: "why"}})["exclude"] == {place: "why"}
         assert check_config(plain | {"exclude": [place]})["exclude"] == {place: ""}
@@ -214,6 +222,49 @@ def test_forms_that_the_structures_lack_are_named_before_any_job():
     assert check_config(both | {"changes": {"s": ["a", "b/c1"]}})["changes"] == {"s": ["a", "b/c1"]}
     both["proteins"]["a"] = own | {"trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc")}
     assert check_config(both | {"changes": {"s": ["a/c7", "b"]}})  # known once frames are chosen
+
+
+@pytest.mark.parametrize(
+    ("proteins", "keys", "left_out", "kept"),
+    [
+        (["moving"], {}, ["moving"], ["moving/c1"]),  # how many clusters there are is known later
+        (["moving"], {"frames": {"selection": [700, 0]}}, ["moving/f0700", "moving/f0"], ["moving/f0"]),
+        (["still"], {}, ["still/c01"], ["still/c2"]),
+        (["still"], {"frames": {"selection": "all"}}, ["still/f0"], ["still/f1"]),
+        (["still", "ready"], {}, ["still", "ready/c1"], ["still/*", "ready"]),
+        (["still"], PAIR_OF_FILES, ["still", "pairs/ab"], ["still"]),
+    ],
+)
+def test_a_study_of_which_everything_is_excluded_is_refused(proteins, keys, left_out, kept):
+    config = {"proteins": {name: FORMS[name] for name in proteins}} | keys
+    refuse(config | {"exclude": left_out}, "exclude leaves nothing to study; keep at least one")
+    assert [*check_config(config | {"exclude": kept})["exclude"]] == kept
+
+
+@pytest.mark.parametrize(
+    ("forms", "selection"),
+    [
+        (["still", "still/c1"], "clusters"),
+        (["moving/c01", "moving/c1"], "clusters"),
+        (["moving", "moving/c1"], "clusters"),
+        (["moving/f0000", "moving"], "all"),
+        (["moving", "moving/f0700"], [700, 0]),
+    ],
+)
+def test_a_form_is_not_compared_with_itself_by_another_name(forms, selection):
+    config = {"proteins": FORMS, "frames": {"selection": selection}}
+    refuse(config | {"changes": {"s": forms}}, rf"changes.s: '{forms[0]}' is on both sides")
+    other = "moving/f0" if selection == [700, 0] else "moving/c2" if selection == "clusters" else "moving/f1"
+    assert check_config(config | {"changes": {"s": [forms[1], other]}})
+
+
+@pytest.mark.parametrize("share", [0.7, 1, 1.0, 0.01])
+def test_a_share_is_no_bound_of_plddt(share):
+    words = f"is {share:g}, which looks like a share; pLDDT runs from 0 to 100, so give {100 * share:g}"
+    refuse({"proteins": {"still": FORMS["still"]}, "plddt": share}, f"config: plddt {words}")
+    refuse({"proteins": {"still": FORMS["still"] | {"plddt": share}}}, rf"proteins\.still\.plddt {words}")
+    for bound in (0, 1.5, 70):
+        assert check_config({"proteins": {"still": FORMS["still"]}, "plddt": bound})["plddt"] == bound
 
 
 def test_what_needs_an_excluded_protein_is_excluded_too():
@@ -242,7 +293,6 @@ def test_what_needs_an_excluded_protein_is_excluded_too():
 
 READY = {"proteins": {"a": {"surface": "README.md"}}}  # any file: it is not read
 MIXED = {"proteins": READY["proteins"] | DEFAULT["proteins"]}
-PAIRS = {"pairs": {"ab": {"files": ["data/tdp43/topology.pdb", "README.md"]}}}
 FETCHED = {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}
 OWN = {"proteins": DEFAULT["proteins"]}
 COMPARE = {"compare": {"samplers": ["farthest"]}}
@@ -265,7 +315,7 @@ def pair_of(**keys):
         (OWN | {"sampling": False, "paper": "tdp43"}, "sampling", "`paper` needs the grid of tdp43"),
         (of_a(sampling=False) | {"compare": True}, "sampling", "`compare` needs its grid"),
         (of_a(sampling=True) | {"pages": [], "sampling": False}, "pages", "`sampling: false`"),
-        (PAIRS | {"compare": True}, "compare.run", "no surfaces to sample"),
+        (PAIR_OF_FILES | {"compare": True}, "compare.run", "no surfaces to sample"),
         (OWN | COMPARE, "compare.samplers", "farthest alone"),
         (
             READY | {"compare": {"samplers": ["poisson", "paper"]}},

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf_study.workflow import job_logs, jobs
 
@@ -73,6 +74,14 @@ def test_a_job_that_is_stopped_leaves_no_folder_and_says_so(snakemake, tmp_path,
     signal.signal(signal.SIGTERM, before)
     assert job_logs.failure(snakemake.log[0]) == job_logs.STOPPED
     assert [path.name for path in tmp_path.iterdir()] == ["work.log"]
+
+
+@pytest.mark.parametrize("job", ["summarise_surfaces", "summarise_best", "summarise_comparison"])
+def test_a_summary_of_conformations_that_are_all_excluded_is_refused(tmp_path, job):
+    """As is known only when their frames are chosen."""
+    inputs = {"surfaces": [], "tables": []}
+    with pytest.raises(InputError, match="exclude leaves no conformation; keep one, or exclude the proteins"):
+        run_script(job, tmp_path, inputs, {"table": "t.csv"}, {"sampled": []})
 
 
 def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, capsys, tmp_path):

@@ -203,14 +203,17 @@ def test_a_fetched_file_is_verified_and_recorded(server, tmp_path):
         ("https:///a.pdb", None),
         ("https://127.0.0.1:99999/a.pdb", None),
         ("https://127.0.0.1:0/a.pdb", None),
+        ("https://me:secret@127.0.0.1/a.pdb", None),
+        ("http://:secret@127.0.0.1/a.pdb", "0" * 64),
     ],
 )
 def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     """Refused before anything is fetched: by the config, and by the job itself."""
-    with pytest.raises(InputError, match="only complete https:// URLs"):
+    with pytest.raises(InputError, match="only complete https:// URLs") as by_job:
         fetch(url, sha256, tmp_path / "a", tmp_path / "b", "A1")
-    with pytest.raises(InputError, match=r"proteins\.A1\.url"):
+    with pytest.raises(InputError, match=r"proteins\.A1\.url") as by_config:
         check_config({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
+    assert "secret" not in f"{by_job.value}{by_config.value}" and not [*tmp_path.iterdir()]
     check_config({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})
 
 
@@ -225,6 +228,7 @@ def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
         ("dripped_bytes", "more than 0.5 s"),
         ("to/file:///etc/passwd", "file:.*not allowed"),
         ("to/ftp://127.0.0.1/a.pdb", "ftp:.*only complete https"),
+        ("to/http://me:secret@127.0.0.1/a.pdb", r"leads to http://\*\*\*@127\.0\.0\.1/a\.pdb"),
         ("", "SPARSURF_A1"),  # the variable that names a file in its place
     ],
 )
