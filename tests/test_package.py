@@ -216,6 +216,17 @@ def test_kernels_of_a_read_only_package_lie_in_the_temporary_directory(read_only
     assert run_code(CACHE_OF_KERNEL, XDG_CACHE_HOME=str(own)).stdout.startswith(str(own / "numba"))
 
 
+@pytest.mark.parametrize("named", [None, "/proc/1/matplotlib"])
+def test_figures_are_drawn_without_a_warning_where_matplotlib_may_write_nowhere(read_only, named):
+    temporary, run_code = read_only
+    code = "import sparsurf, matplotlib.font_manager; print(matplotlib.get_cachedir())"
+    done = run_code(code, **({"MPLCONFIGDIR": named} if named else {}))
+    assert done.returncode == 0 and "temporary cache" not in done.stderr, done.stderr
+    assert done.stdout.startswith(f"{temporary}/sparsurf-kernels-")
+    (own := temporary / "own").mkdir()
+    assert run_code(code, MPLCONFIGDIR=str(own)).stdout == f"{own}\n"
+
+
 def test_a_folder_of_kernels_that_others_may_write_is_not_used(read_only):
     temporary, run_code = read_only
     (planted := temporary / f"sparsurf-kernels-{os.getuid()}").mkdir()

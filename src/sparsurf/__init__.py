@@ -55,7 +55,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf import progress, surfaces
 from sparsurf.errors import InputError
-from sparsurf.kernel_cache import choose_kernel_cache, require_kernel_cache
+from sparsurf.kernel_cache import choose_kernel_cache, choose_matplotlib_folder, require_kernel_cache
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
@@ -162,6 +162,7 @@ def _views() -> Any:
 
 surfaces.views = _views
 choose_kernel_cache()
+choose_matplotlib_folder()
 
 
 def __dir__() -> list[str]:

@@ -1,8 +1,8 @@
-"""Choose the folder where numba stores compiled kernels, before any of them is loaded.
+"""Choose the folders where numba stores compiled kernels and matplotlib its list of fonts, before either is loaded.
 
 numba looks for one beside the package and in the user's cache, and fails with a traceback where it may write to neither, as
-in a container whose package is read-only, under an account without a home. A folder of the user under the temporary
-directory takes their place.
+in a container whose package is read-only, under an account without a home; matplotlib warns there. A folder of the user under
+the temporary directory takes their place.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from sparsurf.errors import InputError
 
-VARIABLE = "NUMBA_CACHE_DIR"
+VARIABLE, OF_MATPLOTLIB = "NUMBA_CACHE_DIR", "MPLCONFIGDIR"
 PACKAGE = Path(__file__).resolve().parent
 
 
@@ -26,6 +26,23 @@ def choose_kernel_cache() -> None:
         os.environ[VARIABLE] = folder
         if numba := sys.modules.get("numba"):
             numba.config.CACHE_DIR = folder
+
+
+def choose_matplotlib_folder() -> None:
+    """Name a folder under the temporary directory in MPLCONFIGDIR if matplotlib would find no other; also for child processes."""
+    named, home = os.environ.get(OF_MATPLOTLIB), os.path.expanduser("~")
+    if named:
+        folders = [named]
+    elif sys.platform.startswith(("linux", "freebsd")):
+        bases = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
+        folders = [
+            os.path.join(os.environ.get(variable) or os.path.join(home, name), "matplotlib")
+            for variable, name in bases.items()
+        ]
+    else:
+        folders = [os.path.join(home, ".matplotlib")]
+    if not all(_can_write(Path(folder)) for folder in folders) and (folder := _temporary_folder()):
+        os.environ[OF_MATPLOTLIB] = os.path.join(folder, "matplotlib")
 
 
 def require_kernel_cache() -> None:
