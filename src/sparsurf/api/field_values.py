@@ -22,9 +22,9 @@ ROUGHNESS = "roughness"
 
 def check_fields(names: str | Sequence[str], function: str) -> tuple[str, ...]:
     """Return names of fields that points and vertices can have; raise InputError, in the name of a function, for others."""
-    from sparsurf.dot_fields.registry import FIELDS, FIELDS_OF_DOTS  # here: few ask for fields
+    from sparsurf.dot_fields.registry import FIELDS  # here: few ask for fields
 
-    chosen, known = field_names(names, "fields"), (ROUGHNESS, *FIELDS, *FIELDS_OF_DOTS)
+    chosen, known = field_names(names, "fields"), (ROUGHNESS, *FIELDS)
     for name in chosen:
         if name not in known:
             hint = did_you_mean(name, known) or f"; the fields are {', '.join(known)}."
@@ -42,14 +42,12 @@ def with_fields(
     values: dict[str, np.ndarray] = {}
     if not names:
         return surface
-    from sparsurf.dot_fields.registry import (
-        FIELDS,
-        FIELDS_OF_DOTS,
-        compute_fields,
-    )  # here: few ask for fields
+    from sparsurf.dot_fields.registry import FIELDS, compute_fields  # here: few ask for fields
 
-    values |= {name: FIELDS_OF_DOTS[name].function(surface) for name in names if name in FIELDS_OF_DOTS}
-    if of_atoms := [name for name in names if name in FIELDS]:
+    values |= {
+        name: FIELDS[name].function(surface) for name in names if name in FIELDS and FIELDS[name].of_dots
+    }
+    if of_atoms := [name for name in names if name in FIELDS and name not in values]:
         if surface.origin is None or surface.origin.molecule is None:
             raise InputError(
                 f"{function}: the field {of_atoms[0]} follows from residues and charges, which are unknown here; give a "

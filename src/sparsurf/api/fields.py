@@ -61,7 +61,10 @@ def fields(
     names : str or sequence of str
         hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
         over 2.5 Å), mean_curvature (1/Å), gaussian_curvature (1/Å^2) and shape_index (-1 to 1) of the sphere or torus that
-        a dot of `surface` or `points` lies on, exact and positive where the surface is convex, or columns of `table`.
+        a dot of `surface` or `points` lies on, exact and positive where the surface is convex, hbond, or columns of `table`.
+        hbond is (donated - accepted) / (donated + accepted) hydrogen bonds of the atom that the dot belongs to, by the names
+        of residue and atom: 1 a donor, -1 an acceptor, 0 neither or both alike. It needs no hydrogens. It is no energy and
+        has no direction, and it does not say whether a bond is formed.
     frame : int
         Position of the frame, from 0.
     charges : str

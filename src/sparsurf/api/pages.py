@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import FIELDS
-from sparsurf.dot_fields.registry import FIELDS as ALL_FIELDS
-from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
@@ -75,7 +74,7 @@ def page_of_surface(
         kept=kept,
         opens=opens,
         notes=notes,
-        missing=[ALL_FIELDS[name].label for name in missing],
+        missing=[label_and_unit(name)[0] for name in missing],
         counts=_counts(molecule) if molecule else "",
         probe=surface.origin.rules.probe_radius if surface.origin else None,
         links=about.links,
@@ -105,7 +104,7 @@ def with_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, l
 
 def _values(kind: Any, name: str, numbers: np.ndarray) -> Any:
     """Return the values of a field under its name for people."""
-    label, unit = ALL_FIELDS[name][1:] if name in ALL_FIELDS else (name.replace("_", " "), "")
+    label, unit = label_and_unit(name)
     return kind(label, name, f" {unit}".rstrip().replace("^2", "²"), numbers)
 
 

@@ -83,8 +83,8 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
 def add_fields(parser: argparse._ActionsContainer) -> None:
     """Add the option that chooses the fields of the dots."""
     words = (
-        "values at the dots: hydropathy, potential, bfactor, mean_curvature, gaussian_curvature, shape_index, with "
-        "commas between"
+        "values at the dots: hydropathy, potential, bfactor, mean_curvature, gaussian_curvature, shape_index, hbond, "
+        "with commas between"
     )
     parser.add_argument("--fields", metavar="NAMES", help=words)
 

@@ -53,7 +53,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_probe_radius(parser)
     words = (
         "values at the points: roughness (of the dense surface), hydropathy, potential, bfactor, mean_curvature, "
-        "gaussian_curvature, shape_index, with commas between"
+        "gaussian_curvature, shape_index, hbond, with commas between"
     )
     parser.add_argument("--fields", metavar="NAMES", help=words)
     parser.add_argument(

@@ -76,7 +76,7 @@ def _table_rows(molecule: Molecule, heavy: np.ndarray) -> np.ndarray:
     """Return the row of the table of each atom, (A, 3); zeros for hydrogens and atoms that the table lacks."""
     table, out = _table(), np.zeros((molecule.n_atoms, 3))
     known = {residue for residue, _ in table} | {"ALA", "GLY", "ILE", "LEU", "VAL", "MSE"}
-    states, unknown = _protonation_states(molecule), set()
+    states, unknown = protonation_states(molecule), set()
     n_termini, c_termini = _chain_ends(molecule)
     for i in np.flatnonzero(heavy):
         residue, atom = molecule.residue_index[i], OTHER_NAMES.get(molecule.name[i], molecule.name[i])
@@ -96,7 +96,7 @@ def _table_rows(molecule: Molecule, heavy: np.ndarray) -> np.ndarray:
     return out
 
 
-def _protonation_states(molecule: Molecule) -> list[str]:
+def protonation_states(molecule: Molecule) -> list[str]:
     """Return the name in the table of each residue, by its name, its hydrogens and disulphide bonds."""
     first_atom = np.unique(molecule.residue_index, return_index=True)[1]
     names = [str(name) for name in molecule.residue_name[first_atom]]

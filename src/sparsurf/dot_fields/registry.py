@@ -1,14 +1,14 @@
 """Fields by name: a number at each dot, from the molecule.
 
 To add a field, write a function (molecule, points) -> (N,) with the decorator `@field(label, unit)`. A field that follows from
-where the dots were placed, not from the molecule, has the decorator `@field_of_dots(label, unit)` and takes the dots.
+where the dots were placed or from the atom of each dot has the decorator `@field_of_dots(label, unit)` and takes the dots.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ import pandas as pd
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.curvature import principal_curvatures
+from sparsurf.dot_fields.hydrogen_bonds import balance_of_atoms
 from sparsurf.dot_fields.potential import potential_of_charges
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
+OfDots: TypeAlias = "Callable[[Surface | None], np.ndarray]"
 FIELDS: dict[str, Field] = {}
-FIELDS_OF_DOTS: dict[str, Field] = {}
 # Kyte & Doolittle, J. Mol. Biol. 157:105, 1982
 HYDROPATHY = {
     "ILE": 4.5, "VAL": 4.2, "LEU": 3.8, "PHE": 2.8, "CYS": 2.5, "MET": 1.9, "MSE": 1.9, "ALA": 1.8, "GLY": -0.4,
@@ -45,11 +46,14 @@ class Field(NamedTuple):
         (dots) -> (N,) float64, from a Surface whose origin is known.
     label, unit : str
         For figures and pages.
+    of_dots : bool
+        Whether it is a field of dots.
     """
 
     function: Callable[..., np.ndarray]
     label: str
     unit: str
+    of_dots: bool = False
 
 
 def field(label: str, unit: str) -> Callable[[Callable[..., np.ndarray]], Callable[..., np.ndarray]]:
@@ -62,16 +66,19 @@ def field(label: str, unit: str) -> Callable[[Callable[..., np.ndarray]], Callab
     return register
 
 
-def field_of_dots(
-    label: str, unit: str
-) -> Callable[[Callable[[Surface], np.ndarray]], Callable[[Surface], np.ndarray]]:
+def field_of_dots(label: str, unit: str) -> Callable[[OfDots], OfDots]:
     """Register a function of dots as a field under its name."""
 
-    def register(function: Callable[[Surface], np.ndarray]) -> Callable[[Surface], np.ndarray]:
-        FIELDS_OF_DOTS[function.__name__] = Field(function, label, unit)
+    def register(function: OfDots) -> OfDots:
+        FIELDS[function.__name__] = Field(function, label, unit, of_dots=True)
         return function
 
     return register
+
+
+def label_and_unit(name: str) -> tuple[str, str]:
+    """Return the name of a field for people and its unit; those of a column of a table are its own."""
+    return (FIELDS[name].label, FIELDS[name].unit) if name in FIELDS else (name.replace("_", " "), "")
 
 
 @field("hydropathy", "Kyte-Doolittle")
@@ -110,21 +117,21 @@ def bfactor(molecule: Molecule, points: np.ndarray) -> np.ndarray:
 
 
 @field_of_dots("mean curvature", "1/Å")
-def mean_curvature(dots: Surface) -> np.ndarray:
+def mean_curvature(dots: Surface | None) -> np.ndarray:
     """Return the mean of the two principal curvatures, positive where the surface is convex."""
     larger, smaller = _curvatures(dots)
     return (larger + smaller) / 2
 
 
 @field_of_dots("Gaussian curvature", "1/Å^2")
-def gaussian_curvature(dots: Surface) -> np.ndarray:
+def gaussian_curvature(dots: Surface | None) -> np.ndarray:
     """Return the product of the two principal curvatures, negative on saddles."""
     larger, smaller = _curvatures(dots)
     return larger * smaller
 
 
-@field_of_dots("shape index", "-1 to 1")
-def shape_index(dots: Surface) -> np.ndarray:
+@field_of_dots("shape index", "")
+def shape_index(dots: Surface | None) -> np.ndarray:
     """Return the shape index, 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.
 
     Koenderink & van Doorn, Image Vision Comput. 10:557, 1992, with the sign of the outward normal.
@@ -133,9 +140,23 @@ def shape_index(dots: Surface) -> np.ndarray:
     return 2 / np.pi * np.arctan2(larger + smaller, larger - smaller)
 
 
-def _curvatures(dots: Surface) -> tuple[np.ndarray, np.ndarray]:
+@field_of_dots("hydrogen-bond donor (1) or acceptor (-1)", "")
+def hbond(dots: Surface | None) -> np.ndarray:
+    """Return 1 at dots of atoms that only donate hydrogen bonds, -1 of those that only accept, 0 of those that do neither.
+
+    An atom that does both has (donated - accepted) / (donated + accepted) hydrogen bonds: a hydroxyl -1/3.
+    """
+    origin = None if dots is None else dots.origin
+    if dots is None or origin is None or origin.molecule is None or dots.atom.min() < 0:
+        raise InputError(
+            "fields: hbond follows from the names of residues and atoms; give dots, points or a mesh of a structure."
+        )
+    return balance_of_atoms(origin.molecule.frame(origin.frame))[dots.atom]
+
+
+def _curvatures(dots: Surface | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the principal curvatures of dots of which it is known where they were placed."""
-    if dots.origin is None or dots.atom.min() < 0:
+    if dots is None or dots.origin is None or dots.atom.min() < 0:
         raise InputError(
             "fields: curvature follows from the atoms that the dots were placed on; give dots from surface() or points()."
         )
@@ -152,7 +173,7 @@ def compute_fields(
 ) -> pd.DataFrame:
     """Compute fields of a molecule's first frame at points (Å), one column per name of `FIELDS` or of the CSV `table`.
 
-    `dots` are the points as they were placed, which the names of `FIELDS_OF_DOTS` need.
+    `dots` are the points as they were placed, which fields of dots need.
     """
     if not isinstance(charges, str | os.PathLike):
         raise InputError(
@@ -160,22 +181,19 @@ def compute_fields(
         )
     out, columns = {}, columns_of(table) if table is not None else []
     for name in names:
-        built_in = name in FIELDS or name in FIELDS_OF_DOTS
-        if built_in and name in columns:
+        if name in FIELDS and name in columns:
             raise InputError(
                 f"{table} has the column {name!r}, which is the name of a built-in field; rename the column."
             )
-        if name in FIELDS:
+        if name in FIELDS and FIELDS[name].of_dots:
+            out[name] = FIELDS[name].function(dots)
+        elif name in FIELDS:
             options = {"charges": charges} if name == "potential" else {}
             out[name] = FIELDS[name].function(molecule, points, **options)
-        elif name in FIELDS_OF_DOTS and dots is not None:
-            out[name] = FIELDS_OF_DOTS[name].function(dots)
         elif table is not None:
             out[name] = gaussian_mean(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
         else:
-            raise InputError(
-                f"fields: there is no field {name!r}; the fields are {', '.join([*FIELDS, *FIELDS_OF_DOTS])}."
-            )
+            raise InputError(f"fields: there is no field {name!r}; the fields are {', '.join(FIELDS)}.")
         if not np.isfinite(out[name]).any():
             raise InputError(f"fields: {name} has no value at any dot; leave it out.")
     return pd.DataFrame(out)

@@ -4,7 +4,9 @@ from typing import Literal, get_args
 
 from sparsurf_study.simulation.protocol import SELECTION_KEYS
 
-Field = Literal["hydropathy", "potential", "bfactor"]
+Field = Literal[
+    "hydropathy", "potential", "bfactor", "mean_curvature", "gaussian_curvature", "shape_index", "hbond"
+]
 FIELDS = get_args(Field)
 SURFACE_SUFFIXES = (".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
@@ -120,7 +120,7 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
 
 def named_field(name: str) -> dict[str, str]:
     """Return the name of a field for people, and its unit."""
-    words, unit = FIELDS[name][1:] if name in FIELDS else (name.replace("_", " "), "")
+    words, unit = label_and_unit(name)
     return {"name": words, "unit": unit.replace("^2", "²")}
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.sampling.combination import PARAMETERS, Combination
@@ -175,7 +175,7 @@ def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
     if components is not None and components.max() > 0:
         shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
     for field, numbers in fields_without_component(surface).items():
-        words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
+        words, unit = label_and_unit(field)
         shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
     return shown
 
