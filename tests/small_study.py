@@ -78,7 +78,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "pairs": pairs,
         "changes": {"bend": ["moving/f700", "moving/f0"]},
         "paper": "ready",
-        "fields": ["hydropathy", "score"],
+        "fields": ["hydropathy", "mean_curvature", "hbond", "score"],
         "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},
         "ensemble": {"run": True, "jobs": 2, "test_dots": 20, "stride": 500},
         "complementarity": {"centres": "all"},

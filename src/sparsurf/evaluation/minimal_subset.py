@@ -24,7 +24,8 @@ from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import farthest, subset_weights
 from sparsurf.settings import Minimal, Settings
 from sparsurf.streams import Streams
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.radii import radii as radii_of
+from sparsurf.surfaces.surface import Origin, Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +143,10 @@ def represent(
     `streams`.
     """
     if molecule is not None and (names := [name for name in settings.fields if table or name in FIELDS]):
-        computed = compute_fields(names, molecule, surface.points, table=table)
+        placed = surface
+        if surface.origin is None and any(name in FIELDS and FIELDS[name].of_dots for name in names):
+            placed = _on_molecule(surface, molecule, settings)
+        computed = compute_fields(names, molecule, surface.points, table=table, dots=placed)
         fields = {str(name): computed[name].to_numpy() for name in computed}
         surface = replace(surface, fields=surface.fields | fields)
     prepared = PreparedSurface(surface, settings, roughness, replace(streams, shared=True), threads)
@@ -158,6 +162,13 @@ def represent(
         dots, weight = find_subset(prepared, trials.sampler, *wanted, n_tests, choices)
     subset = Subset(dots, weight, surface.take(dots), molecule, interval)
     return Representation(trials, subset, molecule)
+
+
+def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surface:
+    """Return dots that a study read from a file, with the molecule that it placed them on."""
+    rules, xyz = settings.surface, molecule.xyz[0].round(3)
+    radii = radii_of(molecule, rules.radii)
+    return replace(dots, origin=Origin.of_atoms(molecule, 0, xyz, rules, settings.patches.d_link, radii))
 
 
 def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
+import sparsurf
 from sparsurf.evaluation.statistics import mean_interval
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.surfaces.formats.npz import read_npz
@@ -107,12 +108,18 @@ def test_residues_and_fields_are_those_of_the_dots(run, place):
     assert residues["kept"].sum() == len(minimal) and residues["weight"].sum() == len(surface)
     own = [roughness["roughness"][residue == k].mean() for k in range(len(residues))]
     assert np.allclose(residues["mean_roughness"], own)
-    own = [fields["hydropathy"][residue == k].mean() for k in range(len(residues))]
-    assert np.allclose(residues["mean_hydropathy"], own)
-    np.testing.assert_allclose(minimal["hydropathy"], fields["hydropathy"][minimal["dot"]], atol=1e-4)
+    names = ["hydropathy", "mean_curvature", "hbond"]
+    placed = sparsurf.surface(run / place / "structure.pdb")
+    own = sparsurf.fields(placed, names)
+    assert np.array_equal(surface.points, placed.points) and own["hbond"].abs().max() == 1
+    for name in names:
+        np.testing.assert_allclose(fields[name], own[name], atol=1e-9)
+        of_residues = [fields[name][residue == k].mean() for k in range(len(residues))]
+        assert np.allclose(residues[f"mean_{name}"], of_residues)
+        np.testing.assert_allclose(minimal[name], fields[name][minimal["dot"]], atol=1e-4)
     assert np.array_equal(surface.points[minimal["dot"]].round(4), minimal[["x", "y", "z"]].to_numpy())
     table = pd.read_csv(folder / "fields.csv")
-    assert {*table["field"]} == {"hydropathy"} | ({"score"} if "loaded" not in place else set())
+    assert {*table["field"]} == {*names} | ({"score"} if "loaded" not in place else set())
     if "loaded" not in place:  # which has no table of scores
         scored = 210 if "moving" in place else 2
         assert residues.set_index("residue")["mean_score"][scored] > 0.8
