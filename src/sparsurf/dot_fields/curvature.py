@@ -4,6 +4,8 @@ A contact dot lies on an atom of radius r: both principal curvatures are 1 / r. 
 are -1 / p. A saddle dot lies on the torus of a probe that rolls around two atoms. Along the probe its curvature is -1 / p; along
 the circle around the axis of the two atoms, of radius rho, it is n.e / rho, where n is the outward normal and e the direction
 away from the axis (do Carmo, Differential Geometry of Curves and Surfaces, 1976, ch. 3-3). Convex is positive.
+
+Ridges, at which concave parts of the surface meet at an angle, have no curvature here, while a mesh bends there.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Curvature at dots in closed form: on one sphere, two and three, and over closed surfaces as a whole."""
+"""Curvature at dots in closed form: on one sphere, two and three, and over closed surfaces; smoothed, against fine meshes."""
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
@@ -80,6 +81,59 @@ def test_a_protein_has_curvature_at_every_dot_and_point():
         assert few.fields[name] == pytest.approx(table[name].to_numpy()[chosen], rel=1e-3, abs=1e-4)
     mesh = sparsurf.mesh(path, 400, fields=NAMES)
     assert np.isfinite(mesh.vertices.fields["mean_curvature"]).all()
+
+
+def integrals_of_mesh(mesh):
+    """Mean and Gaussian curvature around each vertex times area: by the angles at its edges, and by its angle defect."""
+    corners, triangles = mesh.vertices.points, mesh.triangles
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    n, (u, v) = len(corners), np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]).T
+    order = np.argsort(u * n + v)  # every edge occurs once in each direction
+    left = np.tile(np.arange(len(triangles)), 3)
+    right = left[order[np.searchsorted(u * n + v, v * n + u, sorter=order)]]
+    edge = corners[v] - corners[u]
+    length = np.linalg.norm(edge, axis=1)
+    sine = (np.cross(normals[left], normals[right]) * edge).sum(axis=1) / length
+    turn = np.arctan2(sine, (normals[left] * normals[right]).sum(axis=1))
+    mean = np.bincount(u, length * turn / 4, n)  # a half of length * turn / 2; v gets the other half
+    gaussian = np.full(n, 2 * np.pi)
+    for k in range(3):
+        here, one, two = (corners[triangles[:, (k + step) % 3]] for step in range(3))
+        one, two = one - here, two - here
+        cosine = (one * two).sum(axis=1) / np.linalg.norm(one, axis=1) / np.linalg.norm(two, axis=1)
+        np.subtract.at(gaussian, triangles[:, k], np.arccos(cosine))
+    return {"mean_curvature": mean, "gaussian_curvature": gaussian}
+
+
+def smoothed(mesh, name, radius):
+    """Mean over the patch around each of 400 vertices, of the field and of the mesh."""
+    corners, area = mesh.vertices.points, mesh.vertices.area
+    patches = cKDTree(corners).query_ball_point(corners[:: max(1, len(corners) // 400)], radius)
+    exact, of_mesh = area * mesh.vertices.fields[name], integrals_of_mesh(mesh)[name]
+    return np.array([[exact[p].sum(), of_mesh[p].sum()] / area[p].sum() for p in patches]).T
+
+
+@pytest.mark.parametrize("name", ["mean_curvature", "gaussian_curvature"])
+@pytest.mark.parametrize(
+    "spheres",
+    [
+        ([[0.0, 0, 0], [3, 0, 0]], [1.7, 1.5]),
+        ([[0.0, 0, 0], [2.6, 0, 0], [1.3, 2.2, 0]], [1.7, 1.6, 1.8]),
+    ],
+)
+def test_smoothed_curvature_is_that_of_a_fine_mesh(spheres, name):
+    """Measured: 0.007 to 0.011 rms, of a standard deviation of 0.1 to 0.15."""
+    exact, of_mesh = smoothed(sparsurf.mesh(spheres, density=10.0, fields=name), name, 2.0)
+    assert np.sqrt(np.mean((exact - of_mesh) ** 2)) < 0.013 and np.corrcoef(exact, of_mesh)[0, 1] > 0.99
+
+
+def test_smoothed_mean_curvature_of_a_protein_is_that_of_its_mesh():
+    """But for ridges where concave parts meet, at which only a mesh has curvature. Measured: 0.974 and 0.023 of 0.18 1/Å."""
+    mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", fields="mean_curvature")
+    exact, of_mesh = smoothed(mesh, "mean_curvature", 3.0)
+    assert np.corrcoef(exact, of_mesh)[0, 1] > 0.96 and np.median(np.abs(exact - of_mesh)) < 0.03
 
 
 def test_curvature_needs_dots_that_were_placed():
