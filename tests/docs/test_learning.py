@@ -1,0 +1,137 @@
+"""The page on networks: its code runs as typed, and its files have what the readers of other programs need."""
+
+import gzip
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.surfaces.read_surface import read_surface
+
+pytest.importorskip("pyarrow")
+CHAINS = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared")) / "data" / "chains"
+N_CHAINS = 3
+SAVE = """
+import pickle
+pickle.dump([data[k] for k in range(len(data))], open("data.pickle", "wb"))
+by_residue.rename("mean").to_csv("by_residue.csv")
+"""
+
+
+def structures():
+    """Small chains where they are at hand, else the structure of the repository."""
+    chains = sorted(CHAINS.glob("*.gz"), key=lambda path: (path.stat().st_size, path.name))
+    return chains[:N_CHAINS] or [ROOT / "data" / "tdp43" / "topology.pdb"]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """The folder in which all code of the page was run, with labels of all residues but those of one structure's half."""
+    folder = tmp_path_factory.mktemp("learning")
+    (folder / "chains").mkdir()
+    for path in structures():
+        shutil.copy(path, folder / "chains")
+    first = sorted((folder / "chains").iterdir())[0]
+    content = first.read_bytes()
+    (folder / "protein.pdb").write_bytes(gzip.decompress(content) if first.suffix == ".gz" else content)
+    named = {path.name.split(".")[0]: path for path in (folder / "chains").iterdir()}
+    parts = []
+    for name, path in (named | {"protein": folder / "protein.pdb"}).items():
+        residues = sparsurf.read_molecule(path).residues
+        parts.append(
+            residues.assign(name=name, label=np.arange(len(residues)) % 3 == 0).iloc[: -len(residues) // 2]
+        )
+    labels = pd.concat(parts).astype({"label": int})
+    labels[["name", "chain", "residue", "label"]].to_csv(folder / "labels.csv", index=False)
+    text = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
+    code = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+    code = [block for block in code if "torch" not in block or find_spec("torch")]
+    (command,) = re.findall(r"^```bash\nsparsurf (.*?)^```", text, re.M | re.S)
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    for words in (["-m", "sparsurf", *command.split()], ["-c", "\n".join([*code, SAVE])]):
+        run = subprocess.run(
+            [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        assert run.returncode == 0, run.stdout + run.stderr
+    return folder
+
+
+def labels_of(folder):
+    """The table of labels; the chain of a structure may have no name."""
+    return pd.read_csv(folder / "labels.csv", dtype={"chain": str, "residue": str}, keep_default_na=False)
+
+
+def test_the_data_set_has_the_points_of_the_functions_with_labels_of_residues(done):
+    names = ["roughness", "hydropathy", "potential", "hbond", "mean_curvature"]
+    labels = labels_of(done)
+    examples = pd.read_pickle(done / "data.pickle")
+    results = list(sparsurf.points_of(done / "chains", 1024, fields=names))
+    assert len(examples) == len(results) == len(structures())
+    for (position, features, label), few in zip(examples, results, strict=True):
+        assert position.dtype == features.dtype == label.dtype == np.float32
+        assert np.array_equal(position, few.points) and np.array_equal(features[:, :3], few.normals)
+        for k, name in enumerate(names):
+            assert np.array_equal(features[:, 3 + k], few.fields[name]), name
+        own = labels[labels["name"] == few.name].set_index(["chain", "residue"])["label"].to_dict()
+        keys = few.to_frame()[["chain", "residue"]].itertuples(index=False, name=None)
+        assert np.array_equal(label, [own.get(key, np.nan) for key in keys], equal_nan=True)
+        assert np.isnan(label).any() and {*label[~np.isnan(label)]} == {0, 1}
+    table = results[0].to_frame()
+    mean = table.groupby(["chain", "residue"], sort=False)["roughness"].mean()
+    assert pd.read_csv(done / "by_residue.csv")["mean"].to_numpy() == pytest.approx(mean, abs=1e-5)
+
+
+def test_the_ply_follows_the_rules_of_the_readers_of_masif_and_dmasif(done):
+    """Text; every number of a vertex belongs to a property of the type float; single blanks; triangles of three numbers."""
+    head, body = (done / "protein_A.ply").read_text(encoding="ascii").split("end_header\n")
+    lines = head.splitlines()
+    assert lines[:2] == ["ply", "format ascii 1.0"] and "property list uchar int vertex_indices" in lines
+    n, f = (int(line.split()[2]) for line in lines if line.startswith("element"))
+    names = [line.split(" ")[2] for line in lines if line.startswith("property float ")]
+    assert len(names) == sum(line.startswith("property") for line in lines) - 1
+    assert names[:6] == ["x", "y", "z", "nx", "ny", "nz"]
+    rows = body.splitlines()
+    assert len(rows) == n + f
+    values = np.array([[float(number) for number in row.split(" ")] for row in rows[:n]])
+    triangles = np.array([[int(number) for number in row.split(" ")] for row in rows[n:]])
+    vertices = dict(zip(names, values.T, strict=True))
+    assert (triangles[:, 0] == 3).all() and {*triangles[:, 1:].ravel()} == {*range(n)}
+    mesh = sparsurf.mesh(done / "protein.pdb", 4096, fields=["potential", "hbond", "hydropathy"])
+    for field, name in {"potential": "charge", "hbond": "hbond", "hydropathy": "hphob"}.items():
+        assert vertices[name] == pytest.approx(mesh.vertices.fields[field], rel=1e-5, abs=1e-5)
+    assert np.abs(vertices["hbond"]).max() == 1 and {*vertices["iface"]} == {0, 1}
+    labels = labels_of(done).query("name == 'protein' and label == 1")
+    labelled = {*labels[["chain", "residue"]].itertuples(index=False, name=None)}
+    keys = mesh.to_frame()[["chain", "residue"]].itertuples(index=False, name=None)
+    assert vertices["iface"].tolist() == [key in labelled for key in keys]
+
+
+def test_plyfile_finds_what_dmasif_asks_for(done):
+    plyfile = pytest.importorskip("plyfile")
+    found = plyfile.PlyData.read(done / "protein_A.ply")
+    assert np.vstack(found["face"].data["vertex_indices"]).shape[1] == 3
+    for name in ("nx", "ny", "nz", "iface", "charge", "hbond", "hphob"):
+        assert np.isfinite(found["vertex"][name]).all()
+
+
+def test_the_npz_is_a_closed_mesh_with_exact_normals(done):
+    with np.load(done / "protein.npz") as held:
+        verts, faces, normals = held["verts"], held["faces"], held["normals"]
+    assert verts.dtype == normals.dtype == np.float32 and faces.dtype == np.int32
+    assert verts.shape == normals.shape and faces.shape[1] == 3
+    edges = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    back = {*map(tuple, edges[:, ::-1].tolist())}
+    assert back == {*map(tuple, edges.tolist())} and len(back) == len(edges)
+    again = read_surface(done / "protein_A.ply")
+    assert again.points == pytest.approx(verts, abs=6e-5) and again.normals == pytest.approx(
+        normals, abs=6e-5
+    )
