@@ -222,6 +222,29 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path):
     assert list(failures) == ["c"] and "c.pdb" in failures["c"]
 
 
+def read_with_polars(polars, path):
+    return polars.read_parquet(path).to_dict(as_series=False)
+
+
+def read_with_duckdb(duckdb, path):
+    columns = duckdb.sql(f"select * from '{path}'").fetchnumpy()
+    return {name: np.asarray(values).tolist() for name, values in columns.items()}
+
+
+@pytest.mark.parametrize("read", [read_with_polars, read_with_duckdb])
+def test_other_programs_read_the_table(read, folder, tmp_path):
+    """Polars and DuckDB find the columns and the values of pandas."""
+    pytest.importorskip("pyarrow")
+    reader = pytest.importorskip(read.__name__.removeprefix("read_with_"))
+    output = tmp_path / "points.parquet"
+    fields = "roughness,mean_curvature,hbond"
+    assert command.main(["points", str(folder), "-n", "40", "--fields", fields, "-o", str(output)]) == 0
+    found, table = read(reader, output), pd.read_parquet(output)
+    assert list(found) == list(table) and found["residue"] == table["residue"].tolist()
+    for name in ("x", "nz", "area", "atom", *fields.split(",")):
+        assert np.array_equal(np.array(found[name], table[name].dtype), table[name]), name
+
+
 @pytest.mark.parametrize("suffix", ["npz", "ply"])
 def test_the_command_writes_the_points_of_one_structure(folder, suffix, tmp_path):
     output = tmp_path / f"points.{suffix}"
