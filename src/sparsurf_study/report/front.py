@@ -53,12 +53,8 @@ SIGNIFICANT = 0.05
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
 # Small figures
 PARAMETERS = "α,\u00a0β,\u00a0γ,\u00a0δ"
-<<<<<<< HEAD
 OF_ISLANDS = ["link / spacing", "left in island"]
-FILES_OF_SURFACE = ("minimal.csv", "residues.csv", "figures/number_of_dots.png")
-=======
-FILES_OF_SURFACE = ("surface.html", "minimal.csv", "residues.csv", "figures/number_of_dots.png")
->>>>>>> 55dac224 (Draw the roughness of each surface before the grid)
+FILES_OF_SURFACE = ("surface.html", "minimal.csv", "residues.csv")
 SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
 
