@@ -192,7 +192,7 @@ def write_dots(output: str | Path, dots: Dots) -> None:
     writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
     writers[".html"] = lambda path: _write_page(path, dots)
     writers[".png"] = lambda path: _write_picture(path, dots, str(output))
-    if dots.faces is not None and parse_output(output, (*dots.formats, ".csv"))[0] == ".csv":
+    if dots.faces is not None and str(output).lower().removesuffix(".gz").endswith(".csv"):
         raise InputError(
             f"{output}: a CSV has no room for the triangles of a mesh; name a file in {', '.join(dots.formats)}, or write "
             "its vertices."

@@ -17,7 +17,6 @@ from sparsurf.surfaces.surface import COMPONENT_FIELD, Origin
 from sparsurf.surfaces.surface import DENSITY as PUBLISHED_DENSITY
 
 FORMATS = (*writing.DOTS, *writing.PAGES)
-DOT_OPTIONS = ("fields", "residues")  # that do not apply to a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -64,11 +63,10 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             f"{args.file} does not have the suffix of a structure: give one of {', '.join(STRUCTURES)}; --trajectory adds frames."
         )
-    for name in DOT_OPTIONS if args.mesh else ():
-        if getattr(args, name) is not None:
-            raise InputError(
-                f"--{name}: it is about dots, and --mesh writes triangles; leave out one of the two."
-            )
+    if args.mesh and args.residues is not None:
+        raise InputError(
+            "--residues: it is about dots, and --mesh writes triangles; leave out one of the two."
+        )
     outputs.check(args, writing.MESHES if args.mesh else FORMATS)
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
@@ -101,14 +99,16 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
-    """Return the vertices of the closed triangles."""
+    """Return the vertices of the closed triangles, with their fields."""
+    from sparsurf.api.field_values import check_fields
     from sparsurf.api.surfaces import mesh_of_atoms, placement
 
+    names = check_fields(options.names_of_fields(args), "surface")
     rules = placement(args.probe_radius, "auto", args.radii, args.cavities)
     frame = args.frame or 0
     xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
     origin = Origin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
-    return writing.mesh_dots(mesh_of_atoms(origin, None, args.density or PUBLISHED_DENSITY))
+    return writing.mesh_dots(mesh_of_atoms(origin, None, args.density or PUBLISHED_DENSITY, names))
 
 
 def _rules(args: argparse.Namespace) -> dict[str, Any]:

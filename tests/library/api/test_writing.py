@@ -61,6 +61,8 @@ def test_a_csv_of_a_mesh_is_refused(mesh, tmp_path):
         InputError, match=r"m\.csv: a CSV has no room for the triangles of a mesh; name a file in \.ply, "
     ):
         sparsurf.write(mesh, tmp_path / "m.csv")
+    with pytest.raises(InputError, match=r"as '\.dms'; name a file in (?!.*csv)"):
+        sparsurf.write(mesh, tmp_path / "m.dms")
     assert not list(tmp_path.iterdir())
 
 

@@ -198,13 +198,14 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
 @pytest.mark.parametrize(
     ("words", "options"),
     [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
-     "radii": "bondi", "cavities": "remove"})],
+     "radii": "bondi", "cavities": "remove"}), ("--fields hbond,roughness", {"fields": ["hbond", "roughness"]})],
 )  # fmt: skip
 def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
     path = TDP43 if words else folder / "protein.pdb"  # with a cavity
     assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
-    dots = sparsurf.surface(path, **{key: value for key, value in options.items() if key != "density"})
-    sparsurf.write(sparsurf.mesh(dots, density=options.get("density")), tmp_path / "own.ply")
+    of_mesh = {key: options[key] for key in ("density", "fields") if key in options}
+    dots = sparsurf.surface(path, **{key: value for key, value in options.items() if key not in of_mesh})
+    sparsurf.write(sparsurf.mesh(dots, **of_mesh), tmp_path / "own.ply")
     assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
 
 
@@ -398,7 +399,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, and residues are those of atoms"),
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields names none"),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
-    ("surface protein.pdb --mesh --fields hydropathy -o x.ply", 1, "--fields: it is about dots"),
+    ("surface protein.pdb --mesh --fields hydropath -o x.ply", 1, "no field 'hydropath'; did you mean 'hydropathy'"),
     ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "d_link = 0.1"),
     ("roughness dots.csv more.csv -o -", 2, "one file at a time"),
     ("roughness . -o -", 1, "folder"),
