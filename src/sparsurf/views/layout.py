@@ -41,6 +41,7 @@ PALETTE = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F
 PALETTE += ["#332288", "#882255", "#999933", "#888888"]
 SAMPLED, RANDOM, WHOLE = "#D55E00", "#000000", "#4D4D4D"  # vermillion of Okabe and Ito, black, grey
 DARK, PALE = PALETTE[0], "#B9D3E6"  # blue, and the same lighter
+RECOVERED = "#08306B"  # dark blue, a surface that was reconstructed
 GREY = "#4D4D4D"
 # Samplers: colour, line width and marker; the three of the ranking are bold
 LINES = {

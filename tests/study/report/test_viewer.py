@@ -8,6 +8,7 @@ import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial import cKDTree
 
 from browser import Browser, programs
 from small_study import run_script
@@ -23,6 +24,7 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
 from sparsurf.surfaces.surface import Surface
+from sparsurf.views.render import ROUGHNESS_LIMITS
 from sparsurf.views.viewer import packing
 from sparsurf.views.viewer import page as viewer
 from sparsurf_study.analysis import grid as grids
@@ -302,12 +304,12 @@ def test_the_nearest_combination_of_the_grid_is_shown_with_its_numbers(opened, g
     for asked, nearest in (((0.9, 0.2, 5, 1), [1, 0, 6, 0]), ((0.6, 0.8, 2, 8), [0.5, 1, 0, 6])):
         choose(opened, sampler="paper", **dict(zip(PARAMETERS, asked, strict=True)))
         row = grid[0][(grid[0][PARAMETERS] == nearest).all(axis=1)].iloc[0]
-        wanted = [["reading", "Z_tS", "Z_tR", "d"]]
+        wanted = [["reading", "ZtS", "ZtR", "d"]]
         for reading in ("kept", "full"):
             numbers = [f"{row[f'{name}_{reading}']:.2f}".replace("-", "−") for name in ("Z_tS", "Z_tR", "d")]
             wanted.append([READINGS[reading].words, *numbers])
         assert opened.run(rows) == wanted
-        assert f"({', '.join(map(str, nearest))}), n_S {row['n_S_percent']:.1f} %" in text_of(
+        assert f"({', '.join(map(str, nearest))}), nS {row['n_S_percent']:.1f} %" in text_of(
             opened, "nearest"
         )
     choose(opened, presets=0)  # the paper's best moves all sliders
@@ -319,13 +321,13 @@ def test_every_dot_has_the_colour_of_its_value(opened, prepared):
     """Grey where it is unknown; viridis is brighter the higher the value, so that it reads without colour vision."""
     opened.run("const paintAll = scene.colour; scene.colour = (rgb) => paintAll((window.painted = rgb))")
     height = np.where(np.arange(3000) % 7 == 0, np.nan, prepared.points[:, 2])
-    for colour, values, unit, ends in (
-        (0, prepared.roughness, "", ("rough", "flat")),
-        (1, height, " Å", ("low", "high")),
+    for colour, values, limits, unit, ends in (
+        (0, prepared.roughness, ROUGHNESS_LIMITS, "", ("rough", "flat")),
+        (1, height, (np.nanmin(height), np.nanmax(height)), " Å", ("low", "high")),
     ):
         choose(opened, colour=colour)
         painted = np.reshape(opened.run("return Array.from(painted)"), (-1, 3))
-        known, low, high = np.isfinite(values), np.nanmin(values), np.nanmax(values)
+        known, (low, high) = np.isfinite(values), limits
         wanted = 255 * matplotlib.colormaps["viridis"]((values[known] - low) / (high - low))[:, :3]
         assert np.abs(painted[known] - wanted).max() < 6  # 16 colours in between which it is interpolated
         assert (painted[~known] == 160).all()
@@ -356,8 +358,8 @@ def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
         dot = opened.run("return view.picked")
         assert dot == np.argmax(np.where(hit, points[:, 2] - gap, -np.inf))  # the one in front
         said = text_of(opened, "picked")
-        assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, R_i = ")
-        assert abs(float(said.split("R_i = ")[1][:4]) - prepared.roughness[dot]) < 0.008
+        assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, Ri = ")
+        assert abs(float(said.split("Ri = ")[1][:4]) - prepared.roughness[dot]) < 0.008
     opened.point("#canvas", (0, 0), (60, 20))
     turned = np.reshape(opened.run("return view.turn"), (3, 3))
     assert np.allclose(turned @ turned.T, np.eye(3)) and turned[0, 2] > 0.4  # the front went to the right
@@ -401,6 +403,33 @@ def test_the_picture_shows_what_is_chosen_and_can_be_saved(opened):
     path.write_bytes(base64.b64decode(data.removeprefix("data:image/png;base64,")))
     image = matplotlib.image.imread(path)[..., :3]
     assert name == "blob_c1.png" and coloured(image) > 1000 and (image[-40:] < 0.5).any()  # the line below it
+
+
+def test_the_picture_has_the_colour_of_the_page_and_is_saved_on_white(opened):
+    choose(opened, sampler="farthest", percent=5)
+    try:
+        for scheme, paper in (("dark", (13, 17, 23)), ("light", (255, 255, 255))):
+            media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+            opened.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params=media)
+            assert (np.abs(255 * picture(opened)[5, 5] - paper) < 2).all()
+            corner = "return [...picture().getContext('2d').getImageData(2, 2, 1, 1).data]"
+            assert opened.run(corner) == [255] * 4
+    finally:
+        opened.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"features": []})
+
+
+def test_the_surface_below_the_dots_is_closed_and_lies_on_them(prepared, order):
+    header, columns = unpacked(page_of(prepared, order))
+    corners = np.column_stack([columns[f"m{axis}"] for axis in "xyz"]) * header["meshStep"]
+    triangles = columns["triangle"].reshape(-1, 3)
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    assert len(triangles) > 500
+    gap = cKDTree(corners).query(prepared.points)[0]
+    reach = np.linalg.norm(np.diff(corners[edges], axis=1), axis=2).max()
+    assert gap.max() < reach
+    few = page_of(prepared, order[:50])
+    assert len(unpacked(few)[1]["triangle"]) == 0  # too few to enclose anything
 
 
 def test_a_small_screen_needs_no_sideways_scrolling(opened):

@@ -17,6 +17,7 @@ from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
+from sparsurf.views.render import along_smallest_axis
 from sparsurf.views.viewer import page as viewer
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ def overview(
 
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
+        turn=along_smallest_axis(surface.points),
         minimal_is="the kept dots",
     )  # fmt: skip
 

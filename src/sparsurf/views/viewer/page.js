@@ -3,8 +3,11 @@
 const element = (id) => document.getElementById(id);
 const LAW = ["alpha", "beta", "gamma", "delta"];
 const number = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
-const UNKNOWN = 255, GREY = [160, 160, 160];
+const UNKNOWN = 255, GREY = [160, 160, 160], WHITE = [1, 1, 1];
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, seed: 1, picked: -1, shown: new Uint32Array(0) };
+// Text with subscripts, as nodes: R_i becomes R<sub>i</sub>; where a text has no room for nodes, in letters.
+const subscripts = (text) => text.split(/_(\w+)/).map((part, k) => (k % 2 ? Object.assign(document.createElement("sub"), { textContent: part }) : part));
+const inLetters = (text) => text.replaceAll("_i", "ᵢ");
 let head, dots, scene, cover, luck, keep, ranked = {}, asked = false, coloured = "";
 
 async function start() {
@@ -18,7 +21,9 @@ async function start() {
   cover = makeCover(dots, head.step, head.radius);
   keep = new Uint8Array(n);
   view.turn = [...head.turn];
-  scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron));
+  const corners = new Float32Array(3 * dots.mx.length);
+  ["x", "y", "z"].forEach((axis, k) => dots[`m${axis}`].forEach((value, i) => (corners[3 * i + k] = head.meshStep * value - head.step * middle[k])));
+  scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron), corners, Uint32Array.from(dots.triangle));
   if (element("up")) element("up").hidden = window.top !== window; // inside of a report
   fillMenus();
   listen();
@@ -31,7 +36,7 @@ async function start() {
 function fillMenus() {
   const option = (text, value) => new Option(text, value);
   for (const [name, words] of Object.entries(head.samplers)) element("sampler").add(option(words, name));
-  head.values.forEach((each, k) => element("colour").add(option(each.name, k)));
+  head.values.forEach((each, k) => element("colour").add(option(inLetters(each.name), k)));
   if (dots.kind) element("colour").add(option("kind of dot", "kind"));
   [element("sampler").value, element("colour").value] = [head.sampler, head.colour];
   element("presets").add(option("…", ""));
@@ -91,15 +96,15 @@ function nearest() {
   });
   if (!head.grid.length) return [];
   const row = head.grid[best], table = document.createElement("table"), words = document.createElement("p");
-  words.textContent = `Nearest combination of the study: (${row.slice(0, 4).join(", ")}), n_S ${number(row[4], 1)} %.`;
+  words.append(...subscripts(`Nearest combination of the study: (${row.slice(0, 4).join(", ")}), n_S ${number(row[4], 1)} %.`));
   const line = (texts, kind) => {
     const tr = table.insertRow();
-    texts.forEach((text) => tr.appendChild(document.createElement(kind)).append(text));
+    texts.forEach((text) => tr.appendChild(document.createElement(kind)).append(...subscripts(text)));
   };
   line(["reading", "Z_tS", "Z_tR", "d"], "th");
   head.readings.forEach((words, r) => line([words, ...row.slice(5 + 3 * r, 8 + 3 * r).map((value) => number(value, 2))], "td"));
   const note = document.createElement("p");
-  note.textContent = "Z: distance of the descriptors from those of the whole surface (0 is best), for the sampled dots and for as many uniform ones. d = Z_tR − Z_tS: above 0 the sampling is better.";
+  note.append(...subscripts("Z is the mean distance of the descriptors from those of the full surface (0 is best), for the sampled dots (Z_tS) and for a random subset of the same size (Z_tR). Where d = Z_tR − Z_tS is above 0, the sampling is better."));
   return [words, table, note];
 }
 
@@ -113,17 +118,18 @@ function paint() {
     coloured = present.map(([name]) => name).join(", ");
   } else {
     const scale = head.values[wish], values = dots[`value ${wish}`];
-    values.forEach((value, i) => out.set(value === UNKNOWN ? GREY : shade(value / 254), 3 * i));
+    const share = (value) => Math.min(1, Math.max(0, (scale.low + ((scale.high - scale.low) * value) / 254 - scale.dark) / (scale.bright - scale.dark || 1)));
+    values.forEach((value, i) => out.set(value === UNKNOWN ? GREY : shade(share(value)), 3 * i));
     const bar = document.createElement("div"), ends = document.createElement("div");
     bar.className = "bar";
     bar.style.background = `linear-gradient(to right, ${head.stops.map((rgb) => `rgb(${rgb})`)})`;
     ends.className = "ends";
-    for (const end of ["low", "high"]) {
-      ends.appendChild(document.createElement("span")).append(`${number(scale[end], 2)}${scale.unit} ${scale[`${end} is`]}`);
+    for (const [end, colour] of [["low", "dark"], ["high", "bright"]]) {
+      ends.appendChild(document.createElement("span")).append(`${number(scale[colour], 2)}${scale.unit} ${scale[`${end} is`]}`);
     }
     const unknown = values.includes(UNKNOWN) ? boxed(scale["unknown is"], GREY) : [], known = values.some((value) => value !== UNKNOWN);
-    element("legend").replaceChildren(scale.name, ...(known ? [bar, ends] : []), ...unknown);
-    coloured = scale.name + (known ? `, dark ${number(scale.low, 2)}${scale.unit}, bright ${number(scale.high, 2)}${scale.unit}` : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
+    element("legend").replaceChildren(...subscripts(scale.name), ...(known ? [bar, ends] : []), ...unknown);
+    coloured = inLetters(scale.name) + (known ? `, dark ${number(scale.dark, 2)}${scale.unit}, bright ${number(scale.bright, 2)}${scale.unit}` : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
   }
   scene.colour(out);
   redraw();
@@ -147,14 +153,17 @@ const radius = () => (view.shown.length === head.stored ? 1.3 : 0.9) * head.spac
 function redraw() {
   if (asked) return;
   asked = true;
-  requestAnimationFrame(drawNow);
+  requestAnimationFrame(() => drawNow());
 }
 
-function drawNow() {
+// The colour of the page, as numbers from 0 to 1.
+const ofPage = () => getComputedStyle(document.body).backgroundColor.match(/[\d.]+/g).slice(0, 3).map((value) => value / 255);
+
+function drawNow(behind = ofPage()) {
   const canvas = element("canvas"), sharp = Math.min(2, window.devicePixelRatio || 1);
   asked = false;
   [canvas.width, canvas.height] = [Math.max(1, canvas.clientWidth * sharp), Math.max(1, canvas.clientHeight * sharp)];
-  scene.draw(view, view.shown, radius(), element("pale").checked ? 1.3 * head.spacing : 0, view.picked);
+  scene.draw(view, view.shown, radius(), element("pale").checked ? 1.3 * head.spacing : 0, view.picked, behind);
 }
 
 function pick(i) {
@@ -170,7 +179,7 @@ function pick(i) {
     const value = dots[`value ${k}`][i];
     words.push(`${each.symbol} = ${value === UNKNOWN ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
   });
-  element("picked").textContent = `${words.join(", ")}.`;
+  element("picked").replaceChildren(...subscripts(`${words.join(", ")}.`));
 }
 
 // Turns by radians about the upright and the level axis of the screen.
@@ -197,9 +206,9 @@ function drawAgain() {
   choose();
 }
 
-// The picture with a line that says what it shows.
+// The picture, on white, with a line that says what it shows.
 function picture() {
-  drawNow();
+  drawNow(WHITE);
   const canvas = element("canvas"), out = document.createElement("canvas"), line = Math.max(14, canvas.width / 60);
   [out.width, out.height] = [canvas.width, canvas.height + 3.2 * line];
   const pen = out.getContext("2d");
@@ -210,6 +219,7 @@ function picture() {
   pen.font = `${line}px sans-serif`;
   pen.fillText(`${document.title}: ${element("shown").textContent}`, line / 2, canvas.height + line);
   pen.fillText(caption(), line / 2, canvas.height + 2.4 * line);
+  redraw();
   return out;
 }
 
@@ -259,6 +269,7 @@ function listen() {
     zoom(Math.exp(-0.0015 * event.deltaY));
   }, { passive: false });
   follow(canvas);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
 // One finger or the mouse turns, two fingers zoom and move, a press without a move picks.

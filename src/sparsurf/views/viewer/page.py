@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -12,7 +14,10 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.dot_fields.registry import label_and_unit
+from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.files import no_warnings
+from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import farthest, sampler_label
@@ -21,6 +26,7 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
+from sparsurf.views.render import DISTANCE_LIMITS, ROUGHNESS_LIMITS
 from sparsurf.views.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 
 if TYPE_CHECKING:
@@ -32,6 +38,11 @@ MAX_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the
 COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
 CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
 SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
+SHEET_STEP = 0.02  # Å, of the corners of the surface below the dots
+SHEET_GRID = 1.2, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
+SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is recovered, and at least so many
+CORNERS_PER_CELL, MAX_CORNERS = 4.2, 10_000  # corners on an area of a squared step, and of a page
+MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
 SAMPLERS = ("farthest", "uniform", "paper")  # that sampling.js draws
@@ -48,6 +59,9 @@ class Values:
     low_is: str = ""  # meaning of the ends
     high_is: str = ""
     unknown_is: str = "unknown"  # meaning of NaN, which is grey
+    limits: tuple[float, float] | None = (
+        None  # at the ends of the colours; by default the lowest and the highest
+    )
 
 
 def page(
@@ -117,8 +131,13 @@ def around_dots(
     """
     surface = prepared.surface
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
-    values = [Values("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat"), *values]
-    most = MAX_DOTS
+    values = [
+        Values("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat", limits=ROUGHNESS_LIMITS),
+        *values,
+    ]
+    sheet, most = sheet_columns(prepared, next(iter(orders.values()))), MAX_DOTS
+    if len(pack({}, sheet)) > MAX_SHARE_OF_SHEET * MAX_BYTES:
+        sheet = {name: values[:0] for name, values in sheet.items()}
     while True:
         dots = np.sort(next(iter(orders.values()))[:most])
         whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
@@ -129,7 +148,7 @@ def around_dots(
         if len(minimal):
             header["samplers"]["minimal"] = minimal_is
             columns["minimal"] = np.isin(dots, minimal).astype(int)
-        text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover)))
+        text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover) | sheet))
         if len(text.encode()) <= MAX_BYTES:
             return text
         most = int(0.95 * len(dots) * MAX_BYTES / len(text))
@@ -170,7 +189,7 @@ def coloured_page(
 def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
     """Return what the dots of a surface show: their distance from the recovered one, component, and fields."""
     name = "distance from the surface recovered from minimal.csv"
-    shown = [Values(name, "off", " Å", distance, "on it", "off")]
+    shown = [Values(name, "off", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
     components = surface.fields.get(COMPONENT_FIELD)
     if components is not None and components.max() > 0:
         shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
@@ -207,6 +226,7 @@ def _header(
         "stored": len(dots),
         "minimal": len(minimal),
         "step": COORDINATE_STEP,
+        "meshStep": SHEET_STEP,
         "radius": radius,
         "octahedron": OCTAHEDRON,
         "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
@@ -236,6 +256,7 @@ def _scale(values: Values) -> dict[str, Any]:
     known = values.values[np.isfinite(values.values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
+    scale["dark"], scale["bright"] = values.limits or (low, high)
     meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
     return scale | meanings
 
@@ -283,6 +304,25 @@ def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str,
         "size": np.bincount(owner, minlength=len(cover.centre)),
         "pair": dot[np.lexsort((dot, owner))],
     }
+
+
+def sheet_columns(prepared: PreparedSurface, order: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the corners and triangles of the surface that is drawn below the dots, recovered from the first dots of an order.
+
+    There are none where a surface is too large for a page, or where its dots do not enclose anything.
+    """
+    area = len(prepared.points) / prepared.density
+    step = max(SHEET_GRID[0], math.sqrt(CORNERS_PER_CELL * area / MAX_CORNERS))
+    few = order[: max(MIN_SHEET_DOTS, round(SHEET_DENSITY * area))]
+    corners, triangles = np.empty((0, 3)), np.empty((0, 3), int)
+    if step <= SHEET_GRID[1] and len(few) >= MIN_SHEET_DOTS:
+        with no_warnings(), suppress(InputError):
+            made = recovered_mesh(
+                prepared.points[few], prepared.normals[few], step, 2 / step**2, threads=prepared.threads
+            )
+            corners, triangles = made.vertices.points, made.triangles
+    places = np.round(corners / SHEET_STEP).astype(int)
+    return dict(zip(("mx", "my", "mz"), places.T, strict=True)) | {"triangle": triangles.ravel()}
 
 
 def _places(dots: np.ndarray, n: int) -> np.ndarray:

@@ -1,13 +1,15 @@
-// Dots drawn as lit discs that lie in the surface; WebGL 2, parallel projection, z towards the viewer.
+// Dots drawn as lit discs that lie in the surface, on its triangles; WebGL 2, parallel projection, z towards the viewer.
+
+const SINK = 0.2; // Å, of the faint surface below the dots
 
 const CORNER = `#version 300 es
-uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float pixels, radius, reach, sink; uniform bool pale;
+uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float pixels, radius, reach, sink; uniform bool pale; uniform vec3 faint;
 in vec3 place, normal, colour;
 out vec3 facing, ink; out float depth;
 void main() {
   facing = turn * normal;
   vec3 at = turn * (place - sink * normal);
-  ink = pale ? vec3(.9) : colour;
+  ink = pale ? faint : colour;
   depth = at.z;
   gl_Position = facing.z < .1 ? vec4(2, 2, 2, 1) : vec4((at.xy + shift) * scale, 0, 1);
   gl_PointSize = 2. * radius * pixels;
@@ -15,7 +17,7 @@ void main() {
 
 const DISC = `#version 300 es
 precision highp float;
-uniform float radius, reach; uniform bool ring;
+uniform float radius, reach; uniform bool ring; uniform vec3 behind;
 in vec3 facing, ink; in float depth;
 out vec4 light;
 void main() {
@@ -25,18 +27,50 @@ void main() {
   if (far > 1. || (ring && far < .5)) discard;
   float z = depth + rise * radius, lit = .5 + .5 * max(0., dot(n, normalize(vec3(-.3, .4, .85))));
   gl_FragDepth = ring ? 0. : clamp(.5 - .5 * z / reach, 0., 1.);
-  light = vec4(mix(ink * lit, vec3(1), .35 * clamp(.5 - .5 * z / reach, 0., 1.)), 1);
-  if (ring) light = vec4(0, 0, 0, 1);
+  light = vec4(mix(ink * lit, behind, .35 * clamp(.5 - .5 * z / reach, 0., 1.)), 1);
+  if (ring) light = vec4(vec3(1) - behind, 1);
 }`;
 
-// `places` and `facing` are (3 n) float arrays, Å from the middle of the surface; throws where there is no WebGL 2.
-function makeScene(canvas, places, facing) {
-  const gl = canvas.getContext("webgl2", { antialias: true });
-  if (!gl) throw new Error("this browser offers no WebGL 2");
-  let reach = 1; // Å, from the middle to the farthest dot
-  for (let i = 0; i < places.length; i += 3) reach = Math.max(reach, Math.hypot(places[i], places[i + 1], places[i + 2]));
+const SHEET_CORNER = `#version 300 es
+uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float reach, sink;
+in vec3 place, normal;
+out vec3 facing; out float depth;
+void main() {
+  facing = turn * normal;
+  vec3 at = turn * (place - sink * normal);
+  depth = at.z;
+  gl_Position = vec4((at.xy + shift) * scale, -at.z / reach, 1);
+}`;
+
+const SHEET = `#version 300 es
+precision highp float;
+uniform float reach; uniform vec3 behind, faint;
+in vec3 facing; in float depth;
+out vec4 light;
+void main() {
+  float lit = .5 + .5 * max(0., dot(normalize(facing), normalize(vec3(-.3, .4, .85))));
+  light = vec4(mix(faint * lit, behind, .35 * clamp(.5 - .5 * depth / reach, 0., 1.)), 1);
+}`;
+
+// Normals at the corners of triangles, each the mean of those around it by their area.
+function cornerNormals(corners, triangles) {
+  const out = new Float32Array(corners.length);
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => 3 * triangles[t + k]);
+    const [u, v] = [b, c].map((end) => [0, 1, 2].map((k) => corners[end + k] - corners[a + k]));
+    const across = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    for (const corner of [a, b, c]) for (let k = 0; k < 3; k++) out[corner + k] += across[k];
+  }
+  for (let i = 0; i < out.length; i += 3) {
+    const length = Math.hypot(out[i], out[i + 1], out[i + 2]) || 1;
+    for (let k = 0; k < 3; k++) out[i + k] /= length;
+  }
+  return out;
+}
+
+function linked(gl, corner, pixel) {
   const program = gl.createProgram();
-  for (const [kind, text] of [[gl.VERTEX_SHADER, CORNER], [gl.FRAGMENT_SHADER, DISC]]) {
+  for (const [kind, text] of [[gl.VERTEX_SHADER, corner], [gl.FRAGMENT_SHADER, pixel]]) {
     const shader = gl.createShader(kind);
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
@@ -44,14 +78,24 @@ function makeScene(canvas, places, facing) {
   }
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error("the graphics driver refuses the page's program");
-  gl.useProgram(program);
-  gl.enable(gl.DEPTH_TEST);
-  gl.clearColor(1, 1, 1, 1);
-  const uniform = {};
-  for (const name of ["turn", "scale", "shift", "pixels", "radius", "reach", "sink", "pale", "ring"]) {
+  const uniform = {}, count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
+  for (let k = 0; k < count; k++) {
+    const { name } = gl.getActiveUniform(program, k);
     uniform[name] = gl.getUniformLocation(program, name);
   }
-  const buffer = (name, values, type, scaled) => {
+  return { program, uniform };
+}
+
+// `places` and `facing` are (3 n) float arrays, Å from the middle of the surface, and `corners` those of `triangles`, of which there may
+// be none. Throws where there is no WebGL 2.
+function makeScene(canvas, places, facing, corners, triangles) {
+  const gl = canvas.getContext("webgl2", { antialias: true });
+  if (!gl) throw new Error("this browser offers no WebGL 2");
+  let reach = 1; // Å, from the middle to the farthest dot
+  for (let i = 0; i < places.length; i += 3) reach = Math.max(reach, Math.hypot(places[i], places[i + 1], places[i + 2]));
+  const discs = linked(gl, CORNER, DISC), sheet = linked(gl, SHEET_CORNER, SHEET);
+  gl.enable(gl.DEPTH_TEST);
+  const buffer = ({ program }, name, values, type, scaled) => {
     const own = gl.createBuffer(), place = gl.getAttribLocation(program, name);
     gl.bindBuffer(gl.ARRAY_BUFFER, own);
     gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
@@ -59,9 +103,16 @@ function makeScene(canvas, places, facing) {
     gl.vertexAttribPointer(place, 3, type, scaled, 0, 0);
     return own;
   };
-  buffer("place", places, gl.FLOAT, false);
-  buffer("normal", facing, gl.FLOAT, false);
-  const total = places.length / 3, ink = buffer("colour", new Uint8Array(places.length), gl.UNSIGNED_BYTE, true);
+  const below = gl.createVertexArray(), ofDots = gl.createVertexArray();
+  gl.bindVertexArray(below);
+  buffer(sheet, "place", corners, gl.FLOAT, false);
+  buffer(sheet, "normal", cornerNormals(corners, triangles), gl.FLOAT, false);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, triangles, gl.STATIC_DRAW);
+  gl.bindVertexArray(ofDots);
+  buffer(discs, "place", places, gl.FLOAT, false);
+  buffer(discs, "normal", facing, gl.FLOAT, false);
+  const total = places.length / 3, ink = buffer(discs, "colour", new Uint8Array(places.length), gl.UNSIGNED_BYTE, true);
   const listed = gl.createBuffer();
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, listed);
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * (total + 1), gl.DYNAMIC_DRAW);
@@ -76,24 +127,40 @@ function makeScene(canvas, places, facing) {
       gl.bindBuffer(gl.ARRAY_BUFFER, ink);
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, values);
     },
-    // view: turn (9 numbers, row by row), shift (Å), zoom; shown: dots; radius: Å of a disc; pale: the others, faintly.
-    draw(view, shown, radius, pale, picked) {
+    // view: turn (9 numbers, row by row), shift (Å), zoom; shown: dots; radius: Å of a disc; pale: the others, faintly;
+    // behind: colour of the page.
+    draw(view, shown, radius, pale, picked, behind) {
       const { pixels, scale } = frame(view), t = view.turn;
       gl.viewport(0, 0, canvas.width, canvas.height);
+      gl.clearColor(...behind, 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-      gl.uniformMatrix3fv(uniform.turn, false, [t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]]);
-      gl.uniform2fv(uniform.scale, scale);
-      gl.uniform2fv(uniform.shift, view.shift);
+      const use = ({ program, uniform }) => {
+        gl.useProgram(program);
+        gl.uniformMatrix3fv(uniform.turn, false, [t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]]);
+        gl.uniform2fv(uniform.scale, scale);
+        gl.uniform2fv(uniform.shift, view.shift);
+        gl.uniform1f(uniform.reach, 1.1 * reach);
+        gl.uniform3fv(uniform.behind, behind);
+        gl.uniform3fv(uniform.faint, Array(3).fill(behind[0] > 0.5 ? 0.9 : 0.72)); // dark dots stand out on both
+      };
+      const { uniform } = discs, isBelow = pale && shown.length < total;
+      if (isBelow && triangles.length) {
+        use(sheet);
+        gl.uniform1f(sheet.uniform.sink, SINK);
+        gl.bindVertexArray(below);
+        gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_INT, 0);
+        gl.bindVertexArray(ofDots);
+      }
+      use(discs);
       gl.uniform1f(uniform.pixels, pixels);
-      gl.uniform1f(uniform.reach, 1.1 * reach);
       const points = (sink, size, faint, ring) => {
         gl.uniform1f(uniform.sink, sink);
         gl.uniform1f(uniform.radius, size);
         gl.uniform1i(uniform.pale, faint);
         gl.uniform1i(uniform.ring, ring);
       };
-      if (pale && shown.length < total) {
-        points(0.25, pale, 1, 0);
+      if (isBelow && !triangles.length) {
+        points(SINK, pale, 1, 0);
         gl.drawArrays(gl.POINTS, 0, total);
       }
       gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, shown);
