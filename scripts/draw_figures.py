@@ -41,7 +41,7 @@ with job(snakemake) as s:
             (f"minimal subset, {sampler_label(s.settings.minimal.sampler)}", minimal, layout.DARK),
         ],
         recovered=subsets.recovered_from(prepared, minimal, s.threads),
-        rough_and_flat=rough_and_flat.content(prepared, combination, around, best["references"]),
+        rough_and_flat=rough_and_flat.content(around, best["references"]),
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=read_table(s.input.recovered),
     )

@@ -80,17 +80,16 @@ def distances(n=500):
     return rng.uniform(0.1, 0.9, n), rng.uniform(0, 9, (4, n))
 
 
-def boxes(n=500, readings=BOTH, roughness=None, patches=2):
+def rough_and_flat_patches(n=500, readings=BOTH, roughness=None):
     """Draw Z of rough and flat patches."""
     r, z = distances(n)
-    r, (points, normals) = r if roughness is None else roughness, sphere(60, 4.0)
-    patch = ("rough patch, $R_i$ = 0.21", points, normals, np.arange(0, 60, 2), np.arange(0, 60, 3))
+    r = r if roughness is None else roughness
     panels = [
         (f"around kept dots, {READINGS[name].words}", r, z[2 * (k % 2)], z[2 * (k % 2) + 1])
         for k, name in enumerate(readings)
     ]
     references = {"Z_empty": 8.6, "Z_mean_descriptor": 1.5, "floors": {"fresh dots": 0.5}}
-    return rough_and_flat.figure(panels, [patch] * patches, references)
+    return rough_and_flat.figure(panels, references)
 
 
 def kept(n=400, shown=3):
@@ -266,8 +265,8 @@ PICTURES = {  # with a picture in baseline/
     "d_over_grid_recovered": lambda: d_over_grid.figure(
         grid(alpha=[0.2, 0.4]).drop(columns="d_kept").assign(d_recovered=lambda t: 0.1 * t.gamma - 0.2)
     ),
-    "rough_and_flat": boxes,
-    "rough_and_flat_few": lambda: boxes(n=7, patches=1, readings=["full"]),
+    "rough_and_flat": rough_and_flat_patches,
+    "rough_and_flat_few": lambda: rough_and_flat_patches(n=40, readings=["full"]),
     "subsets": kept,
     "required_dots": enough,
     "required_dots_of_many": lambda: enough(7),
@@ -297,8 +296,10 @@ AWKWARD = {  # little data, and much: texts find their place all the same
     "d, one combination": lambda: d_over_grid.figure(grid(alpha=[1], **ONE)),
     "d, no values": lambda: d_over_grid.figure(NO_VALUES),
     "d, holes": lambda: d_over_grid.figure(HOLES),
-    "boxes, three readings": lambda: boxes(readings=[*BOTH, "recovered"]),
-    "boxes, empty bins": lambda: boxes(n=20, roughness=np.r_[0.1, np.full(19, 0.9)]),
+    "rough and flat, three readings": lambda: rough_and_flat_patches(readings=[*BOTH, "recovered"]),
+    "rough and flat, empty bins": lambda: rough_and_flat_patches(
+        n=20, roughness=np.r_[0.1, np.full(19, 0.9)]
+    ),
     "required_dots, most dots are kept": lambda: enough(density=5.2),
     "required_dots, few dots are kept": lambda: enough(density=0.02),
     "ensemble, 1 frame": lambda: over_time.ensemble_figure(trajectory(1), (1, 0, 6, 4)),

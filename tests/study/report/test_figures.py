@@ -115,8 +115,8 @@ def test_titles_follow_from_the_numbers():
     for gains, words in (
         ([(1, 1)], "the sampling errs less on rough and flat patches"),
         ([(1, -1), (0.5, -2)], "the sampling errs less on rough patches"),
-        ([(-1, -1)], "a uniform subset errs less everywhere"),
-        ([(1, 1), (-1, -1)], "the sampling errs less than a uniform subset one way, more the other"),
+        ([(-1, -1)], "a random subset errs less everywhere"),
+        ([(1, 1), (-1, -1)], "the sampling errs less than a random subset one way, more the other"),
     ):
         panels = [
             (f"t, {way}", r, np.full(20, 3.0), 3 + np.where(r > 0.5, flat, rough))

@@ -121,6 +121,8 @@ def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
             name, residue, change_here = table[["residue_name", "residue", "total"]].iloc[row]
             height = highest[np.abs(position - place) < room / 2].max() + top / 30  # above its neighbours
             style: dict[str, Any] = {"ha": "center", "va": "bottom", "path_effects": layout.HALO}
+            if min(place, position[-1] - place) < room / 2:  # beside the axis, not over its numbers
+                style["ha"] = "left" if place < room / 2 else "right"
             style["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
             ax.annotate(f"{name}{residue}", (place, change_here), (place, height), **style)
             taken.append(place)

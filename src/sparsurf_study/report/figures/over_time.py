@@ -99,7 +99,7 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     values = over_time.iloc[:, 2:].to_numpy(float)
     time, label = time_axis(over_time)
     n = len(residues)
-    figure = layout.sheet(layout.COLUMN, 88, name)
+    figure = layout.sheet(layout.COLUMN, 97, name)
     colours = colormaps["viridis"].with_extremes(bad=BURIED)
     scale = ScalarMappable(colors.Normalize(np.nanmin(values), np.nanmax(values)), colours)
     ax = layout.axes(figure, 15, 6, 40, 60)
@@ -119,10 +119,10 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     profile.xaxis.set_major_locator(MaxNLocator(3))
     profile.set_yticks(ax.get_yticks(), [])
     layout.letter(figure, 57, 1, "B")
-    bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 77, 40, 2), orientation="horizontal")
+    bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 76.5, 40, 2), orientation="horizontal")
     bar.ax.xaxis.set_major_locator(MaxNLocator(4))
     grey = "\ngrey: buried" if np.isnan(values).any() else ""
-    layout.text(figure, 60, 75.5, "mean $R_i$ of the residue\n(low: rough, high: flat)" + grey)
+    bar.set_label("mean $R_i$ of the residue\n(low: rough, high: flat)" + grey)
     return figure
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sparsurf.views.render import Scene
     from sparsurf_study.report.figures.results import Results
 
-MAX_DISTANCE = 0.2  # Å, end of the colours of a recovered surface
+MAX_DISTANCE = render.DISTANCE_LIMITS[1]
 CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
 
 
@@ -73,8 +73,14 @@ def figure(
     title, back, distance = recovered
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
-    words = f"{title},\nin the colours of panel {ascii_uppercase[cells - 1]}"
-    _show(figure, corners, cells - 2, scene, words, layout.DARK)
+    words = f"{title},\nin the colours of its distance"
+    _show(figure, corners, cells - 2, scene, words, layout.RECOVERED)
+    x, y = corners[cells - 2]
+    bar = figure.colorbar(
+        scale, cax=layout.axes(figure, x + 5, y + 54, 22, 1.8), orientation="horizontal", extend="max"
+    )
+    bar.set_ticks([0, MAX_DISTANCE / 2, MAX_DISTANCE])
+    layout.text(figure, x + 31, y + 53.4, "distance (Å)")
     words = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
     x, y = _cell(figure, corners, cells - 1, words, "black")
     ends = np.linspace(0, MAX_DISTANCE, 41)
