@@ -37,7 +37,7 @@ with job(snakemake) as s:
         best=best,
         subsets=[
             (words, sampled, layout.SAMPLED),
-            ("uniform subset of the same size", uniform, layout.LINES["uniform"][0]),
+            ("random subset of the same size", uniform, layout.LINES["uniform"][0]),
             (f"minimal subset, {sampler_label(s.settings.minimal.sampler)}", minimal, layout.DARK),
         ],
         recovered=subsets.recovered_from(prepared, minimal, s.threads),

@@ -41,7 +41,7 @@ def recovered_from(
     density = comparable_density(prepared.density, prepared.patches.d_link)
     surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
     distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
-    return "recovered from the minimal subset", surface, distance
+    return "reconstructed from the minimal subset", surface, distance
 
 
 @styled
