@@ -25,6 +25,7 @@ from sparsurf_study.analysis.grid import Grid
 FROM_FILE = "file"  # the dots are those of the file
 PUBLISHED_BEST = 5  # row of Table I with the highest d, (1, 0, 6, 0)
 OF_SURFACE = ["dots", "centres", "mean_roughness", "lowest_roughness", "highest_roughness"]
+ALL = "all"  # surfaces together
 OF_STUDY = "A1_dms, other test dots"  # the surface of `make paper`
 ROW = ["row", "combination", "d_published", "Z_published"]
 
@@ -199,24 +200,26 @@ def verdict_of(places: pd.DataFrame) -> pd.DataFrame:
 
 
 def surfaces_of(rows: pd.DataFrame, choices: pd.DataFrame) -> pd.DataFrame:
-    """Return a row per surface and reading: its dots, and how the choices of Table I do on it.
+    """Return a row per surface and reading, and one for `all` surfaces: its dots, and how the choices of Table I do on it.
 
-    n_may_be_best counts the rows of Table I whose combination may be the best of its range here; n_worse those for which choosing
-    again gains significantly; gain is the mean over the rows. d_best and rank_best are those of (1, 0, 6, 0) in its range.
+    A combination that falls into another range of n_S on a surface has other opponents there than in Table I. So only rows count
+    that stay in their range, n_same_range: n_may_be_best of them may be the best of it here, for n_worse choosing again gains
+    significantly, and gain is their mean. d_best is that of (1, 0, 6, 0) in its range.
     """
     keys = ["surface", "reading"]
-    counted = choices.assign(
-        n_worse=(choices["gain_low"] > 0).astype(int),
-        same_range=(choices["range"] == choices["row"]).astype(int),
-    )
-    table = counted.groupby(keys, sort=False).agg(
-        n_S_lowest_percent=("n_S_lowest_percent", "first"),
-        n_S_highest_percent=("n_S_highest_percent", "first"),
-        n_may_be_best=("may_be_best", "sum"),
-        n_worse=("n_worse", "sum"),
-        n_same_range=("same_range", "sum"),
-        gain=("gain", "mean"),
-        largest_gain=("gain", "max"),
+    stay = choices[choices["range"] == choices["row"]].assign(worse=lambda t: t["gain_low"] > 0)
+    table = (
+        pd.concat([stay, stay.assign(surface=ALL)])
+        .groupby(keys, sort=False)
+        .agg(
+            n_S_lowest_percent=("n_S_lowest_percent", "min"),
+            n_S_highest_percent=("n_S_highest_percent", "max"),
+            n_may_be_best=("may_be_best", "sum"),
+            n_worse=("worse", "sum"),
+            n_same_range=("row", "size"),
+            gain=("gain", "mean"),
+            largest_gain=("gain", "max"),
+        )
     )
     best = choices[choices["row"] == PUBLISHED_BEST].set_index(keys)
     for column in ("d", "gain", "gain_low", "gain_high", "may_be_best"):

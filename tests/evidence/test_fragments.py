@@ -66,3 +66,21 @@ def test_ranges_name_the_published_combination():
     found = ranges_of(ours.assign(d_cv_high=1.5, n_best_set=1, best_set=best_set, **scaled))
     assert found["published"][0] == "(0.4, 0.2, 10, 10)" and (found["best"] == "(1, 0, 6, 4)").all()
     assert found["row"][found["published_may_be_best"] == "yes"].tolist() == [4, 5]
+
+
+def test_only_rows_that_stay_in_their_range_are_compared():
+    """By hand: row 1 falls into range 2 on one surface, where other combinations gain .9 over it, and does not count there."""
+    columns = ["surface", "row", "range", "gain", "gain_low", "may_be_best"]
+    lines = [
+        ["a", 1, 2, 0.9, 0.5, 0],
+        ["a", 5, 5, 0.1, -0.1, 1],
+        ["b", 1, 1, 0.3, 0.2, 0],
+        ["b", 5, 5, 0.0, 0.0, 1],
+    ]
+    choices = pd.DataFrame(lines, columns=columns).assign(reading="kept", d=1.0, gain_high=1.0)
+    choices = choices.assign(n_S_lowest_percent=3.0, n_S_highest_percent=99.0)
+    rows = pd.DataFrame({"surface": ["a", "b"]} | {name: 1.0 for name in fragments.OF_SURFACE})
+    found = fragments.surfaces_of(rows, choices).set_index("surface")
+    counts = found[["n_same_range", "n_may_be_best", "n_worse"]].to_numpy().tolist()
+    assert counts == [[1, 1, 0], [2, 1, 1], [3, 2, 1]] and found.index.tolist() == ["a", "b", "all"]
+    assert found["gain"].tolist() == pytest.approx([0.1, 0.15, 0.4 / 3])

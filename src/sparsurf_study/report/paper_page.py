@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +32,10 @@ TEMPLATE = "paper.html.j2"
 YES, NO = "yes", "no"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
+LIMIT_CASES = {  # of Eq. 2, by the parameters that are 0
+    "p does not depend on R: β = γ = 0": ("beta", "gamma"),
+    "p does not depend on the distance: γ = δ = 0": ("gamma", "delta"),
+}
 OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
 MAX_LINK_COLUMNS = 6
 HALVES = ("rougher half", "flatter half")
@@ -156,7 +161,8 @@ def table1(
         "runs": int(places["n_runs"].max()),
         "tests": tests.to_dict("records"),
         "fragmented": sum(map(is_fragmented, rows.to_dict("records"))),
-        "loses": {reading: bool((rows[f"d_high_{reading}"] < 0).all()) for reading in OF_ROWS},
+        "above": {reading: int((rows[f"d_low_{reading}"] > 0).sum()) for reading in OF_ROWS},
+        "below": {reading: int((rows[f"d_high_{reading}"] < 0).sum()) for reading in OF_ROWS},
         "bias": bias["d_bias"].mean(),
         "means": {name: between(rows, name, *of_means) for name in MEASURES},
         "rows": [a | b for a, b in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)],
@@ -201,7 +207,17 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) 
         "is_ours": str(Combination.from_row(ours[KEPT_READING])) == name,
         "ours": ours,
         "run": run.to_dict(),
+        "limits": [{"name": name} | limit_case(grid, zero) for name, zero in LIMIT_CASES.items()],
         "published": published.iloc[0] if len(published) else None,
+    }
+
+
+def limit_case(grid: pd.DataFrame, zero: Sequence[str]) -> dict[str, Any]:
+    """Return by reading the combination with the highest d among those whose parameters `zero` are 0; None if there is none."""
+    rows = grid[(grid[[*zero]] == 0).all(axis=1)]
+    return {
+        reading: rows.iloc[int(rows[f"d_{reading}"].to_numpy().argmax())].to_dict() if len(rows) else None
+        for reading in GRID_READINGS
     }
 
 

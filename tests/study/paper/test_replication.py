@@ -21,7 +21,15 @@ from sparsurf_study.analysis import grid, islands, rough_and_flat, tables
 from sparsurf_study.paper import published_runs, replication
 from sparsurf_study.report.numbers import left_in_island
 from sparsurf_study.report.page import render
-from sparsurf_study.report.paper_page import TEMPLATE, defects, paper_page, surface_of, uniform
+from sparsurf_study.report.paper_page import (
+    LIMIT_CASES,
+    TEMPLATE,
+    defects,
+    limit_case,
+    paper_page,
+    surface_of,
+    uniform,
+)
 
 RECOVERED = pd.DataFrame(
     [{"n_S_percent": 13.4, "density": 0.72, "mean": 0.0199, "high_99": 0.094, "Z_published": 0.31}]
@@ -289,8 +297,13 @@ def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
     words = "9 of 10 published d and 10 of 10 Z lie in the middle 95 % of 3 runs made as published."
     assert f"Table I is reproduced as the authors' code does it: {words}" in said(0.5, lost)
     assert f"Table I is not reproduced on this surface: {words}" in said(0.01, lost)
-    loses = "it loses to a uniform subset in all ten rows"
-    assert loses in said(0.5, lost) and loses not in said(0.5, lost.assign(d_high_full=[*9 * [-0.2], 0.1]))
+    ends = {"d_low_kept": [*7 * [0.1], *3 * [-0.2]], "d_high_kept": [*8 * [0.3], *2 * [-0.1]]}
+    ends |= {"d_low_kept_scaled": -0.5, "d_low_full": -0.5, "share_in_island": [*6 * [0.4], *4 * [0.5]]}
+    counted = said(0.5, lost.assign(**ends, d_high_full=[*9 * [-0.2], 0.1]))
+    assert (
+        "better than a uniform subset in 7 of 10 rows among the kept dots, in 0 with a link scaled" in counted
+    )
+    assert "It is significantly worse in 2, 10 and 9 rows. In 6 rows the subset is fragmented." in counted
 
 
 def test_claims_follow_from_the_numbers(page):
@@ -366,6 +379,19 @@ def test_the_published_best_must_be_among_ours(page):
     assert best("(1, 0, 6, 0); (1, 0, 2, 4)", (1, 0, 6, 0)) == ("yes", True)
     assert best("(1, 0, 6, 0); (1, 0, 2, 4)", (1, 0, 2, 4)) == ("yes", False)
     assert best("(1, 0, 2, 4)", (1, 0, 2, 4)) == ("no", False)
+
+
+def test_limit_cases_are_the_best_of_their_parameters(page):
+    """By hand: of four combinations two do not depend on R, two not on the distance, and one of each has the highest d."""
+    grid = pd.DataFrame(
+        {"alpha": 1.0, "beta": [0.0, 0, 0.4, 0], "gamma": [0.0, 0, 0, 6], "delta": [0.0, 4, 0, 0]}
+    )
+    for reading, d in (("kept", [0.1, 0.5, 0.3, 9]), ("full", [-0.1, -0.5, -0.3, 9])):
+        grid = grid.assign(**{f"d{end}_{reading}": d for end in ("", "_low", "_high")})
+    of_r, of_distance = (limit_case(grid, zero) for zero in LIMIT_CASES.values())
+    assert (of_r["kept"]["delta"], of_r["full"]["delta"]) == (4, 0)
+    assert (of_distance["kept"]["beta"], of_distance["full"]["beta"]) == (0.4, 0)
+    assert limit_case(grid[3:], ("gamma", "delta")) == {"kept": None, "full": None}
 
 
 def test_kept_dots_are_counted_from_rough_to_flat(page):
