@@ -3,7 +3,7 @@
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make check   compare the files of a run with the checksums that it wrote: which were changed since, which are missing
 # make test    set up, run every check
-# make bench   measure speed and memory
+# make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs
 # make evidence  tables and figures of docs/ that are missing or older than their inputs (evidence/README.md); QUICK=1: all
 #              rules on small pieces; -n: only name the jobs; EVIDENCE_DATA=folder: structures from there; RULES=name: only these
 # make docs    renew the numbers of the pages, build the book in docs/_build/html and check its links (needs a network the
@@ -21,6 +21,7 @@ CLUSTER ?=
 PROFILE ?=
 QUICK  ?=
 CONFIG ?= config.yaml
+BASE   ?= 6fac6755
 VENV   := .venv
 BIN    := $(VENV)/bin
 # uv, where it is installed, unpacks a warm cache in seconds; pip does the same where uv is missing or reaches no registry
@@ -108,7 +109,7 @@ package: setup-docs
 	$(BIN)/twine check --strict dist/*
 
 bench: setup
-	$(BIN)/python evidence/bench.py
+	$(BIN)/python evidence/bench.py $(if $(BASE),--base $(BASE))
 
 # Without results/evidence nothing was measured here: tables and figures are as released, and Git gave them times at random.
 # make passes -n on to Snakemake: the plus runs these lines then, too

@@ -1,9 +1,10 @@
-"""Measure speed and memory: `python evidence/bench.py [--quick] [--reference module:function] [--out FILE]`.
+"""Measure speed and memory: `python evidence/bench.py [--quick] [--base COMMIT] [--reference module:function] [--out FILE]`.
 
 Figures are medians over several runs: CPU seconds on one core with BLAS at one thread, and wall time. They are measured on
 A1 of the paper (20045 dots; without its file, on the embedded structure) and on A1 repeated on a lattice. Peak memory,
 start-up, a ribosome and the default study are measured in processes of their own. `at most` is what the project
-promises on a machine of 2 cores.
+promises on a machine of 2 cores. With a base, the bench of that commit measures the same figures in the same hour, and each
+figure is printed as a ratio to it. Other programs are measured where they are installed.
 """
 
 import argparse
@@ -23,10 +24,10 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import yaml
 from threadpoolctl import threadpool_limits
 
+from measures.protocols import msms_program
 from measures.timing import Table, machine, peak_memory, timed
 from sparsurf.api.points import points
 from sparsurf.api.surfaces import mesh
@@ -42,16 +43,17 @@ from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.settings import Patches, Settings
+from sparsurf.settings import Patches
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
-from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import DENSITY, Surface
 from sparsurf.threads import available_cores
 from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.ensemble import frame_row
 from sparsurf_study.pairs.nearest import nearest
+from sparsurf_study.settings import Settings
 from sparsurf_study.workflow.config import check_config
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -60,7 +62,6 @@ A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
 RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
 EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
-RELEASED = ROOT / "evidence" / "tables" / "bench.csv"
 HIGH_DENSITY, N_POINTS = 25, 1024
 MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
 KEPT_FRACTION = 0.05  # of the dots, by farthest point
@@ -249,10 +250,33 @@ def measure_points(table: Table, repeats: int, residues: str | None = None) -> N
     what = f"roughness per dot, {HIGH_DENSITY} dots per Å^2"
     table.time(what, n, partial(roughness, index), repeats, "µs", 1e6 / n)
     table.time(f"a mesh of {N_POINTS} vertices", None, partial(mesh, molecule, N_POINTS), repeats)
+
+
+def measure_commands(table: Table, repeats: int, quick: bool) -> None:
+    """Measure whole processes on the embedded structure: its surface, warm and cold, beside MSMS, and its page.
+
+    MSMS reads the centres and radii of the atoms, which are written to its file beforehand. A cold process has an empty cache
+    of kernels and compiles those that it needs.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        arguments = ["surface", EMBEDDED, "-q", "-o", Path(folder, "dots.npz")]
-        cpu, wall = cpu_of_process([sys.executable, "-m", "sparsurf", *map(str, arguments)], repeats)
-        table.add("sparsurf surface, a process", None, cpu, "s", wall)
+        program = [sys.executable, "-m", "sparsurf"]
+        surface = [*program, "surface", EMBEDDED, "-q", "-o", Path(folder, "dots.npz")]
+        cpu, wall = cpu_of_process(surface, repeats)
+        warm = table.add("sparsurf surface, a process", None, cpu, "s", wall)
+        if not quick:
+            empty = os.environ | {"NUMBA_CACHE_DIR": str(Path(folder, "kernels"))}
+            cpu, wall = cpu_of_process(surface, env=empty)
+            table.add("sparsurf surface, a process that compiles", None, cpu, "s", wall)
+        if msms := msms_program():
+            spheres, out = Path(folder, "spheres.xyzr"), Path(folder, "out")
+            np.savetxt(spheres, np.column_stack(embedded()), "%.3f")
+            options = ["-probe_radius", f"{PROBE_RADIUS}", "-density", f"{DENSITY}"]
+            theirs, wall = cpu_of_process([msms, "-if", spheres, "-of", out, *options], repeats)
+            table.add("peer: the same by MSMS, a process", None, theirs, "s", wall)
+            table.add("ratio, MSMS to `sparsurf surface`", None, theirs / warm, "times")
+        page = [*program, "show", EMBEDDED, "--no-open", "-o", Path(folder, "page.html")]
+        cpu, wall = cpu_of_process(page, repeats)
+        table.add("the first page of a protein, a process", None, cpu, "s", wall)
 
 
 def cpu_of_process(command: Sequence[str | Path], repeats: int = 1, **keys: Any) -> tuple[float, float]:
@@ -267,46 +291,77 @@ def cpu_of_process(command: Sequence[str | Path], repeats: int = 1, **keys: Any)
     return tuple(np.median(rows, axis=0).tolist())
 
 
-def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
-    """Measure other programs on the same work, if they are installed, and ours; a ratio follows each, theirs to ours."""
+def measure_peers(table: Table, surface: Surface, repeats: int) -> list[str]:
+    """Measure other programs on the same work, ours, and the ratio of theirs to ours; return the programs that are missing."""
     n, keep = len(surface), round(KEPT_FRACTION * len(surface))
+    xyz, r = embedded()
+    missing = []
     with tempfile.TemporaryDirectory() as folder:
         spheres = Path(folder, "spheres.xyzr")
-        np.savetxt(spheres, np.column_stack(embedded()), "%.3f")
-        commands = {
-            "EDTSurf": ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")],
-            "MSMS": ["msms", "-if", spheres, "-of", Path(folder, "out"), "-density", f"{DENSITY}"],
+        np.savetxt(spheres, np.column_stack([xyz, r]), "%.3f")
+        programs: dict[str, tuple[str | None, list[str | Path]]] = {
+            "EDTSurf": (shutil.which("EDTSurf"), ["-i", EMBEDDED, "-o", Path(folder, "out")]),
+            "MSMS": (msms_program(), ["-if", spheres, "-of", Path(folder, "out"), "-density", f"{DENSITY}"]),
         }
-        for name, command in commands.items():
-            if shutil.which(command[0]):
-                theirs, wall = cpu_of_process(command, repeats)
-                table.add(
-                    f"peer: surface of the embedded structure by {name}, a process", None, theirs, "s", wall
-                )
-                run = partial(molecular_surface, *embedded())
-                ours = table.time("the same surface here", None, run, repeats)
-                table.add(f"ratio, {name} to this", None, theirs / ours, "times")
-    if fpsample := installed("fpsample"):
+        for name, (program, options) in programs.items():
+            if program is None:
+                missing.append(name)
+                continue
+            theirs, wall = cpu_of_process([program, *options], repeats)
+            what = f"peer: surface of the embedded structure by {name}, a process"
+            table.add(what, None, theirs, "s", wall)
+            compare_with(
+                table, name, theirs, "the same surface here", partial(molecular_surface, xyz, r), repeats
+            )
+    area = partial(molecular_surface, xyz, r)
+    if freesasa := installed("freesasa", missing):
+        run = partial(freesasa.calcCoord, xyz.ravel(), r)
+        theirs = table.time("peer: accessible area of the embedded structure by freesasa", None, run, repeats)
+        compare_with(table, "freesasa", theirs, "its molecular surface here", area, repeats)
+    if structure := installed("biotite.structure", missing):
+        atoms = structure.AtomArray(len(xyz))
+        atoms.coord = xyz
+        run = partial(structure.sasa, atoms, vdw_radii=r)
+        theirs = table.time("peer: accessible area of the embedded structure by biotite", None, run, repeats)
+        compare_with(table, "biotite", theirs, "its molecular surface here", area, repeats)
+    if fpsample := installed("fpsample", missing):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
         theirs = table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
         prepared, rng = PreparedSurface(surface, streams=Streams(name="bench")), np.random.default_rng(0)
-        ours = table.time("the same here", n, partial(SAMPLERS["farthest"], prepared, keep, rng), repeats)
-        table.add("ratio, fpsample to this", n, theirs / ours, "times")
-    if mahotas := installed("mahotas.features"):
-        image = np.random.default_rng(0).random((PIXELS, PIXELS))
-        moments = partial(mahotas.zernike_moments, image, DISC, N_MAX)
-        table.time("peer: moments of one image by mahotas", None, moments, repeats, "µs", 1e6)
-        images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
-        table.time(
-            "the same here, 512 images", None, partial(published.moments, images), repeats, "µs", 1e6 / 512
-        )
+        ours = partial(SAMPLERS["farthest"], prepared, keep, rng)
+        compare_with(table, "fpsample", theirs, "the same here", ours, repeats, n)
+    image = np.random.default_rng(0).random((PIXELS, PIXELS))
+    images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
+    others: dict[str, Callable[[], Any]] = {}
+    if mahotas := installed("mahotas.features", missing):
+        others["mahotas"] = partial(mahotas.zernike_moments, image, DISC, N_MAX)
+    if zepyros := installed("zepyros.zernike", missing):
+        orders = [(order, m) for order in range(N_MAX + 1) for m in range(order % 2, order + 1, 2)]
+        basis = zepyros.Zernike2D(image)
+        others["zepyros"] = lambda: [basis.compute_coeff_nm(image, *each) for each in orders]
+    for name, moments in others.items():
+        theirs = table.time(f"peer: moments of one image by {name}", None, moments, repeats, "µs", 1e6)
+        here, ours = "the same here, 512 images", partial(published.moments, images)
+        compare_with(table, name, theirs, here, ours, repeats, None, "µs", 1e6 / 512)
+    return missing
 
 
-def installed(name: str) -> ModuleType | None:
-    """Return a module if it can be imported, else None."""
+def compare_with(
+    table: Table, name: str, theirs: float, what: str, ours: Callable, repeats: int,
+    dots: int | None = None, unit: str = "s", per: float = 1.0,
+) -> None:  # fmt: skip
+    """Measure the same work here, and add the ratio of the time of another program to ours."""
+    table.add(
+        f"ratio, {name} to this", dots, theirs / table.time(what, dots, ours, repeats, unit, per), "times"
+    )
+
+
+def installed(name: str, missing: list[str]) -> ModuleType | None:
+    """Return a module if it can be imported; else add its package to those that are missing."""
     try:
         return importlib.import_module(name)
     except ImportError:
+        missing.append(name.partition(".")[0])
         return None
 
 
@@ -448,8 +503,12 @@ def measure_rules(table: Table, metadata: Path, wall: float) -> None:
     table.add("share of the study in which jobs run", None, None, "%", 100 * busy / wall)
 
 
-def main(path_to_output: str | Path, quick: bool = False, reference: str | None = None) -> None:
+def main(
+    path_to_output: str | Path, quick: bool = False, reference: str | None = None, base: str | None = None
+) -> None:
     """Measure, print and write the JSON file, and the same table as Markdown."""
+    if base:
+        git("cat-file", "-e", f"{base}^{{commit}}")
     table, surface = Table(), a1(quick)
     copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
     with threadpool_limits(1, "blas"):
@@ -467,7 +526,8 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
         measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
         measure_frames(table, quick)
         measure_points(table, repeats, QUICK_RESIDUES if quick else None)
-        measure_peers(table, surface, repeats)
+        measure_commands(table, repeats, quick)
+        missing = measure_peers(table, surface, repeats)
         if reference:
             measure_reference(table, surface, reference)
     measure_start(table, quick)
@@ -480,27 +540,66 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
         measure_ribosome(table)
     if not quick:
         measure_study(table)
-    ratios = {} if quick else ratios_to_release(table.rows)
-    print("\nTimes of the last release (evidence/tables/bench.csv, maybe of another machine)")
-    print("\n".join(f"{ratio:6.2f}  {what}" for what, ratio in ratios.items()))
+    ratios = ratios_to(figures_of(base, quick), table.rows) if base else {}
+    if base:
+        print(f"\nTimes here divided by those of {base}, measured after them on this machine")
+        print("\n".join(f"{ratio:6.2f}  {what}" for what, ratio in ratios.items()))
+    print("\nNot installed, so not compared: " + (", ".join(missing) or "none"))
     print("\nAbove what is promised: " + ("; ".join(table.missed()) or "nothing"))
     path = Path(path_to_output)
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = {"machine": machine(), "quick": quick, "figures": table.rows, "ratios": ratios}
+    content = {"machine": machine(), "quick": quick, "figures": table.rows, "base": base, "ratios": ratios}
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     path.with_suffix(".md").write_text(table.markdown(), encoding="utf-8")
 
 
-def ratios_to_release(rows: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Divide figures by those of the last release with the same name and number of dots; wall time where no CPU is known."""
-    released = pd.read_csv(RELEASED).drop_duplicates(["what", "dots"]).set_index(["what", "dots"])
-    ratios = {}
+def git(*arguments: str | Path) -> None:
+    """Run git in this checkout."""
+    done = subprocess.run(["git", *map(str, arguments)], cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        raise InputError(
+            f"git {' '.join(map(str, arguments))} failed ({done.stderr.strip()}): fetch the whole history "
+            "(git fetch --unshallow), or compare with no commit (make bench BASE=)."
+        )
+
+
+def figures_of(commit: str, quick: bool) -> list[dict[str, Any]]:
+    """Return the figures that the bench of another commit measures on this machine, in a working tree of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        tree, out = Path(folder, "tree"), Path(folder, "bench.json")
+        git("worktree", "add", "--detach", tree, commit)
+        try:
+            places = {
+                "PYTHONPATH": tree / "src",
+                "NUMBA_CACHE_DIR": Path(folder, "kernels"),
+                "SPARSURF_SHARED": SHARED,
+            }
+            environment = os.environ | {name: str(place) for name, place in places.items()}
+            bench = [
+                sys.executable,
+                tree / "evidence" / "bench.py",
+                *(["--quick"] if quick else []),
+                "--out",
+                out,
+            ]
+            done = subprocess.run(bench, cwd=tree, env=environment, capture_output=True, text=True)
+            if done.returncode:
+                raise InputError(f"the bench of {commit} failed: {done.stderr.strip().splitlines()[-1]}")
+            return json.loads(out.read_text(encoding="utf-8"))["figures"]
+        finally:
+            git("worktree", "remove", "--force", tree)
+
+
+def ratios_to(base: Sequence[dict[str, Any]], rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Divide figures by those of the base with the same name and number of dots; wall time where no CPU is known."""
+    before = {(row["what"], row["dots"]): row for row in reversed(base)}
+    ratios: dict[str, float] = {}
     for row in rows:
-        key = row["what"], np.nan if row["dots"] is None else row["dots"]
+        other = before.get((row["what"], row["dots"]), {})
         for kind in ("value", "wall"):
-            if key in released.index and row[kind] and not np.isnan(released.at[key, kind]):
+            if row[kind] and other.get(kind):
                 dots = "" if row["dots"] is None else f", {row['dots']} dots"
-                ratios.setdefault(row["what"] + dots, float(row[kind] / released.at[key, kind]))
+                ratios.setdefault(row["what"] + dots, float(row[kind] / other[kind]))
     return ratios
 
 
@@ -508,11 +607,14 @@ def command(arguments: Sequence[str] | None = None) -> None:
     """Measure what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--quick", action="store_true", help="a small surface, once: to see that all runs")
+    parser.add_argument(
+        "--base", help="commit whose figures are measured, too, and by which these are divided"
+    )
     parser.add_argument("--reference", help="module:function of another program, timed on the same patches")
     parser.add_argument("--out", default=ROOT / "results" / "bench" / "bench.json", help="JSON file to write")
     args = parser.parse_args(arguments)
     try:
-        main(args.out, args.quick, args.reference)
+        main(args.out, args.quick, args.reference, args.base)
     except InputError as error:
         parser.error(str(error))
 
