@@ -1,4 +1,4 @@
-"""Table I on one surface: its combinations, the choice of each range made again, and where the kept dots lie."""
+"""Table I on one surface: its combinations, the repeated choice of each range, and where the kept dots lie."""
 
 import pandas as pd
 

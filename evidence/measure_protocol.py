@@ -1,4 +1,4 @@
-"""Points of many chains by one protocol: failures, topology and CPU; on every n-th chain errors, too."""
+"""Points of many chains by one protocol: failures, topology and CPU; on every n-th chain also errors."""
 
 import pandas as pd
 

@@ -1,4 +1,4 @@
-"""Table I made again as published on one surface: the winners of every run, and the number of centres.
+"""Table I reproduced as published on one surface: the winners of every run, and the number of centres.
 
 For each run the centres are counted with the dots in another order.
 """

@@ -1,4 +1,4 @@
-"""Table I on a surface of one of the paper's fragments: its ten combinations, and the choice of each range made again."""
+"""Table I on a surface of one of the paper's fragments: its ten combinations, and the repeated choice of each range."""
 
 from typing import Any
 

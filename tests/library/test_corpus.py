@@ -549,7 +549,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a phosphate of the number of its serine.pdb": (
         end(HEAVY[:36], atoms("PO4", "212", {"P": (47.5, 37.9, 9), "O1": (48.9, 37.9, 9), "O2": (46.2, 37, 9)}), HEAVY[36:]),
         {}, f"{WHOLE} ~ left out 1 PO4"),
-    # particles that are no atoms
+    # particles that are not atoms
     "pseudoatoms of CYANA.pdb": (
         end(HEAVY, (put(line, name="QB", element="Q", by=(0.5, 0.5, 0)) for line in HEAVY if line[12:16].strip() == "CB")), {},
         f"{WHOLE} ~ left out 13 particles .*: QB"),
@@ -1299,7 +1299,7 @@ ARRAYS = {  # of an NPZ file: what is changed, and the sum of areas with the out
     "an area of 1e4": (value_at("area", 1e4), "! dot 6 has an area above"),
     "a kind of 3": (value_at("kind", 3), "! dot 6 has a kind other than"),
     "a kind of 256": (value_at("kind", 256), "! dot 6 has a kind other than"),  # which is 0 in a byte
-    "an atom of -2": (value_at("atom", -2), "! dot 6 has an atom that is no index"),
+    "an atom of -2": (value_at("atom", -2), "! dot 6 has an atom that is not an index"),
     "a point at -2.1e6": (value_at("points", -2.1e6), r"! dot 6 has a coordinate beyond 2e\+06 Å \(.+, -2.1e\+06, .+\)"),
     "no normals": (left_out("normals"), "! has no normals"),
     "objects": (lambda columns: columns.update(kind=np.array([None] * len(columns["kind"]))), "! a.npz"),

@@ -1,4 +1,4 @@
-"""Show a surface: as a picture like those of the reports, and as a page to turn in a notebook or the browser."""
+"""Show a surface: as a picture like those of the reports, and as an interactive page in a notebook or the browser."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
 
 
 def show(surface: Surface, values: ArrayLike | None = None) -> View:
-    """Show a surface to turn, to sample and to pick dots from, in the browser if there is no notebook; see `Surface.show`."""
+    """Show a surface on an interactive page, in the browser if there is no notebook; see `Surface.show`."""
     view = View(_page(surface, _values_of_dots(surface, values)))
     if not in_notebook():
         with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:

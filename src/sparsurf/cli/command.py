@@ -24,7 +24,7 @@ from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
 
 COMMANDS = {
-    "show": "one page on a molecule: its surface to turn, roughness, fields and residues",
+    "show": "one page on a molecule: its surface to rotate, roughness, fields and residues",
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields of every residue",

@@ -46,7 +46,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--descriptor",
         choices=DESCRIPTORS,
         default=PUBLISHED,
-        help="rotation_robust: hardly changes when the molecule is turned (default published)",
+        help="rotation_robust changes very little when the molecule is rotated (default published)",
     )
     options.add_d_link(parser)
     options.add_molecule(parser)

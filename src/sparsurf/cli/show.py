@@ -15,7 +15,7 @@ OWN = b'<meta name="generator" content="sparsurf '  # in a page that may be writ
 BYTES_TO_RECOGNISE = 1000
 
 EXAMPLES = """\
-The page has the surface to turn, in the colours of its roughness, its fields or the kinds of its dots; the roughness of the
+The page has the surface to rotate, in the colours of its roughness, its fields or the kinds of its dots; the roughness of the
 residues along each chain; the ten roughest residues; and what was left out of the molecule. It is one file that needs no
 network. It opens in the browser unless --no-open is given or there is no display.
 Without -o, the page lies in this folder and has the name of FILE, with .html.

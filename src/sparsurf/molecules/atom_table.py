@@ -381,7 +381,7 @@ def report_duplicates(atoms: AtomTable, path: StrPath) -> None:
 
 
 def report_occupancies(atoms: AtomTable, path: StrPath) -> None:
-    """Warn of occupancies that are no share; they count only where they decide between alternate locations."""
+    """Warn of occupancies that are not between 0 and 1; they count only where they decide between alternate locations."""
     impossible = ~_is_share(atoms.occupancy)
     if impossible.any():
         message = "%s: %s an occupancy outside 0 to 1, such as %g; is another quantity in its column?"

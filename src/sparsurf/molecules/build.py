@@ -130,7 +130,7 @@ def arrange(
 def _without_particles(
     atoms: AtomTable, xyz: np.ndarray, row: np.ndarray, path: StrPath, report: bool
 ) -> tuple[AtomTable, np.ndarray, np.ndarray]:
-    """Return the table, positions and rows without the particles that are no atoms; say how many there are."""
+    """Return the table, positions and rows without the particles that are not atoms; say how many there are."""
     name, residue_name = atoms.name.astype(str), atoms.residue_name.astype(str)
     index, element = atoms.residue_index, atoms.element.astype(str)
     found = find_particles(name, residue_name, index, element, xyz)

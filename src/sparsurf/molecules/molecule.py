@@ -71,7 +71,7 @@ class Molecule:
 
     @property
     def heavy(self) -> np.ndarray:
-        """Mask (A,) of the atoms that are no hydrogens."""
+        """Mask (A,) of the atoms that are not hydrogens."""
         return ~np.isin(self.element, ["H", "D"])
 
     @property

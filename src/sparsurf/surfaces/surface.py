@@ -288,7 +288,7 @@ class Surface:
         return surfaces.views().plot(self, values, ax)
 
     def show(self, values: ArrayLike | None = None) -> Any:
-        """Show the surface to turn, in the notebook or the browser, as in `plot`; `save` of the result writes the page."""
+        """Show the surface on an interactive page, with the values of `plot`; `save` of the result writes the page."""
         return surfaces.views().show(self, values)
 
     def _repr_html_(self) -> str:
@@ -481,7 +481,7 @@ def check_values(
         "a negative area": areas < 0,
         f"an area above {largest:.3g} Å^2": areas > largest,
         "a kind other than 0, 1 or 2 (-1: unknown)": ~np.isin(kinds, range(-1, 3)),
-        "an atom that is no index": ~((atoms >= -1) & (atoms % 1 == 0) & (atoms <= MAX_ATOM)),
+        "an atom that is not an index": ~((atoms >= -1) & (atoms % 1 == 0) & (atoms <= MAX_ATOM)),
     }
     for problem, rows in wrong.items():
         if rows.any():

@@ -275,7 +275,7 @@ class Tiles:
         self.ax.add_collection(LineCollection(lines, colors="black", linewidths=0.5, clip_on=False))
 
     def ticks(self, x: np.ndarray, y: np.ndarray) -> None:
-        """Write tick labels below the last row and left of the first column, as many as fit."""
+        """Write tick labels below the last row and left of the first column, without overlap."""
         rows, columns = self.shape
         x, y = thinned(x, label_width(x), self.size[0]), thinned(y, 4.0, self.size[1])
         below = [self.places(rows - 1, k, x, np.full(len(x), self.ylim[0])) for k in range(columns)]

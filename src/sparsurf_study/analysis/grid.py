@@ -1,8 +1,8 @@
 """The grid: compare sampled and uniform subsets of every combination with the full surface.
 
 By default, all combinations share their test dots and, in each draw, the random numbers of their pairs (centre, dot), so that
-they differ by what they keep and less by chance. They also share the uniform subsets of each draw: the first n_S dots of one
-random order. In readings where a subset forms its own surface, Z_tR
+they differ by the dots that they keep and less by chance. They also share the uniform subsets of each draw: the first n_S dots
+of one random order. In readings where a subset forms its own surface, Z_tR
 is measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated, since it depends on n_S alone.
 """
 

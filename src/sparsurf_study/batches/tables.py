@@ -61,7 +61,7 @@ def unpack_dots(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
-    """Write the rows of one batch, rounded to `STEPS`; a table of `assignment.TABLES` without rows has all columns, too."""
+    """Write the rows of one batch, rounded to `STEPS`; a table of `assignment.TABLES` without rows also has all columns."""
     pyarrow = import_pyarrow()
     types = columns_of(table, fields)
     schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in types.items()])

@@ -20,7 +20,7 @@ IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n#]+)|impo
 def code_of(script: str) -> str:
     """Return a short hash of all modules that a script of scripts/ imports, directly or through others, and of their data files.
 
-    An import below `if TYPE_CHECKING` counts, too: at worst, a job is run again in vain.
+    An import below `if TYPE_CHECKING` counts as well: at worst, a job is run again in vain.
     """
     digest = hashlib.sha256()
     for path in sorted(sources_of(ROOT / "scripts" / f"{script}.py")):

@@ -47,7 +47,7 @@ def test_the_law_and_the_subset_are_drawn_where_they_are():
     assert with_hydrogens[:, 0] * with_hydrogens[:, 1] == pytest.approx(np.full(len(law), 0.015))
     assert high_99[:, 1] / law[:, 1] == pytest.approx(np.full(len(law), 5.2))
     assert (mean.tolist(), high.tolist()) == ([[0.7, 0.02]], [[0.7, 0.1]])
-    assert ax.get_title() == "13 % of the dots, 0.020 Å off on average"
+    assert ax.get_title() == "13 % of the dots, mean error 0.020 Å"
 
 
 def test_a_cell_of_the_map_has_the_colour_of_its_d():

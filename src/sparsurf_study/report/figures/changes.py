@@ -67,7 +67,9 @@ def changes_figure(
     by_chance = f"about {SHARE_ABOVE_FLOOR * len(known):.0f} would by chance"
     message = f"{n_above} of {len(known)} residues change more than their floor, {by_chance}"
     if most_of(n_above, len(known)):
-        message = f"the forms differ all over ({n_above} of {len(known)} residues exceed their floor)"
+        message = (
+            f"the forms differ almost everywhere ({n_above} of {len(known)} residues exceed their floor)"
+        )
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
     shape = layout.pixels(WIDTH - 8, HEIGHT)

@@ -71,7 +71,7 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     middle = table.median(numeric_only=True)
     many = f"median of {len(table)}: " if len(table) > 1 else ""
     ax.set_title(
-        f"{many}{share(middle['n_S_percent'])} % of the dots, {middle['mean']:.3f} Å off{'' if many else ' on average'}",
+        f"{many}{share(middle['n_S_percent'])} % of the dots, {'' if many else 'mean '}error {middle['mean']:.3f} Å",
         color=MEAN, fontweight="bold", fontsize=8,
     )  # fmt: skip
     drawing.legend(loc="outside right upper", labelspacing=0.9, handlelength=2.2)
