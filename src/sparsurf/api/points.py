@@ -154,7 +154,7 @@ def _chosen(molecule: Any, frame: int, request: Request, threads: int) -> Points
     atoms, frame, atom_radii = _spheres(molecule, frame, rules.radii)
     xyz = atoms.xyz[frame].round(3)
     rolled = roll_spheres(xyz, atom_radii, rules.probe_radius, cavities=rules.cavities)
-    dots, n = _dense_dots(rolled, request.n_dots, request.density)
+    dots, n, placed = _dense_dots(rolled, request.n_dots, request.density)
     # Positions that differ by rounding alone, on another machine, must not change the choice
     positions = np.rint(dots.points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
     chosen = farthest_point_sampling(build_grid(positions), n, stream(request.seed, "points"))
@@ -172,13 +172,14 @@ def _chosen(molecule: Any, frame: int, request: Request, threads: int) -> Points
     )
 
     def dense() -> Surface:
-        return rolled.surface_for_d_link("auto", D_LINK, "points")[0]
+        published = dots if placed == PUBLISHED_DENSITY else None
+        return rolled.surface_for_d_link("auto", D_LINK, "points", published)[0]
 
     return Points(with_fields(few, request.fields, dense, "points", threads))
 
 
-def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) -> tuple[Surface, int]:
-    """Place dots from which points can be chosen, and return the number of points."""
+def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) -> tuple[Surface, int, float]:
+    """Place dots from which points can be chosen, and return the number of points and the density of the dots, per Å^2."""
     placed = max(PUBLISHED_DENSITY, DOTS_PER_POINT * (density or 0.0))
     while True:
         placed = min(placed, float(MAX_DENSITY))
@@ -186,7 +187,7 @@ def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) 
         n = max(1, round(density * float(dots.area.sum()))) if density else n_dots
         assert n is not None  # one of both is given
         if len(dots) >= DOTS_PER_POINT * n or (placed == MAX_DENSITY and len(dots) >= n):
-            return dots, n
+            return dots, n, placed
         if placed == MAX_DENSITY:
             raise InputError(
                 f"points: {n:,} points on {dots.area.sum():,.0f} Å^2 are more than {MAX_DENSITY} per Å^2; ask for fewer."

@@ -78,17 +78,20 @@ class RolledFrame:
         """Return the component of every dot of a surface that was placed here; see `components.components_of`."""
         return components_of_rolled(surface, self.rolled, self.kept)
 
-    def surface_for_d_link(self, density: float | str, d_link: float, name: str) -> tuple[Surface, float]:
+    def surface_for_d_link(
+        self, density: float | str, d_link: float, name: str, published: Surface | None = None
+    ) -> tuple[Surface, float]:
         """Place dots with a density that suits d_link (Å), and return them and the density, dots per Å^2.
 
         `auto` is the smallest density from `DENSITY` on whose dots lie close enough for d_link; how much closer more dots lie
-        depends on the molecule, so it grows until they do. `name` is for the log.
+        depends on the molecule, so it grows until they do. `name` is for the log, and `published` holds the dots of `DENSITY`
+        where they are placed already.
         """
         if not isinstance(density, str):
             return self.surface(density), density
         near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
         density = DENSITY
-        gap, finish = self._placed(density, near)
+        gap, finish = self._placed(density, near, published)
         while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
             density *= (DENSITY_RESERVE * least / d_link) ** 2
             if density > MAX_DENSITY:
@@ -105,10 +108,12 @@ class RolledFrame:
             )  # fmt: skip
         return surface, density
 
-    def _placed(self, density: float, near: float) -> tuple[float, Callable[[], Surface]]:
-        """Place dots; return their median spacing, Å (exact above `near`), and a function that makes their Surface."""
-        if self.cavities == "remove":
-            surface = self.surface(density)
+    def _placed(
+        self, density: float, near: float, dots: Surface | None = None
+    ) -> tuple[float, Callable[[], Surface]]:
+        """Place dots, if not done; return their median spacing, Å (exact above `near`), and what makes their Surface."""
+        if self.cavities == "remove" or dots is not None:
+            surface = self.surface(density) if dots is None else dots
             return spacing(surface.points, near=near), lambda: surface
         placed = place_dots(self.rolled, _lattice(density))
         gap = spacing(placed.positions + self.rolled.origin, placed.spacing, near)
