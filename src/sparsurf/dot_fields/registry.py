@@ -140,7 +140,7 @@ def shape_index(dots: Surface | None) -> np.ndarray:
     return 2 / np.pi * np.arctan2(larger + smaller, larger - smaller)
 
 
-@field_of_dots("hydrogen-bond donor (1) or acceptor (-1)", "")
+@field_of_dots("hydrogen-bond donor (1) or acceptor (−1)", "")
 def hbond(dots: Surface | None) -> np.ndarray:
     """Return 1 at dots of atoms that only donate hydrogen bonds, -1 of those that only accept, 0 of those that do neither.
 
