@@ -357,6 +357,7 @@ def test_molecules_cut_by_the_box_are_made_whole(example):
     assert np.array_equal(make_whole(molecule.xyz, box, molecule.residue_index), molecule.xyz)
 
 
+@pytest.mark.skipif(mdtraj.__version__.startswith("1.10."), reason="its molecules stay cut by the box")
 def test_whole_agrees_with_mdtraj(example, tmp_path):
     """Outside oracle: mdtraj's own algorithm along the bonds of its templates, in float32."""
     topology, trajectory = example
