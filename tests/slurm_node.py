@@ -51,6 +51,9 @@ PartitionName=short Nodes={host} MaxTime=1 State=UP
 """
 
 
+_started = []  # processes of the running node
+
+
 class DidNotStart(Exception):
     """Its daemons are there, but this machine does not let them run."""
 
@@ -79,22 +82,41 @@ def running(folder):
     CONFIGURED.parent.mkdir(exist_ok=True)
     CONFIGURED.unlink(missing_ok=True)  # a link that leads nowhere: its run was killed
     CONFIGURED.symlink_to(folder / "slurm.conf")
-    started = []
     try:
-        started.append(start_munge(folder))
+        _started.append(start_munge(folder))
         for daemon in ("slurmctld", "slurmd"):
-            command = [daemon, "-D", "-f", folder / "slurm.conf"]
-            with open(folder / f"{daemon}.out", "wb") as out:
-                started.append(subprocess.Popen(command, env=environment, stdout=out, stderr=out))
+            start_daemon(daemon, environment)
         wait_until_up(environment, folder)
         yield environment
     finally:
         subprocess.run(["scancel", "--user", "root"], env=environment, check=False, capture_output=True)
         time.sleep(1)
         CONFIGURED.unlink()
-        for process in reversed(started):
+        while _started:
+            process = _started.pop()
             process.send_signal(signal.SIGTERM)
             process.wait(20)
+
+
+def start_daemon(daemon, environment):
+    """Start one of Slurm's daemons, which stays in the foreground."""
+    conf = Path(environment["SLURM_CONF"])
+    with open(conf.with_name(f"{daemon}.out"), "ab") as out:
+        command = [daemon, "-D", "-f", conf]
+        _started.append(subprocess.Popen(command, env=environment, stdout=out, stderr=out))
+
+
+@contextmanager
+def without_controller(environment):
+    """End slurmctld, which keeps its state, and start it again at the end."""
+    (controller,) = (process for process in _started if process.args[0] == "slurmctld")
+    controller.terminate()
+    controller.wait()
+    _started.remove(controller)
+    try:
+        yield
+    finally:
+        start_daemon("slurmctld", environment)
 
 
 def start_munge(folder):

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
+from typing import IO
 
 import psutil
 
@@ -66,12 +67,13 @@ def run_snakemake(
     configs: Sequence[Path],
     *options: str,
     errors: Path | None = None,
-    wait: Callable[[subprocess.Popen, list[int]], int] = wait_here,
+    wait: Callable[[subprocess.Popen, list[int]], int | None] = wait_here,
 ) -> int:
     """Run Snakemake in a checkout and return its exit code; a config stands before an earlier one.
 
     The terminal sends Ctrl-C to it directly; SIGTERM is passed on, also for a closed terminal. `errors` is a file for standard
-    error, and `wait` takes the process and the signals received so far, after which it ends the jobs.
+    error, and `wait` takes the process and the signals received so far, after which it ends the jobs; where it returns None,
+    Snakemake is started again.
     """
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
@@ -83,16 +85,22 @@ def run_snakemake(
             process.terminate()
 
     with open(errors or os.devnull, "a", encoding="utf-8") as stream:
-        process = subprocess.Popen(command, close_fds=False, stderr=stream if errors else None)
+        process = _start(command, stream if errors else None)
         numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last is ignored under nohup
         heard = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
         handlers = {number: signal.signal(number, pass_on) for number in heard}
-        code = wait(process, received)
+        while (code := wait(process, received)) is None:
+            process = _start(command, stream if errors else None)
     for number, handler in handlers.items():
         signal.signal(number, handler)
     if received and code:
         raise KeyboardInterrupt(received[0])
     return code
+
+
+def _start(command: Sequence[str], errors: IO[str] | None) -> subprocess.Popen:
+    """Start Snakemake, which inherits the lock of the checkout."""
+    return subprocess.Popen(command, close_fds=False, stderr=errors)
 
 
 def make_writable(folder: Path) -> None:

@@ -20,7 +20,10 @@ PERMANENT_REASONS = (
     "PartitionConfig", "BadConstraints", "InvalidAccount", "InvalidQOS", "AccountNotAllowed", "QOSNotAllowed",
     "PartitionNodeLimit", "PartitionTimeLimit",
 )  # fmt: skip
+QUEUE_ALONE = "--slurm-status-command"  # the option that is given where sacct does not answer
+ASKS_SACCT = "Falling back to 'sacct'"  # in Snakemake's log
 SECONDS_BETWEEN_QUESTIONS = 60
+SECONDS_TO_ASK_AGAIN = 10  # where Slurm did not answer
 SECONDS_TO_END = 8.0  # that Snakemake has after each signal
 
 
@@ -30,7 +33,7 @@ def slurm_options(profile: Path) -> list[str]:
     options = ["--slurm-jobname-prefix", JOB_PREFIX]
     if "slurm-status-command" not in settings and _answer("sacct", "--allocations") is None:
         print("sacct does not answer: squeue is asked which jobs have ended.", flush=True)
-        options += ["--slurm-status-command", "squeue"]
+        options += [QUEUE_ALONE, "squeue"]
     resources = settings.get("default-resources") or {}
     words = resources if isinstance(resources, list) else [f"{key}={resources[key]}" for key in resources]
     partition = dict(word.split("=", 1) for word in words).get("slurm_partition")
@@ -45,38 +48,68 @@ def slurm_options(profile: Path) -> list[str]:
     return options
 
 
-def wait_on_slurm(process: subprocess.Popen, received: list[int]) -> int:
+def wait_on_slurm(process: subprocess.Popen, received: list[int]) -> int | None:
     """Wait for Snakemake and return its exit code; end it soon after a signal, or if Slurm will never start one of its jobs.
 
-    `received` holds the signals so far. By itself, Snakemake ends only after its next question, up to 180 s later.
+    `received` holds the signals so far. By itself, Snakemake ends only after its next question, up to 180 s later. None is
+    returned where it has lost sight of its jobs, which were ended, and is to be started again.
     """
-    begin = time.time()
+    begin, unanswered, due, again = time.time(), 0, SECONDS_BETWEEN_QUESTIONS, False
     for second in itertools.count(1):
         with suppress(subprocess.TimeoutExpired):
             process.wait(1)
-        jobs = _own_jobs() if second % SECONDS_BETWEEN_QUESTIONS == 0 else []
-        for job, reason in [row for row in jobs if row[1].startswith(PERMANENT_REASONS)][:1]:
+        jobs: list[tuple[str, str]] | None = []
+        if second >= due and process.poll() is None:
+            jobs = _own_jobs()
+            unanswered = _say_if_slurm_answers(jobs is not None, unanswered)
+            again = jobs is not None and QUEUE_ALONE in str(process.args) and _lost_jobs(begin)
+            due = second + (SECONDS_TO_ASK_AGAIN if unanswered else SECONDS_BETWEEN_QUESTIONS)
+        for job, reason in [row for row in jobs or () if row[1].startswith(PERMANENT_REASONS)][:1]:
             remedy = "Ask for less or name another partition in profiles/slurm/config.yaml."
             print(f"Slurm will never start job {job} ({reason}). {remedy}", flush=True)
             received.append(signal.SIGTERM)
-        if received or process.poll() is not None:
+        if again:
+            print("The jobs that ran when Slurm did not answer are started again.", flush=True)
+        if again or received or process.poll() is not None:
             break
     for number in (signal.SIGINT, signal.SIGINT, signal.SIGKILL):  # its second does not wait for the question
         process.send_signal(number)
         with suppress(subprocess.TimeoutExpired):
             process.wait(SECONDS_TO_END)
-    if left := [job for job, _ in _own_jobs()]:
-        _answer("scancel", *left)
+    left = _own_jobs()
+    if left is None or (left and _answer("scancel", *[job for job, _ in left]) is None):
+        named = f"`squeue --me` lists them as {JOB_PREFIX}..., `scancel` ends them"
+        print(f"Slurm does not answer, so that jobs of this study may run on: {named}.", flush=True)
     for folder in Path(".snakemake").glob("tmp.*"):
         if folder.stat().st_ctime > begin:
             shutil.rmtree(folder)
-    return process.wait()
+    code = process.wait()
+    return None if again else code
 
 
-def _own_jobs() -> list[tuple[str, str]]:
-    """Return (id, reason to wait) of the jobs of this run that wait or run."""
-    lines = (_answer("squeue", "--me", "--noheader", "--format=%i %j %r") or "").splitlines()
-    rows = [line.replace("(", "").replace(")", "").split(None, 2) for line in lines]
+def _lost_jobs(begin: float) -> bool:
+    """Return whether Snakemake asks sacct since Slurm did not answer, and so never hears of its jobs without accounts."""
+    logs = [path for path in Path(".snakemake", "log").glob("*.log") if path.stat().st_mtime > begin]
+    return any(ASKS_SACCT in log.read_text(encoding="utf-8", errors="replace") for log in logs)
+
+
+def _say_if_slurm_answers(answered: bool, unanswered: int) -> int:
+    """Return the number of questions without an answer; say so after the second, and when it answers again."""
+    if answered:
+        if unanswered > 1:
+            print("Slurm answers again.", flush=True)
+        return 0
+    if unanswered == 1:
+        print("Slurm has not answered for more than a minute; the study goes on when it does.", flush=True)
+    return unanswered + 1
+
+
+def _own_jobs() -> list[tuple[str, str]] | None:
+    """Return (id, reason to wait) of the jobs of this run that wait or run; None where Slurm does not answer."""
+    answer = _answer("squeue", "--me", "--noheader", "--format=%i %j %r")
+    if answer is None:
+        return None
+    rows = [line.replace("(", "").replace(")", "").split(None, 2) for line in answer.splitlines()]
     return [(row[0], row[2]) for row in rows if len(row) == 3 and row[1].startswith(JOB_PREFIX)]
 
 

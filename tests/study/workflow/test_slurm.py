@@ -95,6 +95,11 @@ def jobs(node, states="PENDING,RUNNING"):
     return [line.split() for line in answer.splitlines()]
 
 
+def said(folder):
+    """Return what the command in a checkout has printed."""
+    return (folder / "said").read_text(encoding="utf-8")
+
+
 def files(folder, end):
     """Return the bytes of the files of all runs with an end, by path."""
     paths = sorted((folder / "results").rglob(f"*{end}"))
@@ -127,7 +132,9 @@ def test_the_documented_command_is_stopped_continues_and_gives_the_tables_of_a_l
     assert tables == files(local, ".csv") and len(tables) > 20
 
 
-def test_batches_on_slurm_give_the_bytes_of_a_local_run(node, start, tmp_path):
+def test_batches_on_slurm_give_the_bytes_of_a_local_run_though_its_controller_is_killed(
+    node, start, tmp_path
+):
     pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
     (structures := tmp_path / "structures").mkdir()
     for k in range(4):
@@ -138,8 +145,12 @@ def test_batches_on_slurm_give_the_bytes_of_a_local_run(node, start, tmp_path):
     local, cluster = (checkout(tmp_path / name) for name in ("local", "cluster"))
     alone = start(local, tmp_path / "many.yaml", "CORES=2")
     shared = start(cluster, tmp_path / "many.yaml", "CLUSTER=slurm", environment=node)
+    wait_for(lambda: jobs(node, "RUNNING"), shared)
+    with slurm_node.without_controller(node):
+        wait_for(lambda: "Slurm has not answered for more than a minute" in said(cluster), shared)
     for process, folder in ((alone, local), (shared, cluster)):
         assert process.wait(MOST_SECONDS) == 0, (folder / "said").read_text()
+    assert "Slurm answers again.\nThe jobs that ran when" in said(cluster)
     assert len(files(cluster, ".parquet")) == 5  # tables of a batch
     for end in (".parquet", ".csv", "index.html"):
         assert files(cluster, end) == files(local, end)

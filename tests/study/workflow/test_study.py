@@ -297,6 +297,27 @@ def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(
     assert (tmp_path / "cancelled").read_text() == "7 8 9\n"
 
 
+@pytest.mark.parametrize("forgotten", [True, False])
+def test_a_slurm_that_does_not_answer_is_named_and_jobs_that_snakemake_lost_are_started_again(
+    commands, capsys, tmp_path, monkeypatch, forgotten
+):
+    """Silent twice; the next time it answers, and Snakemake ends by itself, or waits for sacct in vain."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(slurm, "SECONDS_BETWEEN_QUESTIONS", 1)
+    monkeypatch.setattr(slurm, "SECONDS_TO_ASK_AGAIN", 1)
+    commands(squeue="echo >> asked; test $(wc -l < asked) -gt 2", scancel="exit 0")
+    wait = "import pathlib, time; pathlib.Path('.snakemake/log').mkdir(parents=True)\n"
+    wait += f"pathlib.Path('.snakemake/log/a.log').write_text({forgotten} * \"Falling back to 'sacct'\")\n"
+    wait += "time.sleep(60 if pathlib.Path('.snakemake/log/a.log').read_text() else 6)"
+    heard = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+    process = subprocess.Popen([sys.executable, "-c", wait, "--slurm-status-command", "squeue"], **heard)
+    assert slurm.wait_on_slurm(process, []) == (None if forgotten else 0)
+    words = ["Slurm has not answered for more than a minute; the study goes on when it does."]
+    words += ["Slurm answers again."]
+    words += ["The jobs that ran when Slurm did not answer are started again."] * forgotten
+    assert capsys.readouterr().out.splitlines() == words
+
+
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_folders_that_fail(tmp_path):
     def make(*options, folder=ROOT):
