@@ -149,7 +149,7 @@ def represented(
 def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_SEED) -> pd.DataFrame:
     """Measure the noise floor of Z: the distance between the descriptors of two sets of dots of one surface.
 
-    A Z that is no larger than this floor cannot be told from that of the whole surface with other dots.
+    A Z below this floor cannot be distinguished from that of the whole surface with other dots.
 
     Parameters
     ----------

@@ -284,7 +284,7 @@ def write(
 
     Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb
     next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field. A
-    .html is a page to turn the dots on, as that of `show`, and a .png is a picture, for which matplotlib must be installed. A
+    .html is an interactive page, as that of `show`, and a .png is a picture, for which matplotlib must be installed. A
     Subset is shown on its surface, and a table of `residues` as the roughness along each chain.
 
     Parameters

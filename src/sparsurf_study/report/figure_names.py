@@ -17,6 +17,6 @@ GALLERY = ("subsets", "roughness", "rough_and_flat", "compare", "frames", "simul
 
 
 def figures_with_svg(is_of_paper: bool) -> list[str]:
-    """Return the figures that `draw_figures` stores as SVG, too."""
+    """Return the figures that `draw_figures` also stores as SVG."""
     left_out = ("roughness",) if is_of_paper else ("roughness", "number_of_dots")
     return [name for name in PAPER_FIGURES if name not in left_out]
