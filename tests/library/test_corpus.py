@@ -1336,7 +1336,7 @@ WRONG = {  # arrays of Surface, and words of the refusal
         (np.ma.masked_array([1.0, 2, 3], [0, 1, 0]), "area has masked values"),
     ],
     "kind": [(np.array(["SC"] * 3), "kind must hold real numbers"), ([True, False, True], "kind holds True and False")],
-    "atom": [([0, 1, 2**31], "dot 3 has an atom that is no index"), ([0, 1, 2e40], "dot 3 has an atom that is no index")],
+    "atom": [([0, 1, 2**31], "dot 3 has an atom that is not an index"), ([0, 1, 2e40], "dot 3 has an atom that is not an index")],
     "fields": [
         (3, "fields must be a dictionary"), ({1: [1, 2, 3]}, "fields must be a dictionary of names"),
         ({"a": "b"}, "the field a must hold real numbers"), ({"a": np.ones(3) * 1j}, "the field a must hold real numbers"),

@@ -76,7 +76,7 @@ TEXT = {
         "dots": """The minimal subset is the smallest from which the surface can be recovered as closely as asked for, by default
             to 0.02 Å on average, from the positions and normals of its dots alone.""",
         "changes": """Shape and hydropathy were measured around every tenth point and averaged per residue, over 10 Å: neighbours
-            of a changed residue appear to change, too.""",
+            of a changed residue also appear to change.""",
         "floors_of_changes": """Each change is compared with two floors: other dots on the same form, and its atoms moved at
             random by 0.3 Å, as in a fair crystal structure. 5 % of the residues lie above a floor by chance.""",
         "most_changed": """What changes most, by change over the larger floor. The last two columns are the second form minus the
