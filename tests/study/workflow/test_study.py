@@ -295,6 +295,13 @@ def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(
     assert slurm.wait_on_slurm(process, received) == -signal.SIGINT and received
     assert "Slurm will never start job 8 (PartitionConfig). Ask for less" in capsys.readouterr().out
     assert (tmp_path / "cancelled").read_text() == "7 8 9\n"
+    commands(squeue="exit 1")
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], **heard)
+    assert slurm.wait_on_slurm(process, [signal.SIGTERM]) == -signal.SIGINT
+    assert (
+        "Slurm does not answer, so that jobs of this study may run on: `squeue --me`"
+        in capsys.readouterr().out
+    )
 
 
 @pytest.mark.parametrize("forgotten", [True, False])
