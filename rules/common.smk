@@ -1,6 +1,7 @@
 # Shared by the rules: the proteins of a run, their input files, and the final outputs.
 
 import re
+from dataclasses import astuple
 
 from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
@@ -9,6 +10,7 @@ from sparsurf_study.workflow.config import check_config, proteins, sampled_prote
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
 from sparsurf_study.workflow.memory import memory_of_grid
 from sparsurf_study.report.figure_names import figures_with_svg
+from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
 let_jobs_import_packages()
@@ -47,6 +49,8 @@ SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
 RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
 LENGTHS_OF_GLOSSARY = {key: config["patches"][key] for key in ("r_patch", "r_zernike")}
 LENGTHS_OF_GLOSSARY["interface"] = config["complementarity"]["interface"]
+# What the first page names; no parameter of its rule, since no result follows from it
+config["origin"] = astuple(origin_of(config, workflow.configfiles))
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 

@@ -23,6 +23,7 @@ from sparsurf_study.workflow.config import check_config, read_config
 from sparsurf_study.workflow.job_logs import collected_warnings
 from sparsurf_study.workflow.jobs import DISK_ERRORS, job
 from sparsurf_study.workflow.memory import memory_of_grid, memory_of_machine
+from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.running import (
     failed_jobs,
     failed_places,
@@ -144,14 +145,14 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
     if code:
         failures = failed_places(config, run, failed)
         if failures.keys() - config["exclude"].keys():
-            finished = closed(config, run, failures)
+            finished = closed(config, run, failures, files)
         say_what_failed(run, failed)
         config = config | {"exclude": failures}
     say_what_came_out(config, run, time.time() - begin, finished and (run / "index.html").is_file())
     return code
 
 
-def closed(config: dict, run: Path, failures: dict[str, str]) -> bool:
+def closed(config: dict, run: Path, failures: dict[str, str], files: Sequence[Path]) -> bool:
     """Close a run in which jobs failed; return whether it has a first page."""
     from sparsurf_study.report.closing import close_partial_run  # here, as it imports pandas and matplotlib
 
@@ -161,7 +162,8 @@ def closed(config: dict, run: Path, failures: dict[str, str]) -> bool:
     try:
         with job(closing):
             finished = finished_parts(config, run, failures)
-            return close_partial_run(config, run, failures, finished, tables, warnings_of)
+            origin = origin_of(config, files)
+            return close_partial_run(config, run, failures, finished, tables, warnings_of, origin)
     except SystemExit:  # with a sentence
         return False
 

@@ -24,6 +24,7 @@ from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.front import DOWNLOADS, MAX_ROWS, write_front
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
 from sparsurf_study.report.page import DEFAULT_LENGTHS
+from sparsurf_study.report.provenance import UNKNOWN, Origin
 from sparsurf_study.rounding import write_table
 
 Warnings = list[tuple[str, str, str, str]]
@@ -42,16 +43,17 @@ def close_run(
     exclude: Mapping[str, str],
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
+    origin: Origin = UNKNOWN,
 ) -> None:
     """Check a run with the files and folders `results`, and write its pages and tables; `exclude` has reasons by place."""
     folder = Path(outputs["page"]).parent
     pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
     broken = broken_invariants(folder, files)
-    answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken)
+    answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin)
     if missing := numbers_missing_on_page(folder, files):
         broken += missing
-        write_front(outputs["page"], files, dict(exclude), None, lengths, broken)
+        write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin)
     pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
     write_table(outputs["failures"], pd.DataFrame(exclude.items(), columns=["place", "reason"]))
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
@@ -65,6 +67,7 @@ def close_batches(
     exclude: Mapping[str, str],
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
+    origin: Origin = UNKNOWN,
 ) -> None:
     """Check a run in batches, and write its outputs page, failures, warnings, checks, crate and png.
 
@@ -92,7 +95,7 @@ def close_batches(
     }
     files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
     broken = [*broken_batches(run), *broken_invariants(run, files)]
-    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths, broken)
+    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths, broken, origin)
     pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*tables, outputs["png"], *studied, *pages], outputs["crate"], answers)
@@ -105,6 +108,7 @@ def close_partial_run(
     finished: Finished,
     tables: Sequence[str],
     warnings_of: Callable[[Sequence[str]], Warnings],
+    origin: Origin = UNKNOWN,
 ) -> bool:
     """Close a run in which jobs failed from what lies there, older than which it counts; return whether that is anything."""
     if not (finished.conformations or finished.pairs or tables):
@@ -117,9 +121,9 @@ def close_partial_run(
     lengths["interface"] = config["complementarity"]["interface"]
     if tables:
         outputs["png"] = str(run / "distributions.png")
-        close_batches(tables, results, warnings, failures, outputs, lengths)
+        close_batches(tables, results, warnings, failures, outputs, lengths, origin)
     else:
-        close_run(results, warnings, failures, outputs, lengths)
+        close_run(results, warnings, failures, outputs, lengths, origin)
     oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
     for path in [*map(str, written), *outputs.values()]:
         os.utime(path, (oldest, oldest))

@@ -14,13 +14,17 @@ import jinja2
 from markupsafe import Markup, escape
 
 from sparsurf.patches.index import R_PATCH, R_ZERNIKE
+from sparsurf.views import overview
 from sparsurf.views.numbers import interval, number, share
 from sparsurf_study.pairs.partners import INTERFACE
+from sparsurf_study.report.figure_names import PICTURES
 from sparsurf_study.report.numbers import combination, interval_of, left_in_island, p_value
 
 TEMPLATES = Path(__file__).with_name("templates")
+OVERVIEW = Path(overview.__file__).parent  # the page on one surface, which draws residues in the same way
 MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
 MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
+PIXELS_PER_MM = 200 / 25.4  # of figures, see `sparsurf.views.layout`
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
 FORMATS = (number, share, interval, interval_of, combination, left_in_island, p_value)  # filters of templates
 DEFAULT_LENGTHS = {"r_patch": R_PATCH, "r_zernike": R_ZERNIKE, "interface": INTERFACE}  # Å
@@ -36,16 +40,22 @@ def embedded(path: Path | str) -> str | None:
 
 
 def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
-    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`."""
+    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`.
+
+    A path that ends in `#name` is the picture of that name in `PICTURES`, cut from its figure.
+    """
     from PIL import Image  # comes with matplotlib
 
     urls: dict[str, str] = {}
     size = 0
     for path in dict.fromkeys(paths):
-        if not (folder / path).is_file():
+        file, _, name = path.partition("#")
+        if not (folder / file).is_file():
             continue
-        with Image.open(folder / path) as file:
-            picture = file.convert("RGB")
+        with Image.open(folder / file) as stored:
+            picture = stored.convert("RGB")
+        if name:
+            picture = picture.crop(place_of_picture(name, picture.height))
         picture.thumbnail((MAX_FIGURE_PIXELS, MAX_FIGURE_PIXELS))
         encoded = io.BytesIO()
         picture.save(encoded, "WEBP", **WEBP)
@@ -55,6 +65,14 @@ def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
             break
         urls[path] = url
     return urls
+
+
+def place_of_picture(name: str, height: int) -> tuple[int, int, int, int]:
+    """Return left, top, right and bottom of a picture of `PICTURES` in its figure, which is `height` pixels high."""
+    it = PICTURES[name]
+    left, right = it.left, it.left + it.width
+    top, bottom = (height - (it.sheet - y) * PIXELS_PER_MM for y in (it.top, it.top + it.height))
+    return round(left * PIXELS_PER_MM), round(top), round(right * PIXELS_PER_MM), round(bottom)
 
 
 def code(sentence: str) -> Markup:
@@ -71,7 +89,7 @@ def symbols(words: str) -> Markup:
 def _templates() -> jinja2.Environment:
     """Return the environment of the templates."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
+        loader=jinja2.FileSystemLoader([TEMPLATES, OVERVIEW]),
         autoescape=lambda name: ".html" in (name or ""),
         undefined=jinja2.StrictUndefined,
         lstrip_blocks=True,
@@ -83,31 +101,29 @@ def _templates() -> jinja2.Environment:
 
 
 class Glossary:
-    """Words of a page that are explained: each links, where it first stands, to the list at the page's end."""
+    """Words of a page that are explained: each has its meaning on hover where it first stands, and in a list."""
 
     def __init__(self, lengths: Mapping[str, float]) -> None:
         words: Any = _templates().get_template("words.html.j2").make_module(dict(lengths))
         self.meanings: dict[str, str] = words.meanings
         self.used: set[str] = set()
         words = "|".join(map(re.escape, sorted(self.meanings, key=len, reverse=True)))
-        self.pattern = re.compile(rf"(?<![\w/.])({words})(?=(?:s|es)?\b)(?![\w]*[/.]\w)")
+        self.pattern = re.compile(rf"(?<![\w/.])((?:{words})(?:e?s)?\b)(?![/.]\w)")
 
     def mark(self, sentence: str) -> Markup:
-        """Escape a sentence; link the words that no sentence before it has."""
+        """Escape a sentence; mark the words that no sentence before it has."""
         parts = []
         for k, part in enumerate(self.pattern.split(sentence)):
-            if k % 2 == 0 or part in self.used:
+            word = next((word for word in (part, part[:-1], part[:-2]) if word in self.meanings), "")
+            if k % 2 == 0 or word in self.used:
                 parts.append(symbols(part))
                 continue
-            self.used.add(part)
-            meaning = escape(self.meanings[part])
-            parts.append(
-                Markup('<a class="word" href="#words" title="{}">{}</a>').format(meaning, symbols(part))
-            )
+            self.used.add(word)
+            parts.append(Markup('<abbr title="{}">{}</abbr>').format(self.meanings[word], symbols(part)))
         return Markup("").join(parts)
 
     def explained(self) -> list[tuple[str, str]]:
-        """Return the words that were linked, with their meanings."""
+        """Return the words that were marked, with their meanings."""
         return [(word, meaning) for word, meaning in self.meanings.items() if word in self.used]
 
 

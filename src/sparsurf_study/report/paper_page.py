@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from sparsurf.sampling.combination import (
 from sparsurf_study.analysis.rough_and_flat import MIN_TEST_DOTS
 from sparsurf_study.paper import replication
 from sparsurf_study.paper.published_runs import MEASURES
-from sparsurf_study.paper.verdict import is_one_more_run
+from sparsurf_study.paper.verdict import MIN_RUNS, is_one_more_run
 from sparsurf_study.report.figure_names import PAPER_FIGURES
 from sparsurf_study.report.numbers import against_zero, is_fragmented
 
@@ -38,6 +39,7 @@ LIMIT_CASES = {  # of Eq. 2, by the parameters that are 0
 }
 OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
 MAX_LINK_COLUMNS = 6
+CURVE_SIZE = (440, 330)  # px
 HALVES = ("rougher half", "flatter half")
 DISTANCES_UNMOVED = "distances from the dot itself"
 COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
@@ -87,6 +89,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "readings": GRID_READINGS,
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
+        "curve": curve(data["links"], data["surface"]["density"]),
         "defects": defects(data["defects"]),
         "outlook": data["recovered"].iloc[0].to_dict(),
         "figures": [
@@ -105,6 +108,7 @@ def surface_of(
         "source": source,
         "n_dots": len(prepared.points),
         "n_centres": len(prepared.cover.centre),
+        "density": prepared.density,
         "mean_roughness": float(prepared.roughness.mean()),
         "roughness": (float(prepared.roughness.min()), float(prepared.roughness.max())),
         "largest_r": float(np.exp(-prepared.cover.log_ratio.min())),
@@ -154,6 +158,7 @@ def table1(
             FULL_READING: answer(not opposite.any()),
         },
         "same": is_one_more_run(tests),
+        "decided": int(places["n_runs"].max()) >= MIN_RUNS,
         "inside": inside,
         "in_span": sum(between(places, name, "lowest", "highest") for name in MEASURES),
         "n": n,
@@ -325,6 +330,46 @@ def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[
         "rows": len(signs),
         "correlation": replication.correlation_of_readings(grid),
         "fragments": replication.correlation_with_fragments(grid),
+    }
+
+
+def curve(table: pd.DataFrame, density: float) -> dict[str, Any]:
+    """Lay out d of each published row against link / spacing of its kept dots, where `density` is that of all dots, per Å^2."""
+    spacing = 1 / np.sqrt(density * table["n_S_percent"] / 100)
+    ratio = table["d_link"] / spacing
+    low, high = (math.floor(min(0.0, table["d"].min())), math.ceil(max(0.0, table["d"].max())))
+    last = math.ceil(float(ratio.max()))
+    width, height = CURVE_SIZE
+    left, bottom, top = 26.0, height - 38.0, 18.0
+    across = left + (width - left - 8) * ratio / last
+    down = bottom - (bottom - top) * (table["d"] - low) / max(high - low, 1)
+    points = table.assign(x=across.round(1), y=down.round(1), ratio=ratio).sort_values("d_link")
+    lines = [
+        (row, " ".join(f"{x},{y}" for x, y in rows[["x", "y"]].to_numpy()))
+        for row, rows in points.groupby("row")
+    ]
+    best = points.iloc[int(points["d"].argmax())]
+    crossings = [
+        rows["ratio"].iloc[k]
+        for _, rows in points.groupby("row")
+        if (k := int((rows["d"] < 0).to_numpy().argmax())) and rows["d"].iloc[0] > 0
+    ]
+    step = max(1, math.ceil((high - low) / 6))
+    return {
+        "width": width,
+        "height": height,
+        "left": left,
+        "lines": lines,
+        "levels": [
+            (round(bottom - (bottom - top) * (k - low) / max(high - low, 1), 1), k)
+            for k in range(low, high + 1)
+            if k % step == 0
+        ],
+        "ticks": [
+            (round(left + (width - left - 8) * k / last, 1), k) for k in range(0, last + 1, max(1, last // 8))
+        ],
+        "top": (best["ratio"], best["d"]),
+        "crossing": (min(crossings), max(crossings)) if crossings else None,
     }
 
 

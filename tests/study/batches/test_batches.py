@@ -189,7 +189,7 @@ def test_normals_along_the_axes_come_back():
 
 def test_the_page_counts_and_groups(many):
     page = (many / "results/many/index.html").read_text(encoding="utf-8")
-    assert "10 surfaces of 12 structures, in 4 batches" in page and "2 structures failed" in page
+    assert "10 surfaces of 12 structures were computed in 4 batches" in page and "2 structures failed" in page
     assert page.count("<td data-key=") == 7 * len(GOOD)
     assert "defect" not in page and page.count('src="data:image/webp;base64,') == 1
 
@@ -381,8 +381,8 @@ def test_the_page_says_the_share_of_all_dots_and_the_residues_left_out(tmp_path)
     surfaces["N"] = 40 * surfaces["atoms"]
     page, answers = page_of(tmp_path, surfaces, [("holds no atoms.", ["x", "y"])])
     assert answers == [
-        "3 surfaces of molecules of 100 to 2,500 atoms: 1.2 % of 152,000 dots are kept; the median of the mean roughness is"
-        " 0.62 (0.50 to 0.70)."  # 1.9 % is the mean of the shares
+        "3 surfaces of molecules of 100 to 2,500 atoms: the smallest sufficient subsets keep 1.2 % of 152,000 dots, and the"
+        " median of the mean roughness is 0.62 (0.50 to 0.70)."  # 1.9 % is the mean of the shares
     ]
     assert "12 of 472 residues of 2 predicted models are left out" in page
     assert "2: holds no atoms. (x, y)" in page and "3 surfaces of 5 structures" in page
@@ -401,7 +401,7 @@ def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
         )
 
     def click(column):
-        browser.run("document.querySelectorAll('table.sortable th')[arguments[0]].click()", column)
+        browser.run("document.querySelectorAll('table.sortable th button')[arguments[0]].click()", column)
         return shown()
 
     try:

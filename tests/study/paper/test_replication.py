@@ -24,6 +24,7 @@ from sparsurf_study.report.page import render
 from sparsurf_study.report.paper_page import (
     LIMIT_CASES,
     TEMPLATE,
+    curve,
     defects,
     limit_case,
     paper_page,
@@ -286,24 +287,44 @@ def test_d_is_correlated_with_the_other_reading_and_with_the_sizes_of_patches(pa
 
 
 def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
-    places = page["places"].assign(d_inside=[0, *9 * [1]], Z_tS_inside=1)
+    places = page["places"].assign(d_inside=[0, *9 * [1]], Z_tS_inside=1, n_runs=200)
     tests, rows = page["tests"], page["rows"]
     lost = rows.assign(d_high_kept_scaled=-0.3, d_high_full=-0.2)
 
-    def said(p, rows):
-        own = tests.assign(p=p)
-        return Page(html_of(page | {"places": places, "tests": own, "rows": rows})).text
+    def said(p, rows, n_runs=200):
+        own = {"places": places.assign(n_runs=n_runs), "tests": tests.assign(p=p), "rows": rows}
+        return Page(html_of(page | own)).text
 
-    words = "9 of 10 published d and 10 of 10 Z lie in the middle 95 % of 3 runs made as published."
-    assert f"Table I is reproduced as the authors' code does it: {words}" in said(0.5, lost)
-    assert f"Table I is not reproduced on this surface: {words}" in said(0.01, lost)
+    words = (
+        "9 of 10 published values of d and 10 of 10 of Z lie in the middle 95 % of {} runs made as published."
+    )
+    for p, n_runs, verdict in (
+        (0.5, 200, "Yes"),
+        (0.01, 200, "No"),
+        (0.5, 39, "Undecided"),
+        (0.01, 40, "No"),
+    ):
+        assert f"Is Table I reproduced?\n{verdict}\n{words.format(n_runs)}" in said(p, lost, n_runs)
     ends = {"d_low_kept": [*7 * [0.1], *3 * [-0.2]], "d_high_kept": [*8 * [0.3], *2 * [-0.1]]}
     ends |= {"d_low_kept_scaled": -0.5, "d_low_full": -0.5, "share_in_island": [*6 * [0.4], *4 * [0.5]]}
     counted = said(0.5, lost.assign(**ends, d_high_full=[*9 * [-0.2], 0.1]))
-    assert (
-        "better than a uniform subset in 7 of 10 rows among the kept dots, in 0 with a link scaled" in counted
-    )
+    assert "in 7 of 10 rows among the kept dots, in 0 with a link that grows with the spacing" in counted
     assert "It is significantly worse in 2, 10 and 9 rows. In 6 rows the subset is fragmented." in counted
+
+
+def test_the_curve_is_d_over_link_and_spacing(page):
+    """Of dots at 4 per Å^2, a subset of a quarter has a spacing of 1 Å, so that the ratio is the link."""
+    links = pd.DataFrame({"d_link": [0.5, 1.0, 2.0], "row": 1, "n_S_percent": 25.0, "d": [2.0, 1.0, -1.0]})
+    found = curve(links, 4.0)
+    assert found["top"] == (0.5, 2.0) and found["crossing"] == (2.0, 2.0)
+    x, y = np.array([[float(v) for v in point.split(",")] for point in found["lines"][0][1].split()]).T
+    places = (
+        {value: place for place, value in found["ticks"]},
+        {value: place for place, value in found["levels"]},
+    )
+    assert x[1:] == pytest.approx([places[0][1], places[0][2]]) and y == pytest.approx(
+        [places[1][k] for k in (2, 1, -1)]
+    )
 
 
 def test_claims_follow_from_the_numbers(page):

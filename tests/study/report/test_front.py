@@ -1,5 +1,6 @@
 """The first page of a run: its answers and sections against its tables."""
 
+import hashlib
 import html
 import json
 import re
@@ -10,8 +11,11 @@ import pytest
 from PIL import Image
 
 from parsed_pages import Page
+from sparsurf.version import __version__
 from sparsurf_study.report.front import warned, write_front
+from sparsurf_study.report.provenance import Origin
 from sparsurf_study.report.summaries import summarise_pairs
+from sparsurf_study.workflow.origin import origin_of
 
 D = {"kept": [0.5, 2.42, 2.6, 0.2], "full": [-0.13, -0.26, -0.3, -0.1]}  # by range
 BEST = (1.0, 0.0, 4.0, 6.0)  # of the second range
@@ -23,7 +27,7 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
         {"protein": place.split("/")[0], "conformation": place.split("/")[1], "reading": reading, "range": k + 1}
         | dict(zip(("alpha", "beta", "gamma", "delta"), BEST if k == 1 else (0.8, 0.2, 2.0 * k, 10.0), strict=True))
         | {"n_S_low_percent": 25.0 * k, "n_S_high_percent": 25.0 * k + 25, "n_S": 100.0 * k + 30, "n_S_percent": 25 * k + 18.0}
-        | {"link_over_spacing": 0.5 + 0.3 * k, "share_in_island": (0.05, 0.234, 0.5, 1.0)[k]}
+        | {"d_kept_scaled": -0.5 - k, "d_low_kept_scaled": -0.6 - k, "d_high_kept_scaled": -0.4 - k}
         | {"d_cv": d + s, "d_cv_low": d + s - 0.25, "d_cv_high": d + s + 0.3, "Z_tS": 3.0 - k, "Z_mean_descriptor": 1.5}
         for s, place in enumerate(places)
         for reading, of in D.items()
@@ -39,6 +43,7 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
         recovered_Z_published=0.5, recovered_Z_rotation_robust=0.7, best_kept="x", best_full="x",
     )  # fmt: skip
     relation = summary.drop_duplicates(["reading", "range"]).assign(p=[0.01, 0.5, np.nan, 0.02] * 2)
+    relation["d"] = relation["d_cv"]
     for name, table in (("summary", summary), ("surfaces", surfaces), ("relation", relation)):
         folder.mkdir(parents=True, exist_ok=True)
         table.to_csv(folder / f"{name}.csv", index=False)
@@ -50,7 +55,7 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
         "n_best_set": 36,
     }  # as chosen over the whole grid: not shown
     none = {"answer": "No combination keeps so few."}
-    best = {"max_n_S_percent": 20, "references": {"Z_mean_descriptor": 1.5}}
+    best = {"combinations": 1296, "max_n_S_percent": 20, "references": {"Z_mean_descriptor": 1.5}}
     best |= {reading: {"unrestricted": winner, "under_max_n_S": none} for reading in D}
     grid = pd.DataFrame({"n_S_percent": [winner["n_S_percent"], 99.99995]})
     for place in places:
@@ -71,56 +76,111 @@ def text_of(folder):
 def test_the_best_combination_is_the_first_answer_and_has_one_value_everywhere(tmp_path):
     files = write_run(tmp_path)
     answers = write_front(tmp_path / "index.html", files, {})
+    condition = "unconnected dots are removed"
     assert answers == [
-        "Best (α, β, γ, δ) = (1, 0, 4, 6), one of 36 that may be the best: keeps 43 % of the dots, d 2.42 (2.17 to 2.72) among"
-        " the kept dots, but the subset is fragmented; on the full surface the sampling"
-        " beats uniform dots in none of 4 ranges.",
-        "For few dots take minimal.csv: 8 % of the dots (0.20 per Å²; 95 % interval 7.0 to 9.0 %) recover the surface to"
-        " 0.020 Å on average (99 % within 0.10 Å, the farthest 0.20 Å off).",
+        "Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 2.42 (2.17 to 2.72). 35 other"
+        " combinations are statistically indistinguishable.",
+        "The sampling beats a random subset in 3 of 4 ranges of subset size if"
+        f" {condition} from each subset, as in the authors' code.",
+        f"The sampling beats a random subset in none of 4 ranges of subset size if {condition} once, from the full surface.",
+        "Smallest sufficient subset (minimal.csv): 8.0 % of the dots, 0.20 per Å². The surface reconstructed from it deviates"
+        " by 0.020 Å on average (99 %: 0.10 Å).",
     ]
-    page = Page((tmp_path / "index.html").read_text())
-    assert all(answer in text_of(tmp_path) for answer in answers) and "9.99" not in text_of(tmp_path)
-    of_range = next(row for row in page.rows if row[0].startswith("25.0"))
-    assert of_range[1:] == [
-        "(1, 0, 4, 6)",
-        "43.0",
-        "2.42 (2.17 to 2.72)",
-        "0.80",
-        "23 %, fragmented",
-        "(1, 0, 4, 6)",
-        "43.0",
-        "−0.26 (−0.51 to 0.04)",
-    ]
-    of_all = next(row for row in page.rows if row[0].startswith("best at the largest"))
-    assert of_all[1:6] == of_range[1:6]
-    half = next(row for row in page.rows if row[0].startswith("50.0"))
-    assert half[4:6] == ["1.10", "50 %"]  # not below one half
+    page, text = Page((tmp_path / "index.html").read_text()), text_of(tmp_path)
+    assert (
+        "(1, 0, 4, 6) 43 % of the dots are kept; d = 2.42 (2.17 to 2.72). 35 other combinations are" in text
+    )
+    assert "Yes in 3 of 4, no in all 4" in text and "9.99" not in text
+    assert (
+        "8.0 % 0.20 per Å² The surface reconstructed from these dots deviates by 0.020 Å on average (99 %: 0.10 Å)"
+        in text
+    )
+    of_range = next(row for row in page.rows if row[0] == "25 to 50 %")
+    assert of_range[:3] == ["25 to 50 %", "(1, 0, 4, 6) best", "2.42 (2.17 to 2.72) †"]
+    assert of_range[4:] == ["−0.26 (−0.51 to 0.04) †", "(1, 0, 4, 6)"]
+    assert of_range[3].startswith("(1, 0, 4, 6) keeps 43.0 % of the dots")  # on hover over the drawing
+    assert [row[1].endswith("best") for row in page.rows if "to" in row[0]] == [False, True, False, False]
 
 
-def test_a_winner_that_keeps_the_most_dots_is_marked_though_ranges_are_rounded(tmp_path):
+def test_d_is_drawn_in_its_row_to_scale(tmp_path):
+    """Left of the line at 0 where the sampling is worse, and as far from it as d says."""
+    write_front(tmp_path / "index.html", write_run(tmp_path), {})
+    page = (tmp_path / "index.html").read_text()
+    zero = float(re.search(r'class="zero" x1="([\d.]+)"', page)[1])
+    drawn = [float(x) - zero for x in re.findall(r'<circle cx="([\d.]+)" cy="[\d.]+" r="3.5"', page)]
+    scale = drawn[2] / D["kept"][1]
+    expected = [d * scale for pair in zip(D["kept"], D["full"], strict=True) for d in pair]
+    np.testing.assert_allclose(drawn, expected, atol=0.11)
+    assert scale > 20
+
+
+def test_subsets_that_fall_apart_are_marked_where_the_table_says_so(tmp_path):
+    files = write_run(tmp_path)
+    ranges = pd.read_csv(tmp_path / "summary.csv").assign(
+        link_over_spacing=0.8, share_in_island=[0.2, 0.6, 0.4, 0.9] * 2
+    )
+    ranges.to_csv(tmp_path / "p/c1/ranges.csv", index=False)
+    write_front(tmp_path / "index.html", files, {})
+    assert "fragmented" not in text_of(tmp_path) and "link / spacing" not in text_of(tmp_path)
+    write_front(tmp_path / "index.html", [*files, "p/c1/ranges.csv"], {})
+    rows = [row for row in Page((tmp_path / "index.html").read_text()).rows if "to" in row[0]]
+    assert [row[4] for row in rows] == ["0.80 fragmented", "0.80", "0.80 fragmented", "0.80"]
+    assert "In 2 of 3 ranges where it is better, the subset is fragmented." in text_of(tmp_path)
+
+
+def test_a_page_says_what_the_run_was_started_with(tmp_path):
+    (tmp_path / "p.pdb").write_text("a structure")
+    origin = Origin("make run CONFIG=mine.yaml", [str(tmp_path / "p.pdb")], 1)
+    write_front(tmp_path / "index.html", write_run(tmp_path), {}, origin=origin)
+    text = text_of(tmp_path) + (tmp_path / "index.html").read_text()
+    assert "with make run CONFIG=mine.yaml" in text
+    assert hashlib.sha256(b"a structure").hexdigest() in text and __version__ in text
+
+
+def test_the_origin_of_a_run_names_its_config_and_each_input_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    config = {
+        "proteins": {
+            "p": {"structure": "p.pdb", "trajectory": str(tmp_path / "t.xtc")},
+            "q": {"structure": "p.pdb"},
+        },
+        "pairs": {"a": {"files": ["p.pdb", "/data/b.pdb"]}, "c": {"complex": "c.pdb"}},
+    }
+    inputs = ["p.pdb", "t.xtc", "/data/b.pdb", "c.pdb"]
+    assert origin_of(config, [tmp_path / "mine.yaml", "other.yaml"]) == Origin(
+        "make run CONFIG=mine.yaml", inputs, 4
+    )
+    assert origin_of(config, ["config.yaml"]).command == "make run"
+    many = {"proteins": {str(k): {"structure": f"{k}.pdb"} for k in range(51)}, "pairs": {}}
+    assert origin_of(many, []) == Origin("make run", [], 51)
+
+
+def test_a_winner_that_keeps_the_most_dots_stands_below_the_ranges_though_they_are_rounded(tmp_path):
     files, path = write_run(tmp_path), tmp_path / "p/c1/best.json"
     best = json.loads(path.read_text())
     best["full"]["unrestricted"] |= {"alpha": 1.0, "delta": 0.0, "n_S_percent": 99.99995, "Z_tS": 0.0}
     path.write_text(json.dumps(best))
     write_front(tmp_path / "index.html", files, {})
-    rows = Page((tmp_path / "index.html").read_text()).rows
-    assert [row[0] for row in rows if any("‡" in cell for cell in row)] == ["best at the largest α"]
-    assert "leaves it out of the last range" in text_of(tmp_path)
+    assert text_of(tmp_path).count("leaves it out of the last range") == 1
+    assert "On the full surface, the highest d of all is 9.99 (9.00 to 11.00), of (1, 0, 4, 0)." in text_of(
+        tmp_path
+    )
 
 
 def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     places = ["a/c1", "b/c1", "c/c1", "d/c1"]
     answers = write_front(tmp_path / "index.html", write_run(tmp_path, places, (0.02, 0.03, 0.05, 0.09)), {})
     above = sum(d + s - 0.25 > 0 for s in range(4) for d in D["full"])
-    assert f"in {above} of 16 ranges, on 3 of 4 surfaces" in answers[1]
-    assert (
-        "0.040 Å on average (99 % within 0.20 Å, the farthest 0.90 Å off), median of 4 surfaces" in answers[2]
+    assert answers[0].startswith(
+        "Best parameters on average over 4 surfaces: (α, β, γ, δ) = (0.8, 0.2, 4, 10)"
     )
-    assert "95 % intervals within 1.8 to 9.0 %" in answers[2]
+    assert f"in {above} of 16 ranges of subset size, on 3 of 4 surfaces" in answers[2]
+    assert "median of 4 surfaces: 3.3 % of the dots" in answers[3]
+    assert "by 0.040 Å on average (99 %: 0.20 Å)" in answers[3]
     page = Page((tmp_path / "index.html").read_text())
-    (row,) = [row for row in page.rows if row[0].startswith("25.0") and "to 5.42" in row[2]]
+    (row,) = [row for row in page.rows if row[0].startswith("25 ") and "to 5.42" in row[2]]
     assert row[2] == "3.92 (2.42 to 5.42)"
-    assert "4 of 6 tests find" in text_of(tmp_path)
+    assert "In 4 of 6 tests" in text_of(tmp_path)
 
 
 def test_fields_are_those_of_the_minimal_subset(tmp_path):
@@ -128,7 +188,7 @@ def test_fields_are_those_of_the_minimal_subset(tmp_path):
     rows = [("charge", "minimal", 0.912), ("charge", "farthest", 0.5), ("flat", "minimal", np.nan)]
     pd.DataFrame(rows, columns=["field", "subset", "r"]).to_csv(tmp_path / "p/c1/fields.csv", index=False)
     write_front(tmp_path / "index.html", files, {})
-    assert "gives fields back at the other dots: charge r = 0.912." in text_of(tmp_path)
+    assert "correlate with the true ones at the other dots: charge (r = 0.912)." in text_of(tmp_path)
 
 
 def test_failures_and_warnings_stand_above_the_sections(tmp_path):
@@ -140,7 +200,7 @@ def test_failures_and_warnings_stand_above_the_sections(tmp_path):
     assert warned(tmp_path / "warnings.csv") == [(["p/c1", "q"], "p.pdb: it lacks 3 atoms")]
     write_front(tmp_path / "index.html", files, {"bad": "holds no <atoms>"})
     text = text_of(tmp_path)
-    assert text.index("holds no <atoms>") < text.index("it lacks 3 atoms") < text.index("Best combination by")
+    assert text.index("holds no <atoms>") < text.index("it lacks 3 atoms") < text.index("Best parameters by")
 
 
 def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
@@ -162,7 +222,7 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     page = Page((tmp_path / "index.html").read_text())
     shown = [row for row in page.rows if row[0].startswith("A:")]
     assert [row[0] for row in shown[:2]] == ["A:GLY39 → ALA", "A:GLY38"] and len(shown) == 10
-    assert shown[0][1:] == ["38.00", "2.00", "1.00", "shape", "−1.3", "0.0"]
+    assert shown[0][1:] == ["19.0", "38.00", "2.00", "1.00", "shape", "−1.3", "0.0"]
 
 
 @pytest.mark.parametrize("touching", [0, 1, 2])
@@ -188,28 +248,35 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
     words = [
         "no interface to find",
         "0.50 (0.40 to 0.60) and 0.60 (0.50 to 0.70) on its two",
-        "with AUC 0.60",
+        "with an AUC of 0.60",
     ]
     assert words[touching] in answer
     if touching == 2:
         assert re.search(r"protrusion alone has 0\.75 \(", answer)
 
 
-@pytest.mark.parametrize(("p", "word"), [(0.06, ""), (0.04, "not ")])
-def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p, word):
+@pytest.mark.parametrize(
+    ("p", "n_runs", "word"),
+    [(0.06, 200, "Yes"), (0.04, 200, "No"), (0.06, 39, "Undecided"), (0.04, 40, "No")],
+)
+def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p, n_runs, word):
     files = write_run(tmp_path)
     places = pd.DataFrame(
-        {"range": [1, 2, 3, 4], "d_inside": [1, 0, 0, 0], "Z_tS_inside": [1, 1, 0, 0], "n_runs": 200}
+        {"range": [1, 2, 3, 4], "d_inside": [1, 0, 0, 0], "Z_tS_inside": [1, 1, 0, 0], "n_runs": n_runs}
     )
     places = places.assign(alpha=1.0, beta=0.0, gamma=6.0, delta=0.0, d_published=2.69)
     tests = pd.DataFrame({"measure": ["d", "together"], "p": [0.5, p]})
     for name, table in (("paper_places.csv", places), ("paper_tests.csv", tests)):
         table.to_csv(tmp_path / name, index=False)
     answer = write_front(tmp_path / "index.html", [*files, "paper_places.csv", "paper_tests.csv"], {})[0]
-    assert (
-        f"is {word}reproduced: 1 of 4 published d and 2 of 4 published Z" in answer
-        and "95 % of 200 runs" in answer
-    )
+    assert f"Is Table I of the paper reproduced? {word}" in text_of(tmp_path)
+    assert "1 of 4 published values of d and 2 of 4" in text_of(tmp_path)
+    starts = {
+        "Yes": "Table I is reproduced",
+        "No": "Table I is not reproduced",
+        "Undecided": "It is undecided",
+    }
+    assert answer.startswith(starts[word]) and f"{n_runs} runs" in answer
 
 
 def test_pairs_that_do_not_touch_have_no_rows(tmp_path):

@@ -3,6 +3,9 @@
 import base64
 import io
 import re
+import shutil
+import subprocess
+from pathlib import Path
 from urllib.parse import unquote, urldefrag
 
 import numpy as np
@@ -11,11 +14,12 @@ import pytest
 from PIL import Image
 
 from browser import Browser, programs
+from conftest import ROOT
 from parsed_pages import Page
 from sparsurf.views.numbers import interval, number, share, signed, span
 from sparsurf_study.report import page as pages
-from sparsurf_study.report.numbers import against_zero, combination, short_names
-from sparsurf_study.report.page import code, embedded_figures
+from sparsurf_study.report.numbers import against_zero, short_names
+from sparsurf_study.report.page import code, embedded_figures, place_of_picture
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +41,7 @@ def facts(run):
             d = interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])
             yield (
                 f"{path.parent}, {row['reading']}, from {row['n_S_low_percent']} %",
-                [combination(row), number(row["n_S_percent"], 1), d],
+                [f"{number(row['n_S_low_percent'], 0)} to {number(row['n_S_high_percent'], 0)} %", d],
             )
     surfaces = pd.read_csv(run / "surfaces.csv")
     for row in surfaces[surfaces["best_kept"].isna()].to_dict("records"):
@@ -47,7 +51,7 @@ def facts(run):
             number(row["mean_roughness"]),
             f"{row['minimal_n_S']:,}",
         ]
-        texts += [share(row["minimal_n_S_percent"]), number(row["recovered_mean"], 3)]
+        texts += [number(row["minimal_n_S_percent"], 1), number(row["recovered_mean"], 3)]
         texts += [number(row[f"recovered_Z_{kind}"]) for kind in ("published", "rotation_robust")]
         yield row["protein"], [row["protein"], *texts]
     pairs = pd.read_csv(run / "pairs/pairs.csv").query("score in ('propensity_smoothed', 'protrusion')")
@@ -111,6 +115,108 @@ def test_a_page_that_was_sent_alone_enlarges_its_figures(run, tmp_path):
         )
     finally:
         browser.close()
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A browser of 1280 by 800 pixels."""
+    if None in programs():
+        pytest.skip("chromium and chromedriver are not installed")
+    browser = Browser(tmp_path_factory.mktemp("browser"), 1280, 800)
+    yield browser
+    browser.close()
+
+
+def test_one_choice_shows_a_surface_in_every_section(run, browser):
+    browser.open((run / "index.html").as_uri())
+    shown = "return [...document.querySelectorAll('div.place')].filter(e => e.checkVisibility()).map(e => e.className)"
+    assert {*browser.run(shown)} == {"place place-0"}
+    browser.press("input[name=place]", "\ue014")  # the arrow key, to the second
+    found = browser.run(shown)
+    assert {*found} == {"place place-1"} and len(found) >= 4  # pictures, ranges, maps and residues
+    browser.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"media": "print"})
+    assert {"place place-0", "place place-1"} <= {*browser.run(shown)}
+    browser.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"media": ""})
+
+
+def test_the_answers_are_on_the_first_screen(run, browser):
+    browser.open((run / "index.html").as_uri())
+    ends = browser.run(
+        "return [...document.querySelectorAll('.card')].map(e => e.getBoundingClientRect().bottom)"
+    )
+    assert len(ends) == 8 and max(ends[:4]) < 450 and max(ends) < 800
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_are_accessible(run, shown, browser, scheme):
+    """Names, text alternatives and contrast (WCAG 2, AA); with axe-core as well where npm has it."""
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    browser.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"features": features})
+    pages_of_run = [path for path in shown if path.name in ("index.html", "verdict.html")]
+    assert len(pages_of_run) == 2
+    for path in pages_of_run:
+        browser.open(path.as_uri())
+        assert browser.run(ACCESSIBILITY) == [], path
+        if axe := axe_core():
+            browser.run(axe)
+            broken = browser.ask("POST", "/execute/async", script=RUN_AXE, args=[])
+            assert broken == [], path
+
+
+def axe_core():
+    """The source of axe-core, where npm has installed it here or for everybody; else None."""
+    if not (npm := shutil.which("npm")):
+        return None
+    everybody = subprocess.run(
+        [npm, "root", "-g"], capture_output=True, text=True, check=False
+    ).stdout.strip()
+    paths = [Path(root, "axe-core/axe.min.js") for root in (ROOT / "node_modules", everybody)]
+    return next((path.read_text(encoding="utf-8") for path in paths if path.is_file()), None)
+
+
+RUN_AXE = """
+const done = arguments[arguments.length - 1];
+axe.run().then(found => done(found.violations.map(one => `${one.id}: ${one.nodes[0].html}`)));
+"""
+ACCESSIBILITY = """
+const broken = [], text = e => (e.getAttribute("aria-label") || e.textContent || "").trim();
+const name = e => text(e) || [...e.querySelectorAll("img")].map(i => i.alt).join("").trim();
+for (const e of document.querySelectorAll("a, button, summary, label, th, h1, h2, h3"))
+  if (!name(e)) broken.push(`no name: ${e.outerHTML.slice(0, 200)}`);
+for (const e of document.querySelectorAll("img"))
+  if (!e.alt && !e.closest("dialog")) broken.push(`no alt: ${e.src.slice(0, 99)}`);
+for (const e of document.querySelectorAll("svg")) if (!text(e)) broken.push(`no label: ${e.outerHTML.slice(0, 200)}`);
+for (const e of document.querySelectorAll(".wide"))
+  if (e.scrollWidth > e.clientWidth && e.tabIndex < 0 && !e.querySelector("button"))
+    broken.push(`no keyboard scrolls it: ${e.outerHTML.slice(0, 200)}`);
+const colour = text => { const c = text.match(/[\\d.]+/g).map(Number); return c.length < 4 ? [...c, 1] : c; };
+const light = c => { const [r, g, b] = c.slice(0, 3).map(v => (v /= 255) <= .04045 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4);
+  return .2126 * r + .7152 * g + .0722 * b; };
+const behind = e => {
+  for (; e; e = e.parentElement) { const c = colour(getComputedStyle(e).backgroundColor); if (c[3] > .99) return c; }
+  return [255, 255, 255, 1];
+};
+const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+while (walker.nextNode()) {
+  const e = walker.currentNode.parentElement;
+  if (!walker.currentNode.textContent.trim() || !e.checkVisibility() || e.closest("script, style, svg")) continue;
+  const [a, b] = [light(colour(getComputedStyle(e).color)), light(behind(e))];
+  const contrast = (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
+  if (contrast < 4.5) broken.push(`contrast ${contrast.toFixed(2)}: ${e.outerHTML.slice(0, 200)}`);
+}
+return [...new Set(broken)];
+"""
+
+
+def test_a_picture_is_cut_from_its_figure(run):
+    """That of the sampled dots: dots in their colour in the middle, nothing but white at its border."""
+    with Image.open(run / "moving/f0000/figures/subsets.png") as stored:
+        box = place_of_picture("sampled", stored.height)
+        picture = np.asarray(stored.convert("RGB").crop(box)).astype(int)
+    assert picture.shape[1] / picture.shape[0] == pytest.approx(58 / 45, rel=0.01)
+    border = np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]])
+    orange = (picture[..., 0] > 190) & (picture[..., 2] < 60)
+    assert border.min() == 255 and 0.005 < orange.mean() < 0.5
 
 
 def test_a_page_holds_its_figures_smaller_and_up_to_its_size(tmp_path, monkeypatch):

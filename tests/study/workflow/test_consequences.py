@@ -274,7 +274,7 @@ def test_the_page_of_a_batch_has_the_share_of_all_dots(analysed):
     of_all = 100 * surfaces["minimal_n_S"].sum() / surfaces["N"].sum()
     page = (results / "index.html").read_text(encoding="utf-8")
     assert share(of_all) != share(shares.mean())
-    assert f"{share(of_all)} %" in page and f"{share(shares.mean())} %" not in page
+    assert f"{share(of_all)}&nbsp;%" in page and f"{share(shares.mean())}&nbsp;%" not in page
 
 
 def models(n):

@@ -16,7 +16,7 @@ from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
-from sparsurf.views.overview.profile import labels_of, panels, roughest
+from sparsurf.views.overview.profile import STYLE, labels_of, panels, roughest
 from sparsurf.views.render import along_smallest_axis
 from sparsurf.views.viewer import page as viewer
 
@@ -147,7 +147,8 @@ def render(**known: Any) -> str:
         "main": Markup(viewer.main()),
         "script": Markup(viewer.script()),
     }
-    style = Markup(Path(__file__).with_name("page.css").read_text(encoding="utf-8"))
+    names = (STYLE, "page.css")
+    style = Markup("".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names))
     shared = {"version": __version__, "style": style, "viewer": parts, "n_open": N_OPEN, "data": ""}
     text = _template().render(shared | known)
     return "\n".join(line for line in text.lstrip().splitlines() if line.strip()) + "\n"

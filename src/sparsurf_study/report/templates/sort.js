@@ -2,10 +2,15 @@ for (const table of document.querySelectorAll("table.sortable")) {
   const body = table.tBodies[0], value = (row, column) => row.cells[column].dataset.key ?? row.cells[column].textContent;
   let sorted = -1, sign = 1;
   [...table.tHead.rows[0].cells].forEach((heading, column) => {
-    heading.style.cursor = "pointer";
-    heading.addEventListener("click", () => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.append(...heading.childNodes);
+    heading.append(button);
+    button.addEventListener("click", () => {
       sign = sorted === column ? -sign : 1;
       sorted = column;
+      for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
+      heading.setAttribute("aria-sort", sign > 0 ? "descending" : "ascending");
       const rows = [...body.rows], numeric = rows.every(row => Number.isFinite(+value(row, column)));
       rows.sort((a, b) => {
         const [first, second] = [value(a, column), value(b, column)];

@@ -1,0 +1,54 @@
+"""Trajectories on the first page: one combination followed over the frames, and the quality of simulations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.views.numbers import number
+from sparsurf_study.report.first_page.run import MAX_SHOWN, Figure, Run, Table
+from sparsurf_study.report.texts import FILES_OF_SIMULATION, FILES_OVER_TIME, caption
+
+FIGURES_OVER_TIME = {"ensemble": "ensemble.png", "residues_over_time": "residues.png"}  # by caption
+
+
+def of_frames(run: Run) -> list[dict[str, Any]]:
+    """Collect each protein whose frames were followed with one combination."""
+    found = []
+    for protein in run.ending("ensemble.csv")[:MAX_SHOWN]:
+        table = run.read(f"{protein}/ensemble.csv")
+        measured = {"N": ("dots", 0), "area": ("area / Å²", 0), "mean_roughness": ("mean roughness", 3)}
+        measured["n_S_percent"] = ("n_S / %", 1)
+        readings = readings_of_columns(table, "d_")
+        for reading in readings:
+            measured[f"d_{reading}"] = (f"d {READINGS[reading].words}", 2)
+        rows: list[list[Any]] = []
+        for column, (words, digits) in measured.items():
+            values = table[column].agg(["mean", "std", "min", "max"])
+            rows.append([words, *(number(x, digits) for x in values)])
+        drawn = [(name, f"{protein}/figures/{file}") for name, file in FIGURES_OVER_TIME.items()]
+        found.append(
+            {
+                "name": protein,
+                "n_frames": len(table),
+                "kept": table["n_S_percent"].agg(["mean", "min", "max"]).tolist(),
+                "roughness": table["mean_roughness"].agg(["mean", "min", "max"]).tolist(),
+                "d": [(reading, *table[f"d_{reading}"].agg(["mean", "min", "max"])) for reading in readings],
+                "figures": [Figure(path, caption(name)) for name, path in drawn if run.has(path)],
+                "table": Table(["measure", "mean", "standard deviation", "lowest", "highest"], rows),
+                "links": run.links(protein, FILES_OVER_TIME),
+            }
+        )
+    return found
+
+
+def of_simulations(run: Run) -> list[dict[str, Any]]:
+    """Collect each protein that was simulated in the run."""
+    return [
+        {
+            "name": folder.split("/")[0],
+            "figure": Figure(f"{folder}/simulation.png", caption("simulation")),
+            "links": run.links(folder.split("/")[0], FILES_OF_SIMULATION),
+        }
+        for folder in run.ending("simulation.png")[:MAX_SHOWN]
+    ]

@@ -1,0 +1,239 @@
+"""The grid on the first page: the best parameters of each surface, by number of dots, and whether they beat random subsets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_SHOWN, Figure, Run
+from sparsurf_study.report.numbers import beyond_ranges, combination, is_fragmented
+from sparsurf_study.report.texts import caption
+
+SIGNIFICANT = 0.05
+ISLAND, LINK = "share_in_island", "link_over_spacing"  # columns of ranges.csv
+WIDTH, HEIGHT, MARGIN = (
+    220,
+    10,
+    8,
+)  # px, of the drawing of d in a row: its width, the height of a reading, the ends of the axis
+STEPS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # between the numbers of the axis
+MAX_STEPS = 5
+
+
+class Axis(NamedTuple):
+    """The axis of d, one for all surfaces of the page."""
+
+    low: float
+    high: float
+    ticks: list[tuple[float, float]]  # position in px and value
+
+    def place(self, d: float) -> float:
+        """Return the position of a value in px."""
+        return round(MARGIN + (WIDTH - 2 * MARGIN) * (d - self.low) / (self.high - self.low), 1)
+
+
+def of_grid(run: Run) -> dict[str, Any] | None:
+    """Collect what the page says of the grid; None where no surface has one."""
+    if not run.grids:
+        return None
+    shown = list(run.grids)[:MAX_SHOWN]
+    bests = {place: run.best(place) for place in run.grids}
+    axis = axis_of(run.grids[place] for place in shown)
+    counts = {reading: [beaten(rows, reading) for rows in run.grids.values()] for reading in run.readings}
+    published = run.read("paper_places.csv") if run.has("paper_places.csv") and len(run.grids) == 1 else None
+    places = [place_values(run, place, bests[place], axis, published) for place in shown]
+    return {
+        "readings": run.readings,
+        "n_combinations": bests[shown[0]]["combinations"],
+        "n_surfaces": len(run.grids),
+        "several": len(run.grids) > MAX_CARDS,
+        "verdicts": [
+            {
+                "reading": reading,
+                "above": sum(above for above, _ in pairs),
+                "total": sum(total for _, total in pairs),
+                "surfaces": sum(above > 0 for above, _ in pairs),
+            }
+            for reading, pairs in counts.items()
+        ],
+        "places": places,
+        "n_ranges": len(places[0]["rows"]),
+        "n_fragmented": fragmented_of([place for place in places if place["has_links"]]),
+        "published": published is not None,
+        "axis": axis,
+        "width": WIDTH,
+        "height": HEIGHT,
+        "over_all": over_all(run) if len(run.grids) > MAX_CARDS and run.has("relation.csv") else None,
+    }
+
+
+def place_values(
+    run: Run, place: str, best: dict[str, Any], axis: Axis, published: pd.DataFrame | None
+) -> dict[str, Any]:
+    """Collect the best parameters of one surface: of all, of each range, and of those below the config's largest n_S."""
+    rows = with_links(run, place)
+    outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
+    winners = {reading: best[reading]["unrestricted"] for reading in run.readings}
+    drawn = f"{place}/figures/d_over_grid.png"
+    first = winner_values(winners[run.readings[0]], rows, run.readings[0], best, axis)
+    table = [
+        row_values(group, run.readings, winners, best, axis, published)
+        for _, group in rows.groupby("range", sort=True)
+    ]
+    return {
+        "name": run.shown[place],
+        "k": run.places.index(place),
+        "best": first,
+        "rows": table,
+        "has_links": LINK in rows,
+        "any_useless": any(cell["useless"] for row in table for cell in row["cells"] if cell),
+        "outside": {  # winners that are in no range
+            reading: winner_values(winner, rows, reading, best, axis)
+            for reading, winner in winners.items()
+            if winner.get("n_S_percent") == outside
+        },
+        "max_percent": best["max_n_S_percent"],
+        "few": {
+            reading: winner_values(best[reading]["under_max_n_S"], rows, reading, best, axis)
+            for reading in run.readings
+        },
+        "maps": Figure(drawn, caption("d_over_grid")) if run.has(drawn) else None,
+        "ranges": f"{place}/ranges.csv" if run.has(f"{place}/ranges.csv") else "",
+    }
+
+
+def with_links(run: Run, place: str) -> pd.DataFrame:
+    """Return the ranges of a surface, with link and islands of the subsets where ranges.csv has them."""
+    rows, path = run.grids[place], f"{place}/ranges.csv"
+    if LINK in rows or not run.has(path):
+        return rows
+    table = run.read(path)
+    if LINK not in table:
+        return rows
+    keys = ["reading", "range"]
+    table[keys[1]] = table.groupby(keys[0]).cumcount() + 1
+    return rows.merge(table[[*keys, LINK, ISLAND]], on=keys, how="left")
+
+
+def row_values(
+    rows: pd.DataFrame,
+    readings: list[str],
+    winners: Mapping[str, Mapping[str, Any]],
+    best: dict[str, Any],
+    axis: Axis,
+    published: pd.DataFrame | None,
+) -> dict[str, Any]:
+    """Collect one range of n_S: the best combination under each reading, and the published one."""
+    by = rows.set_index("reading")
+    of_first: Any = by.loc[readings[0]]
+    row: dict[str, Any] = {
+        "low": of_first["n_S_low_percent"],
+        "high": of_first["n_S_high_percent"],
+        "cells": [
+            winner_values(by.loc[reading].to_dict(), rows, reading, best, axis) for reading in readings
+        ],
+        "link": of_first.get(LINK, math.nan),
+        "fragmented": is_fragmented(of_first),
+        "published": None,
+    }
+    first = row["cells"][0]
+    row["is_best"] = bool(first) and first["combination"] == combination(winners[readings[0]])
+    if published is not None:
+        of_paper: Any = published[published["range"] == rows["range"].iloc[0]].iloc[0]
+        row["published"] = {"combination": combination(of_paper), "d": of_paper["d_published"]}
+    return row
+
+
+def winner_values(
+    winner: Mapping[Any, Any], rows: pd.DataFrame, reading: str, best: dict[str, Any], axis: Axis
+) -> dict[str, Any] | None:
+    """Collect the numbers of a best combination; None where no combination keeps so few dots.
+
+    The d of the range that it won stands for it everywhere, so that the page shows one value.
+    """
+    if "answer" in winner or not combination(winner):
+        return None
+    row = winner_row(winner, rows, reading)
+    d, low, high = (row[f"d_cv{end}"] for end in ("", "_low", "_high"))
+    known = not math.isnan(low)
+    return {
+        "reading": reading,
+        "combination": combination(winner),
+        "percent": winner["n_S_percent"],
+        "d": d,
+        "low": low,
+        "high": high,
+        "n_others": max(0, int(winner.get("n_best_set", 1)) - 1),
+        "useless": row["Z_tS"] > best["references"]["Z_mean_descriptor"],
+        "x": None if math.isnan(d) else axis.place(d),
+        "bar": (axis.place(low), axis.place(high)) if known else None,
+    }
+
+
+def winner_row(winner: Mapping[Any, Any], rows: pd.DataFrame, reading: str) -> Mapping[Any, Any]:
+    """Return the row of the range that a best combination won, so that one value of d stands for it everywhere; else itself."""
+    of_reading = rows[rows["reading"] == reading].dropna(subset=["alpha"]).to_dict("records")
+    return next((row for row in of_reading if combination(row) == combination(winner)), winner)
+
+
+def beaten(rows: pd.DataFrame, reading: str) -> tuple[int, int]:
+    """Count the ranges in which d of the best combination lies above 0 with its 95 % interval, and all."""
+    known = rows[(rows["reading"] == reading) & rows["d_cv"].notna()]
+    return int((known["d_cv_low"] > 0).sum()), len(known)
+
+
+def fragmented_of(places: list[dict[str, Any]]) -> tuple[int, int] | None:
+    """Count the ranges in which the sampling beats a random subset, and those of them whose subset is fragmented."""
+    if not places:
+        return None
+    better = [
+        row for place in places for row in place["rows"] if row["cells"][0] and row["cells"][0]["low"] > 0
+    ]
+    return sum(row["fragmented"] for row in better), len(better)
+
+
+def axis_of(tables: Iterable[pd.DataFrame]) -> Axis:
+    """Choose the axis of d: round numbers around 0 and all intervals."""
+    table = pd.concat(tables)
+    values = pd.concat([table[name].dropna() for name in ("d_cv", "d_cv_low", "d_cv_high")])
+    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
+    step = next((step for step in STEPS if (high - low) / step <= MAX_STEPS), STEPS[-1])
+    first, last = math.floor(low / step), max(math.ceil(high / step), math.floor(low / step) + 1)
+    axis = Axis(first * step, last * step, [])
+    axis.ticks.extend((axis.place(k * step), k * step) for k in range(first, last + 1))
+    return axis
+
+
+def over_all(run: Run) -> dict[str, Any]:
+    """Tabulate the combination that is best on average over the surfaces in each range, and d of each surface's own best."""
+    relation, rows = run.read("relation.csv"), pd.concat(run.grids.values())
+    tested = relation["p"].dropna()
+    of_first = relation[relation["reading"] == run.readings[0]].dropna(subset=["d"])
+    best: Any = of_first.iloc[int(of_first["d"].argmax())] if len(of_first) else None
+    return {
+        "rows": [*_ranges_over_all(run, relation, rows)],
+        "related": int((tested < SIGNIFICANT).sum()),
+        "tested": len(tested),
+        "best": None
+        if best is None
+        else {"combination": combination(best), "d": best["d"], "percent": best["n_S_percent"]},
+    }
+
+
+def _ranges_over_all(run: Run, relation: pd.DataFrame, rows: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """Yield each range of n_S with the combinations that are best on average."""
+    for k, in_range in relation.groupby("range"):
+        by = in_range.set_index("reading")
+        cells = []
+        for reading in run.readings:
+            d = rows[(rows["reading"] == reading) & (rows["range"] == k)]["d_cv"].dropna()
+            best: Any = by.loc[reading]
+            cells.append((combination(best), d.median(), d.min(), d.max()))
+        yield {
+            "low": by["n_S_low_percent"].iloc[0],
+            "high": by["n_S_high_percent"].iloc[0],
+            "cells": cells,
+        }

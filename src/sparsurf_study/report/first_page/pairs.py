@@ -1,0 +1,126 @@
+"""Two forms and two partners on the first page: what changes, and whether matching shapes show the interface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from sparsurf.views.numbers import number, signed
+from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
+from sparsurf_study.report.first_page.run import MAX_ROWS, MAX_SHOWN, Figure, Run, Table
+from sparsurf_study.report.numbers import auc_of, most_of
+from sparsurf_study.report.texts import FILES_OF_CHANGES, FILES_OF_PAIR, caption
+
+N_RESIDUES = 10  # that change most
+CHANCE = 0.5  # AUC of a score that says nothing
+SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
+
+
+def of_changes(run: Run) -> list[dict[str, Any]]:
+    """Collect each two forms that are compared."""
+    return [comparison(run, folder) for folder in run.ending("changes.csv")[:MAX_SHOWN]]
+
+
+def comparison(run: Run, folder: str) -> dict[str, Any]:
+    """Collect what changes from one form to the other, residue by residue."""
+    from sparsurf_study.pairs.changes import SHARE_ABOVE_FLOOR, over_floor  # here: it loads every kernel
+
+    table = run.read(f"{folder}/changes.csv")
+    known = table.dropna(subset=["total"])
+    ratio = over_floor(known)
+    order = ratio.sort_values(ascending=False).index[:N_RESIDUES]
+    rows: list[list[Any]] = []
+    for index, row in zip(order, table.loc[order].to_dict("records"), strict=True):
+        line = [number(row[name]) for name in ("total", "total_floor", "total_moved")]
+        fields = [signed(row[f"{name}_difference"], 1) for name in ("potential", "hydropathy")]
+        rows.append([residue_name(row), number(ratio[index], 1), *line, above_floor(row), *fields])
+    columns = ["residue", "change over the larger floor", "change", "floor: other dots", "floor: moved atoms"]
+    columns += ["most in", "potential / kT/e", "hydropathy"]
+    moved, name = int(table["above_moved"].sum()), folder.split("/")[-1]
+    picture = f"{folder}/changes.png"
+    return {
+        "name": name,
+        "n_moved": moved,
+        "n_known": len(known),
+        "by_chance": round(SHARE_ABOVE_FLOOR * len(known)),
+        "most": most_of(moved, len(known)),
+        "top": [row[0] for row in rows[:3]],
+        "n_buried": len(table) - len(known),
+        "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
+        "figure": Figure(picture, caption("changes")),
+        "table": Table(columns, rows),
+        "links": run.links(folder, FILES_OF_CHANGES),
+    }
+
+
+def residue_name(row: Mapping[Any, Any]) -> str:
+    """Name the residue of a row, such as A:SER195, with its other name on a mutant."""
+    name = (f"{row['chain']}:" if row["chain"] else "") + f"{row['residue_name']}{row['residue']}"
+    other = row["residue_name_second"]
+    return name if row["residue_name"] == other else f"{name} → {other}"
+
+
+def above_floor(row: Mapping[Any, Any]) -> str:
+    """Name the two channels of a residue that are farthest above their floors; fewer if others are below."""
+    names = [key.removesuffix("_floor") for key in [*row][::-1] if key.endswith("_floor")]
+    channels = [name for name in names if name != "total"]
+    ordered = sorted(channels, key=lambda name: -row[name] / row[f"{name}_floor"])
+    return ", ".join(name for name in ordered[:2] if row[name] > row[f"{name}_floor"])
+
+
+def of_pairs(run: Run) -> dict[str, Any] | None:
+    """Collect how well matching shapes show the interface of each pair, next to protrusion."""
+    if not run.has("pairs/pairs.csv"):
+        return None
+    table = run.read("pairs/pairs.csv")
+    names = [folder.split("/")[1] for folder in run.ending("book.png")]
+    rows: list[list[Any]] = []
+    for name in names[:MAX_ROWS]:
+        files = run.file_cells(f"pairs/{name}", FILES_OF_PAIR)
+        sides = list(table[table["complex"] == name].groupby("partner"))
+        for k, (side, scores) in enumerate(sides):
+            aucs = [auc_of(scores.set_index("score"), score, "auc") for score in SCORES]
+            rows.append([name if k == 0 else "", str(side), *aucs, files if k == 0 else ""])
+        if not sides:
+            rows.append([name, "", "no interface", "", files])
+    several = len(names) > 1
+    figures = [
+        Figure(
+            path,
+            name if several else caption("book"),
+            view if run.has(view) else "",
+        )
+        for name in names[:MAX_SHOWN]
+        for path, view in [(f"pairs/{name}/book.png", f"pairs/{name}/view.html")]
+    ]
+    over = Figure("pairs/pairs.png", caption("pairs"))
+    n = int(table["complex"].nunique())
+    return {
+        "n_listed": len(names),
+        "n_touching": n,
+        "scores": [score_values(table, score, words) for score, words in SCORES.items()] if n else [],
+        "figure": over if n > 1 and run.has(over.path) else None,
+        "figures": figures,
+        "table": Table(
+            ["pair", "partner", *(f"{words}: AUC (95 %)" for words in SCORES.values()), "files"], rows
+        ),
+    }
+
+
+def score_values(table: pd.DataFrame, score: str, words: str) -> dict[str, Any]:
+    """Collect the AUC of a score: the mean over pairs, or those of the two partners of a single pair."""
+    if table["complex"].nunique() > 1:
+        means = means_over_pairs(table)
+        values = means.loc[means["score"] == score, ["mean", "low", "high"]].to_numpy().tolist()
+    else:
+        values = table.loc[table["score"] == score, ["auc", "low", "high"]].to_numpy().tolist()
+    return {"name": words, "values": values, "verdict": verdict_of(values)}
+
+
+def verdict_of(values: list[list[float]]) -> str:
+    """Compare an AUC and its 95 % interval with chance: above or below for all partners, else neither."""
+    if values and all(low > CHANCE for _, low, _ in values):
+        return "above"
+    return "below" if values and all(high < CHANCE for _, _, high in values) else "around"

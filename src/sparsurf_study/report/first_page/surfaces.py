@@ -1,0 +1,150 @@
+"""The surfaces on the first page: how many dots are enough, which residues are rough, and the table of all surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.views.numbers import number
+from sparsurf.views.overview.profile import labels_of, panels, roughest
+from sparsurf_study.report.figure_names import GALLERY, PICTURES
+from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, Table
+from sparsurf_study.report.texts import DOWNLOADS, FILES_OF_ALL, caption
+
+Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
+FILES_OF_SURFACE = ("minimal.csv", "residues.csv", "figures/required_dots.png")
+
+
+def of_dots(run: Run) -> dict[str, Any] | None:
+    """Collect how many dots are enough, as medians over the surfaces; None where the run has no surface."""
+    if not len(run.surfaces):
+        return None
+    of, n = run.surfaces.median(numeric_only=True), len(run.surfaces)
+    own, path = f"{run.places[0]}/figures/required_dots.png", "required_dots.png"
+    path = own if n == 1 and run.has(own) else path
+    first = run.places[0]
+    return {
+        "n_surfaces": n,
+        "n_dots": int(run.surfaces["minimal_n_S"].iloc[0]),
+        "N": int(of["N"]),
+        "percent": of["minimal_n_S_percent"],
+        "low": of["minimal_n_S_percent_low"],
+        "high": of["minimal_n_S_percent_high"],
+        "density": of["minimal_density"],
+        "mean": of["recovered_mean"],
+        "high_99": of["recovered_high_99"],
+        "largest": run.surfaces["recovered_largest"].max(),
+        "path": f"{first}/minimal.csv" if run.has(f"{first}/minimal.csv") else "",
+        "figure": Figure(path, caption("required_dots")) if run.has(path) else None,
+        "fields": [*_fields(run)],
+    }
+
+
+def _fields(run: Run) -> Iterator[tuple[str, float]]:
+    """Yield each field with the correlation between its values and those interpolated from the minimal subset."""
+    if tables := [run.read(f"{place}/fields.csv") for place in run.ending("fields.csv")]:
+        minimal = pd.concat(tables).query("subset == 'minimal'").dropna(subset=["r"])
+        for name, r in minimal.groupby("field", sort=False)["r"].median().items():
+            yield str(name), float(r)
+
+
+def of_strip(run: Run) -> list[dict[str, Any]]:
+    """Collect the pictures below the cards for each of the first surfaces: panels of its figures, by what they show."""
+    found = []
+    for k, place in enumerate(run.places[:MAX_SHOWN]):
+        panels_of = {
+            name: f"{place}/figures/{picture.figure}.png#{name}"
+            for name, picture in PICTURES.items()
+            if run.has(f"{place}/figures/{picture.figure}.png")
+        }
+        if "roughness" not in panels_of and run.has(f"{place}/view.png"):
+            panels_of["roughness"] = f"{place}/view.png"
+        row: Any = run.surfaces.loc[place] if len(run.surfaces) else {}
+        view = f"{place}/view.html"
+        found.append(
+            {
+                "k": k,
+                "name": run.shown[place],
+                "panels": panels_of,
+                "view": view if run.has(view) else "",
+                "mean_roughness": row.get("mean_roughness", np.nan),
+                "n_dots": row.get("minimal_n_S", 0),
+            }
+        )
+    return found
+
+
+def of_residues(run: Run) -> list[dict[str, Any]]:
+    """Collect the roughness of the residues of the first surfaces: the profile along each chain, and the roughest residues."""
+    found = []
+    for k, place in enumerate(run.places[:MAX_SHOWN]):
+        path = f"{place}/residues.csv"
+        if not run.has(path):
+            continue
+        table = run.read(path)
+        rough = roughest(table)
+        columns = [str(name) for name in table if str(name).startswith("mean_") and name != "mean_roughness"]
+        rows = [
+            [label, number(row["mean_roughness"]), number(row["area"], 0), f"{row['dots']:,.0f}"]
+            + [number(row[name]) for name in columns]
+            for label, row in zip(labels_of(rough), rough.to_dict("records"), strict=True)
+        ]
+        found.append(
+            {
+                "k": k,
+                "name": run.shown[place],
+                "path": path,
+                "panels": panels(table),
+                "rough": rows,
+                "means": [name.removeprefix("mean_").replace("_", " ") for name in columns],
+            }
+        )
+    return [one for one in found if one["rough"]]
+
+
+def of_surfaces(run: Run) -> dict[str, Any] | None:
+    """Collect the table of all surfaces, and the figures of the first ones."""
+    if not len(run.surfaces):
+        return None
+    several = len(run.surfaces) > MAX_CARDS
+    table = run.surfaces.sort_values("minimal_n_S_percent", kind="stable") if several else run.surfaces
+    rows: list[list[Any]] = []
+    for place, row in table.head(MAX_ROWS).iterrows():
+        view, picture = f"{place}/view.html", f"{place}/view.png"
+        values = [
+            (row["N"], f"{row['N']:,}"),
+            (row["area"], number(row["area"], 0)),
+            (row["mean_roughness"], number(row["mean_roughness"])),
+            (row["minimal_n_S"], f"{row['minimal_n_S']:,}"),
+            (row["minimal_n_S_percent"], number(row["minimal_n_S_percent"], 1)),
+            (row["recovered_mean"], number(row["recovered_mean"], 3)),
+            *((row[name], number(row[name])) for name in Z_OF_RECOVERED),
+        ]
+        name, cells = run.shown[str(place)], [Cell(text, key=str(value)) for value, text in values]
+        first = Cell(name, picture=picture) if run.has(picture) else Cell("")
+        files = run.file_cells(str(place), FILES_OF_SURFACE)
+        rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
+    columns = ["picture", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share / %"]
+    columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
+    figures = [Figure("compare.png", caption("compare"))] if run.has("compare.png") else []
+    proteins = dict.fromkeys(place.split("/")[0] for place in run.places[:MAX_SHOWN])
+    for folder in [*proteins, *run.places[:MAX_SHOWN]]:
+        name = f"{run.shown.get(folder, folder)}: " if len(run.places) > 1 else ""
+        figures += run.drawn(folder, GALLERY, name)
+    shown = len(rows)
+    return {
+        "table": Table(columns, rows, several),
+        "n_hidden": len(run.surfaces) - shown,
+        "figures": figures,
+        "links": run.links("", FILES_OF_ALL),
+    }
+
+
+def of_files(run: Run) -> dict[str, Any] | None:
+    """Collect the files of the first surface."""
+    if not run.places or not (found := run.links(run.places[0], DOWNLOADS)):
+        return None
+    return {"name": run.shown[run.places[0]], "several": len(run.places) > 1, "links": found}

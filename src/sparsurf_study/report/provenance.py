@@ -1,0 +1,36 @@
+"""Where the results of a run come from: the program, the command, and the input files with their checksums."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from sparsurf.files import checksum
+from sparsurf.version import __version__
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a run was started with: the command, its input files if they are few, and their number."""
+
+    command: str = ""
+    inputs: Sequence[str] = ()
+    n_inputs: int = 0
+
+
+UNKNOWN = Origin()
+
+
+def provenance(origin: Origin) -> dict[str, Any]:
+    """Return the version, the date, the command, and the input files with their checksums as far as they are still there."""
+    known = [path for path in origin.inputs if Path(path).is_file()]
+    return {
+        "version": __version__,
+        "date": date.today().isoformat(),
+        "command": origin.command,
+        "n_inputs": origin.n_inputs,
+        "inputs": [(path, checksum(path)) for path in known],
+    }

@@ -1,0 +1,29 @@
+"""What a run was started with, for its first page; planning a study imports this, so it needs no numpy."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from sparsurf_study.report.provenance import Origin
+from sparsurf_study.workflow.names import FILE_KEYS
+
+MAX_INPUTS = 50  # files with a checksum; more are only counted
+DEFAULT_CONFIG = "config.yaml"
+
+
+def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> Origin:
+    """Return the origin of a run with a checked config, the first of the files `configs`; paths start in the working folder."""
+    inputs: list[str] = []
+    for protein in config["proteins"].values():
+        inputs += [protein[key] for key in FILE_KEYS if protein.get(key)]
+    for pair in config["pairs"].values():
+        inputs += [*([pair["complex"]] if pair.get("complex") else []), *(pair.get("files") or ())]
+    paths = [*dict.fromkeys(map(_shown, inputs))]
+    options = [f"CONFIG={path}" for path in map(_shown, configs[:1]) if path != DEFAULT_CONFIG]
+    return Origin(" ".join(["make run", *options]), paths if len(paths) <= MAX_INPUTS else [], len(paths))
+
+
+def _shown(path: Path | str) -> str:
+    """Return a path from the working folder if it lies there, else as it is."""
+    absolute = Path(path).absolute()
+    return absolute.relative_to(Path.cwd()).as_posix() if absolute.is_relative_to(Path.cwd()) else str(path)
