@@ -6,7 +6,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     R = sparsurf.roughness(dots)                   # (N,), 1 is flat
     z = sparsurf.descriptors(dots, [0, 1, 2])      # (3, 121)
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
-    sparsurf.compare(dots, kept)                   # Z and d, next to a uniform subset
+    sparsurf.compare(dots, kept)                   # Z and d, next to a random subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
     few = sparsurf.minimal(dots)                   # the fewest dots that reconstruct the surface within 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
@@ -26,14 +26,14 @@ centre         dot around which the sampling cuts a patch; always kept
 cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
-uniform subset  dots drawn at random, each with the same chance
+random subset  dots drawn at random, each with the same chance
 minimal subset  the fewest dots from which the surface is reconstructed with a mean error of 0.02 Å, or a requested number
 combination    one choice of (alpha, beta, gamma, delta)
-draw           one random realisation of a combination, or of a uniform subset
+draw           one random realisation of a combination, or of a random subset
 test dot       dot at which the descriptors of two surfaces are compared
 z              vector of the 121 Zernike invariants |c_nm| of a patch
 Z_tS, Z_tR     mean |z_tot - z_S|, mean |z_tot - z_R| over the test dots
-d              Z_tR - Z_tS: positive where the sampling beats the uniform subset
+d              Z_tR - Z_tS: positive where the sampling beats the random subset
 reading        how 'the points not connected are removed' is understood:
                'kept' among the kept dots, 'full' on the full surface, 'recovered' on
                the surface that is reconstructed from the kept dots

@@ -154,7 +154,7 @@ class Evaluation(Section):
     """How subsets are compared with the whole surface."""
 
     test_dots: TestDots = key(arguments.DEFAULT_TEST_DOTS, "Number of test dots; published for N / 200.")
-    draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
+    draws: Count = key(6, "Samplings of each combination, and random subsets of each n_S.")
     readings: UniqueList[Reading] = key(
         ["kept", "full"],
         "Readings of the removal of islands. Only the best combination of each range is measured under kept_scaled; recovered "

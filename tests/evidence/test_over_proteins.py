@@ -96,7 +96,7 @@ def test_d_of_two_proteins_by_hand():
     assert (first["n_worse"], second["n_worse"]) == (
         1,
         0,
-    )  # on b the uniform subset is better than the mean patch
+    )  # on b the random subset is better than the mean patch
     assert (first["n_S_percent"], whole["n_S_percent"], second["n_S_percent"]) == (15, 20, 30)
     assert (first["own"], whole["own"], second["own"]) == (0, 0.5, 3)  # a has 2 in the mean, b -1
     assert (first["from_all"], first["lost"], first["near"]) == (-0.125, 0.125, -0.1875)

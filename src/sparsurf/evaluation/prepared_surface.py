@@ -128,15 +128,15 @@ class PreparedSurface:
         return published.sample_together(self.cover, combinations, random)
 
     def uniform_order(self, draw: int) -> np.ndarray:
-        """Return all dots in the random order of one draw: the first n are its uniform subset of n dots."""
+        """Return all dots in the random order of one draw: the first n are its random subset of n dots."""
         return self.stream("uniform", draw).permutation(len(self.points))
 
     def uniform(self, n_s: int, draw: int) -> np.ndarray:
-        """Return the uniform subset of `n_s` dots of one draw, ascending."""
+        """Return the random subset of `n_s` dots of one draw, ascending."""
         return np.sort(self.uniform_order(draw)[:n_s])
 
     def pair(self, combination: Sequence[float], draw: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sampled subset of one draw and the uniform subset of the same size."""
+        """Return the sampled subset of one draw and the random subset of the same size."""
         sampled = self.sampled_together([tuple(combination)], draw).subset(0)
         return sampled, self.uniform(len(sampled), draw)
 
@@ -240,7 +240,7 @@ class PreparedSurface:
     def compare_uniform(
         self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute distances and patch sizes, (R, S, T), of the uniform subsets of one draw with `sizes` dots, ascending."""
+        """Compute distances and patch sizes, (R, S, T), of the random subsets of one draw with `sizes` dots, ascending."""
         order = self.uniform_order(draw)
         if len(sizes) < MIN_NESTED:
             return self.compare([order[:n] for n in sizes], tests, readings, z_tot)[1:]

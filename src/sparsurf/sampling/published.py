@@ -1,4 +1,4 @@
-"""The paper's roughness-dependent sampling, and the uniform subset it is compared with.
+"""The paper's roughness-dependent sampling, and the random subset it is compared with.
 
 The surface is covered with patches once (`build_cover`), since the cover depends neither on the parameters nor on chance.
 Each combination and draw is then one pass over the (centre, dot) pairs.

@@ -113,7 +113,7 @@ def tune_alpha(cover: published.Cover, combination: Iterable[float], n: float) -
     return (high, *exponents)
 
 
-@sampler("uniform subset", nested=True)
+@sampler("random subset", nested=True)
 def uniform(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Draw n dots at random; every subset of n dots is equally likely."""
     return rng.permutation(len(prepared.points))[:n]

@@ -2,7 +2,7 @@
 
 Every combination is compared with all others at once (multiple comparisons with the best: Hsu, Ann. Stat. 12:1136, 1984),
 which accounts for choosing the winner from the data. The joint scatter is simulated. Combinations share their test dots, but
-not their draws, whose scatter is pooled over the combinations near the best. Combinations also share uniform subsets, which
+not their draws, whose scatter is pooled over the combinations near the best. Combinations also share random subsets, which
 reduces the scatter of their differences and is neglected, so that the sets are slightly too large.
 """
 

@@ -23,7 +23,7 @@ from sparsurf_study.analysis.tables import grid_table
 from sparsurf_study.settings import Settings
 
 RESIDUE_PREFIX = "residue_"  # of the columns of residues
-DRAWS = 1  # samplings and uniform subsets of each frame
+DRAWS = 1  # samplings and random subsets of each frame
 FRAMES_PER_REPORT = 20
 
 

@@ -1,7 +1,7 @@
-"""The grid: compare sampled and uniform subsets of every combination with the full surface.
+"""The grid: compare sampled and random subsets of every combination with the full surface.
 
 By default, all combinations share their test dots and, in each draw, the random numbers of their pairs (centre, dot), so that
-they differ by the dots that they keep and less by chance. They also share the uniform subsets of each draw: the first n_S dots
+they differ by the dots that they keep and less by chance. They also share the random subsets of each draw: the first n_S dots
 of one random order. In readings where a subset forms its own surface, Z_tR
 is measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated, since it depends on n_S alone.
 """
@@ -41,7 +41,7 @@ class Grid:
     z_tot: np.ndarray  # (T, 121) float64, descriptors of the full surface at the (shared) test dots
     z_ts: np.ndarray  # (readings, K, D, T) float32, |z_tot - z_S|
     z_tr: np.ndarray  # the same of z_R
-    median_patch_size: np.ndarray  # (readings, 2, K) float64, of sampled and of uniform subsets
+    median_patch_size: np.ndarray  # (readings, 2, K) float64, of sampled and of random subsets
     readings: tuple[str, ...]
 
 
@@ -54,9 +54,9 @@ def evaluate_grid(
     shared: bool = True,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Grid:
-    """Evaluate every combination, (K, 4), with `draws` sampled and uniform subsets each.
+    """Evaluate every combination, (K, 4), with `draws` sampled and random subsets each.
 
-    `GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per uniform subset (per n_S of a
+    `GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per random subset (per n_S of a
     curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots, random numbers and uniform
     subsets are drawn anew for each combination, as published.
     """
@@ -100,7 +100,7 @@ def _empty_grid(
 def _evaluate_with_shared_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations share their test dots, and in each draw their random numbers and uniform subsets."""
+    """Fill a Grid whose combinations share their test dots, and in each draw their random numbers and random subsets."""
     k, draws = out.n_s.shape
     out.z_tot[:] = prepared.describe(tests)[0]
     _fill_sampled(prepared, out, tests, progress)
@@ -135,7 +135,7 @@ def _fill_sampled(
 def _evaluate_with_own_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations each have their own test dots and uniform subsets, as published, a thread each."""
+    """Fill a Grid whose combinations each have their own test dots and random subsets, as published, a thread each."""
     k, draws = out.n_s.shape
     single, finished = prepared.changed(threads=1), []
 
@@ -148,7 +148,7 @@ def _evaluate_with_own_tests(
 
 
 def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> None:
-    """Write the distances of the sampled and uniform subsets of combination k, each drawn by itself, into a Grid."""
+    """Write the distances of the sampled and random subsets of combination k, each drawn by itself, into a Grid."""
     draws = out.n_s.shape[1]
     sizes = np.zeros((len(out.readings), 2, draws, len(tests)), np.int32)
     z_tot = None
@@ -165,7 +165,7 @@ def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> No
 def _fill_uniform(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, finished: Callable[[int], None]
 ) -> None:
-    """Write the distances of uniform subsets, which are nested in a draw, into a Grid, draw by draw.
+    """Write the distances of random subsets, which are nested in a draw, into a Grid, draw by draw.
 
     Subsets that form their own surfaces are measured at the n_S of `_curve_sizes` if there are many combinations, and
     interpolated over ln n_S; each draw has its own curve, so that the scatter of the draws includes the error of the curves.
@@ -224,7 +224,7 @@ def _draw_alone(prepared: PreparedSurface, out: Grid, k: int, draws: Sequence[in
 def add_scaled_link(
     ranges: pd.DataFrame, prepared: PreparedSurface, n_tests: int, draws: int
 ) -> pd.DataFrame:
-    """Add d of every winner of ranges.csv under `kept_scaled`, at the test dots, draws and uniform subsets of the grid."""
+    """Add d of every winner of ranges.csv under `kept_scaled`, at the test dots, draws and random subsets of the grid."""
     won = ranges["n_combinations"] > 0
     combinations, at = np.unique(ranges.loc[won, PARAMETERS].to_numpy(float), axis=0, return_inverse=True)
     result = evaluate_grid(prepared, combinations, n_tests, draws, (SCALED_READING,))

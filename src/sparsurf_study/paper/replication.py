@@ -172,7 +172,7 @@ def tuned_family(
     n_tests: int = 400,
     draws: int = 3,
 ) -> pd.DataFrame:
-    """Compare exponents (K, 3) at equal n_S with uniform subsets, under `full`: paper_family.csv, where alpha is at most 1."""
+    """Compare exponents (K, 3) at equal n_S with random subsets, under `full`: paper_family.csv, where alpha is at most 1."""
     n_dots, requested, rows = len(prepared.points), [], []
     exponents = np.unique(np.asarray(exponents, float), axis=0)
     max_n_s = published.expected_n_s(prepared.cover, np.insert(exponents, 0, 1.0, axis=1))

@@ -227,7 +227,7 @@ def limit_case(grid: pd.DataFrame, zero: Sequence[str]) -> dict[str, Any]:
 
 
 def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
-    """Count the rows of Table I and the combinations that beat a uniform subset, also with alpha tuned to equal n_S."""
+    """Count the rows of Table I and the combinations that beat a random subset, also with alpha tuned to equal n_S."""
     counts: dict[str, dict[str, float]] = {}
     for reading in GRID_READINGS:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))

@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Iterator
 
-BYTES_PER_DISTANCE = 8  # at a test dot: to the sampling and to a uniform subset, in single precision
+BYTES_PER_DISTANCE = 8  # at a test dot: to the sampling and to a random subset, in single precision
 COPIES_DURING_MEAN = 4  # of the distances of one reading, while the interval of a mean is computed
 DOTS_PER_TEST_DOT = 200  # where the config asks for as many test dots as published
 THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands

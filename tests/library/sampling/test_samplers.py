@@ -59,7 +59,7 @@ def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
 
 def test_what_a_sampler_is_called():
     labels = {
-        "paper": "paper's sampling", "paper_corrected": "paper's, corrected", "uniform": "uniform subset",
+        "paper": "paper's sampling", "paper_corrected": "paper's, corrected", "uniform": "random subset",
         "poisson": "Poisson disk", "farthest": "farthest point",
     }  # fmt: skip
     assert {name: sampler_label(name) for name in labels} == labels

@@ -50,7 +50,7 @@ def test_distances_equal_the_plain_method(blob, grid):
 
 @pytest.fixture(scope="module")
 def nested(blob):
-    """Distances and sizes of uniform subsets of many n_S, some of which leave single dots, pairs and ties."""
+    """Distances and sizes of random subsets of many n_S, some of which leave single dots, pairs and ties."""
     plain = prepared(blob)
     tests = plain.draw_tests(20)
     n_s = np.unique(np.concatenate([[1, 2, 3], np.linspace(30, 3000, 150).astype(int)]))
@@ -98,7 +98,7 @@ def test_another_seed_or_conformation_draws_again(blob):
     pair, tests = one.pair(GRID[0], 0), one.draw_tests(600)
     for other in (prepared(blob, name="other"), prepared(blob, seed=43)):
         assert not np.array_equal(pair[0], other.pair(GRID[0], 0)[0])
-        # uniform subsets and test dots share no more than by chance, n m / N within five standard deviations
+        # random subsets and test dots share no more than by chance, n m / N within five standard deviations
         for a, b in ((pair[1], other.pair(GRID[0], 0)[1]), (tests, other.draw_tests(600))):
             chance = len(a) * len(b) / len(blob[0])
             assert abs(len(np.intersect1d(a, b)) - chance) < 5 * np.sqrt(chance)

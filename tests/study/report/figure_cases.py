@@ -99,7 +99,7 @@ def kept(n=400, shown=3):
         Surface(points, normals),
         [slice(0, None, 2), slice(1, None, 2), slice(0, None, 9)][:shown],
     )
-    titles = ["the paper's best, (1, 0, 6, 0)", "uniform subset of the same size", "a title " * 8]
+    titles = ["the paper's best, (1, 0, 6, 0)", "random subset of the same size", "a title " * 8]
     cells = [
         (title, Surface(points[own], normals[own]), layout.PALETTE[k])
         for k, (title, own) in enumerate(zip(titles, slices, strict=False))

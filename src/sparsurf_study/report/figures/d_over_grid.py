@@ -160,7 +160,7 @@ def _interpolated(
 
 
 def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
-    """Say how many `of` (such as combinations) beat a uniform subset under each reading."""
+    """Say how many `of` (such as combinations) beat a random subset under each reading."""
     (first, (n_first, total)), *others = better.items()
     rest = "".join(f", {n or 'none'} {words}" for words, (n, _) in others)
-    return f"{n_first} of {total} {of} beat a uniform subset {first}{rest}"
+    return f"{n_first} of {total} {of} beat a random subset {first}{rest}"

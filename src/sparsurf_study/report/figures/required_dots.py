@@ -62,7 +62,10 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
         points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {words}"}
         ax.plot(table["density"], table[column], marker, **points, **MARKERS)
     ax.set(
-        xscale="log", yscale="log", xlabel="dots kept per Å²", ylabel="distance of the recovered surface / Å"
+        xscale="log",
+        yscale="log",
+        xlabel="dots kept per Å²",
+        ylabel="deviation of the reconstructed surface / Å",
     )
     for axis, ticks in ((ax.xaxis, DENSITIES), (ax.yaxis, DISTANCES)):
         axis.set_major_locator(FixedLocator(ticks))

@@ -57,7 +57,7 @@ def figure(
     columns = 2 if cells == 4 else 3
     if recovered:
         off = "" if error is None else f" to {error:.3f} Å on average"
-        name = layout.headed(name, f"{len(subsets[-1][1]):,} dots recover the surface{off}")
+        name = layout.headed(name, f"{len(subsets[-1][1]):,} dots reconstruct the surface{off}")
     figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
     corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MEASURES = {"d": "d: Z of a uniform subset minus Z of the sampling", "Z_tS": "$Z_{tS}$: error of the subset"}
+MEASURES = {"d": "d: Z of a random subset minus Z of the sampling", "Z_tS": "$Z_{tS}$: error of the subset"}
 RUNS: dict[str, Any] = {"color": "#C9CDD2", "linewidth": 5, "solid_capstyle": "round"}
 PUBLISHED: dict[str, Any] = {"marker": "D", "markersize": 4, "linestyle": "", "zorder": 3}
 OTHER: dict[str, Any] = {"marker": "o", "markersize": 3.5, "linestyle": "", "zorder": 2}

@@ -78,9 +78,9 @@ def place_values(
     outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
     winners = {reading: best[reading]["unrestricted"] for reading in run.readings}
     drawn = f"{place}/figures/d_over_grid.png"
-    first = winner_values(winners[run.readings[0]], rows, run.readings[0], best, axis)
+    first = winner_values(winners[run.readings[0]], rows, run.readings[0], axis)
     table = [
-        row_values(group, run.readings, winners, best, axis, published)
+        row_values(group, run.readings, winners, axis, published)
         for _, group in rows.groupby("range", sort=True)
     ]
     return {
@@ -89,15 +89,14 @@ def place_values(
         "best": first,
         "rows": table,
         "has_links": LINK in rows,
-        "any_useless": any(cell["useless"] for row in table for cell in row["cells"] if cell),
         "outside": {  # winners that are in no range
-            reading: winner_values(winner, rows, reading, best, axis)
+            reading: winner_values(winner, rows, reading, axis)
             for reading, winner in winners.items()
             if winner.get("n_S_percent") == outside
         },
         "max_percent": best["max_n_S_percent"],
         "few": {
-            reading: winner_values(best[reading]["under_max_n_S"], rows, reading, best, axis)
+            reading: winner_values(best[reading]["under_max_n_S"], rows, reading, axis)
             for reading in run.readings
         },
         "maps": Figure(drawn, caption("d_over_grid")) if run.has(drawn) else None,
@@ -122,7 +121,6 @@ def row_values(
     rows: pd.DataFrame,
     readings: list[str],
     winners: Mapping[str, Mapping[str, Any]],
-    best: dict[str, Any],
     axis: Axis,
     published: pd.DataFrame | None,
 ) -> dict[str, Any]:
@@ -132,9 +130,7 @@ def row_values(
     row: dict[str, Any] = {
         "low": of_first["n_S_low_percent"],
         "high": of_first["n_S_high_percent"],
-        "cells": [
-            winner_values(by.loc[reading].to_dict(), rows, reading, best, axis) for reading in readings
-        ],
+        "cells": [winner_values(by.loc[reading].to_dict(), rows, reading, axis) for reading in readings],
         "link": of_first.get(LINK, math.nan),
         "fragmented": is_fragmented(of_first),
         "published": None,
@@ -148,7 +144,7 @@ def row_values(
 
 
 def winner_values(
-    winner: Mapping[Any, Any], rows: pd.DataFrame, reading: str, best: dict[str, Any], axis: Axis
+    winner: Mapping[Any, Any], rows: pd.DataFrame, reading: str, axis: Axis
 ) -> dict[str, Any] | None:
     """Collect the numbers of a best combination; None where no combination keeps so few dots.
 
@@ -167,7 +163,6 @@ def winner_values(
         "low": low,
         "high": high,
         "n_others": max(0, int(winner.get("n_best_set", 1)) - 1),
-        "useless": row["Z_tS"] > best["references"]["Z_mean_descriptor"],
         "x": None if math.isnan(d) else axis.place(d),
         "bar": (axis.place(low), axis.place(high)) if known else None,
     }
