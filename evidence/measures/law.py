@@ -21,6 +21,7 @@ SIZES = (200, 500, 1000, 2000, 5000)  # atoms
 REQUESTED = (0.02, 0.03, 0.05)  # Å, mean errors whose density is asked for
 CONSTANTS = {CHAINS: 0.0125, HYDROGENS: 0.015}  # Å, of the lines of the figure: mean error times dots per Å^2
 SAMPLER = "farthest"
+AS_USUAL = "default"  # of the settings of the surface
 
 
 def errors_by_density(prepared: PreparedSurface, densities: Sequence[float]) -> pd.DataFrame:
@@ -137,6 +138,36 @@ def required(table: pd.DataFrame, fitted_law: pd.DataFrame) -> pd.DataFrame:
             row = {"group": group, "error": error, "law": c / error, "n": len(found), "density": found.mean()}
             rows.append(row | {"lowest": found.min(), "highest": found.max()})
     return pd.DataFrame(rows)
+
+
+def by_settings(table: pd.DataFrame) -> pd.DataFrame:
+    """Describe error times density by the settings of the surface, and compare it with that at the default settings.
+
+    Returns
+    -------
+    DataFrame: group, settings, density (requested), n (structures), product (mean of mean error times density, Å), its lowest
+    and highest, change_percent (mean over structures of the product against that at the default settings), its lowest and
+    highest, tail (99 % over mean error)
+    """
+    keys = ["group", "structure", "requested"]
+    table = table.assign(product=table["mean"] * table["density"], tail=table["high_99"] / table["mean"])
+    usual = table[table["settings"] == AS_USUAL].set_index(keys)["product"]
+    of_usual = usual.loc[pd.MultiIndex.from_frame(table[keys])].to_numpy()
+    table["change"] = 100 * (table["product"] / of_usual - 1)
+    rows = []
+    for (group, settings, density), part in table.groupby(["group", "settings", "requested"], sort=False):
+        row = {"group": group, "settings": settings, "density": density, "n": len(part)}
+        for column, words in (("product", "product"), ("change", "change_percent")):
+            values = part[column]
+            row |= {words: values.mean(), f"{words}_lowest": values.min(), f"{words}_highest": values.max()}
+        rows.append(row | {"tail": part["tail"].mean()})
+    return pd.DataFrame(rows)
+
+
+def required_by_settings(table: pd.DataFrame) -> pd.DataFrame:
+    """Find the density for an error as `required` does, with the settings of the surface in the name of the group."""
+    named = table.assign(group=table["group"] + ": " + table["settings"])
+    return required(named, fits(named))
 
 
 @styled

@@ -129,3 +129,117 @@ rule tabulate_law:
         "The law of the error by density"
     script:
         "../tabulate_law.py"
+
+
+def structures_of(names):
+    """Paths of the paper's protein, first, and of these others, by name."""
+    return {name: structure_file(name) for name in [PAPERS, *names]}
+
+
+SURFACES_OF_CLUMPS, SURFACES_OF_HOLES, PROTEINS_OF_CENTRES = (
+    structures_of([name for name in MANY_PROTEINS if name != PAPERS][:: config["why"][study]["every"]])
+    for study in ("clumps", "holes", "centres")
+)
+
+
+rule measure_clumps:
+    input:
+        structures=ancient(SURFACES_OF_CLUMPS.values()),
+    output:
+        table=f"{TABLES}/why_clumps.csv",
+        means=f"{TABLES}/why_clumps_means.csv",
+    log:
+        f"{RESULTS}/logs/why/measure_clumps.log",
+    params:
+        structures=SURFACES_OF_CLUMPS,
+        paper=PAPERS,
+        surface=config["fragments"]["surface"],
+        hydrogens=config["proteins"]["hydrogens"],
+        patches=config["fragments"]["patches"],
+        rows=config["why"]["clumps"]["rows"],
+        radii=config["why"]["clumps"]["radii"],
+        test_dots=config["why"]["clumps"]["test_dots"],
+        draws=config["why"]["clumps"]["draws"],
+        seed=config["seed"],
+    message:
+        "Z of random clumps"
+    script:
+        "../measure_clumps.py"
+
+
+rule measure_holes:
+    input:
+        structures=ancient(SURFACES_OF_HOLES.values()),
+    output:
+        table=f"{TABLES}/why_holes.csv",
+        fits=f"{TABLES}/why_holes_fits.csv",
+    log:
+        f"{RESULTS}/logs/why/measure_holes.log",
+    params:
+        structures=SURFACES_OF_HOLES,
+        paper=PAPERS,
+        surface=config["fragments"]["surface"],
+        hydrogens=config["proteins"]["hydrogens"],
+        patches=config["fragments"]["patches"],
+        samplers=config["why"]["holes"]["samplers"],
+        percents=config["why"]["holes"]["percents"],
+        test_dots=config["why"]["holes"]["test_dots"],
+        draws=config["why"]["holes"]["draws"],
+        seed=config["seed"],
+    message:
+        "Z on the full surface by the holes of a subset"
+    script:
+        "../measure_holes.py"
+
+
+rule measure_centres:
+    input:
+        structures=ancient(PROTEINS_OF_CENTRES.values()),
+    output:
+        table=f"{TABLES}/why_centres.csv",
+        means=f"{TABLES}/why_centres_means.csv",
+    log:
+        f"{RESULTS}/logs/why/measure_centres.log",
+    params:
+        structures=PROTEINS_OF_CENTRES,
+        paper=PAPERS,
+        surface=config["fragments"]["surface"],
+        hydrogens=config["proteins"]["hydrogens"],
+        patches=config["fragments"]["patches"],
+        samplers=config["why"]["centres"]["samplers"],
+        percents=config["why"]["centres"]["percents"],
+        test_dots=config["why"]["centres"]["test_dots"],
+        draws=config["why"]["centres"]["draws"],
+        seed=config["seed"],
+    message:
+        "Kept dots as centres of patches"
+    script:
+        "../measure_centres.py"
+
+
+SETTINGS_GROUPS = {
+    "chains": names_in_set(STRUCTURES, "chains")[:: config["why"]["law_settings"]["every"]],
+    "with hydrogens": config["why"]["law_settings"]["with_hydrogens"],
+}
+
+
+rule measure_law_settings:
+    input:
+        structures=ancient([structure_file(name) for names in SETTINGS_GROUPS.values() for name in names]),
+    output:
+        table=f"{TABLES}/why_law_settings.csv",
+        by_settings=f"{TABLES}/why_law_by_settings.csv",
+        required=f"{TABLES}/why_law_settings_required.csv",
+    log:
+        f"{RESULTS}/logs/why/measure_law_settings.log",
+    params:
+        structures={
+            group: {name: structure_file(name) for name in names} for group, names in SETTINGS_GROUPS.items()
+        },
+        settings=config["why"]["law_settings"]["settings"],
+        densities=config["why"]["densities"],
+        seed=config["seed"],
+    message:
+        "The law of the error at other settings of the surface"
+    script:
+        "../measure_law_settings.py"

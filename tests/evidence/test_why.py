@@ -7,12 +7,13 @@ import pandas as pd
 import pytest
 
 import naive
-from measures import curve, law, null_result
+from measures import centres, clumps, curve, holes, law, null_result
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
@@ -162,3 +163,124 @@ def test_the_density_that_an_error_needs_lies_where_the_measured_line_passes_it(
     assert found["error"] == 0.05 and found["n"] == 2
     assert found["law"] == pytest.approx(0.02 / 0.05)  # fitted on a
     assert found[["lowest", "density", "highest"]].to_numpy(float) == pytest.approx([0.4, 0.44, 0.48])
+
+
+@pytest.mark.parametrize("radius", [1.5, 4.0])
+def test_clumps_are_whole_but_for_the_last(prepared, radius):
+    points, n = prepared.points, 500
+    kept = clumps.clumps(points, n, radius, np.random.default_rng(3))
+    distance = np.linalg.norm(points[:, None] - points[None], axis=2)
+    order = np.random.default_rng(3).permutation(len(points))
+    whole = np.cumsum(distance[order] <= radius, axis=0) > 0  # [m]: in one of the first m + 1 clumps
+    last = int(np.argmax(whole.sum(axis=1) >= n))
+    before = set(np.flatnonzero(whole[last - 1]))
+    assert len(set(kept)) == n and before < set(kept) <= set(np.flatnonzero(whole[last]))
+    new, left = set(kept) - before, set(np.flatnonzero(whole[last])) - set(kept)
+    from_centre = distance[order[last]]
+    assert left and max(from_centre[list(new)]) <= min(from_centre[list(left)])
+
+
+def naive_z(prepared, tests, kept):
+    """Z on the full surface, patch by patch."""
+    points, normals, found = prepared.points, prepared.normals, []
+    for i in tests:
+        whole = naive.patch(points, i, 6.0, 0.8)
+        few = np.intersect1d(whole, kept)
+        both = [naive.descriptor(points[dots], normals[dots]) for dots in (whole, few)]
+        found.append(np.linalg.norm(both[0] - both[1]))
+    return np.mean(found)
+
+
+def test_z_of_clumps_is_that_of_subsets_with_as_many_dots_as_the_papers(prepared):
+    table = clumps.clumps_table(prepared, [5], [2.0], 8, 1).set_index(["reading", "subset"])
+    paper = prepared.pair(PUBLISHED_ROWS[4], 0)[0]
+    rng = prepared.stream("clumps", "clumps of 2 Å", 5, 0)
+    kept = clumps.clumps(prepared.points, len(paper), 2.0, rng)
+    tests = prepared.draw_tests(8)
+    for name, subset in (("paper", paper), ("clumps of 2 Å", kept)):
+        assert table.loc[("full", name), "Z"] == pytest.approx(naive_z(prepared, tests, subset))
+    assert table["n_S_percent"].to_numpy() == pytest.approx(100 * len(paper) / len(prepared))
+    z = table.loc["kept", "Z"]
+    assert table.loc["kept", "d"].to_numpy() == pytest.approx(z["uniform"] - z.to_numpy())
+
+
+def test_surfaces_are_counted_by_d_and_against_the_papers_sampling():
+    table = pd.DataFrame({"surface": list("abcd"), "Z": [1.0, 2.0, 3.0, 6.0], "d": [1.0, 0.1, -1.0, 0.3]})
+    table = table.assign(row=5, reading="kept", n_S_percent=40.0, Z_se=0.1)
+    table = table.assign(d_low=table["d"] - 0.2, d_high=table["d"] + 0.2)
+    paper = table.iloc[::-1].assign(subset="paper", Z=[6.1, 2.9, 2.1, 0.9])  # of d, c, b and a
+    found = clumps.means(pd.concat([paper, table.assign(subset="clumps")])).iloc[1]
+    expected = [4, 3, 1, 6, 2, 1, 2]
+    columns = ["n", "Z", "Z_lowest", "Z_highest", "n_above", "n_below", "n_below_paper"]
+    assert found[columns].tolist() == expected
+    assert found["d"] == pytest.approx(0.1) and found["Z_low"] < 3 < found["Z_high"]
+
+
+def test_holes_are_the_distances_to_the_nearest_kept_dot(prepared):
+    found = holes.holes_table(prepared, ["farthest", "clumps"], [5, 20], 8, 1).set_index(
+        ["sampler", "percent"]
+    )
+    points, n = prepared.points, round(0.2 * len(prepared))
+    far = SAMPLERS["farthest"](prepared, n, prepared.stream("holes", "farthest", n, 0))
+    cut = clumps.clumps(points, n, holes.CLUMP_RADIUS, prepared.stream("holes", "clumps", n, 0))
+    for name, kept in (("farthest", far), ("clumps", cut)):
+        distance = np.linalg.norm(points[:, None] - points[kept][None], axis=2).min(axis=1)
+        row = found.loc[(name, 20)]
+        expected = [distance.mean(), *np.percentile(distance, (75, 95)), distance.max()]
+        assert row[list(holes.HOLES)].to_numpy(float) == pytest.approx(expected)
+        assert row["Z"] == pytest.approx(naive_z(prepared, prepared.draw_tests(8), kept))
+        assert row["dots_per_A2"] == pytest.approx(n / (0.3 * len(points)))
+
+
+def test_the_measure_that_z_follows_has_the_smallest_residual():
+    rng = np.random.default_rng(4)
+    table = pd.DataFrame({name: rng.uniform(1, 9, 400) for name in holes.MEASURES})
+    table["Z"] = 0.5 * table["percentile_95"] ** 0.7 * np.exp(rng.normal(0, 0.08, 400))
+    table["surface"] = np.repeat(["a", "b"], 200)
+    table["sampler"], table["Z_se"] = np.tile(["clumps", "uniform"], 200), 0.02 * table["Z"]
+    found = holes.fits(table).set_index(["samplers", "measure"])
+    assert (
+        found.loc["all", "n"].tolist() == [400] * 6 and found.loc["without clumps", "n"].tolist() == [200] * 6
+    )
+    best = found.loc[("all", "percentile_95")]
+    assert best["slope"] == pytest.approx(0.7, abs=0.03)
+    assert best["residual_percent"] == pytest.approx(8, rel=0.1)
+    assert best["Z_se_percent"] == pytest.approx(2)
+    assert (found.loc["all"].drop("percentile_95")["residual_percent"] > 30).all()
+
+
+def test_the_patch_of_a_dot_is_compared_with_that_of_the_nearest_centre(prepared):
+    found = centres.centres_table(prepared, ["uniform", "farthest"], [5], 8, 1).set_index("sampler")
+    points, normals, n = prepared.points, prepared.normals, round(0.05 * len(prepared))
+    kept = SAMPLERS["farthest"](prepared, n, prepared.stream("centres", "farthest", n, 0))
+    tests = prepared.draw_tests(8)
+
+    def described(i):
+        dots = naive.patch(points, i, 6.0, 0.8)
+        return naive.descriptor(points[dots], normals[dots])
+
+    own = [described(i) for i in tests]
+    nearest = kept[np.linalg.norm(points[tests][:, None] - points[kept][None], axis=2).argmin(axis=1)]
+    z = np.mean([np.linalg.norm(a - described(i)) for a, i in zip(own, nearest, strict=True)])
+    pairs = np.mean([np.linalg.norm(own[a] - own[b]) for a in range(8) for b in range(a)])
+    assert found.loc["farthest", ["Z_centres", "ratio"]].tolist() == pytest.approx([z, z / pairs])
+
+
+def test_centres_are_compared_with_random_ones_protein_by_protein():
+    table = pd.DataFrame({"protein": np.repeat(["a", "b", "c"], 2), "sampler": ["uniform", "paper"] * 3})
+    table = table.assign(percent=10, n_S_percent=10.0, ratio=[0.3, 0.4, 0.5, 0.45, 0.4, 0.6])
+    found = centres.means(table).set_index("sampler").loc["paper"]
+    assert found[["n", "n_below", "n_above"]].tolist() == [3, 1, 2]
+    assert found[["ratio", "more_than_uniform"]].tolist() == pytest.approx([1.45 / 3, 0.25 / 3])
+
+
+def test_the_law_at_other_settings_is_compared_structure_by_structure():
+    table = pd.DataFrame(
+        {"structure": np.repeat(["a", "b"], 2), "settings": ["default", "dots as in DMS"] * 2}
+    )
+    table = table.assign(group="chains", requested=0.6, density=0.6, mean=[0.02, 0.024, 0.03, 0.03])
+    table["high_99"] = [0.1, 0.24, 0.15, 0.3]
+    found = law.by_settings(table).set_index("settings").loc["dots as in DMS"]
+    assert found["product"] == pytest.approx(0.6 * 0.027) and found["tail"] == pytest.approx(10)
+    changes = found[["change_percent", "change_percent_lowest", "change_percent_highest"]]
+    assert changes.to_numpy(float) == pytest.approx([10, 0, 20])

@@ -1,0 +1,31 @@
+"""Errors of reconstructed surfaces by density, at other settings of the full surface: tables."""
+
+import pandas as pd
+
+from measures import law
+from measures.tables import write_tables
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import Settings
+from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.molecular_surface import surface_of_molecule
+from sparsurf_study.workflow.jobs import job, reporter
+
+with job(snakemake):
+    params, out, found = snakemake.params, snakemake.output, []
+    structures = [(group, *pair) for group, paths in params.structures.items() for pair in paths.items()]
+    progress = reporter("The law by settings", "surfaces")
+    for k, (group, name, path) in enumerate(structures, 1):
+        molecule, settings = read_molecule(path, model=1), Settings()
+        for words, changes in params.settings.items():
+            rules = SurfaceSettings(**changes)
+            surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name)
+            prepared = PreparedSurface(surface, settings, None, Streams(params.seed, f"law {name}"))
+            known = {"group": group, "settings": words, "structure": name, "requested": params.densities}
+            of_surface = law.errors_by_density(prepared, params.densities).to_dict("series")
+            found.append(pd.DataFrame(known | of_surface))
+        progress(k, len(structures))
+    table = pd.concat(found)
+    write_tables({out.table: table, out.by_settings: law.by_settings(table)})
+    write_tables({out.required: law.required_by_settings(table)})
