@@ -205,7 +205,11 @@ def _dry_run(log, listed, options, all_jobs, edited):
 
 def _description(job):
     files = {kind: getattr(job, kind)._plainstrings() for kind in ("input", "output", "log")}
-    known = {"rule": job.rule.name, "script": job.rule.script}
+    known = {
+        "rule": job.rule.name,
+        "script": job.rule.script,
+        "config": {"origin": job.rule.workflow.config["origin"]},
+    }
     return known | files | {"wildcards": job.wildcards, "params": job.params}
 
 
@@ -218,7 +222,7 @@ def run_job(folder, job):
         path.parent.mkdir(parents=True, exist_ok=True)
     names = ("input", "output", "params", "wildcards")
     given = Snakemake(
-        *(job[name] for name in names), 1, {}, job["log"], {}, job["rule"], [], ROOT / "scripts"
+        *(job[name] for name in names), 1, {}, job["log"], job["config"], job["rule"], [], ROOT / "scripts"
     )
     script = ROOT / "scripts" / Path(job["script"]).name
     (folder / "job.pickle").write_bytes(pickle.dumps(given))

@@ -50,7 +50,7 @@ def against_zero(low: float, high: float) -> str:
 
 def is_fragmented(row: Row) -> bool:
     """Say whether the median patch of a subset has less than half of its kept dots in its island."""
-    return bool(row["share_in_island"] < FRAGMENTED_BELOW)
+    return bool(row.get("share_in_island", math.nan) < FRAGMENTED_BELOW)
 
 
 def left_in_island(row: Row) -> str:

@@ -151,7 +151,7 @@ def test_elements_before_the_vertices_are_skipped(tmp_path, order):
         (TEXT.split("end_header")[0], "cut short or damaged"),
         (made("<")[:-20], "its 2 vertices cannot be read"),
         (made(">").split(b"end_header")[0] + b"end_header", "cut short or damaged"),
-        (b"ply", "cannot be read as a PLY file"),
+        (b"ply", "no PLY file that can be read"),
     ],
 )  # fmt: skip
 def test_a_ply_file_that_cannot_be_read_is_a_sentence(tmp_path, content, words):

@@ -209,7 +209,9 @@ def test_a_structure_with_a_page_gets_the_files_of_a_study(many, tmp_path):
     assert pd.read_csv(run / "surfaces.csv")["protein"].tolist() == ["p02", "p03"]
     page = (run / "index.html").read_text(encoding="utf-8")
     assert 'href="p02/c1/view.html"' in page and 'aria-label="Enlarge: p03"' in page
-    assert page.count("data:image/webp") == 4  # distributions, Z over n_S and two surfaces
+    assert (
+        page.count("data:image/webp") == 6
+    )  # distributions, Z over n_S, and the view and the roughness of two surfaces
     assert pd.read_csv(run / "warnings.csv")["sentence"].is_unique
     with (run / "logs/p02/c1/draw_view.log").open("a") as log:
         log.write("WARNING told by a page\n")

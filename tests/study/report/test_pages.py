@@ -144,7 +144,7 @@ def test_the_answers_are_on_the_first_screen(run, browser):
     ends = browser.run(
         "return [...document.querySelectorAll('.card')].map(e => e.getBoundingClientRect().bottom)"
     )
-    assert len(ends) == 8 and max(ends[:4]) < 450 and max(ends) < 800
+    assert len(ends) == 8 and max(ends[:4]) < 500 and max(ends) < 800
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -334,7 +334,6 @@ def test_conformations_of_a_file_with_one_or_several_models(tmp_path, n, keys, f
             "compute_partner_surfaces",
             "no chain X: its chains are A, B",
         ),
-        ("changes.bend", ["moving/f0", "moving/f0000"], "compare_forms", "changes.bend.* one conformation"),
         ("changes.bend", ["moving/f0", "moving/f5"], "compare_forms", "changes.bend .* does not have"),
         ("proteins.still.chains", ["B"], "choose_single_frame", "no chain B"),
     ],

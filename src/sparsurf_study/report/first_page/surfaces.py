@@ -15,7 +15,7 @@ from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN,
 from sparsurf_study.report.texts import DOWNLOADS, FILES_OF_ALL, caption
 
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
-FILES_OF_SURFACE = ("minimal.csv", "residues.csv", "figures/required_dots.png")
+FILES_OF_SURFACE = ("surface.html", "minimal.csv", "residues.csv", "figures/required_dots.png")
 
 
 def of_dots(run: Run) -> dict[str, Any] | None:
