@@ -201,7 +201,7 @@ def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
 
 
 def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
-    """Compare the best combination at the largest alpha with the published one; it holds if that may be the best."""
+    """Compare the best combination at the largest alpha with the published one, which must not be significantly worse."""
     published = grid[np.isclose(grid[PARAMETERS], PUBLISHED_BEST).all(axis=1)]
     ours = {reading: best[reading]["unrestricted"] for reading in GRID_READINGS}
     name = str(Combination(*PUBLISHED_BEST))
@@ -260,7 +260,7 @@ def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, A
 def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
     """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots: two chapters.
 
-    Rough patches gain if d of the rougher half exceeds that of the flatter half; flat ones come out nearly equal if d of the
+    Rough patches gain if d of the rougher half exceeds that of the flatter half; flat ones are nearly equal if d of the
     flattest bin does not differ from 0.
     """
     gains: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
