@@ -8,7 +8,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a random subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
-    few = sparsurf.minimal(dots)                   # the fewest dots that reconstruct the surface within 0.02 Å
+    few = sparsurf.minimal(dots)                   # the fewest dots for a mean error of 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one

@@ -2,7 +2,7 @@
 
 
 class InputError(ValueError):
-    """Something the user gave is wrong; the message is one sentence for them."""
+    """Raised when an input is wrong; the message says what is wrong, where, and what to do."""
 
     def __init__(self, message: object = "") -> None:
         super().__init__(printable(message))

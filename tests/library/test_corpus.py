@@ -347,7 +347,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
                    "auth_seq_id", lambda k, value: value if k < 121 else "?"), {"selection": "all"}, "1 128 23"),
     "a chain taken out.cif": (
         CIF.replace("\nAxp A\n", "\nAxp A\nBxp A\n"), {}, f"{WHOLE} ~ no atoms for Bxp"),
-    "no chain.pdb": (without_chain_names(PDB), {"chains": "A"}, "! one chain, without a name: leave out"),
+    "no chain.pdb": (without_chain_names(PDB), {"chains": "A"}, "! one chain, which has no name: leave out"),
     "DNA without a chain.pdb": (
         end(every(atoms("DA", "1", {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}), chain="",
                   record="ATOM")), {}, "! name the chains of the nucleic acids, as `chains` ''"),
@@ -1192,7 +1192,7 @@ def far(points, normals):
     return points, normals
 
 
-UPRIGHT, OPPOSE, LENGTHS = "! do not stand upright", "oppose each other", "~ are lengths in Å"
+UPRIGHT, OPPOSE, LENGTHS = "! not perpendicular", "oppose each other", "~ are lengths in Å"
 DOTS = {
     "nothing": (lambda p, n: (p, n), ""),
     "turned": (lambda p, n: (p[:, [2, 0, 1]] + 3000, n[:, [2, 0, 1]]), ""),
@@ -1210,7 +1210,7 @@ DOTS = {
     "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
     "the last in nm": (last(0.1, points_times=0.1), "~ times as close as the others"),
     "twice as long": (lambda p, n: (2 * p, n), LENGTHS),
-    "in nm": (lambda p, n: (p / 10, n), "! lengths seem to be nm"),
+    "in nm": (lambda p, n: (p / 10, n), "! lengths seem to be in nm"),
     "a tenth of the dots": (some(0.1), ""),
     "one dot in fifty": (some(0.02), ""),
     "the first half, in the order of atoms": (
@@ -1223,7 +1223,7 @@ DOTS = {
     "normals of length 0.2 to 6": (
         lambda p, n: (p, n * np.random.default_rng(1).uniform(0.2, 6, (len(n), 1))), "~ are scaled to 1"),
     "normals and points exchanged": (lambda p, n: (n, p), "! exchange the columns"),
-    "a ball of 0.35 Å": (ball(900, 0.35), "! lengths seem to be nm"),
+    "a ball of 0.35 Å": (ball(900, 0.35), "! lengths seem to be in nm"),
     "a ball of 0.5 Å": (ball(900, 0.5), ""),
     "a ball of 12 Å": (ball(900, 12.0), "~ dots lie on curves of 12 Å; are lengths in Å?"),
     "a ball of 104 Å": (ball(900, 104.0), ""),

@@ -64,7 +64,7 @@ def minimal(
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
 ) -> Subset:
-    """Choose a few dots that represent a surface, by default the fewest that reconstruct it within 0.02 Å.
+    """Choose a few dots that represent a surface, by default the fewest with a mean error of 0.02 Å.
 
     A study and the command `sparsurf minimal` choose the same dots with the same seed.
 

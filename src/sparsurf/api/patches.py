@@ -160,5 +160,5 @@ def _points_at(index: PatchIndex, at: Any) -> np.ndarray:
         )
     if len(at) and not (at.min() >= 0 and at.max() < n):
         wrong = at.min() if at.min() < 0 else at.max()
-        raise InputError(f"at: there is no dot {wrong}; the surface has 0 to {n - 1}.")
+        raise InputError(f"at: there is no dot {wrong}; the dots are numbered 0 to {n - 1}.")
     return points[at]

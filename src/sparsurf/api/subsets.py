@@ -192,7 +192,7 @@ def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None
     far = np.quantile(kept_out(distances, kept), TAIL_QUANTILE)
     if far > MAX_GAP:
         log.warning(
-            "%s: %d dots are too few to reconstruct the surface, 1 %% of which deviates by %.1f Å or more; "
+            "%s: %d dots are too few to reconstruct the surface: 1 %% of it deviates by %.1f Å or more; "
             "keep more", name, len(kept), far,
         )  # fmt: skip
 

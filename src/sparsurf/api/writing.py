@@ -130,7 +130,7 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
     if folder is not None and not folder.is_dir():
         raise InputError(f"{name}: there is no folder {folder}; create it first.")
     if folder is not None and not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"{name}: nothing may be written into {folder}; name another folder.")
+        raise InputError(f"{name}: you have no permission to write into {folder}; choose another folder.")
     return suffix, bare != name, folder
 
 
@@ -280,7 +280,7 @@ def write(
     names: Mapping[str, str] | None = None,
     colours: bool | None = None,
 ) -> None:
-    """Write a result in the format that the suffix of a path names (.csv, .npz, .ply, .dms; each also .gz).
+    """Write a result in the format that the suffix of a path names, such as .csv, .npz, .ply, .dms, .pml, .html or .png.
 
     Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb
     next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field. A

@@ -29,19 +29,19 @@ COMMANDS = {
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields of every residue",
     "points": "a few points with normals of a structure, or of every structure of a folder",
-    "minimal": "the few dots that stand for a surface",
-    "recover": "the dense surface of a few dots with normals",
+    "minimal": "keep the fewest dots that represent a surface",
+    "recover": "reconstruct a dense surface from a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = """\
-FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, except for `surface`, `residues` and `points`, a file of
-dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz). Lengths are in Å. -o names the file of the result, and its suffix the format;
-`-o -` writes to standard output, and -q says only what went wrong. npz and DMS keep the area, kind and atom of every dot.
-Errors are one sentence on standard error.
+FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or a file of dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz).
+`surface`, `residues` and `points` accept only a structure, and `recover` accepts only dots. Lengths are in Å. -o names the file
+of the result, and its suffix determines the format; `-o -` writes to standard output, and -q prints only warnings and errors. npz
+and DMS keep the area, kind and atom of every dot. Errors are one sentence on standard error.
 
-exit codes: 0 done, 1 the sentence says what is wrong with a file, 2 the command line was not understood
+exit codes: 0 success, 1 an input file or a value is wrong, 2 the command line is wrong
 
 examples:
   sparsurf show protein.pdb
@@ -150,7 +150,12 @@ def build_parser(command: str | None = None) -> tuple[Parser, Parser | None]:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong, of any command")
+    parser.add_argument(
+        "-q",
+        "--quiet",
+        action="store_true",
+        help="print only warnings and errors (accepted by every command)",
+    )
     parser.add_argument("--version", action="version", version=f"sparsurf {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, title="commands")
     options = None

@@ -14,7 +14,8 @@ from sparsurf.patches.index import R_ZERNIKE
 from sparsurf.patches.zernike.polynomials import indices
 
 EXAMPLES = """\
-A row per patch: the number of its dot, its position, and |c_nm| as z_n_m, by n, then m (121 numbers; npz: `dot`, `points`, `z`).
+The table has a row for each patch: the number of its dot, its position, and the columns z_n_m, which are the 121 magnitudes
+|c_nm|, ordered by n, then by m (in an npz: `dot`, `points`, `z`).
 The Euclidean distance between two rows says how different the patches are. Use --down for the partner of a complex.
 
 examples:

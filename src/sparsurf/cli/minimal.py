@@ -17,7 +17,7 @@ WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that call
 EXAMPLES = """\
 By default, the command keeps the smallest subset from which the surface is reconstructed with a mean error of 0.02 Å (see
 --error). The error is the distance of the dots that are not kept from the surface that `sparsurf recover` reconstructs from the
-kept ones. The number of kept dots has a 95 % interval, since another --seed keeps another number of dots.
+kept ones. The number of kept dots is an estimate, which is printed with its 95 % interval.
 
 The mean error is about 0.0125 Å divided by the number of kept dots per Å^2, or 0.015 Å divided by it if the molecule has explicit
 hydrogens. So 0.25 dots per Å^2 give a mean error of about 0.05 Å, 0.6 one of 0.02 Å, and 1.25 one of 0.01 Å.
@@ -42,7 +42,7 @@ examples:
 
 HELP = {
     "percent": "share of all dots to keep, %%",
-    "n_dots": "number of dots to keep; the paper's samplers keep about that many",
+    "n_dots": "number of dots to keep (approximate for paper and paper_corrected)",
     "density": "number of dots to keep per Å^2; 0.6 give a mean error of about 0.02 Å",
     "error": "keep the fewest dots that reconstruct the surface with this mean error, Å (default 0.02)",
     "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this",

@@ -57,7 +57,7 @@ def add_molecule(parser: argparse.ArgumentParser) -> None:
 
 def add_residues(parser: argparse._ActionsContainer) -> None:
     """Add the option that reports some residues of the surface of all atoms."""
-    words = "residues to report, such as A:10-52A,60, on the surface of the whole molecule; --selection cuts the molecule"
+    words = "residues to report, such as A:10-52A,60; to compute the surface of a part alone, use --selection"
     parser.add_argument("--residues", help=words)
 
 

@@ -17,7 +17,7 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
         file = getattr(args, key, None)
         there = isinstance(file, str) and os.path.exists(file) and os.path.isfile(args.output)
         if there and os.path.samefile(str(file), args.output):
-            raise InputError(f"{args.output} is a file that is read; name another one to write.")
+            raise InputError(f"{args.output} is an input file; name another file to write.")
     suffix = parse_output(args.output, formats)[0]
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)

@@ -48,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         type=options.number(NUMBER_OF_DOTS),
         help=f"number of points on each structure (default {N_POINTS})",
     )
-    size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2 instead")
+    size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2, instead of a number")
     options.add_seed(parser, "of the first point, from which the others follow")
     options.add_probe_radius(parser)
     words = (

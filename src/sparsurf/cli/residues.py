@@ -12,9 +12,9 @@ from sparsurf.molecules.formats import stem
 
 FORMATS = (*writing.TABLES, *writing.PAGES)
 EXAMPLES = """\
-A row per residue: its area, and that of contact, saddles and concave parts (Å^2), its mean roughness and the lowest (1 is flat,
-0 is rough; blank where it is buried), the mean of each field, and its dots, with those on walls of cavities.
-A .html or a .png shows the roughness along each chain.
+The table has a row for each residue: its total, contact, saddle and concave area (Å^2), its mean and lowest roughness (1 is
+flat, 0 is rough; blank for a buried residue), the mean of each field, and the number of its dots, in total and on walls of
+cavities. A .html or a .png file shows the roughness along each chain.
 
 examples:
   sparsurf residues protein.pdb -o residues.csv

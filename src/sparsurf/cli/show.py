@@ -57,4 +57,6 @@ def _refuse_other_file(path: Path) -> None:
     if path.is_file():
         with path.open("rb") as file:
             if OWN not in file.read(BYTES_TO_RECOGNISE):
-                raise InputError(f"{path} is there and is not a page of sparsurf; name another file by -o.")
+                raise InputError(
+                    f"{path} exists and was not written by sparsurf; choose another file with -o."
+                )

@@ -21,8 +21,9 @@ EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
 coloured by kind.
---residues writes the dots of some residues on the surface of the whole molecule. --selection cuts the molecule instead.
---mesh writes closed triangles instead of dots. Their corners lie on the surface, and every edge belongs to two of them.
+--residues writes the dots of some residues on the surface of the whole molecule. To compute the surface of a part of the molecule
+alone, use --selection.
+--mesh writes closed triangles instead of dots. Their corners lie on the surface, and every edge is shared by two triangles.
 A .html is the page of `sparsurf show`, and a .png is a picture; both show the kinds of dots.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
@@ -46,9 +47,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     options.add_molecule(parser)
     options.add_residues(parser)
-    parser.add_argument("--assembly", action="store_true", help="take all models as one molecule")
+    parser.add_argument(
+        "--assembly", action="store_true", help="treat all models as one molecule (a biological assembly)"
+    )
     dots = parser.add_argument_group("surface")
-    words = "dots per Å^2 (default: 5.35, or more where patches need it)"
+    words = "dots per Å^2 (default: 5.35, or more if patches would otherwise fall apart)"
     dots.add_argument("--density", type=options.number(DENSITY), help=words)
     options.add_probe_radius(dots)
     dots.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")

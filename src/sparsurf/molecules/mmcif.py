@@ -130,7 +130,9 @@ def _report_absent(block: cif.Block, text: str, path: StrPath) -> None:
         raise InputError(f"{path} is cut short: it has no atoms for {names} of its _struct_asym list.")
     polymers = {row[0] for row in block.find("_entity.", ["id", "type"]) if row[1] == "polymer"}
     is_polymer = any(not row.has(1) or not polymers or row[1] in polymers for row in missing)
-    message = "%s has no atoms for %s of its _struct_asym list; were they taken out, or is it cut short?"
+    message = (
+        "%s has no atoms for %s of its _struct_asym list; if you did not remove them, copy the file again"
+    )
     log.log(logging.WARNING if is_polymer else logging.INFO, message, path, shorten(names))
 
 

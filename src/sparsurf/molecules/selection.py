@@ -102,7 +102,7 @@ def _in_chains(molecule: Atoms, path: StrPath, chains: str | Sequence[str] | Non
     if not names or "" in absent:
         raise InputError(f"chains: empty chain name; the chains of {path} are {_chains(molecule)}.")
     if absent and not any(molecule.chain):
-        raise InputError(f"{path} has one chain, without a name: leave out `chains`.")
+        raise InputError(f"{path} has one chain, which has no name: leave out `chains`.")
     if absent:
         raise InputError(
             f"{path} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."
@@ -143,7 +143,7 @@ def _in_residues(
         if chain is not None:
             inside &= chain_of == chain
         if backwards and not inside.any():
-            raise InputError(f"residues: '{shorten(item)}' ends before it begins: exchange both ends.")
+            raise InputError(f"residues: '{shorten(item)}' ends before it begins: swap the two numbers.")
         if not inside.any():
             raise InputError(f"residues: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}.")
         several = [[each for each in ids if each in chain_of[inside & in_chains]] for ids in split.values()]

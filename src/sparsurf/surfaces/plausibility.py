@@ -123,7 +123,7 @@ CHECKS = (  # in the order in which they count
     ),
     Check(
         lambda s: 0 < s.radius < MIN_CURVATURE_RADIUS,
-        "dots lie {s.spacing:.3f} Å apart on curves of {s.radius:.2f} Å: lengths seem to be nm, give Å",
+        "dots lie {s.spacing:.3f} Å apart on curves of {s.radius:.2f} Å: the lengths seem to be in nm; convert them to Å",
         refuse=True,
     ),
     Check(
@@ -133,7 +133,7 @@ CHECKS = (  # in the order in which they count
     ),
     Check(
         lambda s: s.angle < MEDIUM_ANGLE and s.tilt > MAX_COSINE_OF_TANGENTS,
-        "its normals do not stand upright on its dots (mean cosine to neighbouring dots {s.tilt:.2f}): compare the order, "
+        "its normals are not perpendicular to the surface (mean cosine to neighbouring dots {s.tilt:.2f}): compare the order, "
         "signs and units of the columns x,y,z and nx,ny,nz",
         refuse=True,
     ),

@@ -136,7 +136,7 @@ def refuse_sparse(
 ) -> None:
     """Raise InputError if d_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
     if len(points) == 1:
-        raise InputError(f"{name}: one dot alone makes no patch; give the dots of a surface.")
+        raise InputError(f"{name}: a single dot has no patch; give all dots of a surface.")
     gap = spacing(points)
     if d_link < MIN_D_LINK_PER_SPACING * gap:
         raise InputError(

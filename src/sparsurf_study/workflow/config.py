@@ -187,13 +187,13 @@ def _check_proteins(config: dict) -> Iterator[str]:
         if "simulate" in protein and "trajectory" in protein:
             yield f"{key} has a trajectory and asks to simulate one; remove one of the two keys."
         if "plddt" in protein and {"trajectory", "simulate"} & protein.keys():
-            yield f"{key}.plddt is for a structure, and this one moves; remove it, or choose the residues."
+            yield f"{key}.plddt cannot be used with a trajectory or a simulation; remove it, or choose residues with `residues`."
         if "simulate" in protein and protein.get("ligands"):
             yield f"{key} asks for ligands, but only the protein is simulated; remove `ligands` or `simulate`."
         if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*FIELDS}:
             yield f"{key}.table: `fields` names none of its columns; name one, or remove `table`."
         if "sha256" in protein and not {"url", "pdb"} & protein.keys():
-            yield f"{key}.sha256 is for a file that is fetched, and this one is not; remove it."
+            yield f"{key}.sha256 is only for a file that is downloaded; remove it."
         for other in Protein(**protein).keys_of_atoms:
             yield f"{key}: remove `{other}`: it applies to structures, and this protein is a ready surface."
 
@@ -233,7 +233,7 @@ def _check_paper(config: dict) -> Iterator[str]:
     """Yield a sentence where the results could not be compared with the tables of the paper."""
     readings = config["evaluation"]["readings"]
     if not {*PUBLISHED_READINGS} & {*readings}:
-        yield f"evaluation.readings is {readings}, but needs kept or full."
+        yield f"evaluation.readings is {readings}, but must include kept or full; add one of them."
     if "paper" not in config:
         return
     a1, selection = config["proteins"].get(config["paper"]), config["frames"]["selection"]
@@ -259,7 +259,10 @@ def _check_sections(config: dict) -> Iterator[str]:
     if config.get("paper", "") in {*config["proteins"]} - {*sampled}:
         yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
     if "combination" in minimal and minimal["sampler"] not in SAMPLERS_OF_COMBINATIONS:
-        yield f"minimal.sampler is {minimal['sampler']}, but minimal.combination belongs to the paper's; remove one of the two."
+        yield (
+            f"minimal.sampler is {minimal['sampler']}, but minimal.combination is for paper and paper_corrected; "
+            "remove one of the two."
+        )
     if patches["d_link"] >= min(patches["r_patch"], patches["r_zernike"]):
         yield f"patches.d_link is {patches['d_link']:g} Å, but must be smaller than r_patch and r_zernike."
 
@@ -267,7 +270,10 @@ def _check_sections(config: dict) -> Iterator[str]:
 def _check_batch(config: dict) -> Iterator[str]:
     """Yield a sentence for each page of a study in batches that there cannot be."""
     if "pages" in config and (config["sampling"]["run"] or not takes_batches(config)):
-        yield "pages is for a study of structures alone with `sampling: false`: remove it, as every protein here has pages."
+        yield (
+            "pages applies only to a study of structures with `sampling: false`; remove it: every protein of this study has "
+            "pages."
+        )
         return
     batched = batched_structures(config)
     for name in config.get("pages", []):

@@ -110,7 +110,9 @@ def make_writable(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(bytes(FULL_DISK_BYTES // 10))
     except OSError as error:
-        raise InputError(f"{folder}/ cannot be written ({error.strerror}). Repair that first.") from None
+        raise InputError(
+            f"{folder}/ cannot be written ({error.strerror}). Make it writable and run again."
+        ) from None
 
 
 @contextmanager

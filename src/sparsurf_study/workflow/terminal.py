@@ -109,7 +109,7 @@ class Terminal(LogHandlerBase):
             self._has_picture = True
             self._say(f"First picture  {pictures[0]}")
             for page in [path for path in record.output if path.endswith(".html")]:
-                self._say(f"First page     {page}")
+                self._say(f"First view     {page}")
 
     def _fail(self, record: Any) -> None:
         known = self._running.pop(record.jobid, None)

@@ -62,7 +62,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.descriptors(d, [[0, 0, np.nan]], d_link=D_LINK), "at: some points have NaN"),
         (lambda d: sparsurf.descriptors(d, [0], up="x", d_link=D_LINK), "up is 'x'; it must be True or False"),
         (lambda d: sparsurf.descriptors(d, [[1, 2], [3]], d_link=D_LINK), "at: give one array"),
-        (lambda d: sparsurf.descriptors(d, [3000], d_link=D_LINK), "there is no dot 3000; the surface has 0 to 2999"),
+        (lambda d: sparsurf.descriptors(d, [3000], d_link=D_LINK), "there is no dot 3000; the dots are numbered 0 to 2999"),
         (lambda d: sparsurf.descriptors(d, [-1], d_link=D_LINK), "no dot -1"),
         (lambda d: sparsurf.prepare(d, r_patch=0), "r_patch is 0"),
         (lambda d: sparsurf.prepare(d, r_zernike=0), "r_zernike is 0"),

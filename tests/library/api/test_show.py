@@ -216,7 +216,7 @@ def test_a_file_that_is_no_page_of_ours_is_not_replaced_without_a_name(tmp_path,
     (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
     (tmp_path / "ala.html").write_text("<p>notes</p>")
     assert ended("show", "ala.pdb") == 1
-    assert "ala.html is there and is not a page of sparsurf" in capsys.readouterr().err
+    assert "ala.html exists and was not written by sparsurf" in capsys.readouterr().err
     assert (tmp_path / "ala.html").read_text() == "<p>notes</p>"
     for name in (["-o", "ala.html"], []):  # named, and then as a page of this program
         assert ended("show", "ala.pdb", *name) == 0

@@ -408,8 +408,8 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("minimal protein.pdb --n-dots 1000000 -o x.csv", 1, "n_dots is 1000000"),
     ("minimal protein.pdb --n-dots 2.5 -o x.csv", 2, "--n-dots: '2.5' must be a whole number"),
     ("minimal protein.pdb --n-dots 5 --percent 1 -o x.csv", 2, "not allowed with"),
-    ("minimal one.csv -o x.csv", 1, "one dot alone"),
-    ("minimal one.csv --n-dots 1 -o x.csv", 1, "one dot alone"),
+    ("minimal one.csv -o x.csv", 1, "a single dot"),
+    ("minimal one.csv --n-dots 1 -o x.csv", 1, "a single dot"),
     ("recover frames.csv -o x.csv", 1, "frames.csv holds the dots of 2 frames"),
     ("recover minimal.csv --at '' -o x.csv", 1, "a path is empty"),
     ("recover minimal.csv --at protein.pdb -o x.csv", 1, "protein.pdb holds no dots"),
@@ -455,7 +455,7 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
         assert told in shown and "no.pdb" not in shown
     monkeypatch.setattr(os, "access", lambda path, _: str(path) != str(tmp_path))  # root may write anywhere
     assert ended(name, "no.pdb", *options, "-o", f"x.{end}") == 1
-    assert "nothing may be written into" in capsys.readouterr().err
+    assert "you have no permission to write into" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -469,7 +469,7 @@ def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, wor
         (tmp_path / name).write_text("old")
     (tmp_path / "link.csv").symlink_to("over.csv")
     assert ended(*words.split()) == 1
-    assert "is a file that is read; name another" in capsys.readouterr().err
+    assert "is an input file; name another" in capsys.readouterr().err
     assert {path.read_text() for path in tmp_path.iterdir()} == {"old"}
 
 

@@ -90,7 +90,7 @@ def test_the_bound_of_a_study_holds_for_structures_without_one_of_their_own(tmp_
     assert options == {"a": 70, "b": 50}
     moving = entry | {"trajectory": str(tmp_path / "a.pdb")}
     assert "plddt" not in check_config({"plddt": 70, "proteins": {"a": moving}})["proteins"]["a"]
-    with pytest.raises(InputError, match=r"proteins.a.plddt is for a structure, and this one moves"):
+    with pytest.raises(InputError, match=r"proteins.a.plddt cannot be used with a trajectory"):
         check_config({"proteins": {"a": moving | {"plddt": 70}}})
     with pytest.raises(InputError, match="plddt is 101, but must be"):
         check_config({"plddt": 101, "proteins": {"a": entry}})

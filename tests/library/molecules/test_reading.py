@@ -200,7 +200,7 @@ def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path
 def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
     nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
     assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
-    with pytest.raises(InputError, match=r"b\.pdb has one chain, without a name: leave out `chains`\.$"):
+    with pytest.raises(InputError, match=r"b\.pdb has one chain, which has no name: leave out `chains`\.$"):
         read_molecule(nameless, chains="A")
     path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9)))
     with pytest.raises(InputError, match=r"'99' is not in .*a\.pdb, which has A 1 to 4, B 98 to 101"):

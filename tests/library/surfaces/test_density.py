@@ -73,7 +73,7 @@ def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_de
         refuse_sparse(points, 1.299, "a")
     with pytest.raises(InputError, match=r"would fall apart; do this\.$"):
         refuse_sparse(points, 1.299, "a", "do this")
-    with pytest.raises(InputError, match="a: one dot alone makes no patch"):
+    with pytest.raises(InputError, match="a: a single dot has no patch"):
         refuse_sparse(points[:1], 1.3, "a")
 
 

@@ -177,15 +177,15 @@ REFUSED = {
         ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),
         ('x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,"a\nb"\n1,2,,0,0,1,c\n', "has NaN"),
-        ("x;y;z;nx;ny;nz\n1;2;3;0;0;1\n", "no commas in its header: put commas between columns"),
+        ("x;y;z;nx;ny;nz\n1;2;3;0;0;1\n", "no commas in its header: separate the columns with commas"),
     ],
     "places.csv": [
         ("", "holds no dots; expected a DMS file, a CSV"), ("x,y,z\n", "holds no points."),
         ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."), ("x\ty\tz\n1\t2\t3\n", "no commas in its header"),
         ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
-        ("x,y,z\n1,2,3\n1,,3\n", "line 3 has no three numbers x, y and z: repair it"),
-        ("x,y,z\n1,2,here\n", "line 2 has no three numbers x, y and z: repair it"),
-        ("x,y,z\n1,2,inf\n", "line 2 has no three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,3\n1,,3\n", "line 3 does not have the three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,here\n", "line 2 does not have the three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,inf\n", "line 2 does not have the three numbers x, y and z: repair it"),
     ],
 }  # fmt: skip
 
@@ -302,8 +302,8 @@ def test_columns_of_numbers_that_are_left_out_are_reported(tmp_path, caplog):
     path = tmp_path / "a.csv"
     assert [message.removeprefix(f"{path}: the column ") for message in caplog.messages] == [
         "potential is left out: it holds 'n.d.', which is not a number",
-        "'pot (kT/e)' is left out: a field has another name, of letters, digits and _",
-        "'points' is left out: a field has another name, of letters, digits and _",
+        "'pot (kT/e)' is left out: the name of a field may contain only letters, digits and _; rename it",
+        "'points' is left out: the name of a field may contain only letters, digits and _; rename it",
     ]
     assert (found.points[:, 0] == np.arange(9)).all()
 
@@ -342,7 +342,7 @@ def test_a_file_of_a_user_is_judged_and_a_result_of_a_study_is_read_as_it_is(tmp
         dots.points / 10, dots.normals, np.full(len(dots), 9.0), fields={"charge": np.arange(len(dots))}
     )
     write_npz(tmp_path / "nm.npz", surface)
-    with pytest.raises(InputError, match=r"lengths seem to be nm, give Å"):
+    with pytest.raises(InputError, match=r"lengths seem to be in nm; convert them to Å"):
         read_surface(tmp_path / "nm.npz")
     again = read_npz(tmp_path / "nm.npz")
     np.testing.assert_array_equal(again.points, surface.points)

@@ -282,8 +282,8 @@ def test_a_study_of_few_structures_or_of_more_than_structures_gives_each_its_pag
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"sampling": True}, "pages is for a study of structures alone with `sampling: false`"),
-        ({"proteins": {"a": {"pdb": "1ubi"}}}, "remove it, as every protein here has pages."),
+        ({"sampling": True}, "pages applies only to a study of structures with `sampling: false`"),
+        ({"proteins": {"a": {"pdb": "1ubi"}}}, "every protein of this study has pages."),
         ({"pages": ["a", "a"]}, "pages holds a value twice"),
         ({"proteins": {}}, "proteins is empty"),
         (

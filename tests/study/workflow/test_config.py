@@ -329,7 +329,7 @@ def pair_of(**keys):
         (of_a(simulate={}, ligands=True), "ligands", "only the protein is simulated"),
         (of_a(simulate={}, ligands=["XK2"]), "ligands", "only the protein is simulated"),
         (of_a(simulate={}, trajectory="data/tdp43/trajectory.xtc"), "proteins.a", "asks to simulate one"),
-        (of_a(sha256=64 * "0"), "proteins.a.sha256", "fetched"),
+        (of_a(sha256=64 * "0"), "proteins.a.sha256", "downloaded"),
         (READY | {"ensemble": {"run": True}}, "ensemble.run", "ready surface"),
         (READY | {"fields": ["hydropathy"]}, "fields", "needs atoms"),
         (OWN | {"pages": ["tdp43"]}, "pages", "`sampling: false`"),

@@ -106,7 +106,7 @@ def test_the_first_picture_of_a_run_is_named_once(said, tmp_path):
     assert lines == [
         "    2 of 9  x (0 s)",
         "First picture  a/figures/roughness.png",
-        "First page     a/surface.html",
+        "First view     a/surface.html",
         "    2 of 9  x (0 s)",
     ]
 

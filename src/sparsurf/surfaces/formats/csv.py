@@ -55,7 +55,9 @@ def read_points(content: bytes, path: Path | str) -> np.ndarray:
     points, _, lines = _columns(content, path, ["x", "y", "z"])
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(wrong):
-        raise InputError(f"{path}: line {lines[wrong[0]]} has no three numbers x, y and z: repair it.")
+        raise InputError(
+            f"{path}: line {lines[wrong[0]]} does not have the three numbers x, y and z: repair it."
+        )
     if len(points) == 0:
         raise InputError(f"{path} holds no points.")
     return np.ascontiguousarray(points)
@@ -122,7 +124,7 @@ def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFr
 
     if "," not in text.split("\n", 1)[0]:
         raise InputError(
-            f"{path} has no commas in its header: put commas between columns, and points into numbers."
+            f"{path} has no commas in its header: separate the columns with commas, and write decimals with a point (1.5)."
         )
     if max(line.count(",") for line in text.split("\n")) > MAX_COLUMNS:
         raise InputError(f"{path} has a line of more than {MAX_COLUMNS} values: repair it.")
@@ -170,7 +172,7 @@ def _warn_of_omitted_columns(
                 message = "%s: the column %s is left out: it holds %s, which is not a number"
                 log.warning(message, path, name, shorten(repr(wrong.iloc[0])))
         elif k in numeric and k not in possible_fields and name and table.columns[k] not in RESERVED_COLUMNS:
-            message = "%s: the column %s is left out: a field has another name, of letters, digits and _"
+            message = "%s: the column %s is left out: the name of a field may contain only letters, digits and _; rename it"
             log.warning(message, path, shorten(repr(name)))
 
 
