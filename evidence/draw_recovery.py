@@ -24,6 +24,6 @@ with job(snakemake):
     figure = subsets.figure(
         Surface(prepared.points, prepared.normals),
         [("a tenth of them, with normals", Surface(*subset), layout.DARK)],
-        ("the surface recovered from these", Surface(*recovered), distance),
+        ("the surface reconstructed from these", Surface(*recovered), distance),
     )
     figure.savefig(snakemake.output.figure, dpi=200, metadata={"Software": None})

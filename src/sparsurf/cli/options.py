@@ -41,7 +41,8 @@ def number(limits: Limits) -> Callable[[str], float]:
 
 def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
     """Add the option of the output file."""
-    words = f"file to write ({' '.join(formats)}, each also .gz), or - for a CSV on stdout"
+    words = f"file to write ({' '.join(formats)}, each also .gz)"
+    words += ", or - for a CSV on stdout" if ".csv" in formats else ""
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=words)
 
 
