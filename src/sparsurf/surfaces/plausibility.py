@@ -4,12 +4,15 @@ import logging
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.molecules.geometry import MAX_GAP, widest_gap
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 log = logging.getLogger("sparsurf")
 
@@ -56,13 +59,14 @@ class Sample:
 
     def __init__(self, points: np.ndarray, normals: np.ndarray) -> None:
         dots = np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int)
-        distances, around = _surrounding(points, dots)
+        tree = _tree(points)
+        distances, around = _surrounding(tree, dots)
         beside = around[:, :N_BESIDE]
         steps, turns = points[beside] - points[dots][:, None], normals[beside] - normals[dots][:, None]
         directions = steps / np.maximum(np.linalg.norm(steps, axis=2), 1e-9)[:, :, None]
         cosine = (normals[beside] * normals[dots][:, None]).sum(axis=2)
         self.gap, self.dot_at_gap = widest_gap(points)  # width of the widest slab without dots, Å
-        alone = _distances_to_nearest(points)
+        alone = np.asarray(tree.query(points, k=2)[0])[:, 1]  # distance of each dot to its nearest other one
         self.alone, self.alone_dot = float(alone.max()), int(alone.argmax())  # Å
         in_place = (distances < SAME_PLACE).sum(axis=1)
         self.most_in_place, self.crowded_dot = int(in_place.max()), int(dots[in_place.argmax()])
@@ -206,7 +210,7 @@ def areas_are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weig
         return False
     if weighted or len(points) < MIN_DOTS_TO_JUDGE:
         return True
-    distances, _ = _surrounding(points, np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int))
+    distances, _ = _surrounding(_tree(points), np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int))
     ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
     if ratio > MAX_AREA_RATIO:
         raise InputError(
@@ -222,23 +226,21 @@ def areas_are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weig
     return bool(ratio >= 1 / MAX_AREA_RATIO)
 
 
-def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nearest other dots of a few dots: distances (n, k), ascending, and indices (n, k)."""
+def _tree(points: np.ndarray) -> "cKDTree":
+    """Return the search tree of all dots."""
     from scipy.spatial import cKDTree  # here: it takes long to load
 
-    k = min(N_SURROUNDING, len(points) - 1)
-    distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
+    return cKDTree(points)
+
+
+def _surrounding(tree: "cKDTree", sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the nearest other dots of a few dots: distances (n, k), ascending, and indices (n, k)."""
+    k = min(N_SURROUNDING, tree.n - 1)
+    distances, around = map(np.asarray, tree.query(tree.data[sample], k=k + 1))
     is_self = around == sample[:, None]
     is_self[~is_self.any(axis=1), -1] = True  # if dots coincide, another may stand for the dot itself
     shape = (len(sample), k)
     return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)
-
-
-def _distances_to_nearest(points: np.ndarray) -> np.ndarray:
-    """Compute the distance (N,) of each dot to its nearest other one, Å."""
-    from scipy.spatial import cKDTree  # here: it takes long to load
-
-    return np.asarray(cKDTree(points).query(points, k=2)[0])[:, 1]
 
 
 def _tilt(normals: np.ndarray, directions: np.ndarray) -> float:

@@ -89,7 +89,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "readings": GRID_READINGS,
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
-        "curve": curve(data["links"], data["surface"]["density"]),
+        "curve": curve(data["links"]),
         "defects": defects(data["defects"]),
         "outlook": data["recovered"].iloc[0].to_dict(),
         "figures": [
@@ -108,7 +108,6 @@ def surface_of(
         "source": source,
         "n_dots": len(prepared.points),
         "n_centres": len(prepared.cover.centre),
-        "density": prepared.density,
         "mean_roughness": float(prepared.roughness.mean()),
         "roughness": (float(prepared.roughness.min()), float(prepared.roughness.max())),
         "largest_r": float(np.exp(-prepared.cover.log_ratio.min())),
@@ -333,10 +332,9 @@ def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[
     }
 
 
-def curve(table: pd.DataFrame, density: float) -> dict[str, Any]:
-    """Lay out d of each published row against link / spacing of its kept dots, where `density` is that of all dots, per Å^2."""
-    spacing = 1 / np.sqrt(density * table["n_S_percent"] / 100)
-    ratio = table["d_link"] / spacing
+def curve(table: pd.DataFrame) -> dict[str, Any]:
+    """Lay out d of each published row against link / spacing of its kept dots."""
+    ratio = table["link_over_spacing"]
     low, high = (math.floor(min(0.0, table["d"].min())), math.ceil(max(0.0, table["d"].max())))
     last = math.ceil(float(ratio.max()))
     width, height = CURVE_SIZE

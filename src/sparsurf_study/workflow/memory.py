@@ -4,6 +4,8 @@ import math
 import os
 from collections.abc import Iterator
 
+from sparsurf.settings import Evaluation
+
 BYTES_PER_DISTANCE = 8  # at a test dot: to the sampling and to a random subset, in single precision
 COPIES_DURING_MEAN = 4  # of the distances of one reading, while the interval of a mean is computed
 DOTS_PER_TEST_DOT = 200  # where the config asks for as many test dots as published
@@ -18,7 +20,7 @@ def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
         test_dots = 1000 * thousand_dots / DOTS_PER_TEST_DOT
     n_combinations = math.prod(len(sampling[parameter]) for parameter in ("alpha", "beta", "gamma", "delta"))
     one_reading = BYTES_PER_DISTANCE * n_combinations * evaluation["draws"] * test_dots
-    return one_reading * (len(evaluation["readings"]) + COPIES_DURING_MEAN)
+    return one_reading * (len(Evaluation(**evaluation).grid_readings) + COPIES_DURING_MEAN)
 
 
 def too_large(config: dict) -> Iterator[str]:

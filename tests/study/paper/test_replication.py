@@ -313,9 +313,9 @@ def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
 
 
 def test_the_curve_is_d_over_link_and_spacing(page):
-    """Of dots at 4 per Å^2, a subset of a quarter has a spacing of 1 Å, so that the ratio is the link."""
-    links = pd.DataFrame({"d_link": [0.5, 1.0, 2.0], "row": 1, "n_S_percent": 25.0, "d": [2.0, 1.0, -1.0]})
-    found = curve(links, 4.0)
+    """Here with a spacing of 2 Å, so that an axis of links in Å would give other numbers."""
+    links = pd.DataFrame({"d_link": [1.0, 2.0, 4.0], "row": 1, "d": [2.0, 1.0, -1.0]})
+    found = curve(links.assign(link_over_spacing=links["d_link"] / 2))
     assert found["top"] == (0.5, 2.0) and found["crossing"] == (2.0, 2.0)
     x, y = np.array([[float(v) for v in point.split(",")] for point in found["lines"][0][1].split()]).T
     places = (

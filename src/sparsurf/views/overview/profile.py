@@ -12,7 +12,7 @@ import pandas as pd
 from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
-MACRO, STYLE = "profile.html.j2", "profile.css"  # which draw a panel on a page
+STYLE = "profile.css"  # of a panel on a page, which profile.html.j2 draws
 MIN_WIDTH, STEP, HEIGHT = 760, 6, 190  # of the drawing of a chain; STEP from residue to residue, at least
 LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 26  # margins around its curve
 LABEL_ROOM = 44  # from one number below the axis to the next
