@@ -116,13 +116,12 @@ def test_d_is_drawn_in_its_row_to_scale(tmp_path):
 
 def test_subsets_that_fall_apart_are_marked_where_the_table_says_so(tmp_path):
     files = write_run(tmp_path)
-    ranges = pd.read_csv(tmp_path / "summary.csv").assign(
-        link_over_spacing=0.8, share_in_island=[0.2, 0.6, 0.4, 0.9] * 2
-    )
-    ranges.to_csv(tmp_path / "p/c1/ranges.csv", index=False)
+    summary = pd.read_csv(tmp_path / "summary.csv")
     write_front(tmp_path / "index.html", files, {})
     assert "fragmented" not in text_of(tmp_path) and "link / spacing" not in text_of(tmp_path)
-    write_front(tmp_path / "index.html", [*files, "p/c1/ranges.csv"], {})
+    summary = summary.assign(link_over_spacing=0.8, share_in_island=[0.2, 0.6, 0.4, 0.9] * 2)
+    summary.to_csv(tmp_path / "summary.csv", index=False)
+    write_front(tmp_path / "index.html", files, {})
     rows = [row for row in Page((tmp_path / "index.html").read_text()).rows if "to" in row[0]]
     assert [row[4] for row in rows] == ["0.80 fragmented", "0.80", "0.80 fragmented", "0.80"]
     assert "In 2 of 3 ranges where the sampling is better, its subset is fragmented." in text_of(tmp_path)

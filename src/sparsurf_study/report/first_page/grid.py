@@ -13,12 +13,10 @@ from sparsurf_study.report.numbers import beyond_ranges, combination, is_fragmen
 from sparsurf_study.report.texts import caption
 
 SIGNIFICANT = 0.05
-ISLAND, LINK = "share_in_island", "link_over_spacing"  # columns of ranges.csv
-WIDTH, HEIGHT, MARGIN = (
-    220,
-    10,
-    8,
-)  # px, of the drawing of d in a row: its width, the height of a reading, the ends of the axis
+LINK = "link_over_spacing"  # a column of ranges.csv and summary.csv
+WIDTH = 220  # px, of the drawing of d in a row
+HEIGHT = 10  # px, of a reading in it
+MARGIN = 8  # px, beyond the ends of its axis
 STEPS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # between the numbers of the axis
 MAX_STEPS = 5
 
@@ -74,7 +72,7 @@ def place_values(
     run: Run, place: str, best: dict[str, Any], axis: Axis, published: pd.DataFrame | None
 ) -> dict[str, Any]:
     """Collect the best parameters of one surface: of all, of each range, and of those below the config's largest n_S."""
-    rows = with_links(run, place)
+    rows = run.grids[place]
     outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
     winners = {reading: best[reading]["unrestricted"] for reading in run.readings}
     drawn = f"{place}/figures/d_over_grid.png"
@@ -102,19 +100,6 @@ def place_values(
         "maps": Figure(drawn, caption("d_over_grid")) if run.has(drawn) else None,
         "ranges": f"{place}/ranges.csv" if run.has(f"{place}/ranges.csv") else "",
     }
-
-
-def with_links(run: Run, place: str) -> pd.DataFrame:
-    """Return the ranges of a surface, with link and islands of the subsets where ranges.csv has them."""
-    rows, path = run.grids[place], f"{place}/ranges.csv"
-    if LINK in rows or not run.has(path):
-        return rows
-    table = run.read(path)
-    if LINK not in table:
-        return rows
-    keys = ["reading", "range"]
-    table[keys[1]] = table.groupby(keys[0]).cumcount() + 1
-    return rows.merge(table[[*keys, LINK, ISLAND]], on=keys, how="left")
 
 
 def row_values(
