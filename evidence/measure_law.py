@@ -12,7 +12,7 @@ from sparsurf.streams import Streams
 from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake):
-    params, tables, progress = snakemake.params, [], reporter("The law", "surfaces")
+    params, errors, parts, progress = snakemake.params, [], [], reporter("The law", "surfaces")
     for k, (name, path) in enumerate(params.structures.items()):
         try:
             molecule = read_molecule(path, model=1, hydrogens=params.hydrogens)
@@ -21,8 +21,10 @@ with job(snakemake):
             continue
         streams = Streams(params.seed, f"law {name}")
         prepared = PreparedSurface(sparsurf.surface(molecule), Settings(), None, streams)
+        found = law.errors_by_density(prepared, params.densities)
         known = {"group": params.group, "structure": name, "atoms": molecule.n_atoms, "area": prepared.area}
-        found = law.errors_by_density(prepared, params.densities).to_dict("series")
-        tables.append(pd.DataFrame(known | {"requested": params.densities} | found))
+        for tables, table in zip((errors, parts), found, strict=True):
+            tables.append(pd.DataFrame(known | table.to_dict("series")))
         progress(k + 1, len(params.structures))
-    pd.concat(tables).to_csv(snakemake.output.errors, index=False)
+    pd.concat(errors).to_csv(snakemake.output.errors, index=False)
+    pd.concat(parts).to_csv(snakemake.output.parts, index=False)

@@ -22,9 +22,9 @@ with job(snakemake):
             rules = SurfaceSettings(**changes)
             surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name)
             prepared = PreparedSurface(surface, settings, None, Streams(params.seed, f"law {name}"))
-            known = {"group": group, "settings": words, "structure": name, "requested": params.densities}
-            of_surface = law.errors_by_density(prepared, params.densities).to_dict("series")
-            found.append(pd.DataFrame(known | of_surface))
+            of_surface, _ = law.errors_by_density(prepared, params.densities)
+            known = {"group": group, "settings": words, "structure": name}
+            found.append(pd.DataFrame(known | of_surface.to_dict("series")))
         progress(k, len(structures))
     table = pd.concat(found)
     write_tables({out.table: table, out.by_settings: law.by_settings(table)})

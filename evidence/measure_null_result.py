@@ -15,6 +15,8 @@ with job(snakemake):
     rules = SurfaceSettings(**params.surface)
     surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name, 0)
     streams = Streams(params.seed, f"null result {name}")
-    table = null_result.differences(surface, settings, streams, params.test_dots, params.draws, threads)
+    table = null_result.differences(
+        surface, settings, streams, params.readings, params.test_dots, params.draws, threads
+    )
     table.insert(0, "protein", name)
     table.to_csv(snakemake.output.table, index=False)

@@ -10,10 +10,11 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_recovered, kept_out
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 
-CHAINS, HYDROGENS, REMOVED = "chains", "with hydrogens", "the same without hydrogens"
+CHAINS, HYDROGENS = "chains", "with hydrogens"
 ERRORS = ("mean", "high_99")
 NEAR = 0.15  # a relative deviation from the prediction
 DENSITIES, SHOWN_ERRORS = (0.15, 0.3, 0.6, 1.2), (0.01, 0.02, 0.05, 0.1)  # of the axes of the figure
@@ -21,28 +22,73 @@ SIZES = (200, 500, 1000, 2000, 5000)  # atoms
 REQUESTED = (0.02, 0.03, 0.05)  # Å, mean errors whose density is asked for
 CONSTANTS = {CHAINS: 0.0125, HYDROGENS: 0.015}  # Å, of the lines of the figure: mean error times dots per Å^2
 SAMPLER = "farthest"
+LARGEST = 0.99  # quantile above which errors are the largest of a surface
+PARTS = {
+    CONTACT: "contact",
+    SADDLE: "saddle",
+    CONCAVE: "concave",
+}  # of a surface: where the probe touches 1, 2, 3 atoms
 AS_USUAL = "default"  # of the settings of the surface
 
 
-def errors_by_density(prepared: PreparedSurface, densities: Sequence[float]) -> pd.DataFrame:
+def errors_by_density(
+    prepared: PreparedSurface, densities: Sequence[float]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measure the distance of the dots that are not kept from the surface reconstructed from those that are.
 
     The kept dots are farthest-point dots, so that the subset of a lower density is the beginning of that of a higher one.
 
     Returns
     -------
-    DataFrame: density (kept dots per Å^2), mean, high_99 and largest (Å)
+    DataFrame: requested and density (kept dots per Å^2), mean, high_99 and largest (Å)
+    DataFrame: requested, part (of the surface, where the probe touches one atom, two or three), dots_percent (of the dots that
+    were not kept, those in this part), ratio (mean error here over that of all) and largest_percent (of the largest 1 % of the
+    errors, those in this part)
     """
     n = np.round(np.asarray(densities) * prepared.area).astype(int)
     order = SAMPLERS[SAMPLER](prepared, int(n.max()), prepared.stream("law"))
-    rows = []
-    for n_kept in n:
+    rows, rows_of_parts = [], []
+    for requested, n_kept in zip(densities, n, strict=True):
         kept = order[:n_kept]
         few = prepared.points[kept], prepared.normals[kept]
         found = distance_to_recovered(prepared.points, *few, prepared.threads, DENSITY_FOR_ERRORS)
         found = kept_out(found, kept)
-        row = {"density": n_kept / prepared.area, "mean": found.mean()}
+        row = {"requested": requested, "density": n_kept / prepared.area, "mean": found.mean()}
         rows.append(row | {"high_99": np.quantile(found, TAIL_QUANTILE), "largest": found.max()})
+        kind, large = kept_out(prepared.surface.kind, kept), found > np.quantile(found, LARGEST)
+        for k, part in PARTS.items():
+            here = kind == k
+            row = {"requested": requested, "part": part, "dots_percent": 100 * here.mean()}
+            row["ratio"] = found[here].mean() / found.mean() if here.any() else np.nan
+            rows_of_parts.append(row | {"largest_percent": 100 * here[large].mean()})
+    return pd.DataFrame(rows), pd.DataFrame(rows_of_parts)
+
+
+def by_part(table: pd.DataFrame) -> pd.DataFrame:
+    """Describe the errors of each part of the surface over structures.
+
+    Returns
+    -------
+    DataFrame: group, density (requested), part, n (structures), dots_percent, ratio with its lowest and highest,
+    largest_percent with its lowest and highest (as `errors_by_part` defines them)
+    """
+    rows = []
+    for (group, density, part), of in table.groupby(["group", "requested", "part"], sort=False):
+        row = {
+            "group": group,
+            "density": density,
+            "part": part,
+            "n": len(of),
+            "dots_percent": of["dots_percent"].mean(),
+        }
+        for column in ("ratio", "largest_percent"):
+            values = of[column]
+            row |= {
+                column: values.mean(),
+                f"{column}_lowest": values.min(),
+                f"{column}_highest": values.max(),
+            }
+        rows.append(row)
     return pd.DataFrame(rows)
 
 

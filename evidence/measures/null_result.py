@@ -1,6 +1,6 @@
 """What roughness contributes to d of Table I: R_i, and other values in its place, with the same random numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
-from sparsurf.patches.readings import GRID_READINGS, KEPT_READING
+from sparsurf.patches.readings import KEPT_READING
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -32,7 +32,13 @@ GAINING = 7  # rows of Table I that gain significantly on A1
 
 
 def differences(
-    surface: Surface, settings: Settings, streams: Streams, n_tests: int, draws: int, threads: int
+    surface: Surface,
+    settings: Settings,
+    streams: Streams,
+    readings: Sequence[str],
+    n_tests: int,
+    draws: int,
+    threads: int,
 ) -> pd.DataFrame:
     """Measure d of the published combinations with R_i and with other values in its place.
 
@@ -48,9 +54,9 @@ def differences(
     rng, found = first.stream("values in the place of R"), {}
     for name, values in IN_PLACE.items():
         prepared = PreparedSurface(surface, settings, values(first.roughness, rng), streams, threads)
-        found[name] = evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, GRID_READINGS)
+        found[name] = evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, tuple(readings))
     rows = []
-    for r, reading in enumerate(GRID_READINGS):
+    for r, reading in enumerate(readings):
         own = tables.d_values(found[OWN], r)
         for name, result in found.items():
             d = tables.d_values(result, r)

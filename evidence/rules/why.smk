@@ -44,7 +44,8 @@ rule tabulate_curve:
 
 
 PAPERS = config["links"]["surfaces"][0]  # the paper's protein: hydrogens and dots as published
-OTHERS = [name for name in MANY_PROTEINS if name != PAPERS][:: config["why"]["proteins_every"]]
+OTHERS = [name for name in MANY_PROTEINS if name != PAPERS]
+RECONSTRUCTED = [PAPERS, *OTHERS[:: config["why"]["reconstructed_every"]]]
 
 
 rule measure_null_result:
@@ -58,6 +59,7 @@ rule measure_null_result:
     params:
         surface=lambda wildcards: config["fragments"]["surface"] if wildcards.protein == PAPERS else {},
         hydrogens=lambda wildcards: "keep" if wildcards.protein == PAPERS else config["proteins"]["hydrogens"],
+        readings=lambda wildcards: ["kept", "full", *["recovered"] * (wildcards.protein in RECONSTRUCTED)],
         patches=config["fragments"]["patches"],
         test_dots=config["why"]["null_result"]["test_dots"],
         draws=config["why"]["null_result"]["draws"],
@@ -97,6 +99,7 @@ rule measure_law:
         structures=lambda wildcards: ancient([structure_file(name) for name in LAW_PARTS[wildcards.part]]),
     output:
         errors=f"{RESULTS}/why/law/{{part}}.csv",
+        parts=f"{RESULTS}/why/law/{{part}}_parts.csv",
     log:
         f"{RESULTS}/logs/why/law/{{part}}.log",
     wildcard_constraints:
@@ -116,11 +119,13 @@ rule measure_law:
 rule tabulate_law:
     input:
         errors=expand(f"{RESULTS}/why/law/{{part}}.csv", part=LAW_PARTS),
+        parts=expand(f"{RESULTS}/why/law/{{part}}_parts.csv", part=LAW_PARTS),
     output:
         table=f"{TABLES}/why_law.csv",
         fits=f"{TABLES}/why_law_fits.csv",
         by_density=f"{TABLES}/why_law_by_density.csv",
         required=f"{TABLES}/why_law_required.csv",
+        by_part=f"{TABLES}/why_law_by_part.csv",
         figure=f"{FIGURES}/why_law.png",
     log:
         f"{RESULTS}/logs/tabulate_law.log",

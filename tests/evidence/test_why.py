@@ -23,7 +23,8 @@ PATCHES = {"d_link": 0.8, "r_patch": 4.0, "r_zernike": 6.0}
 
 @pytest.fixture(scope="module")
 def surface(blob):
-    return SimpleNamespace(points=blob[0], normals=blob[1], area=np.full(len(blob[0]), 0.3))
+    kind = np.digitize(blob[0][:, 2], [-2, 2]).astype(np.int8)  # the parts of the test are caps and a belt
+    return SimpleNamespace(points=blob[0], normals=blob[1], area=np.full(len(blob[0]), 0.3), kind=kind)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +91,9 @@ def test_signs_are_counted_by_the_share_of_random_patches():
 def test_values_equal_to_the_roughness_change_nothing(surface, monkeypatch):
     """Everything else is the same, so that only the values in the place of R_i can make a difference."""
     monkeypatch.setitem(null_result.IN_PLACE, "R permuted", lambda rough, rng: rough.copy())
-    measured = null_result.differences(surface, Settings(patches=PATCHES), Streams(1, "blob"), 20, 2, 1)
+    measured = null_result.differences(
+        surface, Settings(patches=PATCHES), Streams(1, "blob"), ["kept", "full"], 20, 2, 1
+    )
     keyed = measured.set_index(["values", "reading", "row"]).sort_index()
     assert (keyed.loc["R permuted", "change"] == 0).all() and (keyed.loc["R", "change"] == 0).all()
     other = keyed.loc["mean of R"]
@@ -141,7 +144,7 @@ def test_the_law_is_found_on_one_half_and_predicts_the_other():
 
 
 def test_errors_are_those_of_dots_that_are_not_kept(prepared):
-    table = law.errors_by_density(prepared, [0.3, 0.6])
+    table, parts = law.errors_by_density(prepared, [0.3, 0.6])
     n = round(0.6 * prepared.area)
     kept = farthest_point_sampling(prepared.index, n, prepared.stream("law"))
     dense = recover(prepared.points[kept], prepared.normals[kept], DENSITY_FOR_ERRORS)
@@ -151,6 +154,12 @@ def test_errors_are_those_of_dots_that_are_not_kept(prepared):
     assert table.loc[1, ["mean", "largest"]].to_numpy(float) == pytest.approx([found.mean(), found.max()])
     assert table["high_99"][1] == pytest.approx(np.quantile(found, 0.99))
     assert table["mean"][0] > table["mean"][1] > 0
+    kind, large = prepared.surface.kind[others], found > np.quantile(found, 0.99)
+    for k, part in enumerate(["contact", "saddle", "concave"]):
+        row = parts[(parts["requested"] == 0.6) & (parts["part"] == part)].iloc[0]
+        assert row["dots_percent"] == pytest.approx(100 * np.mean(kind == k))
+        assert row["ratio"] == pytest.approx(found[kind == k].mean() / found.mean())
+        assert row["largest_percent"] == pytest.approx(100 * np.mean(kind[large] == k))
 
 
 def test_the_density_that_an_error_needs_lies_where_the_measured_line_passes_it():
