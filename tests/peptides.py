@@ -39,8 +39,15 @@ def write(path, text):
     return path
 
 
-def two_models():
-    """PDB text of two models with two chains, a place with two locations, a hydrogen and a ligand."""
+def moved(lines, shift):
+    """Lines of atoms with x larger by `shift`."""
+    return "".join(
+        f"{line[:30]}{float(line[30:38]) + shift:8.3f}{line[38:]}" for line in lines.splitlines(True)
+    )
+
+
+def two_models(shift=0.0):
+    """PDB text of two models with two chains, a place with two locations, a hydrogen and a ligand; `shift` moves the second."""
     texts = []
     for k in range(2):
         first = peptide(("ALA", "SER", "LYS", "VAL"), origin=(0, 0.4 * k, 0))
@@ -50,5 +57,6 @@ def two_models():
         first += atom_line("H", "GLY", "A", "5", (14, 7.4, 2))
         second = peptide(("LEU", "GLY"), "B", origin=(0, 6, 0))
         ligand = atom_line("C1", "LIG", "C", "1", (5, 4.5, 4), record="HETATM")
-        texts.append(f"MODEL     {k + 1:4d}\n{first}TER\n{second}TER\n{ligand}ENDMDL\n")
+        ter, parts = "TER\n", (moved(part, k * shift) for part in (first, second, ligand))
+        texts.append(f"MODEL     {k + 1:4d}\n{ter.join(parts)}ENDMDL\n")
     return "".join(texts) + "END\n"

@@ -130,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, `head` say, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (InputError, OSError) as error:
-        print(f"sparsurf {args.command}: {_sentence(error, args.command)}", file=sys.stderr)
+        print(f"sparsurf {args.command}: {_sentence(error, options)}", file=sys.stderr)
         return FAILED
     except MemoryError:
         print(f"sparsurf {args.command}: there is not enough memory; ask for fewer dots.", file=sys.stderr)
@@ -223,8 +223,21 @@ def _warnings_to_stderr() -> Iterator[None]:
         log.setLevel(level)
 
 
-def _sentence(error: InputError | OSError, command: str) -> str:
-    """Return the message of an error, without the name of the command that the line begins with."""
+def _sentence(error: InputError | OSError, options: Parser | None) -> str:
+    """Return the message of an error, with the options of the command where it names arguments of Python or keys of a study."""
     if isinstance(error, OSError):
         return printable(f"{error.filename or 'the output'}: {error.strerror}.")
-    return str(error).removeprefix(f"{command}: ")
+    known = set(options._option_string_actions) if options else set()
+
+    def option(match: re.Match[str]) -> str:
+        """Return the option that stands for a name; the name as it is where there is none."""
+        word = "--" + match["name"].replace("_", "-")
+        return word if word in known else match[0]
+
+    message = re.sub(r"^(?P<name>[a-z_]+)(?=: | is | has )", option, str(error))
+    message = re.sub(rf"^(?:{'|'.join(COMMANDS)}): ", "", message)  # the line begins with the command
+    message = re.sub(r"\b(?:structures|frames|surface|patches)\.(?P<name>[a-z_]+)", option, message)
+    message = re.sub(r"`(?P<name>[a-z_]+)`", option, message)
+    if re.search(r"`(?:model|plddt|assembly|altloc|hydrogens|chains|residues)`", message):
+        message = f"{message.removesuffix('.')} (arguments of sparsurf.read_molecule in Python)."
+    return message

@@ -20,7 +20,7 @@ from sparsurf.molecules.selection import select_atoms
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 
-ATOM_OPTIONS = ("chains", "selection", "ligands")
+ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly")
 STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
 
 
@@ -54,6 +54,11 @@ def add_molecule(parser: argparse.ArgumentParser) -> None:
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
+    several = atoms.add_mutually_exclusive_group()
+    words = "number of the one model to read, as in the file (default: all, as frames)"
+    several.add_argument("--model", type=int, metavar="NUMBER", help=words)
+    words = "treat all models as one molecule (a biological assembly)"
+    several.add_argument("--assembly", action="store_true", default=None, help=words)
 
 
 def add_residues(parser: argparse._ActionsContainer) -> None:
@@ -145,7 +150,7 @@ def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule |
 def read_atoms(args: argparse.Namespace) -> Molecule:
     """Return the molecule of FILE, with all its frames; what reading it said is `args.heard` from now on."""
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
-    keys["assembly"] = getattr(args, "assembly", False)
+    keys["assembly"] = bool(keys["assembly"])
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     with heard(args.file) as args.heard:
         molecule = read_molecule(args.file, args.trajectory, **keys)

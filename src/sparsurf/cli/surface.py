@@ -47,9 +47,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     options.add_molecule(parser)
     options.add_residues(parser)
-    parser.add_argument(
-        "--assembly", action="store_true", help="treat all models as one molecule (a biological assembly)"
-    )
     dots = parser.add_argument_group("surface")
     words = "dots per Å^2 (default: 5.35, or more if patches would otherwise fall apart)"
     dots.add_argument("--density", type=options.number(DENSITY), help=words)

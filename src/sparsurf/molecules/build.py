@@ -58,6 +58,7 @@ MIN_RESIDUES_OF_MODEL = 10  # of glycine alone, as designed backbones are before
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
 OTHER_PLACE = 1.0  # Å, by which they are apart at least
 MIN_ATOMS_OF_COPY = 10
+MIN_SEPARATION = 2.0  # Å, median distance from the atoms of one part of an assembly to those of another
 
 
 @dataclass(frozen=True)
@@ -255,6 +256,7 @@ def molecule_of_models(
     """Return the selected atoms of an input whose models are its frames, or with `assembly` parts of one molecule."""
     tables = _select_models(prepare_table(file, altloc, path), model, path)
     if assembly:
+        _refuse_conformations(tables, path)
         tables = {0: _joined(tables)}
     numbers = np.array(list(tables))[::stride]
     first = _of_model(tables[numbers[0]], file, path)
@@ -301,6 +303,19 @@ def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[i
     if model not in numbers:
         raise InputError(f"{path} has no model {model}: it has {listed}.")
     return {numbers.index(model): tables[numbers.index(model)]}
+
+
+def _refuse_conformations(tables: dict[int, AtomTable], path: StrPath) -> None:
+    """Raise InputError if models lie within one another, as conformations of a molecule do and parts of one cannot."""
+    from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
+
+    first, *others = tables.values()
+    tree = cKDTree(first.xyz)
+    if any(np.median(tree.query(other.xyz)[0]) < MIN_SEPARATION for other in others):
+        raise InputError(
+            f"assembly: the models of {path} lie within one another, so they are conformations and not parts of one molecule; "
+            "leave out `assembly`."
+        )
 
 
 def _joined(tables: dict[int, AtomTable]) -> AtomTable:

@@ -15,7 +15,7 @@ CALLS = {  # with which options are combined
     "recover": "few.csv",
     "points": "two.pdb --n-dots 40",
 }
-OF_ATOMS = ["--chains A", "--selection backbone", "--ligands LIG", "--frame 1"]
+OF_ATOMS = ["--chains A", "--selection backbone", "--ligands LIG", "--frame 1", "--model 2", "--assembly"]
 OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
 OPTIONS = {
     "surface": [*OF_ATOMS, "--residues 2-4", "--probe-radius 1.6", "--density 9", "--radii bondi",
@@ -30,7 +30,7 @@ OPTIONS = {
     "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh"],
 }  # fmt: skip
 # test_command.py, and of models that are copies tests/library/test_corpus.py
-ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--assembly", "--jobs"}
+ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--jobs"}
 INSTEAD = {
     "--n-dots": ("--density",),
     "--percent": ("--n-dots", "--density", "--error", "--max-z"),
@@ -43,13 +43,14 @@ def folder(tmp_path_factory):
     """A folder with a file of two models, and its minimal subset."""
     place = tmp_path_factory.mktemp("options")
     write(place / "two.pdb", two_models())
+    write(place / "apart.pdb", two_models(shift=40))  # for --assembly
     sparsurf.write(sparsurf.minimal(place / "two.pdb", percent=10), place / "few.csv")
     return place
 
 
-def result(folder, out, name, call, options=""):
+def result(folder, out, name, call, options="", apart=False):
     """Return the bytes that a command writes."""
-    words = call.split()
+    words = call.replace("two", "apart" if apart else "two").split()
     for option, others in INSTEAD.items():
         if {option, *others} & {*options.split()} and option in words:
             del words[words.index(option) : words.index(option) + 2]
@@ -76,5 +77,27 @@ def test_every_option_is_in_the_table(name):
 def test_an_option_changes_the_result(folder, tmp_path, monkeypatch, name, options):
     monkeypatch.chdir(folder)
     (tmp_path / "without").mkdir()
-    without = result(folder, tmp_path / "without", name, CALLS[name])
-    assert result(folder, tmp_path, name, CALLS[name], options) != without
+    apart = options == "--assembly"
+    without = result(folder, tmp_path / "without", name, CALLS[name], apart=apart)
+    assert result(folder, tmp_path, name, CALLS[name], options, apart) != without
+
+
+ERRORS = {  # of functions that name arguments of Python or keys of a study
+    "surface two.pdb --chains Q": "two.pdb has no chain Q",
+    "surface two.pdb --residues 9-5": "--residues: '9-5' ends",
+    "roughness two.pdb --d-link 0.01": "needs more than 100 dots per Å^2; give a larger --d-link.",
+    "surface two.pdb --assembly": "conformations and not parts of one molecule; leave out --assembly.",
+    "minimal mixed.pdb --percent 10": "choose one by --model, or take all models as one molecule by --assembly.",
+    "points mixed.pdb": "choose one by `model`, or take all models as one molecule by `assembly` (arguments of",
+}
+
+
+@pytest.mark.parametrize("call", ERRORS)
+def test_an_error_names_the_options_of_its_command(folder, monkeypatch, capsys, call):
+    monkeypatch.chdir(folder)
+    text = (folder / "two.pdb").read_text()
+    (folder / "mixed.pdb").write_text(text[: text.rindex("ATOM")] + "ENDMDL\nEND\n")
+    name, *words = call.split()
+    assert command.main([name, *words, "-o", "x.npz"]) == 1
+    message = capsys.readouterr().err.splitlines()[-1]
+    assert message.startswith(f"sparsurf {name}: ") and ERRORS[call] in message
