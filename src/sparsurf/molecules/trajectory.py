@@ -274,7 +274,12 @@ def check_gro(path: StrPath) -> None:
                 )
             if len(_numbers(line[20:])) < 3:
                 raise InputError(f"{path}: line {number} has no three coordinates: repair the line.")
-        if len(_numbers(file.readline())) not in (3, 9):
+        box = file.readline()
+        if len(_numbers(box)) not in (3, 9):
+            if box.count(".") in (3, 9) and not box.strip(" \n.-+0123456789"):
+                raise InputError(
+                    f"{path}: the numbers of the box in line {n_atoms + 3} touch: put blanks between them."
+                )
             raise InputError(f"{path}: line {n_atoms + 3} is not a box of 3 or 9 numbers: add it, or zeros.")
 
 
