@@ -18,7 +18,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import yaml
-from snakemake.iocontainers import Namedlist
+from snakemake.rules import Namedlist  # where every version since 9.0 has it
 
 import warm_python
 from conftest import ROOT
