@@ -16,6 +16,7 @@ import pandas as pd
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
+from sparsurf.patches.readings import FRAGMENTED_BELOW
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling import samplers
 from sparsurf.sampling.combination import choices_from_ranges
@@ -26,7 +27,6 @@ Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
 REFERENCE = "uniform"  # sampler with which the others are compared
-MIN_FRAGMENT = 30.0  # %, of a patch's kept dots: if fewer are linked, Z measures how the subset breaks up
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z full": "surface",  # islands removed on the full surface
     "Z full weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
@@ -172,12 +172,12 @@ def _rows(
 
 
 def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
-    """Warn once if evaluated patches hold only fragments of the kept dots."""
+    """Warn once of the subsets that are fragmented, under each reading that removes islands among the kept dots."""
     cases = []
     for rule in ("kept", "kept_scaled"):
         part = table[table["measure"] == f"median patch size {rule}"]
         for sampler, rows in part.groupby("sampler", sort=False):
-            low = rows.loc[rows["value"] < MIN_FRAGMENT, "percent"]
+            low = rows.loc[rows["value"] < 100 * FRAGMENTED_BELOW, "percent"]
             if len(low):
                 where = "every n_S" if len(low) == len(rows) else ", ".join(f"{p:g}" for p in low) + " %"
                 cases.append((rule, where, sampler))
@@ -186,7 +186,7 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
             ["rule", "where"], sort=False
         )
         listed = [f"{rule} at {where} ({', '.join(part['sampler'])})" for (rule, where), part in groups]
-        log.warning("%s: some subsets break up, which dominates their Z: %s", name, "; ".join(listed))
+        log.warning("%s: some subsets are fragmented, which dominates their Z: %s", name, "; ".join(listed))
 
 
 def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str, pd.DataFrame]:

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from sparsurf.patches.readings import FRAGMENTED_BELOW
 from sparsurf.sampling.combination import Combination
 from sparsurf.views.numbers import interval, share
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
     Row: TypeAlias = Mapping[Any, Any] | pd.Series  # of a table
 
-FRAGMENTED_BELOW = 0.5  # share of a patch's kept dots in its island
 SINGLE = "c1"  # conformation of a structure that has no others
 
 
