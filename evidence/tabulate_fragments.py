@@ -5,15 +5,13 @@ import pandas as pd
 from measures import fragments
 from measures.tables import read_tables, write_tables
 from sparsurf.views import layout
-from sparsurf_study.paper.published_runs import place_published_values, tests_of_table_1
 from sparsurf_study.report.figures.table1 import table1_figure
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake):
     output = snakemake.output
     rows, choices = read_tables(snakemake.input.rows), read_tables(snakemake.input.choices)
-    again = pd.read_csv(snakemake.input.repeated)  # winners of runs as published on the dots of DMS
-    places = place_published_values(again)
+    places = pd.read_csv(snakemake.input.places)
     of_study = fragments.rows_of_study(pd.read_csv(snakemake.input.paper_rows))  # of `make paper`
     drawn = table1_figure(places, fragments.rows_to_draw(rows, snakemake.params.repeated))
     layout.save(drawn, output.figure)
@@ -24,9 +22,6 @@ with job(snakemake):
             output.inside: fragments.inside_of(pd.concat([rows, of_study], ignore_index=True)),
             output.choices: choices,
             output.surfaces: fragments.surfaces_of(rows, choices),
-            output.places: places,
-            output.verdict: fragments.verdict_of(places),
-            output.tests: tests_of_table_1(places, again.groupby("run")["centres"].first().to_numpy()),
             output.gathering: pd.read_csv(snakemake.input.gathering),
         }
     )

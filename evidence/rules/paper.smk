@@ -116,12 +116,28 @@ rule measure_rules:
         "../measure_rules.py"
 
 
+rule tabulate_repeated:
+    input:
+        repeated=f"{RESULTS}/fragments/repeated.csv",
+    output:
+        places=f"{TABLES}/fragments_places.csv",
+        verdict=f"{TABLES}/fragments_verdict.csv",
+        tests=f"{TABLES}/fragments_tests.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_repeated.log",
+    localrule: True
+    message:
+        "Places of the published values among runs made as published"
+    script:
+        "../tabulate_repeated.py"
+
+
 rule tabulate_fragments:
     input:
         rows=expand(f"{RESULTS}/fragments/{{surface}}/rows.csv", surface=FRAGMENTS),
         choices=expand(f"{RESULTS}/fragments/{{surface}}/choices.csv", surface=FRAGMENTS),
         gathering=f"{RESULTS}/fragments/{config['fragments']['repeated']}/gathering.csv",
-        repeated=f"{RESULTS}/fragments/repeated.csv",
+        places=rules.tabulate_repeated.output.places,
         paper_rows=f"{RESULTS}_paper/paper_rows.csv",
     output:
         rows=f"{TABLES}/fragments_rows.csv",
@@ -129,9 +145,6 @@ rule tabulate_fragments:
         inside=f"{TABLES}/fragments_inside.csv",
         choices=f"{TABLES}/fragments_choices.csv",
         surfaces=f"{TABLES}/fragments_surfaces.csv",
-        places=f"{TABLES}/fragments_places.csv",
-        verdict=f"{TABLES}/fragments_verdict.csv",
-        tests=f"{TABLES}/fragments_tests.csv",
         gathering=f"{TABLES}/paper_gathering.csv",
         figure=f"{FIGURES}/table1.png",
     log:
