@@ -24,7 +24,7 @@ from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
 
 COMMANDS = {
-    "show": "one page on a molecule: its surface to rotate, roughness, fields and residues",
+    "show": "an interactive page of a molecule: its surface, roughness, fields and residues",
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields of every residue",
@@ -39,7 +39,7 @@ EPILOG = """\
 FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or a file of dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz).
 `surface`, `residues` and `points` accept only a structure, and `recover` accepts only dots. Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; `-o -` writes to standard output, and -q prints only warnings and errors. npz
-and DMS keep the area, kind and atom of every dot. Errors are one sentence on standard error.
+and DMS keep the area, kind and atom of every dot. Errors are printed on standard error.
 
 exit codes: 0 success, 1 an input file or a value is wrong, 2 the command line is wrong
 
@@ -196,7 +196,7 @@ def _compiling(quiet: bool) -> Iterator[None]:
 
     def tell() -> None:
         progress.before_compiling = None
-        words = "Compiling the kernels of this command, once: up to half a minute ..."
+        words = "Compiling this command for its first use, which takes up to half a minute ..."
         print(words, file=sys.stderr, flush=True)
 
     progress.before_compiling = None if quiet else tell

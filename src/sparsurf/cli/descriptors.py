@@ -16,7 +16,7 @@ from sparsurf.patches.zernike.polynomials import indices
 EXAMPLES = """\
 The table has a row for each patch: the number of its dot, its position, and the columns z_n_m, which are the 121 magnitudes
 |c_nm|, ordered by n, then by m (in an npz: `dot`, `points`, `z`).
-The Euclidean distance between two rows says how different the patches are. Use --down for the partner of a complex.
+The Euclidean distance between two rows says how different the patches are. Use --down for one partner of a complex.
 
 examples:
   sparsurf descriptors protein.pdb --every 100 -o descriptors.csv
@@ -30,11 +30,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_output(parser, writing.TABLES)
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
-        "--at", type=_numbers, help="numbers of the dots, from 0, such as 0,17,300 (default: every dot)"
+        "--at",
+        type=_numbers,
+        help="numbers of the dots at the centres of patches, from 0, such as 0,17,300 (default: all)",
     )
     options.add_residues(where)
     parser.add_argument(
-        "--every", type=options.number(Limits(0, whole=True)), help="every n-th of these dots"
+        "--every", type=options.number(Limits(0, whole=True)), help="use only every n-th of these dots"
     )
     parser.add_argument(
         "--r-zernike",
@@ -42,7 +44,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=R_ZERNIKE,
         help=f"radius of a patch in Å (default {R_ZERNIKE:g})",
     )
-    parser.add_argument("--down", action="store_true", help="turn the mean normal to -z instead of +z")
+    parser.add_argument(
+        "--down",
+        action="store_true",
+        help="rotate each patch so that its mean normal points to -z instead of +z",
+    )
     parser.add_argument(
         "--descriptor",
         choices=DESCRIPTORS,

@@ -20,11 +20,12 @@ By default, the command keeps the smallest subset from which the surface is reco
 kept ones. The number of kept dots is an estimate, which is printed with its 95 % interval.
 
 The mean error is about 0.0125 Å divided by the number of kept dots per Å^2, or 0.015 Å divided by it if the molecule has explicit
-hydrogens. So 0.25 dots per Å^2 give a mean error of about 0.05 Å, 0.6 one of 0.02 Å, and 1.25 one of 0.01 Å.
+hydrogens. Without hydrogens, 0.25 dots per Å^2 therefore give a mean error of about 0.05 Å, 0.6 dots an error of 0.02 Å, and
+1.25 dots an error of 0.01 Å. Z is the mean distance between the descriptors of a patch on the full surface and on the kept dots.
 
 The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
 represents; `spacing` is the distance between the kept dots around it, in Å; and `reach` says how far the surface extends around
-it, in spacings.
+it, as a multiple of this spacing.
 A .pml file opens the dots on their molecule in PyMOL, and a .bild file opens them as spheres in ChimeraX.
 A .html file is a page, and a .png file is a picture, of the kept dots on the surface.
 
@@ -43,9 +44,9 @@ examples:
 HELP = {
     "percent": "share of all dots to keep, %%",
     "n_dots": "number of dots to keep (approximate for paper and paper_corrected)",
-    "density": "number of dots to keep per Å^2; 0.6 give a mean error of about 0.02 Å",
-    "error": "keep the fewest dots that reconstruct the surface with this mean error, Å (default 0.02)",
-    "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this",
+    "density": "number of dots to keep per Å^2; 0.6 dots give a mean error of about 0.02 Å",
+    "error": "keep the fewest dots from which the surface is reconstructed with this mean error, Å (default 0.02)",
+    "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this value",
 }
 
 
@@ -62,7 +63,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=SAMPLERS,
         metavar="SAMPLER",
         default="farthest",
-        help=f"how to choose: {', '.join(SAMPLERS)} (default farthest)",
+        help=f"method that chooses the dots: {', '.join(SAMPLERS)} (default farthest)",
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser)
@@ -97,7 +98,7 @@ def _error(result: Representation) -> str:
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
-        f"The surface reconstructed from them deviates by {errors['mean']:.2g} Å on average (99 %: "
-        f"{errors['high_99']:.2g} Å).\nIts Z is {errors['Z_published']:.2f}; 0 would be the same surface, and {average:.2f} the "
-        "mean patch everywhere."
+        f"The surface reconstructed from these dots deviates by {errors['mean']:.2g} Å on average (99 %: "
+        f"{errors['high_99']:.2g} Å).\nIts Z is {errors['Z_published']:.2f}: "
+        f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
     )

@@ -49,13 +49,13 @@ def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
 def add_molecule(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose atoms of a structure."""
     atoms = parser.add_argument_group("atoms of a structure")
-    atoms.add_argument("--trajectory", help="file of frames that belongs to the structure")
+    atoms.add_argument("--trajectory", help="trajectory whose frames belong to the structure")
     atoms.add_argument("--frame", type=number(FRAME), help="frame or model to read, from 0 (default 0)")
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
     several = atoms.add_mutually_exclusive_group()
-    words = "number of the one model to read, as in the file (default: all, as frames)"
+    words = "number of the only model to read, as written in the file (default: all models, as frames)"
     several.add_argument("--model", type=int, metavar="NUMBER", help=words)
     words = "treat all models as one molecule (a biological assembly)"
     several.add_argument("--assembly", action="store_true", default=None, help=words)

@@ -22,12 +22,13 @@ TABLE = ".parquet"
 FORMATS = (TABLE, ".npz", ".ply")
 ROWS_PER_GROUP = 100_000  # of a Parquet file
 EXAMPLES = """\
-FILE is a structure, or a folder of structures, whose points become one Parquet table with the columns name, x, y, z, nx, ny,
-nz (Å), area (Å^2, that each point stands for), kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name,
-atom_name, atom (its index, from 0) and the fields; numbers are float32. The points lie exactly on the surface, as far from
-one another as possible, with its analytic normals; without points in closed cavities. The same structure gives the same
-bytes on every machine. An npz holds points and normals, (n, 3) each, and the rest by name. Of a folder, structures that
-fail are left out: a warning at the end and `failures` in the metadata of the table say why.
+FILE is a structure or a folder of structures. The points of all structures of a folder are written into one Parquet table. Its
+columns are name (of the structure), x, y, z (Å), nx, ny, nz (the normal), area (Å^2, of the surface that the point represents),
+kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name, atom_name, atom (its index, from 0) and the fields; numbers
+are float32. The points lie exactly on the surface, as far from one another as possible, and have its analytic normals. There are
+no points in closed cavities. The same structure gives the same bytes on every machine. An npz contains points and normals, (n, 3)
+each, and the other columns by name. Structures of a folder that cannot be read are left out; a warning at the end and `failures`
+in the metadata of the table state the reasons.
 
 examples:
   sparsurf points structures/ -n 1024 -o points.parquet
@@ -48,8 +49,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         type=options.number(NUMBER_OF_DOTS),
         help=f"number of points on each structure (default {N_POINTS})",
     )
-    size.add_argument("--density", type=options.number(DENSITY), help="points per Å^2, instead of a number")
-    options.add_seed(parser, "of the first point, from which the others follow")
+    size.add_argument(
+        "--density", type=options.number(DENSITY), help="number of points per Å^2, instead of --n-dots"
+    )
+    options.add_seed(parser, "seed that chooses the first point, from which all others follow")
     options.add_probe_radius(parser)
     words = (
         "values at the points: roughness (of the dense surface), hydropathy, potential, bfactor, mean_curvature, "
@@ -57,7 +60,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--fields", metavar="NAMES", help=words)
     parser.add_argument(
-        "--jobs", type=options.number(JOBS), default=1, help="processes for a folder (default 1)"
+        "--jobs", type=options.number(JOBS), default=1, help="number of processes for a folder (default 1)"
     )
 
 

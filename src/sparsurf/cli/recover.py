@@ -21,13 +21,14 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 EXAMPLES = """\
-FILE holds a few dots with normals, such as minimal.csv, or the dots of any program. The result holds these dots first and then
-the new dots between them. Other columns of FILE, such as a potential, are interpolated.
+FILE contains a few dots with normals, such as minimal.csv, or the dots of any program. The result contains these dots first and
+then the new dots between them. Other columns of FILE, such as a potential, are interpolated.
 At 0.6 dots per Å^2 (a fifth more with explicit hydrogens), the mean error is about 0.02 Å, and 99 % of the surface deviates by
 less than 0.11 Å. Single places deviate by more (docs/recover.md).
---at writes descriptors (|c_nm|, as `sparsurf descriptors` does) of patches of the dense surface around some points instead.
+--at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
+the given points.
 --mesh writes a closed surface of triangles, whose fineness --density sets. It closes holes between the dots, and warns of wide
-ones. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose dots by farthest-point or
+holes. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose dots by farthest-point or
 Poisson-disk sampling, or give a --reach of 2.
 
 examples:
@@ -43,7 +44,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="dots with normals")
     options.add_output(parser, writing.DOTS)
-    parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
+    parser.add_argument(
+        "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
+    )
     parser.add_argument(
         "--density",
         type=options.number(DENSITIES),
@@ -60,7 +63,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--at",
         metavar="POINTS",
-        help="CSV with x,y,z in Å, or a file of dots, at which descriptors are written; zeros where there is no surface",
+        help="CSV with x,y,z in Å, or a file of dots, at which descriptors are computed (zeros where there is no surface)",
     )
 
 

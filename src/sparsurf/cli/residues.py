@@ -13,7 +13,7 @@ from sparsurf.molecules.formats import stem
 FORMATS = (*writing.TABLES, *writing.PAGES)
 EXAMPLES = """\
 The table has a row for each residue: its total, contact, saddle and concave area (Å^2), its mean and lowest roughness (1 is
-flat, 0 is rough; blank for a buried residue), the mean of each field, and the number of its dots, in total and on walls of
+flat, 0 is rough; blank for a buried residue), the mean of each field, and the number of its dots, in total and on the walls of
 cavities. A .html or a .png file shows the roughness along each chain.
 
 examples:

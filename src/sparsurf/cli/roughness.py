@@ -10,9 +10,9 @@ from sparsurf.cli import options, outputs
 
 FORMATS = (*writing.NUMBERS, *writing.SCENES, *writing.PAGES)
 EXAMPLES = """\
-Roughness is the mean cosine between the normals of a patch and their mean: 1 is flat, 0 is rough. A PLY stores it
-as a vertex property and as a colour, and a .pml opens the dots in these colours in PyMOL. A .html is the page of
-`sparsurf show`, and a .png is a picture.
+Roughness is the mean cosine of the angles between the normals of a patch and their mean: 1 is flat, 0 is rough. A PLY stores it
+as a vertex property and as a colour, and a .pml file opens the dots in these colours in PyMOL. A .html file is the page of
+`sparsurf show`, and a .png file is a picture.
 
 examples:
   sparsurf roughness protein.pdb -o roughness.ply

@@ -15,10 +15,10 @@ OWN = b'<meta name="generator" content="sparsurf '  # in a page that may be writ
 BYTES_TO_RECOGNISE = 1000
 
 EXAMPLES = """\
-The page has the surface to rotate, in the colours of its roughness, its fields or the kinds of its dots; the roughness of the
-residues along each chain; the ten roughest residues; and what was left out of the molecule. It is one file that needs no
-network. It opens in the browser unless --no-open is given or there is no display.
-Without -o, the page lies in this folder and has the name of FILE, with .html.
+The page shows the surface, which you can rotate and colour by roughness, fields or the kinds of its dots; the roughness of the
+residues along each chain; the ten roughest residues; and the parts of the structure that were left out. The page is one file that
+needs no network. It opens in the browser unless --no-open is given or there is no display.
+Without -o, the page is written into the current folder, under the name of FILE with the suffix .html.
 
 examples:
   sparsurf show protein.pdb
@@ -31,9 +31,11 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure, dots, or a mesh in PLY")
-    words = "file to write (.html; default: the name of FILE with .html)"
+    words = "file to write (.html; default: the name of FILE with the suffix .html)"
     parser.add_argument("-o", "--output", metavar="OUT", help=words)
-    parser.add_argument("--no-open", action="store_true", help="only write the page, and open no browser")
+    parser.add_argument(
+        "--no-open", action="store_true", help="write the page without opening it in the browser"
+    )
     options.add_molecule(parser)
     parser.set_defaults(d_link=D_LINK)
 

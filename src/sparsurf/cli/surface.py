@@ -23,8 +23,8 @@ residue, residue_name, atom_name and atom (its index among the atoms that are re
 coloured by kind.
 --residues writes the dots of some residues on the surface of the whole molecule. To compute the surface of a part of the molecule
 alone, use --selection.
---mesh writes closed triangles instead of dots. Their corners lie on the surface, and every edge is shared by two triangles.
-A .html is the page of `sparsurf show`, and a .png is a picture; both show the kinds of dots.
+--mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
+A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the kinds of dots.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
 examples:
@@ -44,15 +44,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure")
     options.add_output(parser, FORMATS)
-    parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
+    parser.add_argument(
+        "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
+    )
     options.add_molecule(parser)
     options.add_residues(parser)
     dots = parser.add_argument_group("surface")
-    words = "dots per Å^2 (default: 5.35, or more if patches would otherwise fall apart)"
+    words = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented)"
     dots.add_argument("--density", type=options.number(DENSITY), help=words)
     options.add_probe_radius(dots)
-    dots.add_argument("--radii", choices=[*RADII], default="dms", help="table of radii (default dms)")
-    words = "dots of closed cavities inside the molecule (default keep)"
+    dots.add_argument(
+        "--radii",
+        choices=[*RADII],
+        default="dms",
+        help="table of atomic radii, of the program DMS or of Bondi (default dms)",
+    )
+    words = "whether to keep or remove the dots of closed cavities inside the molecule (default keep)"
     dots.add_argument("--cavities", choices=CAVITIES, default="keep", help=words)
     options.add_fields(dots)
 

@@ -371,8 +371,10 @@ def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_pat
 def test_minimal_prints_its_error_and_warns_of_gaps(folder, tmp_path, capsys):
     assert ended("minimal", folder / "protein.pdb", "--percent", 20, "-o", tmp_path / "m.csv") == 0
     shown = capsys.readouterr().err
-    assert re.search(r"reconstructed from them deviates by 0\.0\d+ Å on average \(99 %: 0\.\d+ Å\)", shown)
-    assert re.search(r"Its Z is 0\.\d+; 0 would be the same surface", shown) and "too few" not in shown
+    assert re.search(
+        r"reconstructed from these dots deviates by 0\.0\d+ Å on average \(99 %: 0\.\d+ Å\)", shown
+    )
+    assert re.search(r"Its Z is 0\.\d+: an identical surface has a Z of 0", shown) and "too few" not in shown
     assert ended("minimal", folder / "protein.pdb", "--n-dots", 9, "-o", tmp_path / "m.csv") == 0
     assert "warning: minimal: 9 dots are too few to reconstruct the surface" in capsys.readouterr().err
 
