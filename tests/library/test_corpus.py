@@ -436,7 +436,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "two C-alpha.pdb": (atom_line() + atom_line(residue="2", place=(3.8, 0, 0)), {}, "1 2 2 ~ 2 residues lack heavy atoms"),
     "ions.pdb": (
         "".join(atom_line("NA  ", "NA", residue=str(i), place=(i, 0, 0), element="NA") for i in range(3)), {},
-        "! there is no protein; the file has chains A with 3 NA"),
+        "! there is no protein; the file has chain A with 3 NA"),
     "one-place.pdb": (
         re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), {}, "! all atoms at one position"),
     "an atom twice.pdb": (end(HEAVY[:5], HEAVY[4], HEAVY[5:]), {}, "1 120 14 1281.3 ~ 1 atom is repeated in its residue"),
@@ -590,7 +590,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         coded("111", "111A", "112B", "112A", "112", "113"), {"residues": "A:111-112"}, "1 25 5"),
     "codes that run backwards, 1B 1A 1 2.pdb": (coded("1B", "1A", "1", "2", "3"), {"residues": "1B-2"}, "1 20 4"),
     "codes that run backwards, an end that lacks.pdb": (
-        coded("1B", "1A", "1", "2", "3"), {"residues": "A:0-1"}, "1 15 3 ~ has no residue 0 of 'A:0-1': it has A 1B to 3"),
+        coded("1B", "1A", "1", "2", "3"), {"residues": "A:0-1"}, "1 15 3 ~ no residue 0 of 'A:0-1': it has residues A 1B to 3"),
     "codes that run backwards.cif": (cif(coded("1B", "1A", "1", "2", "3")), {"residues": "A:1B-1"}, "1 15 3"),
     "codes from the end to the beginning.pdb": (coded("1B", "1A", "1", "2"), {"residues": "1-1B"}, "! ends before it begins"),
     "a range within codes.pdb": (coded("1B", "1A", "1", "2"), {"residues": "A:1A"}, "1 5 1"),
@@ -1415,7 +1415,7 @@ SURFACES = {  # content, and the number of dots with the outcome
         f"value {k}.csv": (CSV.replace(ROWS[9][0], value, 1), "! line 11 ")
         for k, value in enumerate(("NaN", "n/a", "", "-inf", "1e400", "0x10", "1_0", "\u22121", "1d0"))
     },
-    "page.csv": ("<html><body>404, not found</body></html>", "! needs one column x"),
+    "page.csv": ("<html><body>404, not found</body></html>", "! has no column x"),
     "big.ply": (ply("binary_big_endian", table=TABLE.astype(">f4").tobytes()), "360"),
     "camera and faces first.ply": (
         ply("ascii", before=BEFORE).replace(b"end_header\n", b"end_header\n0.5\n3 0 1 2\n2 1 2\n"), "360"),

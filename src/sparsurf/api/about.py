@@ -81,5 +81,5 @@ def refuse_missing_matplotlib(name: str) -> None:
     """Raise InputError if no picture can be drawn."""
     if importlib.util.find_spec("matplotlib") is None:
         raise InputError(
-            f"{name}: a picture needs matplotlib; run pip install matplotlib, or name a file in .html."
+            f"{name}: a picture needs matplotlib; run pip install matplotlib, or name a file that ends in .html."
         )

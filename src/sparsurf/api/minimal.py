@@ -133,7 +133,7 @@ def represented(
     dots = _linked_dots(source, d_link)
     if request.get("n_dots", 0) > len(dots):
         raise InputError(
-            f"minimal: n_dots is {request['n_dots']}, more than the {len(dots)} dots of the surface."
+            f"minimal: n_dots is {request['n_dots']}, more than the {len(dots)} dots of the surface; request fewer."
         )
     get_samplers([sampler], "minimal.sampler")  # names an unknown one
     seed = SEED.check(seed, "seed")

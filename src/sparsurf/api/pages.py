@@ -128,11 +128,11 @@ def refuse_other_table(table: pd.DataFrame, name: str) -> None:
     if absent:
         raise InputError(
             f"{name}: a page or picture of a table shows residues, and this one has no column {absent[0]!r}; "
-            "name a file in .csv or .npz."
+            "name a file that ends in .csv or .npz."
         )
     if not table["mean_roughness"].notna().any():
         raise InputError(
-            f"{name}: no residue has a roughness, since all are buried; name a file in .csv or .npz."
+            f"{name}: no residue has a roughness, since all are buried; name a file that ends in .csv or .npz."
         )
 
 

@@ -119,12 +119,12 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
             f"{shorten(repr(name))} cannot name a file; choose a shorter name of letters and digits."
         )
     if name != "-" and os.path.isdir(name):
-        raise InputError(f"{name} is a folder; name a file.")
+        raise InputError(f"{name} is a folder; name a file to write.")
     bare = name[:-3] if name.lower().endswith(".gz") else name
     suffix = ".csv" if name == "-" else Path(bare).suffix.lower()
     if suffix not in formats:
-        why = f"this cannot be written as {suffix!r}" if suffix else "the name has no suffix"
-        raise InputError(f"{name}: {why}; name a file in {', '.join(formats)}.")
+        why = f"this result cannot be written as {suffix!r}" if suffix else "the name has no suffix"
+        raise InputError(f"{name}: {why}; name a file that ends in {', '.join(formats)}.")
     stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
     folder = None if stream else Path(os.path.realpath(name)).parent
     if folder is not None and not folder.is_dir():
@@ -194,7 +194,7 @@ def write_dots(output: str | Path, dots: Dots) -> None:
     writers[".png"] = lambda path: _write_picture(path, dots, str(output))
     if dots.faces is not None and str(output).lower().removesuffix(".gz").endswith(".csv"):
         raise InputError(
-            f"{output}: a CSV has no room for the triangles of a mesh; name a file in {', '.join(dots.formats)}, or write "
+            f"{output}: a CSV cannot store the triangles of a mesh; name a file that ends in {', '.join(dots.formats)}, or write "
             "its vertices."
         )
     write_file(output, dots.formats, writers)
@@ -328,7 +328,7 @@ def write(
         return
     if isinstance(result, Molecule):
         if Path(path).suffix.lower() != ".pdb":
-            raise InputError(f"{path}: a molecule is written as a PDB; name a file in .pdb.")
+            raise InputError(f"{path}: a molecule is written as a PDB; name a file that ends in .pdb.")
         result.write_pdb(path, frame)
         return
     atoms = None if molecule is None else as_molecule(molecule)

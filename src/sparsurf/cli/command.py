@@ -234,8 +234,10 @@ def _sentence(error: InputError | OSError, options: Parser | None) -> str:
         word = "--" + match["name"].replace("_", "-")
         return word if word in known else match[0]
 
-    message = re.sub(r"^(?P<name>[a-z_]+)(?=: | is | has )", option, str(error))
-    message = re.sub(rf"^(?:{'|'.join(COMMANDS)}): ", "", message)  # the line begins with the command
+    name = re.compile(r"^(?P<name>[a-z_]+)(?=: | is | has )")
+    message = name.sub(option, str(error))
+    bare = re.sub(rf"^(?:{'|'.join(COMMANDS)}): ", "", message)  # the line begins with the command
+    message = name.sub(option, bare)
     message = re.sub(r"\b(?:structures|frames|surface|patches)\.(?P<name>[a-z_]+)", option, message)
     message = re.sub(r"`(?P<name>[a-z_]+)`", option, message)
     if re.search(r"`(?:model|plddt|assembly|altloc|hydrogens|chains|residues)`", message):

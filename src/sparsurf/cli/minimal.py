@@ -88,7 +88,10 @@ def run(args: argparse.Namespace) -> None:
         words += ")"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             words += ". The interval is wide: --percent keeps a fixed share"
-        words += f"\n{_error(result)}" if len(few) < len(surface) else ""
+        if len(few) < len(surface):
+            words += f"\n{_error(result)}"
+        elif (args.percent, args.n_dots, args.density) == (None, None, None):
+            words += ". No smaller subset meets the limit"
     about = options.about(args, whole=surface)
     outputs.write(args, writing.Dots(few.surface, few.table, "weight", words=words, about=about))
 

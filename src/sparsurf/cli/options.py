@@ -33,7 +33,7 @@ def number(limits: Limits) -> Callable[[str], float]:
         except ValueError:
             value = math.nan
         if not limits.allow(value):
-            raise argparse.ArgumentTypeError(f"{text!r} must be {limits.words}")
+            raise argparse.ArgumentTypeError(f"{text!r} is invalid; it must be {limits.words}")
         return value
 
     return parse
@@ -100,7 +100,9 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     if not is_structure(args.file):
         for name in STRUCTURE_OPTIONS:
             if getattr(args, name, None) is not None:
-                raise InputError(f"--{name} has no meaning for {args.file}, which holds dots; leave it out.")
+                raise InputError(
+                    f"--{name} has no meaning for {args.file}, which holds dots; leave the option out."
+                )
         with heard(args.file) as args.heard:
             return read_surface(args.file), None
     molecule = read_atoms(args)
@@ -116,7 +118,9 @@ def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molec
         return np.arange(len(surface))
     dots = np.flatnonzero(atoms_of_residues(args, molecule)[surface.atom])
     if not len(dots):
-        raise InputError(f"--residues: {args.residues} has no dots: they are buried, or have no atoms here.")
+        raise InputError(
+            f"--residues: no dot belongs to {args.residues}: these residues are buried, or have no atoms in the selection."
+        )
     return dots
 
 
@@ -129,7 +133,7 @@ def names_of_fields(args: argparse.Namespace) -> list[str]:
     """Return the names of the requested fields."""
     names = [name.strip() for name in (args.fields or "").split(",") if name.strip()]
     if args.fields is not None and not names:
-        raise InputError("--fields names none; give names such as hydropathy, or leave it out.")
+        raise InputError("--fields contains no name; give names such as hydropathy, or leave the option out.")
     return names
 
 
@@ -141,7 +145,9 @@ def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule |
     from sparsurf.dot_fields.registry import compute_fields  # here: few ask for fields
 
     if molecule is None:
-        raise InputError(f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure.")
+        raise InputError(
+            f"--fields: {args.file} holds dots, but fields are computed from atoms; give a structure."
+        )
     values = compute_fields(names, molecule.frame(args.frame or 0), surface.points, dots=surface)
     fields = {str(name): column.to_numpy() for name, column in values.items()}
     return replace(surface, fields=surface.fields | fields)

@@ -22,7 +22,9 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)
     if suffix == ".dms" and getattr(args, "fields", None):
-        raise InputError(f"--fields: {suffix} has no room for them; name a file in {', '.join(NUMBERS)}.")
+        raise InputError(
+            f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(NUMBERS)}."
+        )
 
 
 def write(args: argparse.Namespace, dots: Dots) -> None:

@@ -70,7 +70,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the dense dots, their triangles, or descriptors of their patches."""
     if args.mesh and args.at is not None:
-        raise InputError("--at writes descriptors, --mesh triangles; leave out one of the two.")
+        raise InputError(
+            "--at writes descriptors, and --mesh writes triangles; leave out one of the two options."
+        )
     formats = writing.TABLES if args.at is not None else writing.MESHES if args.mesh else writing.DOTS
     outputs.check(args, formats)
     few = read_surface(args.file)

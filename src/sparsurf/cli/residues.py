@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     if molecule is None:
-        raise InputError(f"{args.file} holds dots, and residues are those of atoms; give a structure.")
+        raise InputError(f"{args.file} holds dots, which have no residues; give a structure.")
     from sparsurf.api.fields import residues  # here: wrong arguments need no numba
 
     table = residues(options.with_fields(args, surface, molecule))

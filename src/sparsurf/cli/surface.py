@@ -1,6 +1,7 @@
 """`sparsurf surface`: the dots of a molecule."""
 
 import argparse
+import os
 from dataclasses import replace
 from typing import Any
 
@@ -66,13 +67,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the dots or triangles."""
+    if os.path.isdir(args.file):
+        raise InputError(
+            f"{args.file} is a folder; give one structure, or use `sparsurf points` for a folder."
+        )
     if not is_structure(args.file):
         raise InputError(
-            f"{args.file} does not have the suffix of a structure: give one of {', '.join(STRUCTURES)}; --trajectory adds frames."
+            f"{args.file} is not a structure: its suffix must be one of {', '.join(STRUCTURES)}, .gro or .h5; "
+            "--trajectory adds frames."
         )
     if args.mesh and args.residues is not None:
         raise InputError(
-            "--residues: it is about dots, and --mesh writes triangles; leave out one of the two."
+            "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
     outputs.check(args, writing.MESHES if args.mesh else FORMATS)
     molecule = options.read_atoms(args)

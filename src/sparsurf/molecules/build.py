@@ -301,7 +301,8 @@ def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[i
     if not isinstance(model, Integral) or isinstance(model, bool):
         raise InputError(f"model: {model!r} is not a whole number: {path} has {listed}.")
     if model not in numbers:
-        raise InputError(f"{path} has no model {model}: it has {listed}.")
+        models = "models are" if len(numbers) > 1 else "only model is"
+        raise InputError(f"{path} has no model {model}: its {models} {listed}.")
     return {numbers.index(model): tables[numbers.index(model)]}
 
 

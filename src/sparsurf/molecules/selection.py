@@ -77,7 +77,7 @@ def select_atoms(
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
     if not selected.any():
         by_default = all(key is None for key in (selection, chains, residues))
-        nothing = "there is no protein" if by_default else "the selection holds no atoms"
+        nothing = "there is no protein" if by_default else "the selection contains no atoms"
         nucleic = np.flatnonzero(within & (molecule.kind == "nucleic"))
         remedy = _remedy_for_nucleic(molecule, nucleic, ranges) if selection is None and len(nucleic) else ""
         raise InputError(f"{path}: {nothing}; the file has {_inventory(molecule)}{remedy}.")
@@ -254,9 +254,9 @@ def _in_ligands(molecule: Atoms, path: StrPath, ligands: bool | str | Sequence[s
     absent = [name for name in names if name not in molecule.residue_name]
     if absent:
         others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
-        listed = ", ".join(sorted(others)) or "none"
+        listed = ", ".join(sorted(others)) or "nothing"
         raise InputError(
-            f"{path} has no ligand {shorten(', '.join(absent))}: besides the polymers it has {listed}."
+            f"{path} has no ligand {shorten(', '.join(absent))}: besides polymers, the file contains {listed}."
         )
     return np.isin(molecule.residue_name, names)
 
@@ -305,21 +305,24 @@ def _chains(molecule: Atoms) -> str:
 
 
 def _extents(molecule: Atoms) -> str:
-    """Return the extents of the polymer chains, as 'A 1 to 99, B 1 to 99'."""
+    """Return the extents of the polymer chains, as 'residues A 1 to 99, B 1 to 99'."""
     polymer, coded = np.isin(molecule.kind, POLYMERS), _chains_with_codes(molecule)
     extents = []
     for chain in dict.fromkeys(molecule.chain[polymer].tolist()):
         labels = [*dict.fromkeys(molecule.residue[polymer & (molecule.chain == chain)].tolist())]
         labels = labels if chain in coded else sorted(labels, key=_rank)
         extents.append(f"{chain} {labels[0]} to {labels[-1]}".strip())
-    return ", ".join(extents) or "no polymer"
+    return f"residues {', '.join(extents)}" if extents else "no polymer"
 
 
 def _inventory(molecule: Atoms) -> str:
-    """Return the content of a molecule, as 'chains A, B with 198 protein residues, 2 HOH'."""
+    """Return the content of a molecule, as 'the chains A, B with 198 protein residues, 2 HOH'."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     names = np.where(
         np.isin(molecule.kind, POLYMERS), np.char.add(molecule.kind, " residues"), molecule.residue_name
     )
     counts = Counter(names[first].tolist()).most_common(8)
-    return f"chains {_chains(molecule)} with " + ", ".join(f"{count} {name}" for name, count in counts)
+    chains = dict.fromkeys(molecule.chain.tolist())
+    one = f"chain {chain}" if (chain := next(iter(chains))) else "one chain without a name"
+    listed = ", ".join(f"{count} {name}" for name, count in counts)
+    return f"{one if len(chains) == 1 else f'chains {_chains(molecule)}'} with {listed}"

@@ -61,6 +61,6 @@ def _recognised(path: Path | str) -> tuple[bytes, Format]:
         if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
     raise InputError(
-        f"{path} holds no dots; expected a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz; the command "
-        "`surface` places dots on a structure."
+        f"{path} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz. The command "
+        "`sparsurf surface` places dots on a structure."
     )

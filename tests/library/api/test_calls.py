@@ -396,10 +396,12 @@ def test_the_suffix_decides(tmp_path, capfdbinary):
         assert (tmp_path / name).read_bytes() == content
     writing.write_file("-", writing.DOTS, written)
     assert capfdbinary.readouterr().out == b".csv in part.csv"
-    with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
+    with pytest.raises(
+        InputError, match=r"cannot be written as '.ply'; name a file that ends in .csv, .npz."
+    ):
         writing.write_file(tmp_path / "a.ply", writing.TABLES, written)
     with pytest.raises(
-        InputError, match=r"/a\.gz: the name has no suffix; name a file in \.dms, \.csv, \.npz, "
+        InputError, match=r"/a\.gz: the name has no suffix; name a file that ends in \.dms, \.csv, \.npz, "
     ):
         writing.write_file(tmp_path / "a.gz", writing.DOTS, written)
 

@@ -149,7 +149,7 @@ def test_a_molecule_is_a_pdb_and_nothing_else(tmp_path):
     molecule = sparsurf.read_molecule(PEPTIDE)
     sparsurf.write(molecule, tmp_path / "molecule.pdb")
     assert np.allclose(sparsurf.read_molecule(tmp_path / "molecule.pdb").xyz, molecule.xyz)
-    with pytest.raises(InputError, match=r"a molecule is written as a PDB; name a file in \.pdb"):
+    with pytest.raises(InputError, match=r"a molecule is written as a PDB; name a file that ends in \.pdb"):
         sparsurf.write(molecule, tmp_path / "molecule.csv")
     with pytest.raises(InputError, match="there is no folder"):
         sparsurf.write(sparsurf.surface(([[0.0, 0, 0]], [1.5])), tmp_path / "no" / "dots.bild")

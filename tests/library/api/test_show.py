@@ -227,7 +227,7 @@ def test_what_cannot_be_shown_is_reported(tmp_path, blob):
     (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
     for values, words in (
         ((tmp_path / "no.pdb",), "no.pdb does not exist"),
-        ((tmp_path / "ala.pdb", tmp_path / "x.csv"), "name a file in .html"),
+        ((tmp_path / "ala.pdb", tmp_path / "x.csv"), "name a file that ends in .html"),
         ((3,), "an int is not a surface"),
     ):
         with pytest.raises(InputError, match=words):

@@ -58,10 +58,11 @@ def test_an_npz_of_a_mesh_has_its_triangles(mesh, tmp_path):
 
 def test_a_csv_of_a_mesh_is_refused(mesh, tmp_path):
     with pytest.raises(
-        InputError, match=r"m\.csv: a CSV has no room for the triangles of a mesh; name a file in \.ply, "
+        InputError,
+        match=r"m\.csv: a CSV cannot store the triangles of a mesh; name a file that ends in \.ply, ",
     ):
         sparsurf.write(mesh, tmp_path / "m.csv")
-    with pytest.raises(InputError, match=r"as '\.dms'; name a file in (?!.*csv)"):
+    with pytest.raises(InputError, match=r"as '\.dms'; name a file that ends in (?!.*csv)"):
         sparsurf.write(mesh, tmp_path / "m.dms")
     assert not list(tmp_path.iterdir())
 

@@ -389,17 +389,18 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
 
 MISTAKES = [  # one of each kind: the command, its exit code, and what its sentence holds
     ("surface no.pdb -o x.csv", 1, "no.pdb does not exist"),
-    ("surface dots.csv -o x.csv", 1, "dots.csv does not have the suffix of a structure"),
+    ("surface . -o x.csv", 1, ". is a folder; give one structure"),
+    ("surface dots.csv -o x.csv", 1, "dots.csv is not a structure"),
     ("surface protein.pdb", 2, "-o/--output"),
     ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
     ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),
-    ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues: it is about dots"),
-    ("surface protein.pdb --mesh -o x.html", 1, "cannot be written as '.html'; name a file in .ply"),
-    ("show protein.pdb -o x.csv", 1, "cannot be written as '.csv'; name a file in .html"),
+    ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues selects dots"),
+    ("surface protein.pdb --mesh -o x.html", 1, "cannot be written as '.html'; name a file that ends in .ply"),
+    ("show protein.pdb -o x.csv", 1, "cannot be written as '.csv'; name a file that ends in .html"),
     ("show dots.csv --frame 1 -o x.html", 1, "--frame has no meaning for dots.csv"),
     ("show frames.csv -o x.html", 1, "frames.csv holds the dots of 2 frames"),
-    ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, and residues are those of atoms"),
-    ("surface protein.pdb --fields , -o x.csv", 1, "--fields names none"),
+    ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, which have no residues"),
+    ("surface protein.pdb --fields , -o x.csv", 1, "--fields contains no name"),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
     ("surface protein.pdb --mesh --fields hydropath -o x.ply", 1, "no field 'hydropath'; did you mean 'hydropathy'"),
     ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "d_link = 0.1"),
@@ -407,8 +408,8 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("roughness . -o -", 1, "folder"),
     ("descriptors protein.pdb --at 9999999 -o x.csv", 1, "no dot 9999999"),
     ("descriptors protein.pdb --at 1,-2 -o x.csv", 2, "--at: '1,-2'"),
-    ("minimal protein.pdb --n-dots 1000000 -o x.csv", 1, "n_dots is 1000000"),
-    ("minimal protein.pdb --n-dots 2.5 -o x.csv", 2, "--n-dots: '2.5' must be a whole number"),
+    ("minimal protein.pdb --n-dots 1000000 -o x.csv", 1, "--n-dots is 1000000"),
+    ("minimal protein.pdb --n-dots 2.5 -o x.csv", 2, "--n-dots: '2.5' is invalid; it must be a whole number"),
     ("minimal protein.pdb --n-dots 5 --percent 1 -o x.csv", 2, "not allowed with"),
     ("minimal one.csv -o x.csv", 1, "a single dot"),
     ("minimal one.csv --n-dots 1 -o x.csv", 1, "a single dot"),
@@ -416,17 +417,17 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("recover minimal.csv --at '' -o x.csv", 1, "a path is empty"),
     ("recover minimal.csv --at protein.pdb -o x.csv", 1, "protein.pdb holds no dots"),
     ("recover minimal.csv --at minimal.csv --density 2 -o x.csv", 1, "larger --density"),
-    ("recover minimal.csv --at minimal.csv --mesh -o x.ply", 1, "--at writes descriptors, --mesh triangles"),
+    ("recover minimal.csv --at minimal.csv --mesh -o x.ply", 1, "--at writes descriptors, and --mesh writes triangles"),
     ("recover minimal.csv --mesh --density 0.01 -o x.ply", 1, "increase the density"),
     ("roughness dots.csv --chains A -o x.csv", 1, "--chains has no meaning for dots.csv"),
     ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
-    ("surface protein.pdb --probe-radius 11 -o x.csv", 2, "--probe-radius: '11' must be"),
+    ("surface protein.pdb --probe-radius 11 -o x.csv", 2, "--probe-radius: '11' is invalid"),
     ("roughness dots.csv -o x.csv --output y.csv", 2, "--output is given twice; give it once"),
-    ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' must be"),
-    ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' must be"),
-    ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' must be"),
-    ("minimal dots.csv --seed -1 -o x.csv", 2, "--seed: '-1' must be"),
-    ("recover minimal.csv --reach 10.1 -o x.csv", 2, "--reach: '10.1' must be"),
+    ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' is invalid"),
+    ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' is invalid"),
+    ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' is invalid"),
+    ("minimal dots.csv --seed -1 -o x.csv", 2, "--seed: '-1' is invalid"),
+    ("recover minimal.csv --reach 10.1 -o x.csv", 2, "--reach: '10.1' is invalid"),
 ]  # fmt: skip
 
 
@@ -449,7 +450,7 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
     name, *options = words.split()
     end = "csv" if name == "descriptors" or "--at" in options else "html" if name == "show" else "ply"
     (tmp_path / f"own.{end}").mkdir()
-    for out, told in (("x.foo", "'.foo'; name a file in "), (f"a b/ü.{end}", "there is no folder"),
+    for out, told in (("x.foo", "'.foo'; name a file that ends in "), (f"a b/ü.{end}", "there is no folder"),
                       (f"own.{end}", "is a folder"), ("x", "no suffix"), (f"{'é' * 126}.{end}", "cannot name a file"),
                       (f"a\0.{end}", "cannot name a file")):  # fmt: skip
         assert ended(name, "no.pdb", *options, "-o", out) == 1

@@ -167,7 +167,7 @@ def test_end_and_model_separate_frames(tmp_path):
             assert np.array_equal(read_molecule(path, model=number).xyz[0], xyz)
     assert read_molecule(write(tmp_path / "b.pdb", atom_line()), model=1).n_atoms == 1
     assert read_molecule(path, model=7).frame_number.tolist() == [1]
-    with pytest.raises(InputError, match="no model 1: it has 3, 7"):
+    with pytest.raises(InputError, match="no model 1: its models are 3, 7"):
         read_molecule(path, model=1)
 
 
@@ -203,7 +203,9 @@ def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
     with pytest.raises(InputError, match=r"b\.pdb has one chain, which has no name: leave out `chains`\.$"):
         read_molecule(nameless, chains="A")
     path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9)))
-    with pytest.raises(InputError, match=r"'99' is not in .*a\.pdb, which has A 1 to 4, B 98 to 101"):
+    with pytest.raises(
+        InputError, match=r"'99' is not in .*a\.pdb, which has residues A 1 to 4, B 98 to 101"
+    ):
         read_molecule(path, residues="A:3,99")
     path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
     assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
@@ -242,7 +244,7 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
     assert with_ligand.n_residues == 6 and with_ligand.element[-2:].tolist() == ["ZN", "C"]
     every = read_molecule(path, ligands=True)  # but waters and single atoms: here the free amino acid
     assert every.n_residues == 5 and set(every.residue_name[every.kind == "other"]) == {"GLY"}
-    with pytest.raises(InputError, match=r"no ligand HEM: .* it has GLY, HOH, LIG, NAG, ZN\.$"):
+    with pytest.raises(InputError, match=r"no ligand HEM: .* file contains GLY, HOH, LIG, NAG, ZN\.$"):
         read_molecule(path, ligands=["HEM"])
 
 
@@ -275,15 +277,15 @@ def test_residue_ranges(tmp_path, caplog, residues, expected):
     [
         ({"chains": "Z"}, "no chain Z: its chains are A"), ({"chains": "A,"}, "chains: empty chain name"),
         ({"chains": [" "]}, "chains: empty chain name"), ({"chains": 5}, "chains is 5; it must be a string"),
-        ({"residues": "A:500-600"}, "'A:500-600' is not in .* has A 1 to 4"), ({"residues": 5}, "residues is 5; it must be"),
+        ({"residues": "A:500-600"}, "'A:500-600' is not in .* residues A 1 to 4"), ({"residues": 5}, "residues is 5; it must be"),
         ({"residues": "ten-12"}, "'ten-12' is not of the form"), ({"model": 1.0}, "model: 1.0 is not a whole number"),
-        ({"selection": "resname GLY"}, "the selection holds no atoms; .* 4 protein residues"),
+        ({"selection": "resname GLY"}, "the selection contains no atoms; .* 4 protein residues"),
         ({"selection": "resname ==="}, "is not an mdtraj expression"), ({"selection": 5}, "selection is 5; it must be"),
         ({"selection": "chain A"}, r"see mdtraj.org, or choose chains by `chains`\.$"),
         ({"selection": "__import__('os')"}, "is not an mdtraj expression"), ({"hydrogens": "maybe"}, "neither keep nor remove"),
         ({"altloc": "lowest"}, "neither first, highest nor one letter"), ({"stride": 0}, "stride is 0"),
         ({"altloc": 1}, "altloc: '1' is neither"), ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
-        ({"ligands": 5}, "ligands is 5; it must be a string"), ({"ligands": "HEM, ZN"}, "no ligand HEM, ZN: .* it has none.$"),
+        ({"ligands": 5}, "ligands is 5; it must be a string"), ({"ligands": "HEM, ZN"}, "no ligand HEM, ZN: .* nothing.$"),
         ({"ligands": 999 * "Q,"}, r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\)"),
         ({"times": [0]}, "^times: there is no trajectory to take frames from; give one"),
     ],

@@ -180,8 +180,8 @@ REFUSED = {
         ("x;y;z;nx;ny;nz\n1;2;3;0;0;1\n", "no commas in its header: separate the columns with commas"),
     ],
     "places.csv": [
-        ("", "holds no dots; expected a DMS file, a CSV"), ("x,y,z\n", "holds no points."),
-        ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."), ("x\ty\tz\n1\t2\t3\n", "no commas in its header"),
+        ("", "holds no dots; give a DMS file, a CSV"), ("x,y,z\n", "holds no points."),
+        ("x,y\n1,2\n", "has no column z; its first line must name "), ("x\ty\tz\n1\t2\t3\n", "no commas in its header"),
         ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
         ("x,y,z\n1,2,3\n1,,3\n", "line 3 does not have the three numbers x, y and z: repair it"),
         ("x,y,z\n1,2,here\n", "line 2 does not have the three numbers x, y and z: repair it"),

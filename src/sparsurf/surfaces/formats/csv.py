@@ -97,7 +97,10 @@ def _columns(
         )
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
-        raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
+        how_many = "several columns" if wrong[0] in list(table.columns) else "no column"
+        raise InputError(
+            f"{path} has {how_many} {wrong[0]}; its first line must name the columns {', '.join(names)} once each."
+        )
     numeric = [k for k in range(len(header)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
     possible_fields = [k for k in range(len(header)) if is_field_name(header[k])]
     if names == COLUMNS_OF_DOTS:
