@@ -42,9 +42,13 @@ BANNED = (
         "patches fall to pieces",
         "is fragmented",
     ),
-    (r"\bis about placing\b", "the key is about placing dots", "applies when dots are placed"),
+    (r"\bis about (placing|dots)\b", "the key is about placing dots", "applies when dots are placed"),
     (r"\bof one's own\b", "a config of one's own", "of your own"),
-    (r"\b(surface|page|form) to turn\b(?! it)", "a page to turn", "to rotate, interactive"),
+    (
+        r"\b(surface|page|form),? to (turn|rotate)\b(?! it)",
+        "the surface to rotate",
+        "interactive, can be rotated",
+    ),
     (r"\b(made|the surface) again\b", "Table I is made again", "reproduced, reconstructed"),
     (r"\blooks? (whole|alike)\b", "such a file looks whole", "looks complete, is similar"),
     (r"\b(has|have|takes?) no part in\b", "stride has no part in it", "does not affect"),
@@ -54,6 +58,9 @@ BANNED = (
         "properties that are no lists",
         "are not, must be",
     ),
+    (r"\b(has|is) no room for (?!nodes)", "a CSV has no room for triangles", "cannot store"),
+    (r"\bnames none\b(?! of)", "--fields names none", "contains no name"),
+    (r"\b0 would be the same\b", "0 would be the same surface", "an identical surface has a Z of 0"),
 )
 PATTERNS = {re.compile(pattern, re.I): plain for pattern, _, plain in BANNED}
 PAGES = (

@@ -1,4 +1,4 @@
-"""Show a molecule or a surface: one page with the surface to rotate, its roughness, its fields and its residues."""
+"""Show a molecule or a surface: an interactive page of its surface, roughness, fields and residues."""
 
 from __future__ import annotations
 
@@ -42,8 +42,9 @@ def show(
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.
 
-    The page has the surface to rotate, its roughness and its fields as colours and numbers, the mean roughness of the residues
-    along each chain, the ten roughest residues, and what was left out of the molecule. It is one file that needs no network.
+    The page shows the surface, which can be rotated, its roughness and its fields as colours and numbers, the mean roughness of
+    the residues along each chain, the ten roughest residues, and the parts of the structure that were left out. The page is one
+    file that needs no network.
 
     Parameters
     ----------
