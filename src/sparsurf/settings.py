@@ -115,50 +115,86 @@ class Surface(Section):
 
     probe_radius: Probe = key(arguments.PROBE_RADIUS, "Radius of the solvent probe, Å.")
     density: Literal["auto"] | Density = key(
-        "auto", "Dots per Å^2; auto: 5.35, or more where d_link needs it."
+        "auto",
+        "Number of dots placed per Å^2; auto: 5.35, or more where a smaller d_link requires closer dots.",
     )
-    radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii; bondi for programs that use these.")
+    radii: Literal["dms", "bondi"] = key(
+        "dms", "Table of atomic radii: that of the program DMS, or that of Bondi."
+    )
     cavities: Literal["keep", "remove"] = key(
-        "keep", "Dots of closed cavities inside the molecule; DMS and the paper keep them."
+        "keep",
+        "Whether dots on the walls of closed cavities inside the molecule are kept; DMS and the paper keep them.",
     )
     reentrant: Literal["exact", "dms"] = key(
-        "exact", "Self-intersecting concave dots: removed (exact) or kept as in DMS."
+        "exact",
+        "Concave dots where the surface intersects itself: exact removes them, dms keeps them as the program DMS does.",
     )
 
 
 class Patches(Section):
-    """Radii of the patches and the linking distance of islands."""
+    """Radii of the patches, and the distance below which dots are linked."""
 
-    r_patch: Length = key(arguments.R_PATCH, "Patch radius of roughness and sampling, Å.")
-    r_zernike: Length = key(arguments.R_ZERNIKE, "Patch radius of the descriptors, Å.")
-    d_link: Length = key(arguments.D_LINK, "Dots closer than this are linked, Å.")
-    roughness: Roughness = key("published", "Definition of the roughness of a patch.")
-    descriptor: Descriptor = key("published", "Descriptor of a patch.")
+    r_patch: Length = key(arguments.R_PATCH, "Radius of the patches for roughness and sampling, Å.")
+    r_zernike: Length = key(arguments.R_ZERNIKE, "Radius of the patches for the descriptors, Å.")
+    d_link: Length = key(
+        arguments.D_LINK, "Distance below which two dots are linked, Å; linked dots form islands."
+    )
+    roughness: Roughness = key(
+        "published", "Definition of the roughness of a patch; published is that of the paper."
+    )
+    descriptor: Descriptor = key(
+        "published",
+        "Descriptor of a patch: that of the paper, or one that depends very little on the orientation of the molecule.",
+    )
 
 
 class Sampling(Section):
-    """The grid of combinations, and two rules of the published sampling."""
+    """The grid of combinations of alpha, beta, gamma and delta, and two rules of the paper's sampling."""
 
-    run: bool = key(True, "Evaluate the paper's sampling over the grid; `sampling: false` leaves it out.")
-    alpha: Values[Alpha] = key([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha.")
-    beta: Values[Exponent] = key([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of beta.")
-    gamma: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of gamma.")
-    delta: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of delta.")
-    distance_from_moved_centre: bool = key(
-        True, "As published: distances start at a centre that may have moved, so p can exceed 1."
+    run: bool = key(
+        True, "Whether the paper's sampling is evaluated over the grid; `sampling: false` skips it."
     )
-    chance_in_every_patch: bool = key(True, "As published: a dot has a chance in every patch that holds it.")
+    alpha: Values[Alpha] = key(
+        [0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha, which scales the number of kept dots."
+    )
+    beta: Values[Exponent] = key(
+        [0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
+        "Values of beta, which lowers the number of dots kept in flat patches.",
+    )
+    gamma: Values[Exponent] = key(
+        [0, 2, 4, 6, 8, 10],
+        "Values of gamma, which shifts the kept dots towards the rim of a patch, more so in flat patches.",
+    )
+    delta: Values[Exponent] = key(
+        [0, 2, 4, 6, 8, 10], "Values of delta, which shifts the kept dots towards the rim of a patch."
+    )
+    distance_from_moved_centre: bool = key(
+        True,
+        "true, as published: distances are measured from the centre of a patch after it moved to the largest island; "
+        "false: from the dot that started the patch.",
+    )
+    chance_in_every_patch: bool = key(
+        True,
+        "true, as published: a dot can be kept in each patch that contains it; false: it has one chance.",
+    )
 
 
 class Evaluation(Section):
-    """How subsets are compared with the whole surface."""
+    """How subsets are compared with the full surface."""
 
-    test_dots: TestDots = key(arguments.DEFAULT_TEST_DOTS, "Number of test dots; published for N / 200.")
-    draws: Count = key(6, "Samplings of each combination, and random subsets of each n_S.")
+    test_dots: TestDots = key(
+        arguments.DEFAULT_TEST_DOTS,
+        "Number of dots at which the patches of a subset are compared with those of the full surface; published: one "
+        "for every 200 dots.",
+    )
+    draws: Count = key(
+        6,
+        "Number of times that each combination is sampled, each time with a random subset of the same size.",
+    )
     readings: UniqueList[Reading] = key(
         ["kept", "full"],
-        "Readings of the removal of islands. Only the best combination of each range is measured under kept_scaled; recovered "
-        "costs 0.04 CPU s more per sampling of 20,000 dots.",
+        "Readings: where dots outside of the largest island of a patch are removed. kept_scaled is measured for the best "
+        "combination of each range only; recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
     )
 
     @property
@@ -168,18 +204,22 @@ class Evaluation(Section):
 
 
 class Minimal(Section):
-    """The minimal subset, by one of error, density, percent, n_dots, max_z and combination."""
+    """The minimal subset of the dots; give at most one of error, density, percent, n_dots, max_z and combination."""
 
-    sampler: Sampler = key("farthest", "Sampler of the subset.")
+    sampler: Sampler = key("farthest", "Sampler that chooses the subset.")
     error: Distance = optional(
-        f"Mean distance in Å of the recovered surface from the true one; {DEFAULT_ERROR:g} by default."
+        "Mean error in Å of the surface reconstructed from the subset; the fewest dots that reach it are kept. "
+        f"{DEFAULT_ERROR:g} if no other of these keys is given; in batches, percent: 10 instead."
     )
-    density: Density = optional("Number of dots to keep per Å^2; 0.6 give a mean error of about 0.02 Å.")
+    density: Density = optional("Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å.")
     percent: Percent = optional("Share of the dots to keep, %.")
     n_dots: Positive = optional("Number of dots to keep.")
-    max_z: Number = optional("Largest Z under `full`: the fewest dots that reach it are kept.", ge=0)
+    max_z: Number = optional(
+        "Largest acceptable Z under the reading `full`; the fewest dots that reach it are kept.", ge=0
+    )
     combination: Combination = optional(
-        "alpha, beta, gamma, delta of one draw of the sampler: paper, unless paper_corrected is named."
+        "alpha, beta, gamma and delta of the paper's sampling, which is drawn once; the sampler is paper, unless "
+        "paper_corrected is named."
     )
 
     @model_validator(mode="after")

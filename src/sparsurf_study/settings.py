@@ -27,13 +27,15 @@ Two = Annotated[list[T], Field(min_length=2, max_length=2)]
 
 
 class Ensemble(Section):
-    """One combination over all frames of each trajectory."""
+    """One combination of the paper's sampling, evaluated on all frames of each trajectory."""
 
-    run: bool = key(False, "Write ensemble.csv and its figure.")
-    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
-    test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
-    stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
-    jobs: Count = key(1, "Number of jobs that share the frames: a killed run keeps the finished ones.")
+    run: bool = key(False, "Whether ensemble.csv and its figure are written.")
+    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma and delta of the combination.")
+    test_dots: TestDots = key(200, "Number of test dots of each frame; published: one for every 200 dots.")
+    stride: Positive = key(1, "Evaluate every n-th frame of the file, independently of frames.stride.")
+    jobs: Count = key(
+        1, "Number of jobs among which the frames are divided; a run that is killed keeps the finished jobs."
+    )
 
 
 class Settings(LibrarySettings):

@@ -14,9 +14,19 @@ SCHEMA_FILE, PAGE = HOME / "config" / "schema.json", HOME / "docs" / "config.md"
 INTRODUCTION = """\
 # Keys of a config
 
-A config is a YAML file. It needs only `proteins`, or `pairs`. A key that is left out takes its default.
-`config.yaml` is the default study; `config/README.md` shows how to run your own. `<name>` is a name of your own.
-A sampler is one of {samplers}.
+This page lists every key of a config, the YAML file that describes a study. [Start](start.md#your-own-protein) shows how to run
+your own study, and `config.yaml` is the default study. A config needs only `proteins` or `pairs`, and each key that is left out
+takes its default. A config without both changes single keys of the default study. Paths start at the repository. `<name>` is a
+name that you choose.
+
+- [The method](method.md) explains the terms patch, island, roughness, combination, descriptor, Z, d, test dot and reading.
+  n_S is the number of kept dots.
+- A *sampler* chooses dots. `uniform` chooses them at random, `poisson` at random but no closer than a certain distance, and
+  `farthest` as far from one another as possible. `paper` is the paper's sampling, and `paper_corrected` is the same with both
+  rules of [sampling](#sampling) set to `false`.
+- A *conformation* is one frame of a protein. Conformations are called `c1`, `c2` and so on if they are chosen by clusters, and
+  `f` with the number of the frame otherwise.
+- *Batches* are jobs that process many structures each, without a page for each structure ([Thousands of structures](many.md)).
 
 """
 HEAD = "| key | type, range | default | meaning |\n|---|---|---|---|\n"
@@ -54,8 +64,7 @@ def reference_page() -> str:
             sections.append(f"\n## {key}\n\n{_meaning(rule, definitions)}\n\n{HEAD}{''.join(rows)}")
         else:
             alone.append(_row(key, rule))
-    samplers = ", ".join(f"`{name}`" for name in SAMPLERS)
-    return INTRODUCTION.format(samplers=samplers) + HEAD + "".join([*alone, *sections])
+    return INTRODUCTION + HEAD + "".join([*alone, *sections])
 
 
 def _alternatives(rule: dict, definitions: dict) -> Iterator[dict]:

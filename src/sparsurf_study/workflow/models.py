@@ -77,46 +77,83 @@ def _switch(section: type[Section]) -> BeforeValidator:
 
 
 class Simulate(Section):
-    """Molecular dynamics by GROMACS before the study; {} for the paper's protocol over 1 ns."""
+    """Molecular dynamics that GROMACS runs before the study; {} for the paper's protocol over 1 ns."""
 
-    ns: Number = key(1.0, "Length of the production, ns.", gt=0, le=100_000)
-    nvt_ns: Number = key(0.1, "Length of the thermalisation, ns; longer for a large protein.", gt=0, le=1000)
-    npt_ns: Number = key(0.1, "Length of the pressurisation, ns; longer for a large protein.", gt=0, le=1000)
+    ns: Number = key(1.0, "Length of the production run, whose frames the study uses, ns.", gt=0, le=100_000)
+    nvt_ns: Number = key(
+        0.1,
+        "Length of the equilibration of the temperature, ns; increase it for a large protein.",
+        gt=0,
+        le=1000,
+    )
+    npt_ns: Number = key(
+        0.1,
+        "Length of the equilibration of the pressure, ns; increase it for a large protein.",
+        gt=0,
+        le=1000,
+    )
     save_ps: Number = key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
     temperature: Number = key(300.0, "Temperature, K.", gt=0, le=1000)
     cutoff: Number = key(
-        12.0, "Cut-off of the short-range interactions, Å; 12 suits CHARMM, 10 AMBER.", ge=6, le=30
+        12.0,
+        "Cut-off of the short-range interactions, Å; use 12 with CHARMM force fields and 10 with AMBER.",
+        ge=6,
+        le=30,
     )
-    force_field: Word = key("charmm27", "A force field that GROMACS has.")
-    water: str = key("tip3p", "A water model that the force field has.", pattern="^[A-Za-z0-9]+$")
+    force_field: Word = key("charmm27", "Name of a force field of GROMACS.")
+    water: str = key("tip3p", "Name of a water model of the force field.", pattern="^[A-Za-z0-9]+$")
 
 
 class Protein(Section):
     """A structure (with or without a trajectory) or a ready surface."""
 
-    structure: Text = optional("PDB or mmCIF file (also .gz), or any topology that mdtraj reads.")
-    trajectory: Text = optional(
-        "Any trajectory that mdtraj reads; a file cut off between two frames looks complete."
+    structure: Text = optional(
+        "Path of the structure: a PDB or mmCIF file (also .gz); with a trajectory, any topology that mdtraj reads."
     )
-    url: Url = optional("Address of the structure: https, or http with a sha256.")
-    pdb: PdbId = optional("PDB id; the entry is fetched as mmCIF.")
-    sha256: Sha256 = optional("Checksum that a fetched file must have.")
-    surface: Text = optional("Ready surface: DMS file, CSV, PLY or npz.")
-    table: Text = optional("CSV of values per residue or atom: residue, chain, atom, columns for `fields`.")
-    selection: Text = optional("Atoms that take part, as an mdtraj expression.")
-    chains: list[str] = optional("Chain identifiers.", min_length=1)
-    residues: Residues = optional("Residue ranges, like A:10-52A,-5-3.")
-    model: Integer = optional("Number of one model; without it, models are frames.", ge=1)
-    assembly: bool = optional("true: all models are parts of one molecule, as in files of assemblies.")
-    altloc: Text = optional("Alternate location: first (the default), highest (occupancy) or a letter.")
-    hydrogens: Literal["keep", "remove"] = optional("Hydrogens of the file; kept by default.")
+    trajectory: Text = optional(
+        "Path of a trajectory in any format that mdtraj reads, whose frames are conformations of the structure. A file "
+        "that was cut off between two frames cannot be recognised."
+    )
+    url: Url = optional("Address from which the structure is downloaded: https, or http with a sha256.")
+    pdb: PdbId = optional("PDB id of the structure, which is downloaded as mmCIF.")
+    sha256: Sha256 = optional("SHA-256 checksum that the downloaded file must have.")
+    surface: Text = optional(
+        "Path of a ready surface, whose dots are used instead of placing dots on a structure: a DMS, CSV, PLY or npz file."
+    )
+    table: Text = optional(
+        "Path of a CSV file with values for each residue or atom: the column residue, chain and atom where they are "
+        "needed, and columns of numbers, which `fields` can name."
+    )
+    selection: Text = optional(
+        "Atoms to use, as a selection expression of mdtraj, such as 'resid < 100'; the protein by default."
+    )
+    chains: list[str] = optional("Identifiers of the chains to use; all by default.", min_length=1)
+    residues: Residues = optional(
+        "Ranges of residues to use, both ends included, such as A:10-52A,-5-3 (chain A from 10 to 52A, and from -5 to 3)."
+    )
+    model: Integer = optional(
+        "Number of the model to use, from 1, of a structure with several models; by default, all models are used as frames.",
+        ge=1,
+    )
+    assembly: bool = optional(
+        "true if the models of the file are parts of one molecule, as in files of biological assemblies; false by default."
+    )
+    altloc: Text = optional(
+        "Which of the alternate positions of an atom is used: first (the default), highest (occupancy) or a letter."
+    )
+    hydrogens: Literal["keep", "remove"] = optional(
+        "Whether the hydrogens of the file are kept (the default) or removed."
+    )
     simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = optional(
         Simulate.__doc__ or ""
     )
-    ligands: bool | list[str] = optional("true for all, or a list of residue names; false by default.")
-    plddt: Plddt = optional("The same as `plddt` of the study, for one protein.")
+    ligands: bool | list[str] = optional(
+        "Ligands, molecules bound to the protein, that are included in the surface: a list of residue names such as [HEM], "
+        "or true for all except waters and ions; false by default."
+    )
+    plddt: Plddt = optional("The same as the key plddt of the study, for this protein alone.")
     sampling: bool = optional(
-        "false: no grid for this protein; true: a grid where the study has `sampling: false`."
+        "false skips the grid for this protein; true evaluates it even if the study has `sampling: false`."
     )
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in SOURCE_KEYS]})
@@ -161,10 +198,12 @@ class Protein(Section):
 class Pair(Section):
     """Two partners whose patches are compared: two proteins, two files or two parts of one file."""
 
-    proteins: Two[str] = optional("Two of the proteins; their first conformations are compared.")
-    files: Two[Text] = optional("Two structures, placed as in the complex.")
-    complex: Text = optional("One structure that holds both partners.")
-    chains: Two[UniqueList[str]] = optional("Chains of the first and of the second partner of `complex`.")
+    proteins: Two[str] = optional("Names of two of the proteins, whose first conformations are compared.")
+    files: Two[Text] = optional("Paths of two structures in the positions of the complex.")
+    complex: Text = optional("Path of one structure that contains both partners; it also needs chains.")
+    chains: Two[UniqueList[str]] = optional(
+        "Chains of the first and of the second partner in the file complex, such as [[A], [B, C]]."
+    )
 
     model_config = ConfigDict(
         json_schema_extra={"oneOf": [{"required": [key]} for key in ("proteins", "files", "complex")]}
@@ -182,7 +221,7 @@ class Centres(Section):
     """Dots whose patches are compared, chosen by a sampler."""
 
     sampler: Sampler = Field(description="Sampler that chooses the centres.")
-    percent: Percent = optional("Number of centres, % of the dots.")
+    percent: Percent = optional("Number of centres, in % of the dots.")
     n_dots: Integer = optional("Number of centres.", ge=1)
 
     model_config = ConfigDict(
@@ -197,41 +236,52 @@ class Centres(Section):
 
 
 class Complementarity(Section):
-    """How the partners of a pair are compared."""
+    """How the partners of each pair are compared."""
 
     centres: Literal["all"] | Centres = key(
         {"sampler": "farthest", "percent": 5},
-        "Dots whose patches are compared: all, or by a sampler; by default {sampler: farthest, percent: 5}.",
+        "Dots whose patches are compared: all, or those that a sampler chooses; {sampler: farthest, percent: 5} by default.",
         validate_default=True,
     )
-    smoothing: Number = key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
-    interface: Length = key(3.0, "Dots nearer than this to the partner are interface, Å.")
+    smoothing: Number = key(
+        6.0,
+        "Radius over which the distances between patches are averaged, Å; 0 for no averaging.",
+        ge=0,
+        le=100,
+    )
+    interface: Length = key(3.0, "Distance to the partner below which a dot belongs to the interface, Å.")
 
 
 class Frames(Section):
-    """Frames of a trajectory that enter the study as conformations."""
+    """Which frames of a trajectory, or of a file with several models, the study analyses as conformations."""
 
     clusters: Literal["auto"] | Thousand = key(
-        "auto", "Number of k-means clusters on two principal components; auto: best mean silhouette."
+        "auto",
+        "Number of clusters into which k-means divides the frames; auto: the number from 2 to 11 with the highest mean "
+        "silhouette.",
     )
     selection: Literal["clusters", "all"] | UniqueList[FrameNumber] = key(
-        "clusters", "Frames: clusters (nearest to the centroids), all, or a list of numbers from 0."
+        "clusters",
+        "Which frames are analysed: clusters (the frame nearest to the centre of each cluster), all, or a list of frame "
+        "numbers, counted from 0.",
     )
-    stride: Positive = key(1, "Read every n-th frame: a long trajectory in less memory.")
+    stride: Positive = key(1, "Read only every n-th frame, so that a long trajectory needs less memory.")
 
 
 class Tables(Section):
-    """The tables of the best combinations."""
+    """The tables that list the best combination in each range of the number of kept dots, n_S."""
 
-    ranges: Integer = key(10, "Number of equal ranges of n_S.", ge=1, le=1000)
+    ranges: Integer = key(10, "Number of ranges of equal width into which n_S is divided.", ge=1, le=1000)
 
 
 class Compare(Section):
-    """Samplers compared at equal n_S."""
+    """A comparison of samplers at equal numbers of kept dots, n_S."""
 
-    run: bool = key(False, "Compare in every run; `make compare` does it once.")
-    percents: UniqueList[PercentBelow100] = key([2.5, 5, 10, 20, 40, 60], "Requested n_S, % of the dots.")
-    samplers: UniqueList[Sampler] = optional("Samplers to compare; all of them by default.")
+    run: bool = key(False, "Whether every run compares the samplers; `make compare` does so once.")
+    percents: UniqueList[PercentBelow100] = key(
+        [2.5, 5, 10, 20, 40, 60], "Values of n_S at which the samplers are compared, in % of the dots."
+    )
+    samplers: UniqueList[Sampler] = optional("Samplers to compare; all by default.")
 
 
 class Folder(Section):
@@ -241,7 +291,9 @@ class Folder(Section):
 
 
 FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
-PLACES = "protein, protein/c2, protein/* (results over all its frames), pairs/name, changes/name"
+PLACES = (
+    "protein, protein/c2 (one conformation), protein/* (results over all frames), pairs/name or changes/name"
+)
 Fields = Annotated[
     list[str],
     AfterValidator(without_repeats),
@@ -263,27 +315,45 @@ Excluded = Annotated[
 class Config(Section):
     """Config of a study. Lengths are in Å. A key that is left out takes its default."""
 
-    run: Name = key("default", "Name of the study; its results go to results/<run>/.")
-    seed: Seed = key(DEFAULT_SEED, "Seed of all random numbers.")
-    proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
-    pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
+    run: Name = key("default", "Name of the study, whose results are written to results/<run>/.")
+    seed: Seed = key(DEFAULT_SEED, "Seed of all random numbers of the study.")
+    proteins: ListedProteins = key(
+        {},
+        "Proteins to analyse, by name; or the path of a CSV table with the column name and a column for each key, whose "
+        "paths start at the folder of the table; or {folder: path} for all files of a folder.",
+    )
+    pairs: ListedPairs = key(
+        {},
+        "Pairs of molecules whose surfaces are compared, by name; or the path of a CSV table with the columns name, first "
+        "and second, or name, complex, chains_1 and chains_2; or {folder: path} for files named NAME_r and NAME_l.",
+    )
     changes: dict[Name, Two[Conformation]] = key(
-        {}, "Forms of a protein to compare residue by residue, such as {opening: [open, tdp43/c2]}."
+        {},
+        "Two forms of a protein to compare residue by residue, by the name of the comparison, such as {opening: [open, "
+        "closed]}. A form is a protein, or protein/c2 for one of its conformations.",
     )
     pages: Annotated[list[str], AfterValidator(without_repeats)] = optional(
-        "With `sampling: false`: structures that get the files and pages of a study, by name; by default all of at most 10. "
-        "If it leaves any out, all are analysed in batches."
+        "Only with `sampling: false`: names of the structures that get HTML pages, figures and files of their own. By "
+        "default, these are all structures if there are at most 10, and none otherwise. If any structure gets none, all "
+        "are also analysed in batches."
     )
     plddt: Plddt = optional(
-        "Leave out the residues of predicted models (AlphaFold) whose pLDDT is below; other structures stay as they are."
+        "Leave out the residues of a predicted model, such as one of AlphaFold, whose pLDDT is lower. pLDDT is the "
+        "confidence of the prediction, from 0 to 100. Experimental structures are not changed."
     )
-    exclude: Excluded = key({}, f"What to leave out, with the reason that the first page shows: {PLACES}.")
+    exclude: Excluded = key(
+        {}, f"Parts of the study to leave out, each with the reason that the first page shows: {PLACES}."
+    )
     complementarity: Complementarity = Complementarity()
-    paper: Text = optional("Protein that is the paper's A1, to compare with the published tables.")
+    paper: Text = optional(
+        "Name of the protein that is conformation A1 of the paper; its results are compared with the published tables."
+    )
     frames: Frames = Frames()
     surface: Surface = Surface()
     fields: Fields = key(
-        [], "Values at every dot besides roughness: from the atoms, or a column of every `table`."
+        [],
+        "Names of values to compute at every dot in addition to roughness: properties that follow from the structure, or "
+        "columns that every `table` of a protein has.",
     )
     patches: Patches = Patches()
     sampling: Annotated[Sampling, _switch(Sampling)] = Sampling()
