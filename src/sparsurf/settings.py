@@ -47,7 +47,7 @@ def _as_written(value: Any, validate: Any) -> Any:
 def without_repeats(values: list) -> list:
     """Refuse a list that holds a value twice."""
     if any(value in values[:k] for k, value in enumerate(values)):
-        raise ValueError(f"holds a value twice: {values}.")
+        raise ValueError(f"holds a value twice: {values}; remove one of them.")
     return values
 
 
@@ -227,7 +227,7 @@ class Minimal(Section):
         requests = [key for key in REQUEST_KEYS if getattr(self, key) is not None]
         if len(requests) > 1:
             raise ValueError(
-                f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(requests)}."
+                f"takes only one of {', '.join(REQUEST_KEYS)}, but has {', '.join(requests)}; keep one of them."
             )
         if not requests:
             vars(self)["error"] = DEFAULT_ERROR

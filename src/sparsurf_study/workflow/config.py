@@ -158,7 +158,9 @@ def _missing_file(key: str, path: str) -> Iterator[str]:
     if not there and any(os.path.isfile(parent) for parent in Path(path).parents):
         yield f"{key}: {shorten(repr(path))} leads into a file; {UNPACK}"
     elif WILDCARD.search(path):
-        yield f"{key}: {shorten(repr(path))} holds a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
+        yield f"{key}: {shorten(repr(path))} contains a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
+    elif os.path.isdir(path):
+        yield f"{key}: {shorten(repr(path))} is a folder; name a file in it."
     elif not there:
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 
@@ -169,7 +171,7 @@ def _check_names(config: dict) -> Iterator[str]:
         names: dict[str, str] = {}
         for name in config[key]:
             if (twin := names.setdefault(name.lower(), name)) != name:
-                yield f"{key} {twin!r} and {name!r} differ in upper and lower case only; rename one of them."
+                yield f"{key} {twin!r} and {name!r} differ only in upper and lower case; rename one of them."
             if name.lower().endswith(RESERVED_SUFFIXES) or name.lower() in RESERVED_FOLDERS:
                 yield f"{key}: {name!r} is a file or folder of the study itself; choose another name."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
@@ -195,7 +197,7 @@ def _check_proteins(config: dict) -> Iterator[str]:
         if "sha256" in protein and not {"url", "pdb"} & protein.keys():
             yield f"{key}.sha256 is only for a file that is downloaded; remove it."
         for other in Protein(**protein).keys_of_atoms:
-            yield f"{key}: remove `{other}`: it applies to structures, and this protein is a ready surface."
+            yield f"{key}.{other} applies only to structures, but this protein is a ready surface; remove it."
 
 
 def _check_fields(config: dict) -> Iterator[str]:
@@ -211,7 +213,8 @@ def _check_fields(config: dict) -> Iterator[str]:
     for k, field in enumerate(config["fields"]):
         if field not in FIELDS and not (columns and all(field in names for names in columns)):
             words = one_of(field, [*FIELDS])
-            yield f"fields.{k} is {shorten(repr(field))}, but must be {words}{'' if words.endswith('?') else '.'}"
+            end = "" if words.endswith("?") else "."
+            yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {words}{end}"
 
 
 def _check_surfaces(config: dict) -> Iterator[str]:

@@ -77,7 +77,10 @@ def pairs_from_table(path: str) -> dict[str, dict]:
 def _named_rows(key: str, path: str, columns: str) -> list[tuple[int, str, dict[str, str]]]:
     """Read the rows of a CSV table: line number, name, and the other cells that are not empty."""
     if not os.path.isfile(path):
-        raise InputError(f"{key} is {shorten(repr(path))}, but there is no such table.")
+        raise InputError(
+            f"{key} is {shorten(repr(path))}, but there is no such table; name a CSV table, write {{folder: path}}, or list "
+            f"the {key} by name."
+        )
     reader = csv.DictReader(io.StringIO(read_text(path), ""), strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader]

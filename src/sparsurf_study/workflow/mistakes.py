@@ -13,14 +13,14 @@ from sparsurf.suggestions import did_you_mean
 from sparsurf_study.workflow.models import FORMS, Config
 
 WRONG_TYPES = {
-    "int_type": "a whole number without quotes, as 3",
-    "float_type": "a number without quotes, as 0.5",
-    "finite_number": "a number, as 0.5",
+    "int_type": "a whole number without quotes, such as 3",
+    "float_type": "a number without quotes, such as 0.5",
+    "finite_number": "a number, such as 0.5",
     "string_type": "a string; put it in quotes",
     "bool_type": "true or false",
-    "list_type": "a list in brackets, as [1, 2]",
-    "dict_type": "a mapping, as {{key: value}}",
-    "model_type": "a mapping, as {{key: value}}",
+    "list_type": "a list in square brackets, such as [a, b]",
+    "dict_type": "a mapping of names to values, such as {{name: value}}",
+    "model_type": "a mapping of keys to values, such as {{{first}: ...}}",
     "literal_error": "{names}",
 }
 ALLOWED = WRONG_TYPES | {
@@ -31,11 +31,11 @@ ALLOWED = WRONG_TYPES | {
     "string_too_short": "a string that is not empty",
     "string_too_long": "a string of at most {max_length} characters",
     "string_pattern_mismatch": "of the form {form}",
-    "too_short": "a list of {min_length} or more",
-    "too_long": "a list of {max_length} or fewer",
+    "too_short": "a list of {min_length} or more values",
+    "too_long": "a list of {max_length} or fewer values",
 }
 KIND = re.compile(r"\[|^(bool|str)$")  # in a location of pydantic: not a key, but a kind of value
-NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', not '.' first."
+NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', and begin with a letter or a digit."
 NAMES_OF_STRUCTURE = ("pdbfile", "pdb_file", "file", "path", "topology", "top", "cif", "mmcif")  # elsewhere
 
 
@@ -72,6 +72,8 @@ def _sentence(key: tuple, error: dict) -> str:
 def _but_must_be(key: tuple, errors: list[dict]) -> str:
     """Return a sentence with the allowed values and the meaning of a key."""
     value, allowed = errors[0]["input"], []
+    section, meaning = _known(key)
+    first = next(iter(section.model_fields))  # an example of a key
     for error in errors:
         context = error.get("ctx", {}).items()
         limits: dict[str, Any] = {
@@ -79,8 +81,8 @@ def _but_must_be(key: tuple, errors: list[dict]) -> str:
         }
         names, form = re.findall("'(.*?)'", limits.get("expected", "")), FORMS.get(limits.get("pattern", ""))
         words = ALLOWED.get(error["type"], "another value")
-        allowed.append(words.format(**limits, form=form, names=one_of(str(value), names)))
-    return f"{_name(key)} is {_short(value)}, but must be {' or '.join(allowed)} ({_known(key)[1]})."
+        allowed.append(words.format(**limits, form=form, first=first, names=one_of(str(value), names)))
+    return f"{_name(key)} is {_short(value)}, but must be {' or '.join(allowed)} ({meaning})."
 
 
 def one_of(value: str, names: list[str]) -> str:
@@ -103,14 +105,16 @@ def _unknown_key(key: tuple) -> str:
 
 
 def _known(key: tuple) -> tuple[type[BaseModel], str]:
-    """Return the section that a key leads to, and what the key means."""
+    """Return the section that a key leads to, and the first sentence on what the key means."""
     section: type[BaseModel] = Config
     meaning = ""
     for part in key:
         if field := section.model_fields.get(part):
             section = _section(field.annotation) or section
             meaning = field.description or section.__doc__ or ""
-    return section, meaning.rstrip(".")
+        elif key[:2] == (key[0], part) and section is not Config:  # the name of an entry
+            meaning = section.__doc__ or ""
+    return section, meaning.partition(". ")[0].rstrip(".")
 
 
 def _section(annotation: Any) -> type[BaseModel] | None:

@@ -105,7 +105,7 @@ class Simulate(Section):
 
 
 class Protein(Section):
-    """A structure (with or without a trajectory) or a ready surface."""
+    """A structure with or without a trajectory, or a ready surface."""
 
     structure: Text = optional(
         "Path of the structure: a PDB or mmCIF file (also .gz); with a trajectory, any topology that mdtraj reads."
@@ -129,7 +129,7 @@ class Protein(Section):
     )
     chains: list[str] = optional("Identifiers of the chains to use; all by default.", min_length=1)
     residues: Residues = optional(
-        "Ranges of residues to use, both ends included, such as A:10-52A,-5-3 (chain A from 10 to 52A, and from -5 to 3)."
+        "Ranges of residues to use, both ends included, such as A:10-52A,-5-3: chain A, from 10 to 52A and from -5 to 3."
     )
     model: Integer = optional(
         "Number of the model to use, from 1, of a structure with several models; by default, all models are used as frames.",

@@ -22,7 +22,9 @@ class _StrictLoader(yaml.SafeLoader):
             value = super().construct_object(node, deep)
         except (KeyError, AttributeError, TypeError):  # the tag does not allow the value
             tag = node.tag.rpartition(":")[2]
-            raise InputError(f"the value in line {line} is no {tag}; correct it or remove !!{tag}.") from None
+            raise InputError(
+                f"the value in line {line} is not of the type {tag}; correct it or remove !!{tag}."
+            ) from None
         if type(value) in (int, float) and OTHER_BASE.fullmatch(node.value):
             raise InputError(
                 f"{node.value} in line {line} is the number {value} in YAML; write that number, or put it in quotes."
@@ -70,8 +72,8 @@ def read_config(path: str | Path) -> dict:
         raise InputError(f"config: {name} is not valid YAML: {reason}.") from None
     if not isinstance(config, dict):
         kind = "a list" if isinstance(config, list) else "no keys"
-        problem = "is empty" if config is None else f"holds {kind}"
-        raise InputError(f"config: {name} {problem}; it must hold keys with values, at least `proteins`.")
+        problem = "is empty" if config is None else f"contains {kind}"
+        raise InputError(f"config: {name} {problem}; it must contain keys with values, such as `proteins`.")
     return config
 
 

@@ -436,8 +436,8 @@ def test_names_are_those_of_the_library():
     ("content", "words"),
     [
         ("", "is empty"),
-        ("- a\n- b\n", "holds a list"),
-        ("just a text\n", "holds no keys"),
+        ("- a\n- b\n", "contains a list"),
+        ("just a text\n", "contains no keys"),
         ("run: a\n---\nrun: b\n", "line 2: but found another document"),
         ("run: a\nseed: !!python/object/apply:os.system [ls]\n", "line 2: could not determine"),
         ("proteins:\n  p: {structure: a.pdb\nseed: 1\n", "not valid YAML in line"),
