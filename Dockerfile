@@ -1,7 +1,7 @@
-# The study in a container, from the lock; .snakemake tells the next run what the results follow from:
+# The study in a container with fixed versions of all packages. The folder .snakemake records which inputs the results were computed from:
 #   docker build -t sparsurf .
 #   docker run -v "$PWD/results:/sparsurf/results" -v "$PWD/.snakemake:/sparsurf/.snakemake" sparsurf
-# The command alone: docker run -v "$PWD:/data" -w /data sparsurf sparsurf surface protein.pdb -o dots.ply
+# The command sparsurf alone: docker run -v "$PWD:/data" -w /data sparsurf sparsurf surface protein.pdb -o dots.ply
 FROM python:3.11-slim-bookworm
 RUN apt-get update && apt-get install -y --no-install-recommends make && rm -rf /var/lib/apt/lists/*
 WORKDIR /sparsurf

@@ -1,19 +1,20 @@
-# make run     set up, run the default study on the embedded example, write the report
-# make paper   the same for the paper's A1, its tables beside ours (see studies/paper.yaml)
+# make run     set up, run the default study on the embedded example, and write results/default/index.html
+# make paper   the same for conformation A1 of the paper, with the paper's tables beside ours (see studies/paper.yaml)
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
-# make check   compare the files of a run with the checksums that it wrote: which were changed since, which are missing
-# make test    set up, run every check
+# make check   compare the files of a run with the checksums that it wrote, and name those that were changed or are missing
+# make test    set up, run every check and test
 # make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs
-# make evidence  tables and figures of docs/ that are missing or older than their inputs (evidence/README.md); QUICK=1: all
-#              rules on small pieces; -n: only name the jobs; EVIDENCE_DATA=folder: structures from there; RULES=name: only these
+# make evidence  compute the tables and figures of docs/ that are missing or older than their inputs (evidence/README.md). QUICK=1 runs
+#              all rules on small pieces, -n only lists the jobs, EVIDENCE_DATA=folder reads structures from a folder, and RULES=name
+#              runs one rule and those that it depends on
 # make docs    renew the numbers of the pages, build the book in docs/_build/html and check its links (needs a network the
 #              first time)
 # make package  build wheel and source archive in dist/ and check them
-# make setup   set up only; with CLUSTER=slurm what a cluster needs besides; make setup-test adds what tests need
+# make setup   set up only; CLUSTER=slurm also installs the packages for Slurm, and make setup-test those for tests
 # make schema  renew config/schema.json and docs/config.md from the models of the config, and the numbers and lists of the other pages
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
-# On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm, or PROFILE=folder with a Snakemake profile of yours (docs/cluster.md)
+# On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm, or PROFILE=folder with your own Snakemake profile (docs/cluster.md)
 
 PYTHON ?= python3
 CORES  ?= all
@@ -41,7 +42,7 @@ SPACE  := $(VENV) $(VENV)
 SPACE  := $(subst $(VENV),,$(SPACE))
 WRONG  := $(or $(findstring {,$(CURDIR)),$(findstring },$(CURDIR)),$(findstring :,$(CURDIR)),$(if $(findstring $(SPACE),$(CURDIR)),space))
 ifneq ($(WRONG),)
-$(error $(CURDIR) has a $(WRONG) in its name, with which no study runs: move this checkout to another folder)
+$(error $(CURDIR) has a $(WRONG) in its name, which Snakemake cannot handle: move this checkout to another folder)
 endif
 # Where the jobs run: on the cores here, on Slurm, whose extra packages are installed then, or where a profile sends them
 ifneq ($(and $(CLUSTER),$(PROFILE)),)
