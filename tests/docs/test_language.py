@@ -61,6 +61,12 @@ BANNED = (
     (r"\b(has|is) no room for (?!nodes)", "a CSV has no room for triangles", "cannot store"),
     (r"\bnames none\b(?! of)", "--fields names none", "contains no name"),
     (r"\b0 would be the same\b", "0 would be the same surface", "an identical surface has a Z of 0"),
+    (
+        r"\brecovered (surface|field)s?\b|\b(surface|field)s? (\w+ )?recovered\b",
+        "the recovered surface",
+        "is reconstructed",
+    ),
+    (r", as (?=[\[\d])", "a list in brackets, as [1, 2]", "such as"),
 )
 PATTERNS = {re.compile(pattern, re.I): plain for pattern, _, plain in BANNED}
 PAGES = (

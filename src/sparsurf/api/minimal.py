@@ -1,4 +1,4 @@
-"""The minimal subset of a surface, the noise floor that measures it, and the surface recovered from it."""
+"""The minimal subset of a surface, the noise floor that measures it, and the surface reconstructed from it."""
 
 from __future__ import annotations
 

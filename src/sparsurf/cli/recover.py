@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.Dots:
-    """Return the triangles of the recovered surface."""
+    """Return the triangles of the reconstructed surface."""
     from sparsurf.recovery.mesh import recovered_mesh  # here: dots need none of its kernels
     from sparsurf.surfaces.mesh import grid_step_for_density
 

@@ -103,7 +103,7 @@ class Representation:
         return residue_table(self.surface, self.roughness, self.molecule, self.subset.dots, weight, component)
 
     def errors(self, threads: int = 1) -> pd.DataFrame:
-        """Return the distances of all dots from the surface recovered from the subset: the rows of recovered.csv."""
+        """Return the distances of all dots from the surface reconstructed from the subset: the rows of recovered.csv."""
         few, prepared = self.subset, self.trials.prepared
         distances = distance_to_recovered(
             prepared.points, few.points, few.normals, threads, DENSITY_FOR_ERRORS
@@ -172,7 +172,7 @@ def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surfa
 
 
 def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:
-    """Compute Z of the surface recovered from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
+    """Compute Z of the surface reconstructed from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
     out = {}
     for name in DESCRIPTORS:
         view = prepared.changed(patches=prepared.patches.model_copy(update={"descriptor": name}))

@@ -1,4 +1,4 @@
-"""Subsets of one sampler, the Z of the kept dots, and the error of the surface recovered from them."""
+"""Subsets of one sampler, the Z of the kept dots, and the error of the surface reconstructed from them."""
 
 from functools import cached_property
 from typing import NamedTuple
@@ -15,7 +15,7 @@ MIN_DOTS = 12  # no surface can be recovered from fewer
 
 
 class MeasuredError(NamedTuple):
-    """Mean error of the surface recovered from a subset, Å, and the standard error of its logarithm."""
+    """Mean error of the surface reconstructed from a subset, Å, and the standard error of its logarithm."""
 
     mean: float
     log_error: float
@@ -62,7 +62,7 @@ class Trials:
         return self._z[n]
 
     def error(self, n: int) -> MeasuredError:
-        """Measure the error of the surface recovered from `n` dots.
+        """Measure the error of the surface reconstructed from `n` dots.
 
         Its standard error is over the cells of the kept dots: the errors around one dot vary together.
         """
@@ -71,7 +71,7 @@ class Trials:
         return self._errors[n]
 
     def _measure_error(self, dots: np.ndarray) -> MeasuredError:
-        """Measure the error of the surface recovered from a subset."""
+        """Measure the error of the surface reconstructed from a subset."""
         if len(dots) == self.n_dots:
             return MeasuredError(0.0, 0.0)
         surface, threads = self.prepared.surface, self.prepared.threads

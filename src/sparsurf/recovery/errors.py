@@ -1,4 +1,4 @@
-"""Distances between a recovered surface and the full one, overall and in clefts, flats and ridges."""
+"""Distances between a reconstructed surface and the full one, overall and in clefts, flats and ridges."""
 
 import math
 
@@ -11,7 +11,7 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
 
-# Dots per Å^2 of the recovered surface from which errors are measured; three times as many change them by 2 %.
+# Dots per Å^2 of the reconstructed surface from which errors are measured; three times as many change them by 2 %.
 DENSITY_FOR_ERRORS = 20.0
 MIN_CURVATURE = 0.05  # 1/Å, that of a sphere of 20 Å: a more curved patch is a cleft or a ridge
 EVERYWHERE = "everywhere"
@@ -22,7 +22,7 @@ TAIL_QUANTILE = 0.99  # of the distances, reported next to mean and largest
 def distance_to_recovered(
     points: np.ndarray, kept: np.ndarray, normals: np.ndarray, threads: int = 1, density: float = DENSITY
 ) -> np.ndarray:
-    """Compute the distance of every dot from the surface recovered from the kept ones (n, 3), (N,) Å, at `density` per Å²."""
+    """Compute the distance of every dot from the surface reconstructed from the kept ones (n, 3), (N,) Å, at `density` per Å²."""
     return distance_to_surface(points, *recover(kept, normals, density, threads=threads), threads)
 
 
@@ -76,7 +76,7 @@ def _curvature(
 
 
 def kept_out(values: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the values of the dots that are not among the kept ones: these lie on the recovered surface by construction."""
+    """Return the values of the dots that are not among the kept ones: these lie on the reconstructed surface by construction."""
     return np.delete(values, kept)
 
 

@@ -1,4 +1,4 @@
-"""How many dots a surface needs: the error of the recovered surface is inversely proportional to the number of dots per Å^2.
+"""How many dots a surface needs: the error of the reconstructed surface is inversely proportional to the number of dots per Å^2.
 
 The error grows with the square of the spacing of the dots, as it does for any surface of bounded curvature. The constant depends
 on the radii of atoms and probe, and differs little between proteins. It was measured for farthest-point dots and a probe of

@@ -1,4 +1,4 @@
-"""A closed mesh of the surface recovered from few dots with normals."""
+"""A closed mesh of the surface reconstructed from few dots with normals."""
 
 import logging
 
@@ -29,7 +29,7 @@ def recovered_mesh(
     steps: int = NEWTON_STEPS,
     threads: int = 1,
 ) -> Mesh:
-    """Triangulate the recovered surface by a grid of `step` Å, where the signed distance to its dense dots changes sign."""
+    """Triangulate the reconstructed surface by a grid of `step` Å, where the signed distance to its dense dots changes sign."""
     dense, outward = recover(points, normals, density, reach, steps, threads)
     if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface
         log.warning("the normals point inward, so that the mesh encloses the outside: reverse them")

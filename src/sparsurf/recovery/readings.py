@@ -30,7 +30,7 @@ def recovered_index(
     density: float,
     close: float = 0.0,
 ) -> PatchIndex:
-    """Index the surface recovered from kept dots at the density of the full surface; `close` is in spacings of that."""
+    """Index the surface reconstructed from kept dots at the density of the full surface; `close` is in spacings of that."""
     from sparsurf.patches.index import (
         build_index,  # here: pages need the names of the readings, but no kernel
     )
@@ -41,7 +41,7 @@ def recovered_index(
 
 
 def comparable_density(density: float, d_link: float = D_LINK) -> float:
-    """Return the density (dots per Å^2) at which a surface is recovered for comparison with a full one.
+    """Return the density (dots per Å^2) at which a surface is reconstructed for comparison with a full one.
 
     The descriptor of a patch depends on it: against 20 dots per Å^2, Z is 1.8 times the noise floor at 5.35, 1.2 times at 20.
     """

@@ -30,7 +30,7 @@ REFERENCE = "uniform"  # sampler with which the others are compared
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z full": "surface",  # islands removed on the full surface
     "Z full weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
-    "Z recovered": "surface",  # a dense surface is recovered from the kept dots
+    "Z recovered": "surface",  # a dense surface is reconstructed from the kept dots
     "Z kept_scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
     "Z kept": "surface",  # islands removed among the kept dots, linked within d_link
     "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface

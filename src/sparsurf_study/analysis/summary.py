@@ -103,7 +103,7 @@ def surfaces_table(results: Sequence[Result]) -> pd.DataFrame:
 
 
 def _recovered_columns(everywhere: pd.Series) -> dict[str, float]:
-    """Return the density of the minimal subset, the interval of its share, and the errors of the surface recovered from it."""
+    """Return the density of the minimal subset, the interval of its share, and the errors of its reconstructed surface."""
     of_subset = ("n_S_percent_low", "n_S_percent_high", "density")
     of_surface = (
         "mean",

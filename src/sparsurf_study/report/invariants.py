@@ -146,7 +146,7 @@ def values_lie_in_their_intervals(path: Path) -> Iterator[str]:
 
 
 def errors_are_distances(path: Path) -> Iterator[str]:
-    """Check 0 <= mean <= 99 % quantile <= largest distance of the recovered surface."""
+    """Check 0 <= mean <= 99 % quantile <= largest distance of the reconstructed surface."""
     row = pd.read_csv(path).iloc[0]
     if not 0 <= row["mean"] <= row["high_99"] <= row["largest"]:
         yield "mean, 99 % quantile and largest distance are not in this order."

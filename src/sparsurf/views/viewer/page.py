@@ -188,7 +188,7 @@ def coloured_page(
 
 def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
     """Return what the dots of a surface show: their distance from the recovered one, component, and fields."""
-    name = "distance from the surface recovered from minimal.csv"
+    name = "distance from the surface reconstructed from minimal.csv"
     shown = [Values(name, "off", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
     components = surface.fields.get(COMPONENT_FIELD)
     if components is not None and components.max() > 0:

@@ -1,4 +1,4 @@
-"""How many dots are enough: the error of the recovered surface against the dots per Å^2, and the minimal subsets."""
+"""How many dots are enough: the error of the reconstructed surface against the dots per Å^2, and the minimal subsets."""
 
 from __future__ import annotations
 

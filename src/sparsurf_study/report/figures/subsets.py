@@ -1,4 +1,4 @@
-"""Figure 5 of the paper: the surface, subsets of it, and the surface recovered from the minimal subset."""
+"""Figure 5 of the paper: the surface, subsets of it, and the surface reconstructed from the minimal subset."""
 
 from __future__ import annotations
 
