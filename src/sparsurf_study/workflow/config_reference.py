@@ -21,7 +21,8 @@ name that you choose.
 
 - [The method](method.md) explains the terms patch, island, roughness, combination, descriptor, Z, d, test dot and reading.
   n_S is the number of kept dots.
-- A *sampler* chooses dots. `uniform` chooses them at random, `poisson` at random but no closer than a certain distance, and
+- A *sampler* chooses dots. It is one of {samplers}.
+  `uniform` chooses them at random, `poisson` at random but no closer than a certain distance, and
   `farthest` as far from one another as possible. `paper` is the paper's sampling, and `paper_corrected` is the same with both
   rules of [sampling](#sampling) set to `false`.
 - A *conformation* is one frame of a protein. Conformations are called `c1`, `c2` and so on if they are chosen by clusters, and
@@ -64,7 +65,8 @@ def reference_page() -> str:
             sections.append(f"\n## {key}\n\n{_meaning(rule, definitions)}\n\n{HEAD}{''.join(rows)}")
         else:
             alone.append(_row(key, rule))
-    return INTRODUCTION + HEAD + "".join([*alone, *sections])
+    samplers = ", ".join(f"`{name}`" for name in SAMPLERS)
+    return INTRODUCTION.format(samplers=samplers) + HEAD + "".join([*alone, *sections])
 
 
 def _alternatives(rule: dict, definitions: dict) -> Iterator[dict]:
