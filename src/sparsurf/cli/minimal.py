@@ -9,7 +9,7 @@ from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.threads import available_cores
-from sparsurf.views.numbers import share
+from sparsurf.views.numbers import number, share
 
 FORMATS = (*writing.DOTS_ALONE, *writing.PAGES)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
@@ -81,11 +81,14 @@ def run(args: argparse.Namespace) -> None:
     result = represented(surface, sizes, args.sampler, args.seed, args.d_link)
     few, words = result.subset, ""
     if outputs.is_reported(args):
-        words = f"{len(few):,} of {len(surface):,} dots ({share(100 * len(few) / len(surface))} %"
+        percent = 100 * len(few) / len(surface)
         if few.interval:
-            ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
-            words += f"; 95 % interval {ends} %"
-        words += ")"
+            ends = (100 * end / len(surface) for end in few.interval)
+            kept, low, high = (number(value, 1) for value in (percent, *ends))
+            words = f"{kept} %; 95 % interval {low} to {high} %"
+        else:
+            words = f"{share(percent)} %"
+        words = f"{len(few):,} of {len(surface):,} dots ({words})"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             words += ". The interval is wide: --percent keeps a fixed share"
         if len(few) < len(surface):
@@ -101,7 +104,7 @@ def _error(result: Representation) -> str:
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
-        f"The surface reconstructed from these dots deviates by {errors['mean']:.2g} Å on average (99 %: "
-        f"{errors['high_99']:.2g} Å).\nIts Z is {errors['Z_published']:.2f}: "
+        f"The surface reconstructed from these dots deviates by {errors['mean']:.3f} Å on average (99 %: "
+        f"{errors['high_99']:.3f} Å).\nIts Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
     )

@@ -221,6 +221,8 @@ def atoms_of_expression(molecule: Atoms, selection: str) -> np.ndarray:
         raise InputError(f"selection is {selection!r}; it must be an mdtraj expression, or 'all'.")
     if selection.strip() == "all":
         return np.ones(len(molecule.chain), bool)
+    if not selection.strip():
+        raise InputError("selection is empty: give an mdtraj expression, or leave it out.")
     if len(selection) > LONGEST_SELECTION:
         raise InputError(
             f"selection has {len(selection):,} characters, more than {LONGEST_SELECTION:,}: name ranges, as in "

@@ -102,7 +102,7 @@ def test_snakemake_alone_plans_what_make_run_plans(tmp_path):
     """In a checkout that is set up, without a config: the default study."""
     place = checkout(tmp_path / "checkout")
     python = place / ".venv" / "bin" / "python"
-    command = re.search(r"^\.venv/bin/snakemake (.*)$", TEXT, re.M)[1].split()
+    command = re.search(r"^\.venv/bin/snakemake (--cores .*)$", TEXT, re.M)[1].split()
     calls = (
         [python, "-m", "snakemake", *command, "-n"],
         [python, "scripts/study.py", "config.yaml", *command, "-n"],
