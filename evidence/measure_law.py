@@ -4,9 +4,8 @@ import pandas as pd
 
 import sparsurf
 from measures import law
-from sparsurf.errors import InputError
+from measures.molecules import first_model
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf_study.workflow.jobs import job, reporter
@@ -14,10 +13,8 @@ from sparsurf_study.workflow.jobs import job, reporter
 with job(snakemake):
     params, errors, parts, progress = snakemake.params, [], [], reporter("The law", "surfaces")
     for k, (name, path) in enumerate(params.structures.items()):
-        try:
-            molecule = read_molecule(path, model=1, hydrogens=params.hydrogens)
-        except InputError as error:
-            print(f"{name} takes no part: {error}")
+        molecule = first_model(name, path, params.hydrogens)
+        if molecule is None:
             continue
         streams = Streams(params.seed, f"law {name}")
         prepared = PreparedSurface(sparsurf.surface(molecule), Settings(), None, streams)

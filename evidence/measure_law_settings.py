@@ -3,9 +3,9 @@
 import pandas as pd
 
 from measures import law
+from measures.molecules import first_model
 from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import Streams
@@ -17,7 +17,9 @@ with job(snakemake):
     structures = [(group, *pair) for group, paths in params.structures.items() for pair in paths.items()]
     progress = reporter("The law by settings", "surfaces")
     for k, (group, name, path) in enumerate(structures, 1):
-        molecule, settings = read_molecule(path, model=1), Settings()
+        molecule, settings = first_model(name, path), Settings()
+        if molecule is None:
+            continue
         for words, changes in params.settings.items():
             rules = SurfaceSettings(**changes)
             surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name)

@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sparsurf.errors import InputError
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -17,6 +19,15 @@ def atoms_of(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Read coordinates (A, 3) and radii (A,), Å, of the atoms of the first model of a structure, all its polymers."""
     molecule = read_molecule(path, selection=None)
     return molecule.xyz[0], radii(molecule, "dms")
+
+
+def first_model(name: str, path: str | Path, hydrogens: str = "keep") -> Molecule | None:
+    """Read the first model of a structure; None, with a note, if it cannot be read, as a chain of C-alpha atoms alone."""
+    try:
+        return read_molecule(path, model=1, hydrogens=hydrogens)
+    except InputError as error:
+        print(f"{name} takes no part: {error}")
+        return None
 
 
 def dotted_surface(
