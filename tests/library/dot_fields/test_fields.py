@@ -298,8 +298,10 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
     )
     np.testing.assert_array_equal(found, expected)
     with_b = tmp_path / "b.pdb"
-    molecule.write_pdb(with_b, b_factor=np.full(molecule.n_atoms, 12.5))
-    assert sparsurf.fields(with_b, dots, "bfactor")["bfactor"].to_numpy() == pytest.approx(12.5)
+    b_factor = np.arange(molecule.n_atoms) % 9.0  # 0 of some atoms is a value
+    molecule.write_pdb(with_b, b_factor=b_factor)
+    expected = gaussian_mean(b_factor, molecule.xyz[0], dots.points)
+    assert sparsurf.fields(with_b, dots, "bfactor")["bfactor"].to_numpy() == pytest.approx(expected)
     with pytest.raises(InputError, match="bfactor has no value"):
         sparsurf.fields(molecule, dots, ("bfactor",))
 

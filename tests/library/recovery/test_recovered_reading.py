@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sparsurf.evaluation.minimal_subset import recovered_z
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches import descriptors
@@ -31,6 +32,15 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     kept = SAMPLERS["farthest"](prepared, 500, np.random.default_rng(1))
     z, _ = prepared.distances([kept], tests, z_tot, "recovered")
     index = build_index(*recover(prepared.points[kept], prepared.normals[kept], prepared.density))
+    by_descriptor = recovered_z(prepared, kept, tests)
+    for name in descriptors.DESCRIPTORS:  # each beside the full surface in its own descriptor
+        whole, alone = (
+            descriptors.describe(dots, prepared.points[tests], descriptor=name)[0]
+            for dots in (prepared.index, index)
+        )
+        distance = np.linalg.norm(alone - whole, axis=1).mean()
+        assert by_descriptor.pop(f"Z_{name}") == pytest.approx(distance, rel=1e-9)
+    assert not by_descriptor
     alone, _ = descriptors.describe(index, prepared.points[tests])
     assert z[0] == pytest.approx(np.linalg.norm(alone - z_tot, axis=1), rel=1e-9)
     as_it_is, _ = prepared.distances([kept], tests, z_tot, "full")

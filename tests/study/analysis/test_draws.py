@@ -3,12 +3,14 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.subset_search import find_subset
 from sparsurf.sampling import published
+from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams, stream
 from sparsurf_study.analysis import comparison, grid
@@ -177,6 +179,19 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
             alone = prepared.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
             assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
     assert np.abs(found[2] - found[0]).max() > 0.1
+
+
+def test_d_under_the_scaled_link_stands_beside_its_winner(prepared):
+    rows = np.array([(0.7, 0, 2, 0), 4 * (np.nan,), (0.2, 0.3, 0, 0), (0.7, 0, 2, 0)])
+    ranges = pd.DataFrame(rows, columns=PARAMETERS).assign(n_combinations=[3, 0, 2, 1])
+    found = grid.add_scaled_link(ranges, prepared, 8, 2)["d_kept_scaled"]
+    tests = prepared.draw_tests(8)
+    z_tot, _ = prepared.describe(tests)
+    for k in (0, 2, 3):
+        pairs = [prepared.pair(rows[k], draw) for draw in range(2)]
+        z = [prepared.distances(pair, tests, z_tot, "kept_scaled", many=True)[0] for pair in pairs]
+        assert found[k] == pytest.approx(np.mean([random - sampled for sampled, random in z]), rel=1e-5)
+    assert np.isnan(found[1]) and found[0] != found[2]
 
 
 def test_blocks_of_random_numbers_change_no_draw(prepared, monkeypatch):
