@@ -1020,6 +1020,11 @@ def not_a_number(several):
     return several
 
 
+def longer(several):
+    several.xyz *= 10
+    return several
+
+
 def boxless(content):
     """Leave out the boxes of three frames of a TRR file."""
     parts = (content[k * len(content) // 3 : (k + 1) * len(content) // 3] for k in range(3))
@@ -1054,8 +1059,8 @@ TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes 
     "zeros": (zeroed, "xtc dcd trr nc", same, {}, "! in frame 2"),
     "not a number": (not_a_number, "dcd", same, {}, "! not numbers .* in frame 2"),
     "other atoms": (lambda several: several.atom_slice(range(950)), "xtc dcd nc xyz", same, {}, "! 950 atoms and .* has 953"),
-    "ten times as long": (
-        lambda several: setattr(several, "xyz", 10 * several.xyz) or several, "dcd", same, {}, "! give lengths in Å"),
+    "ten times as long": (longer, "dcd", same, {}, r"! run\.dcd: .* lengths in Å, and atoms in the order of .*topology\.pdb"),
+    "ten times as long as": (longer, "xtc", same, {}, r"! run\.xtc: .* lengths in nm, and atoms in the order of .*topology\.pdb"),
 }  # fmt: skip
 EVERY_TRAJECTORY = [f"{name}.{kind}" for name, row in TRAJECTORIES.items() for kind in row[1].split()]
 
@@ -1126,7 +1131,9 @@ def test_velocities_between_positions_are_no_frames(tmp_path, caplog):
     size = len(content) // 3
     sizes = slice(size + 24 + 28, size + 24 + 36)  # of the positions and the velocities of the second frame
     path.write_bytes(content[: sizes.start] + content[sizes][4:] + content[sizes][:4] + content[sizes.stop :])
-    judge("2 953 61", lambda: measured(read_molecule(EXAMPLE, tmp_path / "a.trr")), caplog, "a.trr")
+    judge("2 953 61", lambda: measured(read_molecule(EXAMPLE, path)), caplog, "a.trr")
+    named = read_molecule(EXAMPLE, path, times=[2.0])  # ps, of the third frame
+    assert named.time_ps.tolist() == [0, 2] and np.diff(named.xyz, axis=0) == pytest.approx(0.242, abs=0.002)
 
 
 # ---- dots: changes of a surface of the example, as a file and as arrays
@@ -1190,10 +1197,16 @@ def lifted(points, normals):
     return points, normals
 
 
-def far(points, normals):
-    points = points.copy()
-    points[7, 1] -= 5000
-    return points, normals
+def far(repeats):
+    """Move one dot away, behind `repeats` further copies of the first one."""
+
+    def change(points, normals):
+        rows = np.append(np.zeros(repeats, int), np.arange(len(points)))
+        points = points[rows]
+        points[7 + repeats, 1] -= 5000
+        return points, normals[rows]
+
+    return change
 
 
 UPRIGHT, OPPOSE, LENGTHS = "! not perpendicular", "oppose each other", "~ are lengths in Å"
@@ -1210,17 +1223,18 @@ DOTS = {
     "every 10th flipped": (flipped(0.1), "! give outward normals"),
     "every 4th flipped": (flipped(0.25), f"! {OPPOSE}: give outward normals"),
     "every 5th random": (random_normals(0.2), f"! {OPPOSE}"),
-    "the last inward": (last(0.05, normals_times=-1), "~ some dots around"),
+    "the last inward": (last(0.05, normals_times=-1), r"~ some dots around (line 6247|dot 6246) point"),
     "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
-    "the last in nm": (last(0.1, points_times=0.1), "~ times as close as the others"),
+    "the last in nm": (last(0.1, points_times=0.1), r"~ dots around (line 6247|dot 6246) lie \d\.\d times as close"),
     "twice as long": (lambda p, n: (2 * p, n), LENGTHS),
     "in nm": (lambda p, n: (p / 10, n), "! lengths seem to be in nm"),
     "a tenth of the dots": (some(0.1), ""),
     "one dot in fifty": (some(0.02), ""),
     "the first half, in the order of atoms": (
         lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), "~ do not close around a molecule"),
-    "a dot 5 Å above the others": (lifted, r"~ lies 5\.\d Å from the nearest other dot"),
-    "a dot far from the others": (far, r"! lies 49\d\d Å from all other dots"),
+    "a dot 5 Å above the others": (lifted, r"~ (line 6437|dot 6436) lies 5\.\d Å from the nearest other dot"),
+    "a dot far from the others": (far(0), r"! (line 9|dot 8) lies 49\d\d Å from all other dots"),
+    "a dot far from the others, the first thrice": (far(2), r"! (line 11|dot 10) lies 49\d\d Å from all other dots"),
     "a heap of dots": (pile, "! lie in one place"),
     "two dots in one place": (lambda p, n: (np.tile(p[:1], (2, 1)), n[:2]), "! lie in one place"),
     "normals of length 0": (lambda p, n: (p, np.where(np.arange(len(n))[:, None] == 5, 0, n)), "! normal of length 0"),

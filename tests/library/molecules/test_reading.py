@@ -189,6 +189,13 @@ def test_models_of_equal_numbers_are_models_of_their_own(tmp_path, caplog, given
         assert one.frame_number.tolist() == [k]
 
 
+def test_the_chains_of_an_assembly_have_the_number_of_their_model(tmp_path):
+    models = (f"MODEL {k:>8}\n{peptide(origin=(0, 9.0 * k, 0))}ENDMDL\n" for k in (1, 2, 3))
+    molecule = read_molecule(write(tmp_path / "a.pdb", "".join(models)), assembly=True)
+    assert [*dict.fromkeys(molecule.chain.tolist())] == ["A", "A-2", "A-3"]
+    assert molecule.xyz[0, ::20, 1].tolist() == [9, 18, 27]
+
+
 @pytest.mark.parametrize(("stride", "expected"), [(2, [0, 2, 4]), (3, [0, 3]), (9, [0])])
 def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path, stride, expected):
     models = [f"MODEL {k + 1:>8}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in range(5)]
@@ -453,6 +460,10 @@ def test_what_is_left_out_is_reported_of_the_first_model_alone(tmp_path, caplog)
     with caplog.at_level(logging.INFO, "sparsurf"):
         assert read_molecule(path).n_frames == 2
     assert caplog.messages == [f"{path}: left out 1 HOH"]
+    caplog.clear()
+    with caplog.at_level(logging.INFO, "sparsurf"):
+        assert read_molecule(path, residues="A:1-2").n_residues == 2
+    assert caplog.messages == []  # of what lies outside of the range
 
 
 def test_a_box_and_a_bond_are_longer_than_some_length():
@@ -461,6 +472,8 @@ def test_a_box_and_a_bond_are_longer_than_some_length():
         xyz = np.array([[[0.1, 0, 0], [side + 0.1 - gap, 0, 0]]])
         made = make_whole(xyz, side * np.eye(3)[None], np.zeros(2, int), join=False)
         assert made[0, 1, 0] == pytest.approx(0.1 - gap if whole else side + 0.1 - gap)
+        short = np.diag([side, side, 14.9])[None]  # one dummy among the lattice vectors is enough
+        assert np.array_equal(make_whole(xyz, short, np.zeros(2, int), join=False), xyz)
 
 
 @pytest.mark.parametrize(("count", "joined"), [(2, True), (100, True), (101, False)])
@@ -575,6 +588,25 @@ def test_a_repair_that_makes_a_frame_worse_is_refused():
         repair(lost[None], box[None], np.array([3]))
 
 
+def test_a_wrong_frame_is_called_by_its_number_in_the_file(tmp_path):
+    """Six frames of two peptides in a box of 100 Å, of which every second is read and the fifth is wrong."""
+    text = peptide() + "TER\n" + peptide(chain="B", origin=(0, 50, 0)) + "END\n"
+    given = mdtraj.join([mdtraj.load(str(write(tmp_path / "a.pdb", text)))] * 6)
+    given.xyz = given.xyz + 0.02 * np.arange(6)[:, None, None]
+    given.unitcell_vectors = np.tile(10 * np.eye(3), (6, 1, 1))
+    torn, boxes = given[:], given.unitcell_vectors.copy()
+    torn.xyz[4, 4] += 0.8
+    boxes[4, 1, 1] = 5  # which would lay one peptide onto the other
+    given.unitcell_vectors = boxes
+    for frames, words in (
+        (torn, "the bond CA-CB of ALA 1 A is .* long in frame 4;"),
+        (given, "the box and the coordinates in frame 4 do not fit together"),
+    ):
+        frames.save(str(tmp_path / "a.xtc"))
+        with pytest.raises(InputError, match=words):
+            read_molecule(tmp_path / "a.pdb", tmp_path / "a.xtc", stride=2)
+
+
 def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
     path = write(tmp_path / "a.pdb", peptide() + "END\n")
     whole = read_molecule(path).xyz[0]
@@ -611,3 +643,9 @@ def test_a_complex_that_the_box_of_a_pdb_file_cuts_is_joined_and_a_crystal_is_no
         [a, b + np.array([0, 0, 37])]
     )  # nearer to another image of the first, and no bond is cut
     np.testing.assert_allclose(read(crystal), crystal, atol=6e-4)
+    one = mdtraj.load(str(tmp_path / "b.pdb"))
+    assert from_mdtraj(one).xyz[0] == pytest.approx(crystal, abs=2e-3)
+    moving = mdtraj.join([one, one])
+    moving.xyz[1] += 0.01
+    joined = crystal - np.repeat([[0, 0, 0], [0, 0, 40.0]], 20, axis=0)  # a trajectory is no crystal
+    assert from_mdtraj(moving).xyz[0] == pytest.approx(joined, abs=2e-3)

@@ -155,6 +155,13 @@ def test_the_recovered_surface_as_a_mesh():
     assert np.array_equal(mesh.vertices.points, again.vertices.points)
 
 
+def test_the_corners_of_a_thin_wall_lie_on_its_two_sides():
+    unit, inner = sphere(180)[0], sphere(120)[0]
+    mesh = recovered_mesh(np.concatenate([3 * unit, 2.5 * inner]), np.concatenate([unit, -inner]), density=2)
+    radius = np.linalg.norm(mesh.vertices.points, axis=1)
+    assert np.abs(np.where(radius > 2.75, radius - 3, radius - 2.5)).max() < 0.1
+
+
 def test_holes_are_closed_and_an_end_is_reported(caplog):
     """Dots of a ball without those of a cap: the inside stays one; a sheet has none."""
     unit = sphere(700)[0]
@@ -241,7 +248,7 @@ def test_a_vertex_belongs_to_the_atom_of_the_dots_there(n_vertices):
 
 
 def test_vertices_have_fields():
-    dots = sparsurf.surface(ROOT / "data/tdp43/topology.pdb", cavities="remove")
+    dots = sparsurf.surface(ROOT / "data/tdp43/topology.pdb", cavities="remove", probe_radius=1.7)
     mesh = sparsurf.mesh(dots, 800, fields=["roughness", "hydropathy"])
     fields, points = mesh.vertices.fields, mesh.vertices.points
     nearest = cKDTree(dots.points).query(points)[1]
