@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
+from peptides import peptide, write
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -184,6 +185,14 @@ def test_warnings_of_a_folder_are_summed_up_at_its_end(folder, jobs, tmp_path, c
     assert len(lines) == 2
     assert lines[0].startswith("2 of 4 structures, such as a: 8 residues lack heavy atoms")
     assert lines[-1].startswith("1 of 4 structures is left out: c: ") and "c.pdb" in lines[-1]
+
+
+def test_a_structure_counts_once_for_all_its_warnings_of_a_kind(tmp_path, caplog):
+    parts = [peptide(chain=chain, origin=(0, 9.0 * k, 0)) for k, chain in enumerate("AABB")]
+    for name in ("a", "b"):
+        write(tmp_path / f"{name}.pdb", "TER\n".join(parts) + "END\n")
+    assert len(list(sparsurf.points_of(tmp_path, 20))) == 2
+    assert "2 of 2 structures, such as a: chain A holds several molecules" in caplog.text
 
 
 def test_folders_of_structures(folder, tmp_path):

@@ -20,6 +20,7 @@ from peptides import atom_line, peptide
 from sparsurf.api import show
 from sparsurf.cli import command
 from sparsurf.errors import InputError
+from sparsurf.views import pictures
 from sparsurf.views.overview import profile
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -118,12 +119,23 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
         )
     assert panel.least.label == "ALA 7 A" and panel.most.label == "ALA 20 A"
     assert {text for _, text in panel.levels} == {"0.3", "0.4", "0.5", "0.6", "0.7", "0.8"}
+    coded = table.assign(residue=["7", "7A", "7B", "8", "10", "11"], mean_roughness=0.5)
+    assert [len(curve.split()) for curve in profile.panels(coded)[0].curves] == [4, 2]  # 9 is missing
     many = pd.concat(
         [table.assign(chain=name, mean_roughness=0.5 + 0.01 * k) for k, name in enumerate("ABC")]
     )
     many = many.reset_index(drop=True)
     marked = [sum(mark.rough for mark in panel.marks) for panel in profile.panels(many)]
     assert marked == [6, 4, 0]  # ten of all chains
+
+
+def test_of_rough_residues_side_by_side_the_roughest_is_named():
+    rough = np.full(200, 0.7)
+    rough[100:102] = 0.4, 0.3
+    table = pd.DataFrame({"chain": "A", "residue": np.arange(1, 201).astype(str), "residue_name": "ALA"})
+    ax = pictures.profile_picture(table.assign(mean_roughness=rough), "x").axes[0]
+    named = {text.get_text() for text in ax.texts}
+    assert "ALA 102 A" in named and "ALA 101 A" not in named
 
 
 def test_what_was_left_out_stands_on_the_page_and_warnings_are_shown_once(tmp_path, caplog):

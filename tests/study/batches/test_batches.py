@@ -152,6 +152,16 @@ def test_what_cannot_be_exported_is_said_in_one_sentence(many, capsys, run, name
     assert words in told and told.count("\n") == 1
 
 
+def test_a_structure_that_has_lost_an_atom_is_not_exported(many, tmp_path, capsys):
+    shutil.copytree(many, tmp_path / "own")
+    path = tmp_path / "own/structures/p03.pdb"
+    lines = path.read_text().splitlines(True)
+    lines.remove([line for line in lines if line.startswith("ATOM")][-1])
+    write(path, "".join(lines))
+    assert export.main(str(tmp_path / "own/results/many"), "p03", str(tmp_path / "out")) == 1
+    assert "p03.pdb has changed since the study: run the study again." in capsys.readouterr().err
+
+
 def test_the_bytes_depend_neither_on_cores_nor_on_the_order_of_batches(many, tmp_path):
     folder = tmp_path / "again"
     shutil.copytree(many / "structures", folder / "structures")

@@ -180,7 +180,8 @@ def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     page = Page((tmp_path / "index.html").read_text())
     (row,) = [row for row in page.rows if row[0].startswith("25 ") and "to 5.42" in row[2]]
     assert row[2] == "3.92 (2.42 to 5.42)"
-    assert "In 4 of 6 tests" in text_of(tmp_path)
+    text = text_of(tmp_path)
+    assert "In 4 of 6 tests" in text and "the reconstructed and the true surface is 0.90 Å" in text
 
 
 def test_fields_are_those_of_the_minimal_subset(tmp_path):
@@ -214,6 +215,7 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     )
     table["above_moved"] = table["total"] > table[["total_floor", "total_moved"]].max(axis=1)
     table = table.assign(shape=1.0, shape_floor=0.5, potential_difference=-1.26, hydropathy_difference=0.04)
+    table = table.assign(potential=2.0, potential_floor=1.5, hydropathy=0.9, hydropathy_floor=0.2)
     table.loc[5, ["total", "above_moved"]] = np.nan, False
     table.loc[38, "residue_name_second"] = "ALA"
     table.to_csv(folder / "changes.csv", index=False)
@@ -222,7 +224,7 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     page = Page((tmp_path / "index.html").read_text())
     shown = [row for row in page.rows if row[0].startswith("A:")]
     assert [row[0] for row in shown[:2]] == ["A:GLY39 → ALA", "A:GLY38"] and len(shown) == 10
-    assert shown[0][1:] == ["19.0", "38.00", "2.00", "1.00", "shape", "−1.3", "0.0"]
+    assert shown[0][1:] == ["19.0", "38.00", "2.00", "1.00", "hydropathy, shape", "−1.3", "0.0"]
 
 
 @pytest.mark.parametrize("touching", [0, 1, 2])

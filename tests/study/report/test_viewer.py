@@ -158,7 +158,9 @@ def test_the_page_of_a_pair_ranks_each_partner_and_turns_its_interface_to_the_vi
     touching, partner = dots["interface"].to_numpy() == 1, dots["partner"].to_numpy()
     assert all(z[touching & (partner == side)].mean() > z[partner == side].mean() for side in (1, 2))
     assert columns["x"][partner == 2].min() > columns["x"][partner == 1].max()  # side by side
-    assert {label.split(", ")[1] for label in header["residues"]} == {"partner 1", "partner 2"}
+    labels = np.array(header["residues"])[columns["residue"]]
+    parts = zip(*(dots[name] for name in ("residue_name", "residue", "chain", "partner")), strict=True)
+    assert labels.tolist() == ["{} {} {}, partner {}".format(*each) for each in parts]
 
 
 def test_the_page_of_a_form_is_grey_below_its_floor(study, tmp_path):
