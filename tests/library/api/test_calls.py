@@ -343,6 +343,8 @@ def test_dots_and_atoms_are_of_one_frame(two_frames, tmp_path):
     with pytest.raises(InputError, match="write: the dots are those of frame 1"):
         sparsurf.write(dots, tmp_path / "x.dms", molecule=two_frames)
     sparsurf.write(dots, tmp_path / "x.dms", molecule=two_frames, frame=1)
+    sparsurf.write(dots, tmp_path / "own.dms")  # on the frame that they carry
+    assert (tmp_path / "own.dms").read_bytes() == (tmp_path / "x.dms").read_bytes()
 
 
 def test_a_named_index_is_written(tmp_path):

@@ -125,6 +125,21 @@ def test_a_key_adds_and_leaves_out_its_rules_and_no_others(study, config, given,
     assert rules_given_something_else(given, after) == rules_of(SWITCHES[key]["rules"])
 
 
+def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path):
+    folder = copy_of(study, tmp_path / "own")
+    frames = folder / "results/small/moving/frames.csv"
+    text = frames.read_text().replace("f0000", "c1").replace("f0700", "c2")
+    frames.unlink()
+    frames.write_text(text)
+    clusters = {"frames": {"clusters": 2}, "changes": {}, "pairs": {}, "paper": None}
+    jobs = plan(
+        folder, {name: section for name, section in (config | clusters).items() if section is not None}
+    )
+    titles = {job[1:]: jobs[job]["params"].title for job in jobs if job[0] == "draw_roughness"}
+    assert titles[("moving", "c1")] == "moving/c1" and titles[("moving", "c2")] == "moving/c2"
+    assert [titles[(name, "c1")] for name in ("still", "ready")] == ["still", "ready"]
+
+
 def test_a_single_structure_is_not_several_frames(given):
     for rule in ("draw_frames", "draw_ensemble"):
         assert [job[1:] for job in given if job[0] == rule] == [("moving",)]

@@ -8,14 +8,25 @@ from urllib.parse import unquote
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from matplotlib.image import imread
 
 import sparsurf
+from small_study import run_script
 from sparsurf.evaluation.statistics import mean_interval
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.views import layout
 from sparsurf.views.numbers import interval
+from sparsurf_study.analysis.comparison import select_methods
+from sparsurf_study.analysis.grid import add_scaled_link
+from sparsurf_study.analysis.tables import read_prepared, read_table
+from sparsurf_study.report.figures import subsets
+from sparsurf_study.workflow.config import check_config
 
 CONFORMATIONS = ("moving/f0000", "moving/f0700", "still/f0", "loaded/f0", "ready/c1")
 MOLECULES = CONFORMATIONS[:4]
@@ -26,6 +37,17 @@ SAMPLED = [place for place in CONFORMATIONS if place != "loaded/f0"]
 def run(study):
     """Folder of the results."""
     return study / "results" / "small"
+
+
+@pytest.fixture(scope="module")
+def ready(study, run):
+    """Sections of the checked config, and the ready surface as the study prepares it."""
+    config = yaml.safe_load((study / "config.yaml").read_text())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(study)
+        checked = check_config(config)
+    files = (str(run / "ready/c1" / name) for name in ("surface.npz", "roughness.csv"))
+    return checked, read_prepared(*files, Settings.of(checked), Streams(checked["seed"], "ready/c1"))
 
 
 def structure_of(run, place):
@@ -158,6 +180,49 @@ def test_samplers_are_compared_on_every_surface_and_over_all(run):
     assert np.allclose(of_z["Z_resampled"], floors["fresh dots"], rtol=1e-4)
 
 
+def test_the_papers_sampler_is_compared_with_the_winners_of_its_surface(run, ready):
+    _, prepared = ready
+    table = pd.read_csv(run / "ready/c1/compare.csv").query("sampler == 'paper'").groupby("percent")["n_S"]
+    method = select_methods(prepared, ["paper"], read_table(run / "ready/c1/ranges.csv"))["paper"]
+    for percent in (20, 40):
+        n = round(percent / 100 * len(prepared))
+        drawn = [len(method(n, prepared.stream("compare", "paper", n, k))) for k in range(2)]
+        assert table.first()[percent] == pytest.approx(np.mean(drawn), rel=1e-3)
+
+
+def test_the_scaled_link_takes_the_test_dots_and_draws_of_the_grid(run, ready, tmp_path):
+    config, prepared = ready
+    names = {"surface": "surface.npz"} | {name: f"{name}.csv" for name in ("roughness", "grid", "floors")}
+    names |= {"distances": "distances.npz"}
+    params = {name: config[name] for name in ("patches", "sampling", "seed")} | {"ranges": 10}
+    params["evaluation"] = config["evaluation"] | {"readings": ["kept", "full", "kept_scaled"]}
+    inputs = {name: str(run / "ready/c1" / file) for name, file in names.items()}
+    outputs = {name: str(tmp_path / file) for name, file in (("ranges", "ranges.csv"), ("best", "best.json"))}
+    run_script("tabulate_best", tmp_path, inputs, outputs, params, protein="ready", conformation="c1")
+    ranges = read_table(tmp_path / "ranges.csv")
+    own = add_scaled_link(ranges, prepared, 20, 2)["d_kept_scaled"]
+    assert np.allclose(ranges["d_kept_scaled"], own, atol=0.006, equal_nan=True) and own.notna().any()
+
+
+def test_the_subsets_of_a_figure_are_those_of_its_words(run, ready, tmp_path, monkeypatch):
+    config, prepared = ready
+    drawn = []
+    monkeypatch.setattr(subsets, "draw", drawn.append)
+    monkeypatch.setattr(layout, "save", lambda *_: None)
+    names = ("roughness.csv", "grid.csv", "best.json", "minimal.csv", "recovered.csv", "surface.npz")
+    inputs = {name.partition(".")[0]: str(run / "ready/c1" / name) for name in names}
+    outputs = {"subsets": "subsets.png", "svg": [], "bins": str(tmp_path / "bins.csv")}
+    params = {name: config[name] for name in ("patches", "sampling", "evaluation", "minimal", "seed")}
+    run_script("draw_figures", tmp_path, inputs, outputs, params, protein="ready", conformation="c1")
+    best = json.loads((run / "ready/c1/best.json").read_text())["kept"]["unrestricted"]
+    sampled, random = prepared.pair([best[name] for name in PARAMETERS], 0)
+    minimal = pd.read_csv(run / "ready/c1/minimal.csv")["dot"]
+    for (_, dots, _), kept in zip(drawn[0].subsets, (sampled, random, minimal), strict=True):
+        assert np.allclose(dots.points, prepared.points[kept], atol=1e-4)
+    words = [words.split()[0] for words, *_ in drawn[0].subsets]
+    assert words == ["the", "random", "minimal"] and not np.array_equal(sampled, random)
+
+
 def surfaces_of_pair(run, pair):
     """Surfaces of both partners."""
     places = {"both": ("moving/f0000", "still/f0"), "half": ("still/f0", "ready/c1")}.get(pair)
@@ -175,6 +240,9 @@ def test_a_pair_has_maps_of_both_partners(run, pair):
     )
     assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
     assert dots["propensity_smoothed"].notna().all()
+    for side, of_side in dots.groupby("partner"):
+        coloured = read_surface(folder / f"partner_{side}.ply").fields["propensity"]
+        assert np.allclose(coloured, of_side["propensity_smoothed"], rtol=1e-4)
     page = (run / "index.html").read_text(encoding="utf-8")
     link = f'href="pairs/{pair}/residues.csv"'
     assert (link in page) == (folder / "residues.csv").exists() == (pair != "half")
@@ -186,6 +254,8 @@ def test_residues_of_partners_have_the_mean_of_their_dots(run, pair):
     dots, residues = pd.read_csv(folder / "propensity.csv"), pd.read_csv(folder / "residues.csv")
     mean = dots.groupby(["partner", "residue"])["propensity_smoothed"].mean()
     assert np.allclose(residues["propensity_smoothed"], mean, rtol=1e-4)
+    ends = ", ".join(f"{end:.3f}" for end in residues["propensity_smoothed"].quantile([0.05, 0.95]))
+    assert f"partner_1 or partner_2, {ends}\n" in (folder / "open.pml").read_text()
     for side in (1, 2):
         written = read_study_structure(folder / f"partner_{side}.pdb")
         of_side = residues[residues["partner"] == side]["propensity_smoothed"].to_numpy()

@@ -375,3 +375,10 @@ def test_models_of_an_mmcif_file_are_counted_by_their_column(tmp_path, n_models,
 def test_a_protein_that_moves_has_no_single_form_for_certain(tmp_path, entry, single):
     (tmp_path / "a.pdb").write_text(peptide() + "END\n")
     assert has_one_model(Protein(structure=str(tmp_path / "a.pdb"), **entry)) == single
+
+
+def test_a_simulation_holds_the_chosen_atoms_alone():
+    keys = {"chains": ["A"], "residues": "2-4", "altloc": "B", "hydrogens": "remove"}
+    plain, simulated = (Protein(structure="a.pdb", **keys, **more) for more in ({}, {"simulate": {}}))
+    assert plain.molecule_options == plain.file_options == simulated.file_options == keys
+    assert simulated.molecule_options == {"hydrogens": "remove"}

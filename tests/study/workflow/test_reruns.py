@@ -152,6 +152,13 @@ def test_the_seed_runs_again_what_draws_random_numbers(study, config):
     assert not planned & {"read_surface", "compute_partner_surfaces"}
 
 
+def test_partners_in_another_order_are_matched_again(study, config):
+    """Snakemake sees the same input files."""
+    both = {"pairs.both.proteins": ["still", "moving"], "pairs.files.files": ["two.pdb", "one.pdb"]}
+    for key, partners in both.items():
+        assert "match_partners" in planned_rules(study, changed(config, key, partners))
+
+
 def test_a_dry_run_writes_nothing(own, config):
     before = {path: path.stat().st_mtime_ns for path in (own / "results").rglob("*")}
     planned_rules(own, changed(config, "seed", 5))
