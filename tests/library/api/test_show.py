@@ -83,8 +83,8 @@ def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
 def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecule):
     dots, _, html = molecule
     page, fields = Page(html), sparsurf.fields(dots)
-    values = {"roughness": sparsurf.roughness(dots), "hydropathy": fields["hydropathy"]}
-    values["electrostatic potential"] = fields["potential"]
+    values = {"roughness": sparsurf.roughness(dots), "hydropathy, Kyte-Doolittle": fields["hydropathy"]}
+    values["electrostatic potential, kT/e"] = fields["potential"]
     rows = {row[0]: row[1:4] for row in next(rows for rows in page.tables if rows[0][0] == "value")[1:]}
     for name, numbers in values.items():
         wanted = [f"{x:z.2f}".replace("-", "−") for x in (numbers.min(), numbers.mean(), numbers.max())]

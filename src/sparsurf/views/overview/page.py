@@ -68,7 +68,8 @@ def overview(
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     known = {
         "subset": len(kept), "dots": len(surface), "area": float(surface.area.sum()) if np.isfinite(surface.area).all() else 0.0,
-        "mean": float(rough.mean()), "r_patch": patches.r_patch, "d_link": patches.d_link, "sparse": patches.d_link > D_LINK,
+        "mean": float(rough.mean()), "r_patch": patches.r_patch, "d_link": patches.d_link,
+        "sparse": float(f"{patches.d_link:.2g}") > D_LINK,  # as the page shows it
         "probe": probe,
     }  # fmt: skip
     shown = [viewer.Values("roughness", "R_i", "", rough), *values]

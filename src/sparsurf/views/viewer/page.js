@@ -31,6 +31,11 @@ async function start() {
   choose();
   paint();
   new ResizeObserver(redraw).observe(element("canvas"));
+  addEventListener("beforeprint", () => {
+    drawNow(WHITE);
+    element("printed").src = element("canvas").toDataURL("image/png");
+    redraw();
+  });
 }
 
 function fillMenus() {
@@ -124,12 +129,13 @@ function paint() {
     bar.className = "bar";
     bar.style.background = `linear-gradient(to right, ${head.stops.map((rgb) => `rgb(${rgb})`)})`;
     ends.className = "ends";
+    const digits = scale.bright - scale.dark >= 100 ? 0 : 2;
     for (const [end, colour] of [["low", "dark"], ["high", "bright"]]) {
-      ends.appendChild(document.createElement("span")).append(`${number(scale[colour], 2)}${scale.unit} ${scale[`${end} is`]}`);
+      ends.appendChild(document.createElement("span")).append(`${number(scale[colour], digits)}${scale.unit} ${scale[`${end} is`]}`);
     }
     const unknown = values.includes(UNKNOWN) ? boxed(scale["unknown is"], GREY) : [], known = values.some((value) => value !== UNKNOWN);
     element("legend").replaceChildren(...subscripts(scale.name), ...(known ? [bar, ends] : []), ...unknown);
-    coloured = inLetters(scale.name) + (known ? `, dark ${number(scale.dark, 2)}${scale.unit}, bright ${number(scale.bright, 2)}${scale.unit}` : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
+    coloured = inLetters(scale.name) + (known ? `, dark ${number(scale.dark, digits)}${scale.unit}, bright ${number(scale.bright, digits)}${scale.unit}` : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
   }
   scene.colour(out);
   redraw();
