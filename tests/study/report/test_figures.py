@@ -123,3 +123,12 @@ def test_titles_follow_from_the_numbers():
             for way, (rough, flat) in zip(("one way", "the other"), gains, strict=False)
         ]
         assert rough_and_flat.message(panels) == words
+
+
+def test_the_name_of_a_reference_keeps_away_from_the_curves():
+    """At the right, unless the curves come down to the line there."""
+    r = np.linspace(0.1, 0.9, 200)
+    for z, side in ((4 - 3.9 * r, "left"), (0.1 + 3.9 * r, "right")):
+        figure = rough_and_flat.figure([("t", r, z, z + 0.1)], {"floors": {"fresh dots": 0.5}})
+        (name,) = [text for text in figure.axes[0].texts if text.get_text() == "fresh dots, 0.50"]
+        assert name.get_ha() == side

@@ -30,6 +30,7 @@ REFERENCES = {
     "fresh dots": ("fresh dots", "-."),
 }
 MIN_VALUES = 5  # patches of a bin that is drawn
+STEPS = 20  # points of a curve between two bins that a name is kept away from
 PANEL = 70.0, 40.0  # mm
 PITCH = 57.0  # mm, from panel to panel
 CURVES = ("the paper's sampling", layout.SAMPLED), ("random subset", layout.RANDOM)
@@ -93,13 +94,15 @@ def figure(
         layout.text(figure, 5, y - 0.7, title)
         ax = layout.axes(figure, 14, y + 4, *PANEL)
         edges, chosen = _binned(np.asarray(roughness), bins)
-        for of_dots, (label, colour) in zip((z_ts, z_tr), CURVES, strict=True):
+        drawn = [
             _curve(ax, edges, chosen, np.asarray(of_dots), label, colour)
+            for of_dots, (label, colour) in zip((z_ts, z_tr), CURVES, strict=True)
+        ]
         ax.set(xlim=(edges[0], edges[-1]), xlabel="roughness $R_i$ of the patch (low: rough, high: flat)")
         ax.set_ylabel("error $Z$ of a patch")
         ax.set_ylim(bottom=0)
         ax.yaxis.set_major_locator(MaxNLocator(4))
-        _lines(ax, references or {})
+        _lines(ax, references or {}, np.concatenate(drawn, axis=1))
     handles = [Line2D([], [], color=colour, marker="o", label=label) for label, colour in CURVES]
     band = Patch(color=BAND, label="middle half")
     layout.legend(figure, 5, 1.5, [*handles, band], ncols=3, columnspacing=1, handlelength=1.6)
@@ -108,16 +111,22 @@ def figure(
 
 def _curve(
     ax: Axes, edges: np.ndarray, chosen: dict[int, np.ndarray], z: np.ndarray, label: str, colour: str
-) -> None:
-    """Draw the median of each bin with at least `MIN_VALUES` values, and a band from the first to the third quartile."""
+) -> np.ndarray:
+    """Draw the median of each bin with at least `MIN_VALUES` values, and a band from the first to the third quartile.
+
+    Return the drawn points of the medians and of the ends of the band, (3, n, 2).
+    """
     values = {k: z[dots][np.isfinite(z[dots])] for k, dots in chosen.items()}
     known = [k for k, one in values.items() if len(one) >= MIN_VALUES]
     if not known:
-        return
+        return np.empty((3, 0, 2))
     low, middle, high = np.array([np.quantile(values[k], [0.25, 0.5, 0.75]) for k in known]).T
     centres = (edges[known] + edges[np.array(known) + 1]) / 2
     ax.fill_between(centres, low, high, color=colour, alpha=0.22, linewidth=0)
     ax.plot(centres, middle, "o-", color=colour, linewidth=1.4, markersize=3.5, label=label)
+    steps = np.linspace(0, len(centres) - 1, STEPS * len(centres))
+    lines = [np.interp(steps, np.arange(len(centres)), values_) for values_ in (centres, middle, low, high)]
+    return np.stack([np.stack([lines[0], line], axis=1) for line in lines[1:]])
 
 
 def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.ndarray]]:
@@ -129,8 +138,11 @@ def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.
     return edges, {k: np.flatnonzero(bin_of == k) for k in np.unique(bin_of)}
 
 
-def _lines(ax: Axes, references: Mapping[str, Any]) -> None:
-    """Draw the reference lines that lie in the range, each with its name at the right end."""
+def _lines(ax: Axes, references: Mapping[str, Any], drawn: np.ndarray) -> None:
+    """Draw the reference lines that lie in the range, each with its name where it touches the least of what is `drawn`.
+
+    `drawn` are points of the medians and of the ends of the bands, (3, n, 2).
+    """
     top, values = ax.get_ylim()[1], {**references, **references.get("floors", {})}
     taken: list[float] = []
     for key, (words, dashes) in REFERENCES.items():
@@ -138,5 +150,17 @@ def _lines(ax: Axes, references: Mapping[str, Any]) -> None:
             ax.axhline(y, color="black", linestyle=dashes, linewidth=0.6, zorder=0.5)
             if all(abs(y - other) > 0.09 * top for other in taken):
                 taken.append(y)
-                at: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "path_effects": layout.HALO}
-                ax.text(0.99, y, f"{words}, {y:.2f}", ha="right", va="bottom", **at)
+                _name_line(ax, y, f"{words}, {y:.2f}", drawn)
+
+
+def _name_line(ax: Axes, y: float, words: str, drawn: np.ndarray) -> None:
+    """Write the name of a line above it at the right or at the left, where it touches fewer medians, then fewer bands."""
+    name = ax.text(0.99, y, words, transform=ax.get_yaxis_transform(), path_effects=layout.HALO, va="bottom")
+    touched = {}
+    for side, x in (("right", 0.99), ("left", 0.01)):
+        name.set(x=x, ha=side)
+        box = name.get_window_extent().transformed(ax.transData.inverted())
+        inside = np.all((drawn >= box.min) & (drawn <= box.max), axis=2)
+        touched[side] = (int(inside[0].sum()), int(inside[1:].sum()))
+    side = min(touched, key=lambda side: touched[side])
+    name.set(x=0.99 if side == "right" else 0.01, ha=side)
