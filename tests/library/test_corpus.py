@@ -597,7 +597,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a peptide bond that lacks at a code.pdb": (
         peptide(["ALA"] * 2, first=51) + "".join(
             peptide(["ALA"], first=52, origin=(9, 9, 0)).replace("A  52 ", "A  52A")) + "END\n", {},
-        "1 15 3 ~ 1 peptide bond is missing, the first between ALA 52 A and ALA 52A A"),
+        "1 15 3 ~ 1 peptide bond is missing, between ALA 52 A and ALA 52A A"),
     "an expression names one residue of several codes.pdb": (
         coded("52", "52A", "52B", "53"), {"selection": "residue 52"}, "1 5 1 ~ left out 3 ALA"),
     "an expression of a range takes codes along.pdb": (
@@ -859,7 +859,7 @@ GEOMETRY = {
     "Å as nm": (scale(0.1), "! bonds are 1 Å or longer"),
     "two parts 6 Å apart": (shift(5, 7, 6.0), "! the bond C-N of .* in frame 5"),
     "two parts 900 Å apart": (shift(4, 7, 900.0), r"! lies [89]\d\d Å from the other atoms in frame 4; give"),
-    "two parts apart in all frames": (shift(slice(None), 7, 9.0), "~ 1 peptide bond is missing, the first between GLY 215"),
+    "two parts apart in all frames": (shift(slice(None), 7, 9.0), "~ 1 peptide bond is missing, between GLY 215"),
     "a bond of 2.9 Å": (bond(3, (214, "CZ"), (214, "OH"), 2.95), ""),
     "a bond of 3.1 Å": (bond(3, (214, "CZ"), (214, "OH"), 3.05), "! the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3"),
     "a bond of the backbone 1.3 times as long": (

@@ -472,9 +472,7 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
     gap &= inside[a] & inside[b] & ~np.isin(chain[a], [*file.sequences])
     if gap.any():
         k = int(np.argmax(gap))
-        message = (
-            "%s: %s missing within its chains, the first between %s and %s; the surface covers the ends there"
-        )
+        message = "%s: %s missing within its chains, %sbetween %s and %s; the surface covers the ends there"
         words = pluralise(int((number[b] - number[a] - 1)[gap].sum()), "residue", "is")
         ends = (molecule.residue_label(first[r]) for r in (a[k], b[k]))
-        log.warning(message, path, words, *ends)
+        log.warning(message, path, words, "the first " if gap.sum() > 1 else "", *ends)

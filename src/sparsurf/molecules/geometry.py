@@ -187,10 +187,10 @@ def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator
         "{value:.0f} % of its atoms lie inside other residues; does it hold a molecule twice?",
     )
     broken = np.flatnonzero(distance >= PEPTIDE.max_length)
-    words = pluralise(len(broken), "peptide bond", "is")
+    words, first = pluralise(len(broken), "peptide bond", "is"), "the first " if len(broken) > 1 else ""
     far = f"{distance[broken[0]]:.1f} Å apart" if len(broken) else ""
     yield _in_first(
-        len(broken), 0, f"{words} missing, the first between {{A}} and {{B}}, {far}", links[broken[:1]]
+        len(broken), 0, f"{words} missing, {first}between {{A}} and {{B}}, {far}", links[broken[:1]]
     )
     yield from _checks_of_bonds(molecule)
     yield from _checks_of_handedness(molecule)

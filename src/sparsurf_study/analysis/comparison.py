@@ -185,7 +185,10 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
         groups = pd.DataFrame(cases, columns=["rule", "where", "sampler"]).groupby(
             ["rule", "where"], sort=False
         )
-        listed = [f"{rule} at {where} ({', '.join(part['sampler'])})" for (rule, where), part in groups]
+        listed = [
+            f"under {rule}, those of {', '.join(part['sampler'])} at {where}"
+            for (rule, where), part in groups
+        ]
         log.warning("%s: some subsets are fragmented, which dominates their Z: %s", name, "; ".join(listed))
 
 

@@ -135,8 +135,10 @@ def test_one_warning_per_surface(prepared, caplog):
     (record,) = [r.getMessage() for r in caplog.records]
     left = measure_matrix(table, "median patch size kept")
     assert (left[10.0 if 10.0 in left else 10] < 50).all() and (left[90] > 50).all()
-    assert record.startswith("blob/c1: some subsets are fragmented, which dominates their Z: kept at ")
-    assert record.endswith(": kept at 10 % (uniform, poisson, farthest)")
+    assert record.startswith(
+        "blob/c1: some subsets are fragmented, which dominates their Z: under kept, those of "
+    )
+    assert record.endswith("those of uniform, poisson, farthest at 10 %")
 
 
 def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
