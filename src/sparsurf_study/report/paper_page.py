@@ -259,8 +259,8 @@ def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, A
 def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
     """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots: two chapters.
 
-    Rough patches gain if d of the rougher half exceeds that of the flatter half; flat ones are nearly equal if d of the
-    flattest bin does not differ from 0.
+    Rough patches gain if the interval of d of the rougher half lies above 0 and above that of the flatter half; flat ones
+    are nearly equal if d of the flattest bin does not differ from 0.
     """
     gains: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
     equal: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}

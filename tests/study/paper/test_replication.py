@@ -479,7 +479,10 @@ def test_every_row_of_the_page_is_that_of_its_table(page):
         zip(rows.to_dict("records"), page["places"].to_dict("records"), strict=True), 1
     ):
         d, z = (number(row[f"{name}_published"]) for name in ("d", "Z_tS"))
-        won, own = f"{run['n_won']} of {run['n_runs']}", str(Combination.from_row(row))
+        won, own = (
+            f"{run['n_won']} of {run['n_runs']}" if run["n_runs"] else "–",
+            str(Combination.from_row(row)),
+        )
         d_of_readings = [measured(row, reading) for reading in ("kept", "kept_scaled", "full")]
         of_islands = [number(row["link_over_spacing"]), left_in_island(row)]
         wanted.append([str(k), d, d_of_readings[0], *of_islands, *d_of_readings[1:]])
