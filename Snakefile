@@ -429,6 +429,7 @@ else:
         params:
             exclude=config["exclude"],
             lengths=LENGTHS_OF_GLOSSARY,
+            minimal=config["minimal"],
             jobs=log_names(workflow.rules),
             code=code_of("close_run"),
         message:

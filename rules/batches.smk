@@ -72,6 +72,7 @@ rule summarise_batches:
     params:
         exclude=config["exclude"],
         lengths=LENGTHS_OF_GLOSSARY,
+        minimal=config["minimal"],
         jobs=log_names(workflow.rules),
         code=code_of("summarise_batches"),
     message:

@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import pandas as pd
@@ -21,6 +22,7 @@ from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.report import summaries
 from sparsurf_study.report.figures import distributions
 from sparsurf_study.report.finished import Finished
+from sparsurf_study.report.first_page.surfaces import DEFAULT_MINIMAL
 from sparsurf_study.report.front import DOWNLOADS, MAX_ROWS, write_front
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
 from sparsurf_study.report.page import DEFAULT_LENGTHS
@@ -44,16 +46,17 @@ def close_run(
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
     origin: Origin = UNKNOWN,
+    minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> None:
     """Check a run with the files and folders `results`, and write its pages and tables; `exclude` has reasons by place."""
     folder = Path(outputs["page"]).parent
     pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
     broken = broken_invariants(folder, files)
-    answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin)
+    answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
     if missing := numbers_missing_on_page(folder, files):
         broken += missing
-        write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin)
+        write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
     pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
     write_table(outputs["failures"], pd.DataFrame(exclude.items(), columns=["place", "reason"]))
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
@@ -68,6 +71,7 @@ def close_batches(
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
     origin: Origin = UNKNOWN,
+    minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> None:
     """Check a run in batches, and write its outputs page, failures, warnings, checks, crate and png.
 
@@ -95,7 +99,7 @@ def close_batches(
     }
     files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
     broken = [*broken_batches(run), *broken_invariants(run, files)]
-    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths, broken, origin)
+    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths, broken, origin, minimal)
     pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*tables, outputs["png"], *studied, *pages], outputs["crate"], answers)
@@ -121,9 +125,9 @@ def close_partial_run(
     lengths["interface"] = config["complementarity"]["interface"]
     if tables:
         outputs["png"] = str(run / "distributions.png")
-        close_batches(tables, results, warnings, failures, outputs, lengths, origin)
+        close_batches(tables, results, warnings, failures, outputs, lengths, origin, config["minimal"])
     else:
-        close_run(results, warnings, failures, outputs, lengths, origin)
+        close_run(results, warnings, failures, outputs, lengths, origin, config["minimal"])
     oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
     for path in [*map(str, written), *outputs.values()]:
         os.utime(path, (oldest, oldest))

@@ -30,7 +30,15 @@ from sparsurf_study.report.first_page.run import (
     Run,
     Table,
 )
-from sparsurf_study.report.first_page.surfaces import of_dots, of_files, of_residues, of_strip, of_surfaces
+from sparsurf_study.report.first_page.surfaces import (
+    DEFAULT_MINIMAL,
+    of_dots,
+    of_files,
+    of_residues,
+    of_strip,
+    of_surfaces,
+    requested,
+)
 from sparsurf_study.report.page import DEFAULT_LENGTHS, embedded_figures, render, write
 from sparsurf_study.report.provenance import UNKNOWN, Origin, provenance
 from sparsurf_study.report.texts import DOWNLOADS, caption
@@ -50,13 +58,15 @@ def write_front(
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
     broken: Sequence[tuple[str, str]] = (),
     origin: Origin = UNKNOWN,
+    minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> list[str]:
     """Write the first page of a run in the folder of its `files`, and return its answers, which the terminal prints.
 
     `exclude` has reasons for parts that are left out, and `broken` files that contradict others, with a sentence for each.
+    `minimal` is that section of the config.
     """
     run = Run(Path(page).parent, list(dict.fromkeys(files)))
-    values = values_of(run, batches)
+    values = values_of(run, batches, minimal)
     figures = [*dict.fromkeys(figures_in(values))]
     images = embedded_figures(run.folder, figures)
     write(
@@ -75,7 +85,9 @@ def write_front(
     return [line for line in render(ANSWERS, lengths, **values).splitlines() if line]
 
 
-def values_of(run: Run, batches: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def values_of(
+    run: Run, batches: Mapping[str, Any] | None = None, minimal: Mapping[str, Any] = DEFAULT_MINIMAL
+) -> dict[str, Any]:
     """Collect what the page and the terminal say of a run; None or nothing for what the run does not have."""
     grid, changes, pairs = of_grid(run), of_changes(run), of_pairs(run)
     proteins = list(dict.fromkeys(place.split("/")[0] for place in run.grids or run.places))
@@ -92,10 +104,12 @@ def values_of(run: Run, batches: Mapping[str, Any] | None = None) -> dict[str, A
         "paper": of_paper(run),
         "grid": grid,
         "dots": of_dots(run) if few else None,
+        "request": requested(minimal),
         "changes": changes,
         "pairs": pairs,
         "frames": of_frames(run),
         "simulations": of_simulations(run),
+        "compare": Figure("compare.png", caption("compare")) if run.has("compare.png") else None,
         "strip": of_strip(run) if few and not batches else [],
         "residues": of_residues(run) if few and not batches else [],
         "surfaces": of_surfaces(run),

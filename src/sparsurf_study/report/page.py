@@ -76,8 +76,8 @@ def place_of_picture(name: str, height: int) -> tuple[int, int, int, int]:
 
 
 def code(sentence: str) -> Markup:
-    """Escape a sentence, with its `names` as HTML code."""
-    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(sentence))))
+    """Escape a sentence, with its `names` as HTML code and the indices of n_S and Z_tS as subscripts."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(symbols(sentence))))
 
 
 def symbols(words: str) -> Markup:

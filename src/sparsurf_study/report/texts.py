@@ -19,7 +19,7 @@ def _joined(text: str) -> str:
 
 # Files of a surface and what they contain
 DOWNLOADS = {
-    "minimal.csv": "the smallest sufficient subset: positions, normals, weights",
+    "minimal.csv": "the minimal subset: positions, normals, weights",
     "minimal.ply": "the same for 3D programs",
     "surface.ply": "the whole surface with its roughness",
     "residues.csv": "area, roughness and fields of each residue",

@@ -1,5 +1,7 @@
 """A study of many structures in batches: values as the functions give them, one row for each failure."""
 
+import html
+import re
 import shutil
 from pathlib import Path
 
@@ -371,7 +373,7 @@ def test_the_deviation_is_in_robust_standard_deviations():
 def page_of(tmp_path, surfaces, failures=()):
     """The page of a run in batches, without a figure, and its answers."""
     batches = {"surfaces": surfaces, "unusual": surfaces, "failures": list(failures), "n_batches": 2}
-    answers = write_front(tmp_path / "index.html", [], {}, batches)
+    answers = write_front(tmp_path / "index.html", [], {}, batches, minimal={"percent": 10})
     return (tmp_path / "index.html").read_text(), answers
 
 
@@ -393,11 +395,21 @@ def test_the_page_says_the_share_of_all_dots_and_the_residues_left_out(tmp_path)
     surfaces["N"] = 40 * surfaces["atoms"]
     page, answers = page_of(tmp_path, surfaces, [("holds no atoms.", ["x", "y"])])
     assert answers == [
-        "3 surfaces of molecules of 100 to 2,500 atoms: the smallest sufficient subsets keep 1.2 % of 152,000 dots, and the"
+        "3 surfaces of molecules of 100 to 2,500 atoms: the minimal subsets keep 1.2 % of 152,000 dots, and the"
         " median of the mean roughness is 0.62 (0.50 to 0.70)."  # 1.9 % is the mean of the shares
     ]
     assert "12 of 472 residues of 2 predicted models are left out" in page
-    assert "2: holds no atoms. (x, y)" in page and "3 surfaces of 5 structures" in page
+    assert "<b>x, y</b>: holds no atoms." in page and "3 surfaces of 5 structures" in page
+    text = html.unescape(re.sub("<[^>]+>", "", page)).replace("\xa0", " ")
+    assert (
+        "A surface was computed for 3 of 5 structures, and a subset of its dots was selected: 10 % of the dots."
+        in text
+    )
+    assert (
+        "of 152,000 dots (1.2 %) are in the minimal subsets, which keep 10 % of the dots of each surface."
+        in text
+    )
+    assert "sufficient" not in text
 
 
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")

@@ -12,6 +12,7 @@ from PIL import Image
 
 from parsed_pages import Page
 from sparsurf.version import __version__
+from sparsurf_study.report.first_page.pairs import verdict_of
 from sparsurf_study.report.front import warned, write_front
 from sparsurf_study.report.provenance import Origin
 from sparsurf_study.report.summaries import summarise_pairs
@@ -221,6 +222,8 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     table.to_csv(folder / "changes.csv", index=False)
     answers = write_front(tmp_path / "index.html", ["changes/opening/changes.csv"], {})
     assert "opening: 35 of 39 residues change more" in answers[0] and "about 2 would" in answers[0]
+    assert "1 residue is buried in one form or both and has no value." in text_of(tmp_path)
+    assert "1 residue has another name in the second form." in text_of(tmp_path)
     page = Page((tmp_path / "index.html").read_text())
     shown = [row for row in page.rows if row[0].startswith("A:")]
     assert [row[0] for row in shown[:2]] == ["A:GLY39 → ALA", "A:GLY38"] and len(shown) == 10
@@ -255,6 +258,53 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
     assert words[touching] in answer
     if touching == 2:
         assert re.search(r"protrusion alone has 0\.75 \(", answer)
+
+
+@pytest.mark.parametrize(
+    ("aucs", "words"),
+    [
+        ((0.7, 0.8), "Better than chance"),
+        ((0.5, 0.8), "Better than chance on partner 2 only"),
+        ((0.8, 0.2), "Better than chance on partner 1 only"),
+        ((0.5, 0.2), "No better than chance"),
+        ((0.1, 0.2), "Worse than chance"),
+    ],
+)
+def test_a_pair_is_judged_by_both_partners(aucs, words):
+    assert verdict_of([[auc, auc - 0.1, auc + 0.1] for auc in aucs]) == words
+
+
+@pytest.mark.parametrize(
+    ("minimal", "question", "words"),
+    [
+        (
+            {"error": 0.03},
+            "How many dots are enough?",
+            "reconstructed with a mean error of 0.03 Å, from the positions",
+        ),
+        (
+            {"max_z": 1.5},
+            "How many dots are enough?",
+            "such that Z on the full surface is at most 1.5, from the",
+        ),
+        ({"percent": 20}, "How well do the kept dots", "The config asks for 20 % of the dots."),
+        ({"n_dots": 4000}, "How well do the kept dots", "The config asks for 4,000 dots."),
+        ({"density": 0.6}, "How well do the kept dots", "The config asks for 0.6 dots per Å²."),
+        (
+            {"sampler": "paper", "combination": [1, 0, 6, 0]},
+            "How well do the kept dots",
+            "asks for the dots that the combination (1, 0, 6, 0) keeps.",
+        ),
+    ],
+)
+def test_only_a_subset_that_was_asked_to_be_good_enough_is_called_sufficient(
+    tmp_path, minimal, question, words
+):
+    (answer,) = write_front(tmp_path / "index.html", write_run(tmp_path), {}, minimal=minimal)[-1:]
+    text = text_of(tmp_path)
+    assert question in text and words in text
+    assert answer.startswith("Smallest sufficient subset" if "enough" in question else "Minimal subset (")
+    assert ("sufficient" in text) == ("enough" in question)
 
 
 @pytest.mark.parametrize(

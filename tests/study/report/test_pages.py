@@ -47,7 +47,7 @@ def facts(run):
     for row in surfaces[surfaces["best_kept"].isna()].to_dict("records"):
         texts = [
             f"{row['N']:,}",
-            number(row["area"], 0),
+            f"{row['area']:,.0f}",
             number(row["mean_roughness"]),
             f"{row['minimal_n_S']:,}",
         ]
@@ -60,7 +60,10 @@ def facts(run):
     frames = pd.read_csv(run / "moving/ensemble.csv")
     digits = {"N": 0, "area": 0, "mean_roughness": 3, "n_S_percent": 1, "d_kept": 2, "d_full": 2}
     for column, n in digits.items():
-        yield f"{column} over time", [number(x, n) for x in frames[column].agg(["mean", "std", "min", "max"])]
+        yield (
+            f"{column} over time",
+            [number(x, n) if n else f"{x:,.0f}" for x in frames[column].agg(["mean", "std", "min", "max"])],
+        )
     changes = pd.read_csv(run / "changes/bend/changes.csv")
     floors = ["total_floor", "total_moved"]
     changes = changes.assign(over=changes["total"] / changes[floors].max(axis=1)).nlargest(10, "over")

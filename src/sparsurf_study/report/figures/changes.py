@@ -67,9 +67,7 @@ def changes_figure(
     by_chance = f"about {SHARE_ABOVE_FLOOR * len(known):.0f} would by chance"
     message = f"{n_above} of {len(known)} residues change more than their floor, {by_chance}"
     if most_of(n_above, len(known)):
-        message = (
-            f"the forms differ almost everywhere ({n_above} of {len(known)} residues exceed their floor)"
-        )
+        message = f"most residues change more than their floor ({n_above} of {len(known)}, {by_chance})"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
     shape = layout.pixels(WIDTH - 8, HEIGHT)

@@ -32,6 +32,7 @@ def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
     roughness = surfaces["mean_roughness"]
     return found | {
         "n_dots": int(surfaces["N"].sum()),
+        "n_kept": int(surfaces["minimal_n_S"].sum()),
         "percent": 100 * surfaces["minimal_n_S"].sum() / surfaces["N"].sum(),
         "atoms": (surfaces["atoms"].min(), surfaces["atoms"].max()),
         "roughness": (roughness.median(), roughness.min(), roughness.max()),
@@ -46,7 +47,7 @@ def unusual_table(records: list[dict[Any, Any]]) -> Table:
     """Tabulate the most unusual surfaces."""
     columns = ["structure", "deviation", "measure", "atoms", "area / Å²", "volume / Å³", "mean roughness"]
     columns += ["components", "cavities"]
-    form = {"deviation": "{:.1f}", "area": "{:.0f}", "volume": "{:.0f}", "mean_roughness": "{:.2f}"}
+    form = {"deviation": "{:.1f}", "area": "{:,.0f}", "volume": "{:,.0f}", "mean_roughness": "{:.2f}"}
     measured = ("deviation", "atoms", "area", "volume", "mean_roughness", "components", "cavities")
     rows: list[list[Any]] = []
     for row in records:

@@ -25,7 +25,7 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
         rows: list[list[Any]] = []
         for column, (words, digits) in measured.items():
             values = table[column].agg(["mean", "std", "min", "max"])
-            rows.append([words, *(number(x, digits) for x in values)])
+            rows.append([words, *(number(x, digits) if digits else f"{x:,.0f}" for x in values)])
         drawn = [(name, f"{protein}/figures/{file}") for name, file in FIGURES_OVER_TIME.items()]
         found.append(
             {

@@ -120,7 +120,11 @@ def score_values(table: pd.DataFrame, score: str, words: str) -> dict[str, Any]:
 
 
 def verdict_of(values: list[list[float]]) -> str:
-    """Compare an AUC and its 95 % interval with chance: above or below for all partners, else neither."""
-    if values and all(low > CHANCE for _, low, _ in values):
-        return "above"
-    return "below" if values and all(high < CHANCE for _, _, high in values) else "around"
+    """Compare the AUC of each value with chance by its 95 % interval; the values of a single pair are those of its partners."""
+    above = [k for k, (_, low, _) in enumerate(values, 1) if low > CHANCE]
+    below = [k for k, (*_, high) in enumerate(values, 1) if high < CHANCE]
+    if above and len(above) < len(values):
+        return f"Better than chance on partner {above[0]} only"
+    if above:
+        return "Better than chance"
+    return "Worse than chance" if below and len(below) == len(values) else "No better than chance"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from sparsurf.sampling.combination import Combination
+from sparsurf.settings import DEFAULT_ERROR
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
 from sparsurf_study.report.figure_names import GALLERY, PICTURES
@@ -15,7 +17,31 @@ from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN,
 from sparsurf_study.report.texts import DOWNLOADS, FILES_OF_ALL, caption
 
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
+DEFAULT_MINIMAL = {"error": DEFAULT_ERROR}  # the section `minimal` of a config
 FILES_OF_SURFACE = ("surface.html", "minimal.csv", "residues.csv", "figures/required_dots.png")
+
+
+class Request(NamedTuple):
+    """What the config asks of the minimal subset: dots that are enough, or a number of dots."""
+
+    is_enough: bool  # the subset is the smallest that is good enough
+    words: str  # how good it is, or the dots that it keeps
+
+
+def requested(minimal: Mapping[str, Any]) -> Request:
+    """Say what the section `minimal` of a config asks for."""
+    words = {
+        "error": (True, "with a mean error of {:g}\xa0Å"),
+        "max_z": (True, "such that Z on the full surface is at most {:g}"),
+        "percent": (False, "{:g}\xa0% of the dots"),
+        "n_dots": (False, "{:,} dots"),
+        "density": (False, "{:g} dots per Å²"),
+        "combination": (False, "the dots that the combination {} keeps"),
+    }
+    key = next(key for key in words if key in minimal)
+    is_enough, form = words[key]
+    value = Combination(*minimal[key]) if key == "combination" else minimal[key]
+    return Request(is_enough, form.format(value))
 
 
 def of_dots(run: Run) -> dict[str, Any] | None:
@@ -116,7 +142,7 @@ def of_surfaces(run: Run) -> dict[str, Any] | None:
         view, picture = f"{place}/view.html", f"{place}/view.png"
         values = [
             (row["N"], f"{row['N']:,}"),
-            (row["area"], number(row["area"], 0)),
+            (row["area"], f"{row['area']:,.0f}"),
             (row["mean_roughness"], number(row["mean_roughness"])),
             (row["minimal_n_S"], f"{row['minimal_n_S']:,}"),
             (row["minimal_n_S_percent"], number(row["minimal_n_S_percent"], 1)),
@@ -129,7 +155,7 @@ def of_surfaces(run: Run) -> dict[str, Any] | None:
         rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
     columns = ["picture", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share / %"]
     columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
-    figures = [Figure("compare.png", caption("compare"))] if run.has("compare.png") else []
+    figures: list[Figure] = []
     proteins = dict.fromkeys(place.split("/")[0] for place in run.places[:MAX_SHOWN])
     for folder in [*proteins, *run.places[:MAX_SHOWN]]:
         name = f"{run.shown.get(folder, folder)}: " if len(run.places) > 1 else ""
