@@ -9,6 +9,7 @@ from pathlib import Path
 ERROR, WARNING, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
 USED = "USED "  # last line of a job that finished
 FAILED_JOBS = "_SPARSURF_FAILED_JOBS"  # environment variable: file for the paths of the logs of failed jobs
+OF_GROMACS = r"\d+ \[file .*\]:$"  # WARNING 1 [file topol.top, line 2315]:
 TAIL_BYTES = 2000
 FULL_DISK_BYTES = 10**6  # free bytes of a disk on which nothing more can be written
 NO_SPACE = "no space is left on the disk"
@@ -26,8 +27,9 @@ def lines_after(path: str | Path, word: str) -> list[str]:
 
 
 def warnings_in(path: str | Path) -> list[str]:
-    """Return the sentences that a job warned with, each once."""
-    return list(dict.fromkeys(lines_after(path, WARNING)))
+    """Return the sentences that a job warned with, each once; the headings that GROMACS writes above its own are none."""
+    lines = lines_after(path, WARNING)
+    return list(dict.fromkeys(line for line in lines if not re.match(OF_GROMACS, line)))
 
 
 def collected_warnings(

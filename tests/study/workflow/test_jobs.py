@@ -114,6 +114,13 @@ def test_a_job_that_said_nothing_was_killed(tmp_path, monkeypatch):
     assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
 
 
+def test_a_heading_of_gromacs_is_no_warning(tmp_path):
+    (tmp_path / "x.log").write_text(
+        "WARNING 1 [file topol.top, line 2315]:\n  a charge\nWARNING the box is small\n"
+    )
+    assert job_logs.warnings_in(tmp_path / "x.log") == ["the box is small"]
+
+
 def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkeypatch):
     """Those of jobs and of places that this study does not have; a sentence counts once for a conformation."""
     others = "a/c1/compare_samplers", "a/c5/compute_surface", "b/c1/compute_surface", "summarise_comparison"
