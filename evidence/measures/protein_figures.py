@@ -15,7 +15,7 @@ from sparsurf.views.layout import LINES, PALETTE, styled
 
 COLOURS = {FULL_READING: PALETTE[0], KEPT_READING: PALETTE[5], RECOVERED: PALETTE[2]}
 WORDS = {reading: READINGS[reading].words for reading in GRID_READINGS} | {
-    RECOVERED: "recovered, a quarter of the grid"
+    RECOVERED: "reconstructed, a quarter of the grid"
 }
 READINGS_SHOWN = [name for name in GRID_READINGS if name in COLOURS]
 AXIS = "$n_S$ (% of the dots)"
@@ -83,7 +83,7 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
         _percents(ax.xaxis)
         layout.letter(figure, 2 + 88 * k, 2, "AB"[k])
         layout.text(
-            figure, 7 + 88 * k, 2.3, "the surface recovered from the dots" if k else "the dots as they are"
+            figure, 7 + 88 * k, 2.3, "the surface reconstructed from the dots" if k else "the dots as they are"
         )
         if k == 0:
             layout.legend(figure, 16, 75, ax.get_legend_handles_labels()[0], ncols=4)
