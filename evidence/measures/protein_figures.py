@@ -83,7 +83,10 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
         _percents(ax.xaxis)
         layout.letter(figure, 2 + 88 * k, 2, "AB"[k])
         layout.text(
-            figure, 7 + 88 * k, 2.3, "the surface reconstructed from the dots" if k else "the dots as they are"
+            figure,
+            7 + 88 * k,
+            2.3,
+            "the surface reconstructed from the dots" if k else "the dots as they are",
         )
         if k == 0:
             layout.legend(figure, 16, 75, ax.get_legend_handles_labels()[0], ncols=4)
