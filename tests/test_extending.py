@@ -178,7 +178,7 @@ def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results
     assert (results / "figures" / "sizes.png").stat().st_size > 1000
     assert pd.read_csv(results / "sizes.csv")["dots"].sum() == len(pd.read_csv(results / "roughness.csv"))
     page = (results.parents[1] / "index.html").read_text(encoding="utf-8")
-    assert "How many dots the combinations keep." in page
+    assert "Number of dots that the combinations keep." in page
 
 
 def test_a_surface_format_is_read(extended, tmp_path):

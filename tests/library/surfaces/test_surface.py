@@ -163,7 +163,7 @@ REFUSED = {
         (LINE + LINE[:40], "is cut short: line 2 is not a complete dot or atom"),
     ],
     "dots.csv": [
-        ("x,y,z\n1,2,3\n", "column nx"), ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
+        ("x,y,z\n1,2,3\n", "column nx"), ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "several columns nz"),
         ("x,y,z,nx,ny,nz,q,q\n1,2,3,0,0,1,4,5\n", "has the column 'q' twice; remove or rename one"),
         ("x,y,z,nx,ny,nz,frame,frame,a,a\n1,2,3,0,0,1,1,1,4,5\n", "has the column 'a' twice"),
         (f"x,y,z,nx,ny,nz,{'a' * 200_000}\n1,2,3,0,0,1,0\n", "it is damaged"), ("x,y,z,nx,ny,nz\n", "no dots"),

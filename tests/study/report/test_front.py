@@ -125,7 +125,7 @@ def test_subsets_that_fall_apart_are_marked_where_the_table_says_so(tmp_path):
     write_front(tmp_path / "index.html", files, {})
     rows = [row for row in Page((tmp_path / "index.html").read_text()).rows if "to" in row[0]]
     assert [row[4] for row in rows] == ["0.80 fragmented", "0.80", "0.80 fragmented", "0.80"]
-    assert "In 2 of the 3 ranges where the sampling is better, its subset is fragmented." in text_of(tmp_path)
+    assert "2 of the 3 better subsets are fragmented." in text_of(tmp_path)
 
 
 def test_a_page_says_what_the_run_was_started_with(tmp_path):

@@ -15,7 +15,7 @@ from sparsurf_study.report import closing
 def test_the_crate_describes_files_and_run(study, tmp_path):
     run = study / "results" / "small"
     by = {entry["@id"]: entry for entry in json.loads((run / closing.CRATE).read_text())["@graph"]}
-    assert by["moving/f0000/minimal.csv"]["description"].startswith("the smallest sufficient subset")
+    assert by["moving/f0000/minimal.csv"]["description"].startswith("the minimal subset")
     assert by["moving/f0000/minimal.csv"]["encodingFormat"] == "text/csv"
     assert by["ro-crate-metadata.json"]["about"] == {"@id": "./"} and by["./"]["@type"] == "Dataset"
     assert by["#sparsurf"]["version"] == sparsurf.__version__

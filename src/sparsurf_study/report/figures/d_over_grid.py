@@ -43,7 +43,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     grid = grid[grid.alpha == alpha].reset_index(drop=True)
     scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
     better = {READINGS[reading].words: better_than_uniform(grid, reading) for reading in readings}
-    message = beats_uniform(better, f"combinations with α = {alpha:g} within the ranges")
+    message = beats_uniform(better, f"combinations with α = {alpha:g}")
     largest = "" if alpha == 1 else " (the largest of the grid)"
     gap = layout.label_width(np.unique(grid.delta))
     side = min(SIDE, (PAGE - 27) / grid.beta.nunique() - gap)
