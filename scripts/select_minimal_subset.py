@@ -43,6 +43,6 @@ with job(snakemake) as s:
     write_ply(s.output.whole, dots, found.roughness, "roughness", component | fields)
     if s.settings.fields:
         with open(s.output.fields, "wb") as stream:
-            np.savez(stream, allow_pickle=False, **fields)
+            np.savez(stream, **fields)  # type: ignore[arg-type]  # numpy 2.0 has no allow_pickle here
         errors = found.errors_of_fields()
         errors.to_csv(s.output.fields_recovered, index=False, float_format="%.5g")
