@@ -1,5 +1,6 @@
 #!/bin/sh
-# Runs tests (all, or those named) with the lowest versions that pyproject.toml allows, as uv resolves them, in .cache/lowest.
+# Tests the library, or what is named, with the lowest versions that pyproject.toml allows, as uv resolves them, in .cache/lowest.
+# The study runs with the locked versions of envs/requirements.txt alone.
 cd "$(dirname "$0")/.." || exit 1
 place=.cache/lowest
 rm -rf "$place"
@@ -12,4 +13,4 @@ export VIRTUAL_ENV="$PWD/$place"
   pyproject.toml envs/requirements.in --output-file "$place/lowest.txt" > /dev/null
 "$place/bin/uv" pip install --quiet --requirements "$place/lowest.txt" hypothesis pytest pytest-xdist
 "$place/bin/uv" pip install --quiet --no-deps --editable .
-"$place/bin/python" -m pytest -q -n 3 --dist worksteal "${@:-tests}"
+"$place/bin/python" -m pytest -q -n 3 --dist worksteal "${@:-tests/library}"
