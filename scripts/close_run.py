@@ -10,5 +10,6 @@ from sparsurf_study.workflow.jobs import job
 with job(snakemake) as s:
     warnings = collected_warnings(s.input.results, Path(s.output.page).with_name("logs"), s.params.jobs)
     origin = Origin(*s.config["origin"])
-    params = s.params.exclude, s.output, s.params.lengths, origin, s.params.minimal
-    close_run(s.input.results, warnings, *params)
+    close_run(
+        s.input.results, warnings, s.params.exclude, s.output, s.params.lengths, origin, s.params.minimal
+    )

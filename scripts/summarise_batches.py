@@ -12,5 +12,13 @@ with job(snakemake) as s:
     logs = Path(s.output.page).with_name("logs")
     warnings = collected_warnings(studied, logs, s.params.jobs) if studied else []
     origin = Origin(*s.config["origin"])
-    params = s.params.exclude, s.output, s.params.lengths, origin, s.params.minimal
-    close_batches(s.input.tables, studied, warnings, *params)
+    close_batches(
+        s.input.tables,
+        studied,
+        warnings,
+        s.params.exclude,
+        s.output,
+        s.params.lengths,
+        origin,
+        s.params.minimal,
+    )

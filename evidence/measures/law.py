@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.residues import KINDS
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_recovered, kept_out
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 
@@ -23,11 +23,6 @@ REQUESTED = (0.02, 0.03, 0.05)  # Å, mean errors whose density is asked for
 CONSTANTS = {CHAINS: 0.0125, HYDROGENS: 0.015}  # Å, of the lines of the figure: mean error times dots per Å^2
 SAMPLER = "farthest"
 LARGEST = 0.99  # quantile above which errors are the largest of a surface
-PARTS = {
-    CONTACT: "contact",
-    SADDLE: "saddle",
-    CONCAVE: "concave",
-}  # of a surface: where the probe touches 1, 2, 3 atoms
 AS_USUAL = "default"  # of the settings of the surface
 
 
@@ -41,7 +36,7 @@ def errors_by_density(
     Returns
     -------
     DataFrame: requested and density (kept dots per Å^2), mean, high_99 and largest (Å)
-    DataFrame: requested, part (of the surface, where the probe touches one atom, two or three), dots_percent (of the dots that
+    DataFrame: requested, part (of the surface: contact, saddle, concave), dots_percent (of the dots that
     were not kept, those in this part), ratio (mean error here over that of all) and largest_percent (of the largest 1 % of the
     errors, those in this part)
     """
@@ -56,12 +51,17 @@ def errors_by_density(
         row = {"requested": requested, "density": n_kept / prepared.area, "mean": found.mean()}
         rows.append(row | {"high_99": np.quantile(found, TAIL_QUANTILE), "largest": found.max()})
         kind, large = kept_out(prepared.surface.kind, kept), found > np.quantile(found, LARGEST)
-        for k, part in PARTS.items():
+        for part, k in KINDS.items():
             here = kind == k
             row = {"requested": requested, "part": part, "dots_percent": 100 * here.mean()}
             row["ratio"] = found[here].mean() / found.mean() if here.any() else np.nan
             rows_of_parts.append(row | {"largest_percent": 100 * here[large].mean()})
     return pd.DataFrame(rows), pd.DataFrame(rows_of_parts)
+
+
+def with_range(name: str, values: pd.Series) -> dict[str, float]:
+    """Return the mean of values over structures, their lowest and their highest, as columns of this name."""
+    return {name: values.mean(), f"{name}_lowest": values.min(), f"{name}_highest": values.max()}
 
 
 def by_part(table: pd.DataFrame) -> pd.DataFrame:
@@ -70,25 +70,14 @@ def by_part(table: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame: group, density (requested), part, n (structures), dots_percent, ratio with its lowest and highest,
-    largest_percent with its lowest and highest (as `errors_by_part` defines them)
+    largest_percent with its lowest and highest (as `errors_by_density` defines them)
     """
     rows = []
     for (group, density, part), of in table.groupby(["group", "requested", "part"], sort=False):
-        row = {
-            "group": group,
-            "density": density,
-            "part": part,
-            "n": len(of),
-            "dots_percent": of["dots_percent"].mean(),
-        }
-        for column in ("ratio", "largest_percent"):
-            values = of[column]
-            row |= {
-                column: values.mean(),
-                f"{column}_lowest": values.min(),
-                f"{column}_highest": values.max(),
-            }
-        rows.append(row)
+        row = {"group": group, "density": density, "part": part, "n": len(of)}
+        row["dots_percent"] = of["dots_percent"].mean()
+        row |= with_range("ratio", of["ratio"])
+        rows.append(row | with_range("largest_percent", of["largest_percent"]))
     return pd.DataFrame(rows)
 
 
@@ -154,7 +143,7 @@ def by_density(table: pd.DataFrame) -> pd.DataFrame:
             "product_lowest": product.min(),
             "product_highest": product.max(),
         }
-        rows.append(row | {"tail": tail.mean(), "tail_lowest": tail.min(), "tail_highest": tail.max()})
+        rows.append(row | with_range("tail", tail))
     return pd.DataFrame(rows)
 
 
@@ -203,9 +192,7 @@ def by_settings(table: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for (group, settings, density), part in table.groupby(["group", "settings", "requested"], sort=False):
         row = {"group": group, "settings": settings, "density": density, "n": len(part)}
-        for column, words in (("product", "product"), ("change", "change_percent")):
-            values = part[column]
-            row |= {words: values.mean(), f"{words}_lowest": values.min(), f"{words}_highest": values.max()}
+        row |= with_range("product", part["product"]) | with_range("change_percent", part["change"])
         rows.append(row | {"tail": part["tail"].mean()})
     return pd.DataFrame(rows)
 

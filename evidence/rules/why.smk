@@ -59,7 +59,9 @@ rule measure_null_result:
     params:
         surface=lambda wildcards: config["fragments"]["surface"] if wildcards.protein == PAPERS else {},
         hydrogens=lambda wildcards: "keep" if wildcards.protein == PAPERS else config["proteins"]["hydrogens"],
-        readings=lambda wildcards: ["kept", "full", *["recovered"] * (wildcards.protein in RECONSTRUCTED)],
+        readings=lambda wildcards: (
+            ["kept", "full", "recovered"] if wildcards.protein in RECONSTRUCTED else ["kept", "full"]
+        ),
         patches=config["fragments"]["patches"],
         test_dots=config["why"]["null_result"]["test_dots"],
         draws=config["why"]["null_result"]["draws"],

@@ -324,7 +324,8 @@ def _inventory(molecule: Atoms) -> str:
         np.isin(molecule.kind, POLYMERS), np.char.add(molecule.kind, " residues"), molecule.residue_name
     )
     counts = Counter(names[first].tolist()).most_common(8)
-    chains = dict.fromkeys(molecule.chain.tolist())
-    one = f"chain {chain}" if (chain := next(iter(chains))) else "one chain without a name"
     listed = ", ".join(f"{count} {name}" for name, count in counts)
-    return f"{one if len(chains) == 1 else f'chains {_chains(molecule)}'} with {listed}"
+    names = np.unique(molecule.chain).tolist()
+    if names == [""]:
+        return f"one chain without a name with {listed}"
+    return f"{'chains' if len(names) > 1 else 'chain'} {_chains(molecule)} with {listed}"

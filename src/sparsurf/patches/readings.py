@@ -16,9 +16,8 @@ import numpy as np
 if TYPE_CHECKING:
     from sparsurf.patches.index import PatchIndex
 
-FRAGMENTED_BELOW = (
-    0.5  # a subset is fragmented if the island of its median patch has less than this share of the kept dots
-)
+# A subset is fragmented if the island of its median patch has less than this share of the kept dots.
+FRAGMENTED_BELOW = 0.5
 SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spacings of the kept dots
 
 
