@@ -22,7 +22,7 @@ def atoms_of(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def first_model(name: str, path: str | Path, hydrogens: str = "keep") -> Molecule | None:
-    """Read the first model of a structure; None, with a note, if it cannot be read, as a chain of C-alpha atoms alone."""
+    """Read the first model of a structure, or print why it takes no part and return None, as for a chain of C-alpha atoms."""
     try:
         return read_molecule(path, model=1, hydrogens=hydrogens)
     except InputError as error:
