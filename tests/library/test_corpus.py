@@ -410,6 +410,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
         "2 953 61 ~ longer along y .* in frame 1"),
     "an assembly of frames.gro": (gro(HEAVY), {"assembly": True}, "! it takes all models of a structure"),
+    "the third model repeats.pdb": (
+        models(peptide(), peptide(origin=(0, 0, 0.5)), peptide(origin=(0, 0, 0.5))), {},
+        "3 20 4 ~ 1 frame repeats the one before, the first is frame 2"),
     "models that repeat.pdb": (models(HEAVY, HEAVY), {}, "2 119 14 ~ 1 frame repeats the one before"),
     "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
     "models.pdb": (models(peptide(), peptide(["ALA"] * 3)), {}, "! models of different atoms .* 20 15.*model"),
@@ -440,6 +443,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "one-place.pdb": (
         re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), {}, "! all atoms at one position"),
     "an atom twice.pdb": (end(HEAVY[:5], HEAVY[4], HEAVY[5:]), {}, "1 120 14 1281.3 ~ 1 atom is repeated in its residue"),
+    "two atoms twice.pdb": (
+        end(HEAVY[:5], HEAVY[4], HEAVY[5], HEAVY[5:]), {}, "1 121 14 ~ 2 atoms are repeated in their residues"),
     "a residue twice under two names.pdb": (
         end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213 A lie in one place; keep one of them"),
     "an occupancy above 1.pdb": (
@@ -854,26 +859,53 @@ def doubled(by, change=lambda first, second, frame: second):
 GEOMETRY = {
     "nothing": (lambda m: m, ""),
     "turned and moved": (lambda m: replace(m, xyz=m.xyz[:, :, [1, 2, 0]] + [900.0, -900, 0]), ""),
-    "an atom 30 Å away": (shift(4, (213, "CG"), 30.0), "! GLN 213 .* in frame 4 .atom CG is farthest out"),
-    "nm as Å": (scale(10.0), "! GLU 209 .* in frame 0 .* give lengths in nm"),
-    "Å as nm": (scale(0.1), "! bonds are 1 Å or longer"),
-    "two parts 6 Å apart": (shift(5, 7, 6.0), "! the bond C-N of .* in frame 5"),
-    "two parts 900 Å apart": (shift(4, 7, 900.0), r"! lies [89]\d\d Å from the other atoms in frame 4; give"),
-    "two parts apart in all frames": (shift(slice(None), 7, 9.0), "~ 1 peptide bond is missing, between GLY 215"),
+    "an atom 30 Å away": (shift(4, (213, "CG"), 30.0), "! GLN 213 is 56 Å wide in frame 4 .atom CG is farthest out"),
+    "nm as Å": (scale(10.0), "! GLU 209 is 77 Å wide in frame 0 .* give lengths in nm, or repair"),
+    "Å as nm": (scale(0.1), r"! 0\.11 Å apart, but bonds are 1 Å or longer"),
+    "two parts 6 Å apart": (shift(5, 7, 6.0), r"! the bond C-N of GLY 215 is 11\.1 Å long in frame 5"),
+    "two parts 900 Å apart": (shift(4, 7, 900.0), r"! HN of ASP 216 lies 899 Å from the other atoms in frame 4; give"),
+    "two parts apart in all frames": (
+        shift(slice(None), 7, 9.0), r"~ 1 peptide bond is missing, between GLY 215 and ASP 216, 15\.5 Å"),
     "a bond of 2.9 Å": (bond(3, (214, "CZ"), (214, "OH"), 2.95), ""),
     "a bond of 3.1 Å": (bond(3, (214, "CZ"), (214, "OH"), 3.05), "! the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3"),
     "a bond of the backbone 1.3 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.9), "~ bond N-CA of TYR 214 is 1.9 Å long instead of 1.5 Å in frame 4"),
     "a bond of the backbone 1.2 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.75), "~ 1.05 times as long as usual along one direction"),
-    "atoms of a residue exchanged": (mixed, "! of the bonds that its names imply"),
-    "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0"),
+    "atoms of a residue exchanged": (mixed, "! only 0% of the bonds that its names imply"),
+    "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0, and half of them differ by 25%"),
     "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
     "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
+    "1.17 times as long": (scale(1.17), "! backbone are 1.17 times as long"),
+    "1.13 times as long": (scale(1.13), "~ differ by 13 % from"),
+    "1.045 times as long": (scale(1.045), "~ half of the bonds of the backbone differ by [45] %"),
+    "1.03 times as long": (scale(1.03), ""),
+    "0.4 times as long": (scale(0.4), r"! 0\.44 Å apart"),
+    "half as long": (scale(0.5), r"! backbone are 0\.50 times as long"),
+    "two molecules 1.25 times as long": (
+        lambda m: scale(1.25)(doubled((40, 0, 0))(m)), r"! backbone are 1\.25 times as long as usual in frame 0"),
+    "a copy that grows later": (
+        doubled((60, 0, 0), lambda a, b, k: b * (1 if k < 3 else 1.2)),
+        r"! of the chain of GLU 209 B are 1\.19 times as long as usual in frame 3"),
+    "two atoms of a residue 0.45 Å apart": (bond(0, (213, "CB"), (213, "CG"), 0.45), "~ CB and CG of GLN 213 lie in one place"),
+    "two atoms of a residue 0.55 Å apart": (bond(0, (213, "CB"), (213, "CG"), 0.55), ""),
+    "an atom 2.9 Å from its residue": (bond(0, (214, "CZ"), (214, "OH"), 2.9), ""),
+    "an atom 3.2 Å from its residue": (bond(0, (214, "CZ"), (214, "OH"), 3.2), r"~ OH of TYR 214 lies 3\.2 Å from the nearest"),
+    "two parts 470 Å apart": (shift(4, 7, [470.0, 0, 0]), "! the bond C-N"),
+    "two parts 540 Å apart": (shift(4, 7, [540.0, 0, 0]), "! Å from the other atoms in frame 4"),
+    "a short peptide, x 1.07 times as long": (residues(5, scale(1.07, 1, 1)), ""),
+    "a short peptide, x 1.13 times as long": (residues(5, scale(1.13, 1, 1)), r"~ are 1\.1\d times as long as usual along one"),
+    "three residues mirrored later": (
+        lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(3)(m)), "~ mirror image, of D-amino acids, in frame 2"),
+    "two residues mirrored later": (lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(2)(m)), ""),
+    "ten residues mirrored": (residues(10, scale(1, 1, -1)), "~ mirror image, of D-amino acids, in frame 0"),
+    "y 1.05 times as short": (scale(1, 0.95, 1), "~ 6 % shorter along y than across it"),
+    "18 wrong elements": (elements(**{f"_{k}": "S" for k in range(18)}), "~ N of GLU 209 has the element S; 18 atoms have"),
+    "40 wrong elements": (elements(**{f"_{k}": "S" for k in range(40)}), "! N of GLU 209 has the element S; 40 atoms"),
     "1.02 times as long": (scale(1.02), ""),
     "noise of 0.2 Å": (
         moved(lambda m, xyz: np.add(xyz, np.random.default_rng(0).normal(0, 0.2 / 3**0.5, xyz.shape), out=xyz)),
-        "~ half of the bonds"),
+        r"~ half of the bonds .* by 8 % .* in frame 0\n.*C-O of MET 218 is 0\.9 Å long instead of 1\.2 Å in frame 1"),
     "x 1.05 times as long": (scale(1.05, 1, 1), "~ 5 % longer along x than across it"),
     "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
     "five residues mirrored from frame 2 on": (
@@ -882,18 +914,21 @@ GEOMETRY = {
     "mirrored without C-beta": (
         lambda m: scale(1, 1, -1)(m).take(np.isin(m.name, ["N", "CA", "C", "O"])), ""),
     "one atom": (lambda m: m.take([4]), "~ a single atom"),
-    "one atom elsewhere": (shift(0, (213, "CB"), [0, 8, 0]), "~ Å from the nearest atom of its residue"),
-    "two atoms of a residue in one place": (bond(0, (213, "CB"), (213, "CG"), 0.0), r"~ lie in one place \(1 such pair\)"),
+    "one atom elsewhere": (shift(0, (213, "CB"), [0, 8, 0]), r"~ CB of GLN 213 lies 5\.7 Å from the nearest atom of its residue"),
+    "two atoms of a residue in one place": (
+        bond(0, (213, "CB"), (213, "CG"), 0.0), r"~ CB and CG of GLN 213 lie in one place \(1 such pair\)"),
     "a molecule twice": (doubled((0.67, 0.67, 0.33)), "~ 100 % of its atoms lie inside other residues"),
     "two molecules": (doubled((40, 0, 0)), ""),
     "a copy that is mirrored later": (doubled((60, 0, 0), lambda a, b, k: b * [1, 1, -1]), "~ B is a mirror image.* in frame 1"),
     "a copy that shrinks later": (
-        doubled((60, 0, 0), lambda a, b, k: b.mean(axis=0) + 0.3 * (b - b.mean(axis=0))), "! times as long as usual in frame 1"),
-    "a copy laid on the first later": (doubled((60, 0, 0), lambda a, b, k: a + 0.05), "~ Å apart in frame 1"),
-    "all elements C": (lambda m: replace(m, element=np.full(m.n_atoms, "C")), "! N of GLU 209 has the element C"),
-    "one wrong element": (elements(_3="O"), "~ GLU 209 has the element O; 1 atom has"),
+        doubled((60, 0, 0), lambda a, b, k: b.mean(axis=0) + 0.3 * (b - b.mean(axis=0))),
+        r"! 0\.64 times as long as usual in frame 1, and half of them differ by 37%"),
+    "a copy laid on the first later": (
+        doubled((60, 0, 0), lambda a, b, k: a + 0.05), r"~ SD of MET 218 B and SD of MET 218 A lie 0\.1 Å apart in frame 1"),
+    "all elements C": (lambda m: replace(m, element=np.full(m.n_atoms, "C")), "! N of GLU 209 has the element C; 145 atoms"),
+    "one wrong element": (elements(_3="O"), "~ H3 of GLU 209 has the element O; 1 atom has"),
     "selenium in place of sulfur": (elements(_3="SE"), ""),
-    "not a number": (shift(2, (213, "CB"), np.nan), "! not numbers"),
+    "not a number": (shift(2, (213, "CB"), np.nan), "! not numbers .* in frame 2"),
     "a coordinate of 1.1e5 Å": (shift(2, (213, "CB"), [0, 0, 1.1e5]), "! beyond 1e.05 Å in frame 2"),
 }  # fmt: skip
 
@@ -1209,47 +1244,52 @@ def far(repeats):
     return change
 
 
-UPRIGHT, OPPOSE, LENGTHS = "! not perpendicular", "oppose each other", "~ are lengths in Å"
+UPRIGHT, OPPOSE = (
+    r"! not perpendicular .*dots 0\.44\)",
+    "of neighbouring dots have normals that oppose each other",
+)
 DOTS = {
     "nothing": (lambda p, n: (p, n), ""),
     "turned": (lambda p, n: (p[:, [2, 0, 1]] + 3000, n[:, [2, 0, 1]]), ""),
     "columns of normals exchanged": (lambda p, n: (p, n[:, [1, 0, 2]]), UPRIGHT),
     "one axis mirrored": (lambda p, n: (p, n * [1, 1, -1]), UPRIGHT),
-    "points inexact": (lambda p, n: (p + np.random.default_rng(0).normal(0, 0.5, p.shape), n), UPRIGHT),
+    "points inexact": (
+        lambda p, n: (p + np.random.default_rng(0).normal(0, 0.5, p.shape), n), r"! not perpendicular .*dots 0\.49\)"),
     "normals of the next row": (lambda p, n: (p, np.roll(n, -1, axis=0)), "! fit the dots 1 row further down"),
     "normals two rows before": (lambda p, n: (p, np.roll(n, 2, axis=0)), "! fit the dots 2 rows further up"),
-    "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! {OPPOSE}"),
-    "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), "~ times as far apart along one direction"),
-    "every 10th flipped": (flipped(0.1), "! give outward normals"),
-    "every 4th flipped": (flipped(0.25), f"! {OPPOSE}: give outward normals"),
-    "every 5th random": (random_normals(0.2), f"! {OPPOSE}"),
+    "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! 2[68]% {OPPOSE}"),
+    "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), r"~ 1\.3 times as far apart along one direction"),
+    "every 10th flipped": (flipped(0.1), f"! 20% {OPPOSE}: give outward normals"),
+    "every 4th flipped": (flipped(0.25), f"! 39% {OPPOSE}: give outward normals"),
+    "every 5th random": (random_normals(0.2), f"! 19% {OPPOSE}"),
     "the last inward": (last(0.05, normals_times=-1), r"~ some dots around (line 6247|dot 6246) point"),
     "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
-    "the last in nm": (last(0.1, points_times=0.1), r"~ dots around (line 6247|dot 6246) lie \d\.\d times as close"),
-    "twice as long": (lambda p, n: (2 * p, n), LENGTHS),
-    "in nm": (lambda p, n: (p / 10, n), "! lengths seem to be in nm"),
+    "the last in nm": (last(0.1, points_times=0.1), r"~ dots around (line 6247|dot 6246) lie 9\.[345] times as close"),
+    "twice as long": (lambda p, n: (2 * p, n), r"~ curves of 3\.4 Å; are lengths in Å"),
+    "in nm": (lambda p, n: (p / 10, n), r"! 0\.038 Å apart on curves of 0\.17 Å: the lengths seem to be in nm"),
     "a tenth of the dots": (some(0.1), ""),
     "one dot in fifty": (some(0.02), ""),
     "the first half, in the order of atoms": (
-        lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), "~ do not close around a molecule"),
-    "a dot 5 Å above the others": (lifted, r"~ (line 6437|dot 6436) lies 5\.\d Å from the nearest other dot"),
-    "a dot far from the others": (far(0), r"! (line 9|dot 8) lies 49\d\d Å from all other dots"),
-    "a dot far from the others, the first thrice": (far(2), r"! (line 11|dot 10) lies 49\d\d Å from all other dots"),
-    "a heap of dots": (pile, "! lie in one place"),
+        lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), r"~ do not close around a molecule \(4 % of"),
+    "a dot 5 Å above the others": (
+        lifted, r"~ (line 6437|dot 6436) lies 5\.1 Å from the nearest other dot, where most lie 0\.4 Å"),
+    "a dot far from the others": (far(0), r"! (line 9|dot 8) lies 4990 Å from all other dots"),
+    "a dot far from the others, the first thrice": (far(2), r"! (line 11|dot 10) lies 4990 Å from all other dots"),
+    "a heap of dots": (pile, r"! (line 2|dot 1) and others lie in one place"),
     "two dots in one place": (lambda p, n: (np.tile(p[:1], (2, 1)), n[:2]), "! lie in one place"),
     "normals of length 0": (lambda p, n: (p, np.where(np.arange(len(n))[:, None] == 5, 0, n)), "! normal of length 0"),
     "normals of length 0.2 to 6": (
         lambda p, n: (p, n * np.random.default_rng(1).uniform(0.2, 6, (len(n), 1))), "~ are scaled to 1"),
     "normals and points exchanged": (lambda p, n: (n, p), "! exchange the columns"),
-    "a ball of 0.35 Å": (ball(900, 0.35), "! lengths seem to be in nm"),
+    "a ball of 0.35 Å": (ball(900, 0.35), r"! 0\.039 Å apart on curves of 0\.35 Å: the lengths seem to be in nm"),
     "a ball of 0.5 Å": (ball(900, 0.5), ""),
     "a ball of 12 Å": (ball(900, 12.0), "~ dots lie on curves of 12 Å; are lengths in Å?"),
     "a ball of 104 Å": (ball(900, 104.0), ""),
     "a ball without 4 %": (ball(1200, 5.0, 44), r"~ do not close around a molecule \(4 % of the normals do not cancel\)"),
     "a ball without 2.5 %": (ball(1200, 5.0, 30), ""),
-    "half a ball": (ball(2002, 5.0, 1001), "~ do not close"),
+    "half a ball": (ball(2002, 5.0, 1001), r"~ do not close .*\(50 % of"),
     "normals of 170 dots flipped": (lambda *_: flipped(0.5)(*ball(170, 9.0)()), ""),
-    "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! {OPPOSE}"),
+    "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! 53% {OPPOSE}"),
     "a plane": (
         lambda *_: (np.column_stack([*np.divmod(np.arange(100.0), 10), np.zeros(100)]), np.tile([0, 0, 1.0], (100, 1))), ""),
 }  # fmt: skip

@@ -1,12 +1,28 @@
 """Files of users: any line ending, compressed or not, and a sentence for what is not text."""
 
 import gzip
+import hashlib
+import io
 import logging
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sparsurf.errors import InputError
-from sparsurf.files import decode_text, no_warnings, read_bytes, read_text, shorten
+from sparsurf.files import (
+    as_path,
+    checksum,
+    collected_warnings,
+    decode_text,
+    existing_file,
+    no_warnings,
+    pluralise,
+    read_archive,
+    read_bytes,
+    read_text,
+    shorten,
+)
 
 
 @pytest.mark.parametrize(
@@ -65,3 +81,70 @@ def test_what_was_said_before_is_not_said_again(caplog):
         raise KeyError
     log.warning("again")
     assert caplog.messages == ["again"]
+
+
+def test_a_number_agrees_with_its_noun_and_verb():
+    for number, words in ((0, "0 atoms lack"), (1, "1 atom lacks"), (2, "2 atoms lack")):
+        assert pluralise(number, "atom", "lacks") == words
+    assert [pluralise(n, "gap", "is") for n in (1, 2)] == ["1 gap is", "2 gaps are"]
+    assert [pluralise(n, "gap", "has") for n in (1, 2)] == ["1 gap has", "2 gaps have"]
+    assert [pluralise(n, "gap") for n in (1, 2)] == ["1 gap", "2 gaps"]
+
+
+def test_a_path_is_a_string_or_a_path_and_its_checksum_that_of_its_bytes(tmp_path):
+    (tmp_path / "a").write_bytes(b"abc")
+    assert as_path("a/b") == Path("a/b") and existing_file(str(tmp_path / "a")) == tmp_path / "a"
+    assert checksum(tmp_path / "a") == hashlib.sha256(b"abc").hexdigest()
+    for wrong, words in ((3, "not int: name the file"), ("", "a path is empty"), (b"", "not bytes")):
+        with pytest.raises(InputError, match=words):
+            as_path(wrong)
+
+
+@pytest.mark.parametrize(
+    ("content", "name", "words"),
+    [
+        (gzip.compress(b"a"), "a.pdb", r"a\.pdb is compressed with gzip: add \.gz"),
+        (gzip.compress(b"a"), "a.PDB.GZ", "is compressed twice"),
+        ("a".encode("utf-16-le"), "a.pdb", "null bytes"),
+        (b"\xff\xfea\0", "a.pdb", "is stored as UTF-16"),
+        (b"\xfe\xff\0a", "a.pdb", "is stored as UTF-16"),
+    ],
+)
+def test_what_is_no_text_is_named(content, name, words):
+    with pytest.raises(InputError, match=words):
+        decode_text(content, name)
+
+
+def test_a_byte_order_mark_before_latin_1_is_no_text():
+    assert decode_text(b"\xef\xbb\xbfd\xe5", "x") == "då"
+
+
+def test_warnings_are_collected_by_their_kind_and_shown_again_behind():
+    """Those of one template are of one kind; a template that is a whole sentence, by its plain words without numbers."""
+    log = logging.getLogger("sparsurf")
+    before = log.handlers, log.propagate
+    with collected_warnings() as found:
+        log.warning("%s lacks %d atoms", "a.pdb", 3)
+        log.info("%s is fine", "a.pdb")
+        log.warning("%s: %s", "a.pdb", "the bond CA-CB of ALA 3 is 3.1 Å long")
+        log.warning("%s: %s", "b.pdb: x", "the bond N-CA of GLY 44 is 2.9 Å long")
+    kinds, sentences = zip(*found, strict=True)
+    assert sentences[0] == "a.pdb lacks 3 atoms" and len(found) == 3
+    assert kinds == ("%s lacks %d atoms", "the bond of is long", "the bond of is long")
+    assert (log.handlers, log.propagate) == before
+
+
+def test_an_archive_is_read_by_name_and_refused_beyond_the_limit(monkeypatch):
+    stream = io.BytesIO()
+    np.savez(stream, a=np.arange(40), b=np.array([1.5]))
+    arrays = read_archive(stream.getvalue(), "a.npz", "is odd")
+    assert arrays["a"].tolist() == list(range(40)) and arrays["b"].tolist() == [1.5]
+    with pytest.raises(InputError, match=r"^a.npz is odd\.$"):
+        read_archive(b"PK", "a.npz", "is odd")
+    one = io.BytesIO()
+    np.save(one, np.arange(3))
+    with pytest.raises(InputError, match=r"^a.npz is odd\.$"):  # a single array has no name
+        read_archive(one.getvalue(), "a.npz", "is odd")
+    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 500)
+    with pytest.raises(InputError, match=r"a\.npz unpacks to more than 0 MB: give a smaller file"):
+        read_archive(stream.getvalue(), "a.npz", "is odd")

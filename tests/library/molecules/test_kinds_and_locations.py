@@ -14,6 +14,7 @@ from sparsurf.molecules.residues import (
     VARIANTS,
     count_heavy_atoms,
     element_of,
+    find_particles,
     known_kind,
     residue_kinds,
     standard_name,
@@ -56,6 +57,14 @@ def test_what_is_bonded_to_the_end_of_a_chain_belongs_to_it_and_a_ligand_nearby_
         ligand = {name: np.add(next_atom, (shift, 0, 0)), "C9": np.add(next_atom, (shift + 1.4, 0, 0))}
         assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True]) == ["protein", kind]
         assert kinds(("LIG", ligand, 0), ("ALA", ALANINE, 0), hetero=[True, False]) == [kind, "protein"]
+    c = np.add(ALANINE["C"], (0, 0, 0))
+    for distance, kind in ((1.0, "other"), (1.2, "protein"), (1.7, "protein"), (1.8, "other")):
+        place = c + np.array([np.cos(1), np.sin(1), 0]) * distance  # away from the other atoms of the residue
+        ligand = {"C7": place, "C9": place + np.array([0, 1.0, 1.0])}
+        assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True])[1] == kind, distance
+    for gap, kind in ((2.0, "protein"), (2.4, "other")):  # between the atoms of the ligand itself
+        ligand = {"C7": next_atom, "C9": np.add(next_atom, (gap, 0, 0))}
+        assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True])[1] == kind, gap
     for atoms in (
         {"O": next_atom},
         {"N": next_atom, "C9": (9, 9, 9)},
@@ -68,7 +77,10 @@ def test_water_is_known_by_its_atoms_whatever_its_name():
     phenol = {"O": (0, 0, 0), "H1": (1, 0, 0), "C1": (0, 1, 0)}
     for name, atoms, kind in (
         ("XYZ", water, "water"), ("OPC", {"O": (0, 0, 0)}, "water"), ("XYZ", {"O": (0, 0, 0)}, "other"),
-        ("OPC", phenol, "other"),
+        ("OPC", phenol, "other"), ("OPC", {"O": (0, 0, 0), "D1": (1, 0, 0)}, "water"),
+        ("XYZ", dict([*water.items()][:2]), "other"),
+        ("XYZ", water | {"H3": (0, 0, 1)}, "other"), ("XYZ", {"O": (0, 0, 0), "1H": (1, 0, 0), "2H": (0, 1, 0)}, "water"),
+        ("XYZ", water | {"O2": (9, 0, 0)}, "other"),
     ):  # fmt: skip
         assert kinds((name, atoms, 0), hetero=[True]) == [kind], (name, atoms)
 
@@ -101,6 +113,60 @@ def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared
 
 
 # ---- elements
+
+
+@pytest.mark.parametrize(
+    ("atom", "element"),  # element of the input, name, residue, whether of a polymer, whether alone
+    [
+        (("", "CA", "ALA", True, False), "C"), (("CA", "CA", "ALA", True, False), "C"), (("c", "CA", "ALA", True, False), "C"),
+        (("HG", "HG", "SER", True, False), "H"), (("CD", "CD1", "LEU", True, False), "C"), (("", "1HB", "ALA", True, False), "H"),
+        (("D", "D", "ALA", True, False), "D"), (("", "SE", "MSE", True, False), "SE"), (("", "SE", "MET", True, False), "S"),
+        (("", "SD", "MSE", True, False), "S"), (("SE", "SE", "XYZ", True, False), "SE"), (("BR", "BR", "XYZ", True, False), "BR"),
+        (("", "BR", "XYZ", True, False), "B"), (("X", "CB", "ALA", True, False), "C"), (("", "'1", "ALA", True, False), "X"),
+        (("", "AE1", "GLN", True, False), "O"), (("", "AE2", "GLN", True, False), "N"), (("", "AD1", "ASN", True, False), "O"),
+        (("", "AD2", "ASN", True, False), "N"), (("", "AD1", "HIE", True, False), "N"), (("", "AE2", "HIS", True, False), "N"),
+        (("", "AD2", "HIS", True, False), "C"), (("", "AE1", "HIS", True, False), "C"), (("", "AE1", "LIG", True, False), "A"),
+        (("", "CA", "LIG", False, False), "C"), (("CA", "CA", "LIG", False, False), "CA"),
+        (("", "CL1", "LIG", False, False), "CL"),
+        (("", "FE", "HEM", False, False), "FE"), (("", "HG", "LIG", False, False), "H"), (("", "HG", "HG", False, True), "HG"),
+        (("", "CA", "CA", False, True), "CA"), (("C", "CAL", "CAL", False, True), "CA"), (("", "CA", "CA", False, False), "C"),
+        (("", "CA", "CA", True, True), "C"), (("", "SOD", "SOD", False, True), "NA"), (("P", "POT", "POT", False, True), "K"),
+        (("", "CLA", "CLA", False, True), "CL"), (("", "NA+", "NA+", False, True), "NA"), (("", "NA", "ION", False, True), "NA"),
+        (("", "POT", "IONS", False, True), "K"), (("", "I", "IOD", False, True), "I"), (("", "C1", "XYZ", False, True), "C"),
+        (("", "O", "HOH", False, True), "O"), (("", "MG", "C0", False, True), "MG"), (("", "C0", "C0", False, True), "CA"),
+        (("LP", "N1", "LIG", False, False), "N"), (("", "", "LIG", False, False), "X"),
+    ],
+)  # fmt: skip
+def test_the_element_of_an_atom(atom, element):
+    assert element_of(*atom) == element
+
+
+def particles(*rows):
+    """Which atoms (name, residue name, element, place) of one residue are none."""
+    names, residue_names, elements, places = zip(*rows, strict=True)
+    index = np.zeros(len(rows), int)
+    return find_particles(
+        *map(np.array, (names, residue_names)), index, np.array(elements), np.array(places, float)
+    ).tolist()
+
+
+def test_particles_that_are_no_atoms_are_known_by_element_name_and_place():
+    at = (0, 0, 0)
+    for name, residue, element, found in (
+        ("QB", "ALA", "Q", True), ("QB", "ALA", "", True), ("QB", "LIG", "", False), ("CB", "ALA", "Q", False),
+        ("PS1", "PSD", "PS", True), ("LP1", "LIG", "", True), ("LP1", "LIG", "LP", True), ("LP1", "LIG", "C", False),
+        ("EPW", "XYZ", "", True), ("EP2", "SOL", "EP", True), ("VS1", "LIG", "VS", True), ("MW", "SOL", "", True),
+        ("MW", "LIG", "", False), ("M", "HOH", "M", True), ("IW", "SOL", "", True), ("DUM1", "HOH", "", True),
+        ("OM", "HOH", "O", True),
+        ("OW", "HOH", "O", False), ("MCB1", "ALA", "", True), ("MNZ2", "LYS", "", True), ("MN", "MN", "", False),
+        ("MTRP", "TRP", "X", True), ("LP1X2", "LIG", "", True), ("PB", "ATP", "", False), ("XA", "ALA", "X", False),
+    ):  # fmt: skip
+        assert particles((name, residue, element, at)) == [found], (name, residue, element)
+    for distance, found in ((0.0, True), (0.55, True), (0.65, False)):
+        pair = ("CB", "ALA", "C", at), ("DCB", "ALA", "", (distance, 0, 0))
+        assert particles(*pair) == [False, found]
+        assert particles(*pair[::-1]) == [found, False]
+    assert particles(("DCG", "ALA", "", at), ("CB", "ALA", "C", at)) == [False, False]
 
 
 # ---- alternate locations
