@@ -404,6 +404,16 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "B factors that are no pLDDT.pdb": (PDB, {"plddt": 70}, f"{WHOLE} ~ plddt is not applied"),
     # models
     "models that are copies elsewhere.pdb": (models(HEAVY, COPY), {}, "2 119 14 ~ copies of the first at other places"),
+    "models that are copies 0.9 Å away.pdb": (models(peptide(), peptide(origin=(0, 0, 0.9))), {}, "2 20 4"),
+    "copies 1.2 Å away, and another shape.pdb": (
+        models(peptide(), peptide(origin=(0, 0, 1.2)), peptide().replace("  -0.800   1.200", "  -0.300   1.600", 1)), {},
+        "3 20 4 ~ 2 of its 3 models are copies of the first at other places"),
+    "models of five atoms that are copies elsewhere.pdb": (
+        models(peptide(["ALA"]), peptide(["ALA"], origin=(0, 0, 9))), {}, "2 5 1"),
+    "seven chains that lack a residue.pdb": (
+        "".join(f"SEQRES   1 {c}    3  ALA ALA ALA\n" for c in "ABCDEFG")
+        + "TER\n".join(peptide(["ALA"] * 2, c, origin=(0, 0, 9 * k)) for k, c in enumerate("ABCDEFG")) + "END\n", {},
+        "1 70 14 ~ no coordinates for 7 residues of the sequence: 1 in chain A, .*1 in chain E and 2 more chains"),
     "an assembly of other chain letters.pdb": (models(HEAVY, every(COPY, chain="B")), {}, "! one molecule by `assembly`"),
     "an assembly.pdb": (models(HEAVY, COPY), {"assembly": True}, TWICE),
     "the second model 5 % longer along y.pdb": (

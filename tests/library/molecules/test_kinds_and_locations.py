@@ -141,6 +141,19 @@ def test_the_element_of_an_atom(atom, element):
     assert element_of(*atom) == element
 
 
+@pytest.mark.parametrize(
+    ("symbol", "names"),
+    [
+        ("NA", "SOD CIP IP NIO QNA"), ("K", "POT"), ("CA", "CAL C0"), ("CL", "CLA CHL CHLO CIM IM QCL"), ("CS", "CES CIO"),
+        ("LI", "LIT"), ("MG", "MAG"), ("RB", "RUB"), ("BA", "BAR"), ("CD", "CAD CD2"), ("I", "IOD"), ("F", "FLU"), ("BR", "BRO"),
+    ],
+)  # fmt: skip
+def test_ions_of_force_fields(symbol, names):
+    for name in names.split():
+        assert element_of("", symbol, name, False, True) == symbol, name
+        assert element_of("", name, name, False, True) == symbol, name
+
+
 def particles(*rows):
     """Which atoms (name, residue name, element, place) of one residue are none."""
     names, residue_names, elements, places = zip(*rows, strict=True)
@@ -279,6 +292,10 @@ def test_lines_of_a_pdb_file_are_read_in_their_columns(tmp_path):
     assert set(read_pdb(wide, "a.pdb").atoms.chain) == {"AB"}
     atoms = read_pdb(long, "a.pdb").atoms
     assert set(atoms.chain) == {"B"} and set(atoms.residue_name) == {"HISE"}
+    names = "CYSF CYSG CYSL CYSP CYSD GLYM GLYP GLUM GLYB LYSA LYSM LYSR PROP SERD SERP THRP TYRP TYRD TYRU ASPM ALAD ALAB ARGU"
+    for name in [*names.split(), "HISD", "TRPU"]:
+        atoms = read_pdb(atom_line("CA", name, "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
+        assert atoms.residue_name[0] == name and set(atoms.chain) == {"B"}
     lipid = read_pdb(atom_line("C1", "POPC", "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
     assert lipid.residue_name.tolist() == ["POPC", "ALA"] and lipid.chain.tolist() == ["B", "B"]
 

@@ -27,6 +27,9 @@ def molecule():
 
 def test_parts_and_labels_of_a_molecule(molecule):
     assert (molecule.n_frames, molecule.n_atoms, molecule.n_residues) == (2, 5, 3)
+    assert repr(molecule) == "Molecule of 5 atoms in 3 residues, 2 frames"
+    assert repr(molecule.take(np.array([2])).frame(0)) == "Molecule of 1 atom in 1 residue, 1 frame"
+    assert [molecule.residue_label(atom) for atom in (1, 2, 4)] == ["ALA 1 A", "GLY 2B A", "ZN 1 B"]
     assert molecule.residues.to_numpy().tolist() == [["A", "1", "ALA"], ["A", "2B", "GLY"], ["B", "1", "ZN"]]
     elements = np.array(["H", "C", "D", "HE", "X"])
     assert replace(molecule, element=elements).heavy.tolist() == [False, True, False, True, True]
@@ -109,6 +112,8 @@ def test_the_ending_of_a_name():
         "a.gz2": ".gz2",
     }  # fmt: skip
     assert {name: formats.suffix(name) for name in names} == names
+    stems = {"a.pdb": "a", "b/A.b.PDB.GZ": "A.b", "a.gz": "a", "a": "a", "a.b.xtc": "a.b"}
+    assert {name: formats.stem(name) for name in stems} == stems
 
 
 def test_an_expression_names_residues_in_the_order_of_the_chain(tmp_path):

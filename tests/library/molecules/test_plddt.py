@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
+from gemmi import cif as cif_format
 
-from peptides import peptide
+from peptides import atom_line, peptide
 from sparsurf import read_molecule
 from sparsurf.errors import InputError
-from sparsurf.molecules.plddt import PREDICTED, doubtful_residues
+from sparsurf.molecules.plddt import (
+    EXPERIMENT,
+    MODEL,
+    PREDICTED,
+    doubtful_residues,
+    origin_of_mmcif,
+    origin_of_pdb,
+)
 from sparsurf_study.workflow.config import check_config, proteins
 
 TITLE = "TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION FOR HEMOGLOBIN SUBUNIT ALPHA\nTITLE    2 (P69905)\n"
@@ -80,6 +88,83 @@ def test_the_mean_of_a_residue_counts():
     b_factor, residue_index = np.array([60.0, 81.0, 60.0, 79.0, 90.0]), np.array([0, 0, 1, 1, 2])
     masked = doubtful_residues(b_factor, residue_index, PREDICTED, 70.0, "x")
     assert masked.tolist() == [False, False, True, True, False]
+
+
+def asked(*residues, origin="", bound=70.0):
+    """Residues that the bound leaves out, of tuples of B factors; None where it is not applied."""
+    index = np.repeat(np.arange(len(residues)), [len(each) for each in residues])
+    found = doubtful_residues(np.concatenate(residues), index, origin, bound, "x")
+    return None if found is None else np.unique(index[found]).tolist()
+
+
+def test_values_tell_plddt_where_nothing_else_does(caplog):
+    """At least three residues, nine of ten with one value for all atoms, which differ, and the largest above 20."""
+    low, high, mixed = (60.0, 60.0), (80.0, 80.0), (40.0, 41.0)
+    assert asked(low, high, high) == [0] and "all atoms of a residue have the same" in caplog.text
+    assert asked(low, high) is asked(low, high, (90.0,)) is asked(high, high, high) is None
+    assert asked(low, *8 * [high], mixed) == [0, 9] and asked(low, *7 * [high], mixed) is None
+    for largest, found in ((20.0, None), (21.0, [0, 1, 2])):
+        assert asked((5.0, 5.0), (6.0, 6.0), (largest, largest)) == found
+    assert asked(low, high, (100.5, 100.5)) is asked((-1.0, -1.0), high, high) is None
+    caplog.clear()
+    assert asked((0.6, 0.7), (0.8, 0.8), (0.65, 0.7)) == [0, 2] and "since none is above 1" in caplog.text
+    assert "is on a scale of 0 to 1, and is multiplied by 100" in caplog.text
+    assert asked((0.0, 0.0), (1.0, 1.0), (1.0, 1.0)) is None  # flags
+    assert asked((1.0, 1.0), (1.5, 1.5), (99.0, 99.0), origin=PREDICTED) == [0, 1]
+    assert asked(low, (70.0, 70.0), origin=PREDICTED) == [0]
+    assert asked(low, high, high, origin="experiment") is None
+    for origin in (PREDICTED, "model"):
+        with pytest.raises(InputError, match="without pLDDT"):
+            asked(low, high, (101.0, 101.0), origin=origin)
+    with pytest.raises(InputError, match="without pLDDT"):
+        asked(low, high, high, origin="model")
+
+
+def test_ligands_do_not_tell_whether_values_are_plddt(tmp_path):
+    path = pdb(tmp_path / "a.pdb")
+    ligand = [
+        f"{atom_line(name, 'LIG', 'A', '9', (20, 0, z), record='HETATM')[:60]}{b:6.2f}\n"
+        for name, z, b in (("C1", 0, 75.0), ("O2", 1.4, 80.0))
+    ]
+    path.write_text(path.read_text().replace("END\n", "".join(ligand) + "END\n"))
+    assert set(read_molecule(path, plddt=70, ligands=True).residue) == {"3", "4", "9"}
+    assert set(read_molecule(path, plddt=78, ligands=True).residue) == {"4"}
+
+
+@pytest.mark.parametrize(
+    ("lines", "has_box", "origin"),
+    [
+        ("EXPDTA    SOLUTION NMR", False, EXPERIMENT), ("EXPDTA    NULL", False, ""), ("EXPDTA    THEORETICAL MODEL", False, ""),
+        ("EXPDTA    X-RAY DIFFRACTION\nTITLE     ALPHAFOLD", False, EXPERIMENT),
+        ("REMARK   2 RESOLUTION.    1.80 ANGSTROMS.", False, EXPERIMENT), ("REMARK   2", False, ""),
+        ("REMARK   3   PROGRAM     : REFMAC", False, EXPERIMENT), ("REMARK 200 EXPERIMENTAL DETAILS", False, EXPERIMENT),
+        ("REMARK 215 NMR STUDY", False, EXPERIMENT), ("REMARK 465 MISSING RESIDUES", False, ""),
+        ("EXPDTA    THEORETICAL MODEL\nREMARK   3 ALPHAFOLD", False, PREDICTED), ("REMARK 1 PLDDT IN B", True, PREDICTED),
+        ("TITLE     MODEL BY SWISS-MODEL", True, MODEL), ("TITLE     I-TASSER", False, MODEL),
+        ("TITLE     UBIQUITIN", True, EXPERIMENT),
+        ("TITLE     ESMFOLD", True, PREDICTED), ("HEADER    CHAI-1", False, PREDICTED), ("TITLE     CHAI TEA", False, ""),
+        ("AUTHOR    ALPHAFOLD", False, ""), ("PARENT 1ABC_A", False, PREDICTED),
+    ],
+)  # fmt: skip
+def test_the_origin_of_a_pdb_file(lines, has_box, origin):
+    assert origin_of_pdb(lines.split("\n"), has_box) == origin
+
+
+@pytest.mark.parametrize(
+    ("items", "has_box", "origin"),
+    [
+        ("_exptl.method 'X-RAY DIFFRACTION'", False, EXPERIMENT), ("_exptl.method 'THEORETICAL MODEL'", False, ""),
+        ("_refine.ls_d_res_high 1.8", False, EXPERIMENT),
+        ("_exptl.method 'IN SILICO MODEL'\n_refine.ls_d_res_high 1.8", False, ""),
+        ("_struct.title 'Boltz-2 model'", False, PREDICTED), ("_software.name MODELLER", True, MODEL),
+        ("_entry.id alphafold_1", False, PREDICTED), ("_struct.pdbx_model_details ColabFold", False, PREDICTED),
+        ("_ma_qa_metric.name pLDDT", True, PREDICTED), ("_ma_qa_metric.type PLDDT\n_exptl.method NMR", False, PREDICTED),
+        ("_ma_qa_metric.name QMEAN", False, MODEL), ("_ma_model_list.model_id 1", False, MODEL),
+        ("_entry.id 1ABC", True, EXPERIMENT),
+    ],
+)  # fmt: skip
+def test_the_origin_of_an_mmcif_file(items, has_box, origin):
+    assert origin_of_mmcif(cif_format.read_string(f"data_x\n{items}\n").sole_block(), has_box) == origin
 
 
 def test_the_bound_of_a_study_holds_for_structures_without_one_of_their_own(tmp_path):

@@ -18,7 +18,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
 from sparsurf.molecules.trajectory import read_first_frame
-from sparsurf.molecules.unwrapping import Unwrapping, make_whole
+from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 from sparsurf.surfaces.radii import radii
 
 NAMES = ("name", "residue_name", "chain", "element", "residue", "residue_index", "kind")
@@ -169,6 +169,9 @@ def test_end_and_model_separate_frames(tmp_path):
     assert read_molecule(path, model=7).frame_number.tolist() == [1]
     with pytest.raises(InputError, match="no model 1: its models are 3, 7"):
         read_molecule(path, model=1)
+    twelve = "".join(f"MODEL {k}\n{atom_line()}ENDMDL\n" for k in range(1, 13))
+    with pytest.raises(InputError, match=r"its models are 1, 2, 3, 4, 5, 6, 7, 8, 9, \.\.\.\.$"):
+        read_molecule(write(tmp_path / "c.pdb", twelve), model=13)
 
 
 @pytest.mark.parametrize(
@@ -474,6 +477,15 @@ def test_a_box_and_a_bond_are_longer_than_some_length():
         assert made[0, 1, 0] == pytest.approx(0.1 - gap if whole else side + 0.1 - gap)
         short = np.diag([side, side, 14.9])[None]  # one dummy among the lattice vectors is enough
         assert np.array_equal(make_whole(xyz, short, np.zeros(2, int), join=False), xyz)
+
+
+def test_a_box_is_missing_where_that_of_one_frame_is_flat_short_or_no_number():
+    good = np.diag([40.0, 40, -40])  # left-handed
+    assert not has_no_box(np.stack([good, good]))
+    flat, short, unknown = good.copy(), good.copy(), good.copy()
+    flat[2], short[1, 1], unknown[0, 0] = (40.0, 40, 1e-7), 14.9, np.nan
+    for bad in (flat, short, unknown):
+        assert has_no_box(np.stack([good, bad]))
 
 
 @pytest.mark.parametrize(("count", "joined"), [(2, True), (100, True), (101, False)])
