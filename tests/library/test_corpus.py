@@ -1236,10 +1236,20 @@ def pile(points, normals):
     return np.where((np.arange(len(points)) < 0.3 * len(points))[:, None], points[0], points), normals
 
 
-def lifted(points, normals):
-    points = points.copy()
-    points[np.argmax(points[:, 2])] += [0, 0, 5]  # the highest: nothing lies above it
-    return points, normals
+def lifted(by):
+    """Move one dot up."""
+
+    def change(points, normals):
+        points = points.copy()
+        points[np.argmax(points[:, 2])] += [0, 0, by]  # the highest: nothing lies above it
+        return points, normals
+
+    return change
+
+
+def inward(n):
+    """Return n dots on a ball with normals inward."""
+    return lambda *_: (5 * sphere(n)[0], -sphere(n)[0])
 
 
 def far(repeats):
@@ -1267,6 +1277,7 @@ DOTS = {
         lambda p, n: (p + np.random.default_rng(0).normal(0, 0.5, p.shape), n), r"! not perpendicular .*dots 0\.49\)"),
     "normals of the next row": (lambda p, n: (p, np.roll(n, -1, axis=0)), "! fit the dots 1 row further down"),
     "normals two rows before": (lambda p, n: (p, np.roll(n, 2, axis=0)), "! fit the dots 2 rows further up"),
+    "normals three rows before": (lambda p, n: (p, np.roll(n, 3, axis=0)), "! fit the dots 3 rows further up"),
     "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! 2[68]% {OPPOSE}"),
     "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), r"~ 1\.3 times as far apart along one direction"),
     "every 10th flipped": (flipped(0.1), f"! 20% {OPPOSE}: give outward normals"),
@@ -1282,7 +1293,13 @@ DOTS = {
     "the first half, in the order of atoms": (
         lambda p, n: (p[: len(p) // 2], n[: len(p) // 2]), r"~ do not close around a molecule \(4 % of"),
     "a dot 5 Å above the others": (
-        lifted, r"~ (line 6437|dot 6436) lies 5\.1 Å from the nearest other dot, where most lie 0\.4 Å"),
+        lifted(5), r"~ (line 6437|dot 6436) lies 5\.1 Å from the nearest other dot, where most lie 0\.4 Å"),
+    "a dot 1.5 Å above the others": (lifted(1.5), ""),
+    "a dot 2.7 Å above the others": (lifted(2.7), r"~ (line 6437|dot 6436) lies 2\.\d Å from the nearest other dot"),
+    "49 dots inward": (inward(49), ""),
+    "50 dots inward": (inward(50), "~ normals point inwards"),
+    "a ball of 1000 dots without 4 %": (ball(1044, 5.0, 44), ""),
+    "a ball of sparse dots without 4 %": (ball(1200, 8.5, 44), ""),
     "a dot far from the others": (far(0), r"! (line 9|dot 8) lies 4990 Å from all other dots"),
     "a dot far from the others, the first thrice": (far(2), r"! (line 11|dot 10) lies 4990 Å from all other dots"),
     "a heap of dots": (pile, r"! (line 2|dot 1) and others lie in one place"),
@@ -1358,13 +1375,16 @@ def left_out(name):
 
 ARRAYS = {  # of an NPZ file: what is changed, and the sum of areas with the outcome; nan stands for an estimate
     "nothing": (lambda columns: None, "1280.7"),
-    "areas in nm^2": (times("area", 0.01), "nan ~ they are left out, and estimated"),
-    "areas six times too large": (times("area", 6.0), "! 6.2 times as large as the spacing"),
+    "areas in nm^2": (times("area", 0.01), r"nan ~ 0\.01 times as large .* they are left out, and estimated"),
+    "areas six times too large": (times("area", 6.0), r"! 6\.2 times as large as the spacing"),
     "areas 1.4 times too large": (times("area", 1.4), "1793.0"),
+    "areas 1.55 times too large": (times("area", 1.55), r"! 1\.6 times as large as the spacing"),
+    "areas 0.7 times as large": (times("area", 0.7), "896.5"),
+    "areas 0.6 times as large": (times("area", 0.6), r"nan ~ 0\.62 times as large .* they are left out, and estimated"),
     "areas of 0": (times("area", 0.0), "nan ~ all areas are 0; they are estimated"),
     "positions in half precision": (of_type("points", np.float16), "1280.7 ~ float16, which rounds them by up to 0.03 Å"),
     "a negative area": (value_at("area", -0.1), "! dot 6 has a negative area: repair or remove it"),
-    "an area of 1e4": (value_at("area", 1e4), "! dot 6 has an area above"),
+    "an area of 1e4": (value_at("area", 1e4), r"! dot 6 has an area above 185 Å\^2"),
     "a kind of 3": (value_at("kind", 3), "! dot 6 has a kind other than"),
     "a kind of 256": (value_at("kind", 256), "! dot 6 has a kind other than"),  # which is 0 in a byte
     "an atom of -2": (value_at("atom", -2), "! dot 6 has an atom that is not an index"),

@@ -223,7 +223,14 @@ def test_frames_by_name(moving):
     assert (listed.label == 0).all() and listed.silhouettes.empty
     assert listed.table[["cluster", "population"]].to_numpy().tolist() == [[0, 1], [0, 1]]
     assert list(listed.silhouettes.columns) == ["K", "silhouette", "inertia"]
-    assert list(every.table.columns) == list(choose_frames(moving, rng=rng).table.columns)
+    clustered = choose_frames(moving, rng=rng)
+    assert list(every.table.columns) == list(clustered.table.columns)
+    tables = clustered.tables(moving.frame_number)
+    assert tables["frames"] is clustered.table and tables["silhouette"] is clustered.silhouettes
+    columns = np.column_stack([moving.frame_number, clustered.projection, clustered.label])
+    assert [*tables["projection"]] == ["frame", "pc1", "pc2", "cluster"]
+    assert tables["projection"].to_numpy().tolist() == columns.tolist()
+    assert tables["explained"]["explained"].tolist() == clustered.explained.tolist()
 
 
 @pytest.mark.parametrize(
@@ -252,6 +259,8 @@ def test_few_frames(moving, caplog):
         one = choose_frames(few.frame(0), rng=np.random.default_rng(1))
         choose_frames(still, rng=np.random.default_rng(1))
     assert one.projection.tolist() == [[0, 0]] and one.explained.tolist() == [0]
+    pair = moving.take(np.array([4, 16]))  # two atoms, whose distance alone tells frames apart
+    assert len(choose_frames(pair, rng=np.random.default_rng(1)).table) > 1
     assert caplog.messages == ["all 2 frames are the same: they are one conformation"]
 
 

@@ -296,6 +296,9 @@ def test_lines_of_a_pdb_file_are_read_in_their_columns(tmp_path):
     for name in [*names.split(), "HISD", "TRPU"]:
         atoms = read_pdb(atom_line("CA", name, "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
         assert atoms.residue_name[0] == name and set(atoms.chain) == {"B"}
+    numbered = "".join(f"{line[:72]}1ABC{k:4d}\n" for k, line in enumerate(peptide(["ALA"]).splitlines(), 1))
+    assert set(read_pdb(numbered, "a.pdb").atoms.segid) == {""}
+    assert set(read_pdb(numbered.replace("1ABC   5", "1ABC   C"), "a.pdb").atoms.segid) == {"1ABC"}
     lipid = read_pdb(atom_line("C1", "POPC", "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
     assert lipid.residue_name.tolist() == ["POPC", "ALA"] and lipid.chain.tolist() == ["B", "B"]
 

@@ -579,6 +579,28 @@ def test_frames_that_are_whole_are_never_moved():
         assert np.array_equal(make_whole(along_y, skew, index), along_y)
 
 
+@pytest.mark.parametrize(("gap", "joined"), [(1.6, True), (1.7, False)])
+def test_a_bond_over_the_border_tells_the_box_of_a_simulation(gap, joined):
+    """Atoms of two residues that the border separates, and one of a molecule that is nearer over another border."""
+    xyz = np.array([[[0.5, 0.5, 5], [40.5 - gap, 0.5, 5], [0.5, 37.5, 5]]])
+    made = make_whole(xyz, 40 * np.eye(3)[None], np.arange(3), join=False)[0]
+    assert made[1] == pytest.approx([0.5 - gap, 0.5, 5])  # whatever they are, they belong together
+    assert made[2, 1] == (-2.5 if joined else 37.5)
+
+
+@pytest.mark.parametrize(("side", "refused"), [(50.9, True), (51.2, False)])
+def test_atoms_of_two_molecules_less_than_an_angstrom_apart_lie_on_each_other(side, refused):
+    piece = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
+    two = np.concatenate([piece, piece + np.array([0, 50, 0])])
+    repair = Unwrapping(two, 100 * np.eye(3), np.repeat(np.arange(8), 5), path="run.xtc")
+    box = np.diag([200.0, side, 200.0])[None]
+    if refused:
+        with pytest.raises(InputError, match="lay atoms of one molecule onto another"):
+            repair(two[None], box)
+    else:
+        assert np.ptp(repair(two[None], box)[0, :, 1]) == pytest.approx(side - 50)
+
+
 def test_a_repair_that_makes_a_frame_worse_is_refused():
     piece = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
     index = np.repeat(np.arange(8), 5)

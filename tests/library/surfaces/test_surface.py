@@ -79,6 +79,28 @@ def test_some_dots_keep_all_that_is_known_of_them():
         assert few.fields["charge"].tolist() == np.array(known["fields"]["charge"])[dots].tolist()
 
 
+def test_dots_become_a_table_and_an_array():
+    known = {
+        "area": [1.0, 2],
+        "kind": [2, 0],
+        "atom": [5, 6],
+        "fields": {"charge": [0.1, 0.2], "late": [7, 8]},
+    }
+    dots = Surface([[1, 2, 3], [4, 5, 6]], [[0, 0, 1], [1, 0, 0]], **known)
+    table = dots.to_frame(late=np.array([9, 9]))
+    assert [*table] == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "late", "charge"]
+    assert table.to_numpy().tolist() == [[1, 2, 3, 0, 0, 1, 1, 2, 9, 0.1], [4, 5, 6, 1, 0, 0, 2, 0, 9, 0.2]]
+    assert repr(dots) == "Surface of 2 dots" and dots[1].points.tolist() == dots[1:].points.tolist() == [
+        [4, 5, 6]
+    ]
+    single = np.asarray(dots, np.float32)
+    assert single.dtype == np.float32 and single.tolist() == dots.points.tolist()
+    assert np.shares_memory(np.asarray(dots), dots.points)
+    assert not np.shares_memory(np.array(dots, copy=True), dots.points)
+    with pytest.raises(ValueError, match="cannot be float32 without a copy"):
+        np.asarray(dots, np.float32, copy=False)
+
+
 @pytest.mark.parametrize(
     ("points", "normals", "word"),
     [
@@ -317,6 +339,15 @@ def test_normals_far_from_unit_length_are_scaled_and_reported(tmp_path, caplog):
         assert read_surface(path).normals.tolist() == [[0, 0, 1], [0, 1, 0]]
         assert caplog.messages == [f"{path}: {each}" for each in told]
         caplog.clear()
+    near = written(
+        tmp_path, "x,y,z,nx,ny,nz\n0,0,1,0,0,1\n1,2,4,0,2,0\n", "a.csv"
+    )  # one dot 1 Å from the origin
+    assert read_surface(near).normals.tolist() == [[0, 0, 1], [0, 1, 0]]
+    unit = written(tmp_path, "x,y,z,nx,ny,nz\n0,0,1,0,0,3\n0,1,0,0,2.5,0\n", "a.csv")
+    with pytest.raises(
+        InputError, match=r"of length 2\.5 to 3 and positions of length 1: exchange the columns"
+    ):
+        read_surface(unit)
 
 
 # ---- npz
