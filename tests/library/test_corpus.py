@@ -419,6 +419,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "the second model 5 % longer along y.pdb": (
         models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
         "2 953 61 ~ longer along y .* in frame 1"),
+    "a model of frames.gro": (gro(HEAVY), {"model": 1}, "! has frames and no models: leave out the model"),
     "an assembly of frames.gro": (gro(HEAVY), {"assembly": True}, "! it takes all models of a structure"),
     "the third model repeats.pdb": (
         models(peptide(), peptide(origin=(0, 0, 0.5)), peptide(origin=(0, 0, 0.5))), {},
@@ -1390,7 +1391,9 @@ ARRAYS = {  # of an NPZ file: what is changed, and the sum of areas with the out
     "an atom of -2": (value_at("atom", -2), "! dot 6 has an atom that is not an index"),
     "a point at -2.1e6": (value_at("points", -2.1e6), r"! dot 6 has a coordinate beyond 2e\+06 Å \(.+, -2.1e\+06, .+\)"),
     "no normals": (left_out("normals"), "! has no normals"),
-    "objects": (lambda columns: columns.update(kind=np.array([None] * len(columns["kind"]))), "! a.npz"),
+    "objects": (
+        lambda columns: columns.update(kind=np.array([None] * len(columns["kind"]))),
+        "! a.npz is not a surface written by this program, or damaged"),
 }  # fmt: skip
 
 
@@ -1428,6 +1431,7 @@ WRONG = {  # arrays of Surface, and words of the refusal
     "fields": [
         (3, "fields must be a dictionary"), ({1: [1, 2, 3]}, "fields must be a dictionary of names"),
         ({"a": "b"}, "the field a must hold real numbers"), ({"a": np.ones(3) * 1j}, "the field a must hold real numbers"),
+        ({"a": [1, 2]}, r"the field a has the shape \(2,\), not \(3,\)"),
         *(({name: [1, 2, 3]}, "a field cannot be called")
           for name in ("", "a b", "1a", "é", "q\n", "area", "Weight", "points", "file")),
     ],

@@ -17,7 +17,7 @@ from sparsurf.molecules.libraries import from_mdtraj
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
-from sparsurf.molecules.trajectory import read_first_frame
+from sparsurf.molecules.trajectory import FrameStore, read_first_frame
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 from sparsurf.surfaces.radii import radii
 
@@ -454,6 +454,74 @@ def test_a_trajectory_is_left_as_it_is_where_asked_and_a_gro_file_may_give_the_n
         joined = read_molecule(names, tmp_path / "a.xtc").xyz
         assert len(joined) == 2 and np.ptp(joined - whole, axis=1).max() < 0.012
     assert read_first_frame(tmp_path / "a.xtc", 20, path) == pytest.approx(cut[0], abs=0.006)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"trajectory": "a.xtc", "plddt": 70}, "plddt: a trajectory has none; remove `plddt`"),
+        ({"trajectory": "a.xtc", "assembly": True}, "leave out the trajectory and the model"),
+        ({"model": 1, "assembly": True}, "leave out the trajectory and the model"),
+        ({"times": [1.0]}, "times: there is no trajectory to take frames from"),
+        ({"times": "soon"}, "times is 'soon'; it must be a list of numbers, ps"),
+        ({"altloc": "AB"}, "altloc: 'AB' is neither first, highest nor one letter"),
+        ({"altloc": ""}, "altloc: '' is neither"), ({"hydrogens": "drop"}, "hydrogens: 'drop' is neither keep nor remove"),
+        ({"selection": " "}, "selection is empty"),
+        ({"selection": "name CA or " * 910}, "has 10,010 characters, more than 10,000"),
+        ({"residues": "3-2"}, "'3-2' ends before it begins: swap the two numbers"),
+        ({"residues": "6-8"}, r"'6-8' is not in .*a\.pdb, which has residues A 1 to 4, B 11 to 14\.$"),
+        ({"residues": "B:1"}, "'B:1' is not in"), ({"residues": 5}, "residues is 5; it must be a string such as 'A:10-52A,60'"),
+        ({"chains": "C,A,D"}, r"has no chain C, D: its chains are A, B\.$"), ({"chains": ""}, "empty chain name; the chains of"),
+        ({"ligands": "HEM"}, r"has no ligand HEM: besides polymers, the file contains HOH, LIG\.$"),
+        ({"selection": "name XX"}, r"no atoms; the file has chains A, B with 8 protein residues, 2 HOH, 1 LIG\.$"),
+    ],
+)  # fmt: skip
+def test_keys_that_cannot_be_are_sentences(tmp_path, keys, words):
+    waters = "".join(atom_line("O", "HOH", "B", str(k), (k, 9, 9), record="HETATM") for k in (21, 22))
+    ligand = "".join(
+        atom_line(name, "LIG", "A", "9", (9, 9, z), record="HETATM") for name, z in (("C1", 0), ("C2", 1))
+    )
+    text = peptide() + peptide(chain="B", first=11, origin=(0, 9, 0)) + ligand + waters
+    path = write(tmp_path / "a.pdb", text + "END\n")
+    with pytest.raises(InputError, match=words):
+        read_molecule(path, **keys)
+
+
+def test_frames_beyond_some_bytes_lie_in_a_file(monkeypatch):
+    parts = [
+        np.arange(24.0).reshape(2, 4, 3),
+        100 + np.arange(12.0).reshape(1, 4, 3),
+        np.full((2, 4, 3), 7.5),
+    ]
+    for limit, in_file in ((480, False), (479, True), (100, True)):
+        monkeypatch.setattr("sparsurf.molecules.trajectory.BYTES_IN_MEMORY", limit)
+        store = FrameStore("run.xtc")
+        for part in parts:
+            store.append(part)
+        frames = store.frames()
+        assert isinstance(frames, np.memmap) == in_file and np.array_equal(frames, np.concatenate(parts))
+
+    def full():
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", full)
+    with pytest.raises(
+        InputError, match=r"frames of run\.xtc do not fit into .* \(No space left on device\): set"
+    ):
+        FrameStore("run.xtc").append(parts[0])
+
+
+@pytest.mark.parametrize(("n_residues", "kept"), [(1, [0, 1, 2]), (2, [0, 2])])
+def test_few_atoms_may_stand_still(tmp_path, n_residues, kept):
+    """Ten atoms that repeat their places to the last bit are the same frame again."""
+    one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide(["ALA"] * n_residues) + "END\n")))
+    frames = mdtraj.join([one, one, one])
+    frames.xyz[2] += 0.1
+    frames.time = np.array([0.0, 2, 4])
+    frames.save(str(tmp_path / "a.trr"))
+    read = read_molecule(tmp_path / "a.pdb", tmp_path / "a.trr")
+    assert read.frame_number.tolist() == kept
+    assert read.time_ps.tolist() == [2 * number for number in kept]
 
 
 def test_what_is_left_out_is_reported_of_the_first_model_alone(tmp_path, caplog):
