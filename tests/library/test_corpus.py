@@ -540,6 +540,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         f"{WHOLE.rpartition(' ')[0]} ~ outside 0 to 1"),
     "a segment on some atoms of each residue.pdb": (
         end(put(line, segid="A" if k % 3 else "") for k, line in enumerate(HEAVY)), {}, WHOLE),
+    "a segment on some atoms of residues with codes.pdb": (
+        end(put(line, segid="A" if k % 3 else "") for k, line in enumerate(coded("1A", "1B", "1C", "1D").splitlines()[:-1])), {},
+        "1 20 4"),
     "a segment on new atoms.pdb": (
         end(put(line, segid="new" if line[12:16].strip() == "CB" else "") for line in HEAVY), {}, WHOLE),
     "segments BB and SC.pdb": (

@@ -323,7 +323,11 @@ HETATM CA ALA L B 3 1 2 6 1.0
 
 def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
     atoms = read_mmcif(CIF, "a.cif").atoms
-    assert atoms.chain.tolist() == ["H", "H", "L"]
+    assert atoms.chain.tolist() == ["H", "H", "L"] and atoms.segid.tolist() == ["A", "A", "B"]
+    unlabelled = read_mmcif(
+        CIF.replace("H A 1", "H A 7").replace("? CA ALA H A 2", "? CB ALA H . 7"), "a.cif"
+    ).atoms
+    assert unlabelled.segid.tolist() == ["A", "A", "B"]  # that of the other atom of the residue
     assert atoms.hetero.tolist() == [False, False, True]
     assert atoms.occupancy.tolist() == [0.5, 1.0, 1.0]
     assert np.isnan(atoms.b_factor).all() and set(atoms.element) == set(atoms.altloc) == {""}
