@@ -47,7 +47,7 @@ def check(found, molecule, n_frames=1):
 def array_of_biotite(molecule, **columns):
     number, code = numbers_and_codes(molecule)
     return SimpleNamespace(
-        coord=molecule.xyz[0], box=None, atom_name=molecule.name, res_name=molecule.residue_name,
+        coord=molecule.xyz[0], box=None, atom_name=np.char.add(molecule.name, " "), res_name=molecule.residue_name,
         chain_id=molecule.chain, res_id=number, ins_code=code, element=np.char.lower(molecule.element),
         hetero=molecule.residue_name == "HEM", b_factor=molecule.b_factor, **columns,
     )  # fmt: skip
@@ -147,11 +147,11 @@ def structure_of_biopython(molecule, shifts=(0, 3)):
     return Parts(level="S", parts=models)
 
 
-def test_entities_of_biopython(molecule):
+def test_entities_of_biopython(molecule, caplog):
     structure = structure_of_biopython(molecule)
     check(whole := from_biopython(structure, selection="all"), molecule, 2)
     np.testing.assert_allclose(whole.xyz[1], molecule.xyz[0] + 3)
-    assert from_biopython(structure).n_atoms == 10
+    assert from_biopython(structure).n_atoms == 10 and "occupancy" not in caplog.text
     model = structure.parts[0]
     for entity in (model, model.parts[0]):
         check(from_biopython(entity, selection="all"), molecule)
@@ -170,6 +170,12 @@ def test_structures_of_gemmi(molecule, tmp_path):
     check(from_gemmi(structure, selection="all"), molecule)
     check(from_gemmi(structure[0], selection="all"), molecule)
     assert from_gemmi(structure).n_atoms == 10
+    free = gemmi.read_pdb_string(peptide(["ALA"]) + "END\n")
+    assert from_gemmi(free).n_atoms == 5
+    with pytest.raises(
+        InputError, match="there is no protein"
+    ):  # a free amino acid, which the file calls a hetero group
+        from_gemmi(gemmi.read_pdb_string(peptide(["ALA"], record="HETATM") + "END\n"))
     structure.add_model(structure[0])
     for atom in (atom for chain in structure[1] for residue in chain for atom in residue):
         atom.pos += gemmi.Position(0, 0, 4)

@@ -110,6 +110,7 @@ def test_values_tell_plddt_where_nothing_else_does(caplog):
     assert asked((0.6, 0.7), (0.8, 0.8), (0.65, 0.7)) == [0, 2] and "since none is above 1" in caplog.text
     assert "is on a scale of 0 to 1, and is multiplied by 100" in caplog.text
     assert asked((0.0, 0.0), (1.0, 1.0), (1.0, 1.0)) is None  # flags
+    assert asked((0.0, 0.0), high, high) == [0]
     assert asked((1.0, 1.0), (1.5, 1.5), (99.0, 99.0), origin=PREDICTED) == [0, 1]
     assert asked(low, (70.0, 70.0), origin=PREDICTED) == [0]
     assert asked(low, high, high, origin="experiment") is None
