@@ -373,6 +373,7 @@ rule summarise_surfaces:
         recovered=every_conformation("recovered.csv"),
         ranges=every_conformation("ranges.csv", SAMPLED),
         best=every_conformation("best.json", SAMPLED),
+        grid=every_conformation("grid.csv", SAMPLED),
     output:
         table="results/{run}/surfaces.csv",
         png=in_report("results/{run}/required_dots.png", "How many dots are enough", "All surfaces"),

@@ -1,8 +1,10 @@
 """A small study in which every rule runs but for those of simulations, and Snakemake as a user runs it."""
 
+import base64
 import copy
 import gc
 import hashlib
+import json
 import multiprocessing
 import os
 import pickle
@@ -12,11 +14,13 @@ import subprocess
 import sys
 import tempfile
 import threading
+import zlib
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import yaml
 from snakemake.rules import Namedlist  # where every version since 9.0 has it
 
@@ -99,6 +103,7 @@ def changed(config, key, value):
 def run_study(folder, python=sys.executable):
     """Run the small study in a folder with a Python; return the finished process."""
     folder.mkdir()
+    (folder / warm_python.OPENED).mkdir()
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
@@ -138,9 +143,23 @@ def output(process):
     return process.stdout + process.stderr
 
 
+def unpacked(text):
+    """Return the header and the columns that the page of a surface holds, read back as slowly as it goes."""
+    content = zlib.decompress(base64.b64decode(text.split('PACKED = "')[1].split('"')[0]))
+    size = int.from_bytes(content[:4], "little")
+    header, place, columns = json.loads(content[4 : 4 + size]), 4 + size, {}
+    for name, length, planes, summed in header["columns"]:
+        planes = np.frombuffer(content, np.uint8, planes * length, place).reshape(planes, length).astype(int)
+        folded = (planes << 8 * np.arange(len(planes))[:, None]).sum(axis=0)
+        values = np.where(folded % 2, -(folded + 1) // 2, folded // 2)
+        columns[name], place = np.cumsum(values) if summed else values, place + planes.size
+    return header, columns
+
+
 def copy_of(study, folder):
     """Copy the folder of a study by hard links: files of the copy may be deleted and replaced, not edited."""
-    shutil.copytree(study, folder, copy_function=os.link, ignore=shutil.ignore_patterns("locks", "log"))
+    ignored = shutil.ignore_patterns("locks", "log", warm_python.OPENED)
+    shutil.copytree(study, folder, copy_function=os.link, ignore=ignored)
     return folder
 
 

@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import traceback
 from contextlib import suppress
 from pathlib import Path
@@ -29,6 +30,9 @@ IMPORTED_BY_SNAKEMAKE = (
     "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf_study.workflow.config",
     "sparsurf_study.workflow.jobs", "sparsurf.dot_fields.columns", "sparsurf.molecules.read_molecule", "nbformat", "smart_open",
 )  # fmt: skip
+OPENED = (
+    ".opened"  # folder in the working folder of a script: where it is, a file lists what the script opened
+)
 CLIENT = """
 import json, os, socket, sys
 python, address, *arguments = sys.argv[1:]
@@ -137,9 +141,28 @@ def serve(command, address):
     return arguments
 
 
+def note_opened_files(folder):
+    """Write the files that this process opens below its working folder into one file of a folder, if that is there."""
+    if os.path.isdir(folder):
+        name = f"{os.getpid()}-{time.monotonic_ns()}.tsv"
+        notes = open(os.path.join(folder, name), "x", buffering=1, encoding="utf-8")  # noqa: SIM115
+        here = os.getcwd() + os.sep
+
+        def note(event, arguments):
+            if event == "open" and isinstance(arguments[0], str):
+                path, mode, flags = os.path.abspath(arguments[0]), arguments[1], arguments[2]
+                if path.startswith(here):
+                    writes = flags & (os.O_WRONLY | os.O_RDWR) or (mode and not {*"wax+"}.isdisjoint(mode))
+                    notes.write(f"{'w' if writes else 'r'}\t{path.removeprefix(here)}\n")
+
+        sys.addaudithook(note)
+
+
 def run(arguments):
     """Run a script or Snakemake as the main program; return the exit code."""
     sys.argv[:] = arguments
+    if sys.argv[0] != "-m":
+        note_opened_files(OPENED)
     try:
         if sys.argv[0] == "-m":
             del sys.argv[0]

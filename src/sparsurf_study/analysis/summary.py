@@ -45,8 +45,11 @@ class Result:
     components: pd.DataFrame | None = None
 
 
-def read_result(folder: Path | str, sampled: bool = True) -> Result:
-    """Read one conformation from its folder, <protein>/<conformation>, with the results of the grid if it was `sampled`."""
+def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) -> Result:
+    """Read one conformation from its folder, <protein>/<conformation>, with the results of the grid if it was `sampled`.
+
+    Its `minimal` subset may not be finished when its best combinations are summarised, so that these do without it.
+    """
     folder = Path(folder)
 
     def optional_table(name: str) -> pd.DataFrame | None:
@@ -63,8 +66,8 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
             float(surface.area.sum()),
             spacing(surface.points),
             float(read_roughness(folder / "roughness.csv", surface).mean()),
-            minimal=optional_table("minimal"),
-            recovered=optional_table("recovered"),
+            minimal=optional_table("minimal") if minimal else None,
+            recovered=optional_table("recovered") if minimal else None,
             components=None if component is None else table_of_components(surface, component),
         )
         if not sampled:

@@ -25,7 +25,7 @@ def summarise_surfaces(folders: Mapping[Path, bool], table: str, png: str) -> No
 
 def summarise_best(folders: Iterable[Path], seed: int, summary: str, relation: str) -> None:
     """Write the best parameters of all surfaces, and whether they follow mean roughness."""
-    results = [read_result(folder) for folder in folders]
+    results = [read_result(folder, minimal=False) for folder in folders]
     best = summary_table(results)
     write_table(summary, best)
     write_table(relation, relation_table(results, best, stream(seed, "summary")))

@@ -13,6 +13,7 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
+import warm_python
 from conftest import ROOT
 from peptides import peptide
 from small_study import SETTINGS, changed, copy_of, planned_jobs, run_job, write_study
@@ -116,6 +117,35 @@ def test_a_key_changes_its_outputs_and_no_others(study, config, given, finished,
         job = job_of(rule, given)
         found[rule] = outputs_that_differ(finished(given[job]), tmp_path / rule, after[job])
     assert found == {rule: {*names.split()} for rule, names in expected.items()}
+
+
+def test_a_job_reads_its_inputs_and_nothing_else(study, given):
+    """As noted when the study ran. What it reads besides might be missing or old, and what it does not read be the wrong file."""
+
+    def apart(paths, others):
+        """Those of some paths that are neither among others, nor in a folder or folders of them."""
+        whole = {str(part) for path in others for part in (path, *Path(path).parents)}
+        return {p for p in paths if p not in whole and not {*map(str, Path(p).parents)} & {*others}}
+
+    opened = {}
+    for notes in (study / warm_python.OPENED).iterdir():
+        rows = [line.split("\t") for line in notes.read_text().splitlines()]
+        read, written = ({path for way, path in rows if way == mode} for mode in "rw")
+        (log,) = (path for path in written if path.startswith("results/small/logs/"))
+        opened[log] = apart(read - written, [".snakemake"])
+    assert opened.keys() == {job["log"][0] for job in given.values()}
+    for job in given.values():
+        read, inputs = opened[job["log"][0]], {*job["input"]}
+        unread = {path for path in apart(inputs, read) if not path.endswith(".xtc")}  # not read by Python
+        if job["rule"] == "tabulate_pair_residues":  # it takes the atoms of partners alone
+            unread = {path for path in unread if "/surface" not in path}
+        if job["rule"] == "follow_ensemble":  # parts without a frame are empty
+            unread = {path for path in unread if "/ensemble/" not in path}
+        if (
+            job["rule"] == "close_run"
+        ):  # the warnings of all jobs, and checksums of the files that the config names
+            inputs |= {"results/small/logs"} | {path for path in read if "/" not in path}
+        assert not apart(read, inputs) and not unread, job["rule"]
 
 
 @pytest.mark.parametrize("key", SWITCHES)

@@ -1,6 +1,8 @@
 """Every rule, run for real in the small study: values in its outputs, and pages that lead to them."""
 
 import html
+import io
+import itertools
 import json
 import re
 from urllib.parse import unquote
@@ -10,11 +12,13 @@ import pandas as pd
 import pytest
 import yaml
 from matplotlib.image import imread
+from matplotlib.text import Text
+from scipy.spatial.distance import pdist
 
 import sparsurf
-from small_study import run_script
+from small_study import run_script, unpacked
 from sparsurf.evaluation.statistics import mean_interval
-from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -24,7 +28,11 @@ from sparsurf.views import layout
 from sparsurf.views.numbers import interval
 from sparsurf_study.analysis.comparison import select_methods
 from sparsurf_study.analysis.grid import add_scaled_link
+from sparsurf_study.analysis.islands import add_islands
 from sparsurf_study.analysis.tables import read_prepared, read_table
+from sparsurf_study.pairs.changes import read_forms
+from sparsurf_study.pairs.ranking import auc
+from sparsurf_study.pairs.residue_moments import CHANNELS, FIELDS, describe_residues, distances
 from sparsurf_study.report.figures import subsets
 from sparsurf_study.workflow.config import check_config
 
@@ -54,6 +62,12 @@ def structure_of(run, place):
     """Return the dots of a conformation and the residue of each, 0 for the first."""
     surface = read_npz(run / place / "surface.npz")
     return surface, read_study_structure(run / place / "structure.pdb").residue_index[surface.atom]
+
+
+def columns_of_ply(path):
+    """Return the columns of a PLY file, those included that mean something in the study alone."""
+    head, rows = path.read_text().split("end_header\n")
+    return pd.read_csv(io.StringIO(rows), sep=" ", names=re.findall(r"^property \w+ (\w+)$", head, re.M))
 
 
 def test_conformations_are_the_frames_that_the_config_names(study, run):
@@ -94,6 +108,14 @@ def test_tables_of_a_conformation_agree(run, place):
     assert row["recovered_mean"] == recovered["mean"] and recovered["dots"] == n - len(minimal)
     assert row["recovered_Z_published"] == recovered["Z_published"] > 0
     assert pd.notna(row["best_kept"]) == (place in SAMPLED)
+    surface = read_npz(folder / "surface.npz")
+    np.testing.assert_allclose(roughness["roughness"], sparsurf.roughness(surface), atol=1e-9)
+    few, whole = (columns_of_ply(folder / f"{name}.ply") for name in ("minimal", "surface"))
+    names = ["x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]
+    np.testing.assert_allclose(few[names], minimal[names], atol=1e-3)
+    np.testing.assert_allclose(whole["roughness"], roughness["roughness"], atol=1e-3)
+    np.testing.assert_allclose(whole[names[:6]], np.hstack([surface.points, surface.normals]), atol=1e-3)
+    assert ("component" in whole) == (place in MOLECULES)
 
 
 @pytest.mark.parametrize("place", SAMPLED)
@@ -126,6 +148,13 @@ def test_residues_and_fields_are_those_of_the_dots(run, place):
     surface, residue = structure_of(run, place)
     fields, minimal = np.load(folder / "fields.npz"), pd.read_csv(folder / "minimal.csv")
     residues, roughness = pd.read_csv(folder / "residues.csv"), pd.read_csv(folder / "roughness.csv")
+    coloured = read_study_structure(folder / "structure_roughness.pdb")
+    of_atoms = residues["mean_roughness"].to_numpy()[coloured.residue_index]
+    assert np.allclose(coloured.b_factor, of_atoms, atol=6e-3)
+    balls = re.findall(
+        r"^\.(?:sphere|dot)(?:at)? (\S+) (\S+) (\S+)", (folder / "minimal.bild").read_text(), re.M
+    )
+    assert np.allclose(np.array(balls, float), minimal[["x", "y", "z"]], atol=1e-3)
     assert residues["dots"].tolist() == np.bincount(residue, minlength=len(residues)).tolist()
     assert residues["kept"].sum() == len(minimal) and residues["weight"].sum() == len(surface)
     own = [roughness["roughness"][residue == k].mean() for k in range(len(residues))]
@@ -148,6 +177,59 @@ def test_residues_and_fields_are_those_of_the_dots(run, place):
     for name, values in (("surface.ply", fields["hydropathy"]), ("minimal.ply", minimal["hydropathy"])):
         written = read_surface(folder / name).fields["hydropathy"]
         np.testing.assert_allclose(written, values, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("place", ["moving/f0000", "ready/c1"])
+def test_the_first_page_of_a_surface_shows_its_roughness_and_residues(run, place):
+    """And leads to the page on which its dots are sampled, where those of farthest-point sampling are those of minimal.csv."""
+    folder = run / place
+    text = (folder / "surface.html").read_text(encoding="utf-8")
+    header, columns = unpacked(text)
+    surface, roughness = read_npz(folder / "surface.npz"), pd.read_csv(folder / "roughness.csv")["roughness"]
+    scale = header["values"][0]
+    shown = scale["low"] + columns["value 0"] / 254 * (scale["high"] - scale["low"])
+    assert np.abs(shown - roughness).max() <= (scale["high"] - scale["low"]) / 254 / 2 + 1e-6
+    assert scale["symbol"] == "R_i" and header["radius"] == 4.0 and header["total"] == len(surface)
+    title = place if "moving" in place else "ready"
+    assert f"<title>The surface of {title}</title>" in text
+    assert 'href="view.html"' in text and 'href="../../index.html"' in text
+    if "moving" in place:
+        labels = residue_labels(folder / "structure.pdb")
+        assert [header["residues"][k] for k in columns["residue"]] == [labels[atom] for atom in surface.atom]
+    drawn = (folder / "figures/roughness.svg").read_text(encoding="utf-8")
+    assert f"mean {roughness.mean():.2f}" in drawn and place in drawn
+    page = (folder / "view.html").read_text(encoding="utf-8")
+    assert f"<title>{title}</title>" in page and 'href="surface.html"' in page
+    order = unpacked(page)[1]["rank farthest"]
+    minimal = pd.read_csv(folder / "minimal.csv")["dot"]
+    assert sorted(np.flatnonzero(order < len(minimal))) == sorted(minimal)
+
+
+def test_figures_over_frames_show_their_tables(run, tmp_path, monkeypatch):
+    saved = {}
+    monkeypatch.setattr(layout, "save", lambda figure, path: saved.update({path: figure}))
+    tables = {
+        name: run / f"moving/{name}.csv" for name in ("frames", "silhouette", "projection", "explained")
+    }
+    run_script("draw_frames", tmp_path, tables, {"png": "frames"}, protein="moving")
+    all_frames, chosen = saved["frames"].axes[0].collections[:2]
+    for points, name in ((all_frames, "projection"), (chosen, "frames")):
+        assert np.allclose(points.get_offsets(), pd.read_csv(tables[name])[["pc1", "pc2"]])
+    files = {"table": "ensemble", "over_time": "residues_over_time", "residues": "residues"}
+    files = {key: run / f"moving/{name}.csv" for key, name in files.items()}
+    params = {"combination": [0.5, 0, 6, 2]}
+    outputs = {"png": "ensemble", "residues_png": "residues"}
+    run_script("draw_ensemble", tmp_path, files, outputs, params, protein="moving")
+    table, over_time, residues = (pd.read_csv(path) for path in files.values())
+    lines = [ax.lines[0].get_xydata() for ax in saved["ensemble"].axes[::2]]
+    for line, name in zip(lines, ("n_S_percent", "mean_roughness", "d_kept", "d_full"), strict=True):
+        assert np.allclose(line, table[["time_ps", name]])
+    image, profile = saved["residues"].axes[:2]
+    assert np.allclose(image.images[0].get_array().T, over_time.iloc[:, 2:])
+    assert np.allclose(profile.lines[0].get_xdata(), residues["mean_roughness"])
+    words = {name: [text.get_text() for text in figure.findobj(Text)] for name, figure in saved.items()}
+    assert all(any(text.startswith("moving") for text in texts) for texts in words.values())
+    assert "α = 0.5, β = 0, γ = 6, δ = 2" in words["ensemble"]
 
 
 def test_an_ensemble_has_the_frames_of_all_its_jobs(run):
@@ -190,6 +272,17 @@ def test_the_papers_sampler_is_compared_with_the_winners_of_its_surface(run, rea
         assert table.first()[percent] == pytest.approx(np.mean(drawn), rel=1e-3)
 
 
+def test_the_grid_has_every_combination_with_the_numbers_of_its_subsets(run, ready):
+    """In the order of the config; gamma and delta are no other way round, as their values differ."""
+    config, prepared = ready
+    grid = pd.read_csv(run / "ready/c1/grid.csv")
+    wanted = [*itertools.product(*(config["sampling"][name] for name in PARAMETERS))]
+    assert [tuple(row) for row in grid[[*PARAMETERS]].to_numpy()] == wanted
+    for row in grid.to_dict("records"):
+        drawn = [prepared.pair([row[name] for name in PARAMETERS], draw) for draw in range(2)]
+        assert row["n_S"] == np.mean([len(sampled) for sampled, _ in drawn])
+
+
 def test_the_scaled_link_takes_the_test_dots_and_draws_of_the_grid(run, ready, tmp_path):
     config, prepared = ready
     names = {"surface": "surface.npz"} | {name: f"{name}.csv" for name in ("roughness", "grid", "floors")}
@@ -202,6 +295,16 @@ def test_the_scaled_link_takes_the_test_dots_and_draws_of_the_grid(run, ready, t
     ranges = read_table(tmp_path / "ranges.csv")
     own = add_scaled_link(ranges, prepared, 20, 2)["d_kept_scaled"]
     assert np.allclose(ranges["d_kept_scaled"], own, atol=0.006, equal_nan=True) and own.notna().any()
+    islands = ["link_over_spacing", "share_in_island"]
+    own = add_islands(ranges.drop(columns=islands), {}, prepared, 20, 2)[islands]
+    assert np.allclose(ranges[islands], own, rtol=1e-4, equal_nan=True)
+    known = ranges.dropna(subset="d_cv")
+    assert np.allclose(
+        known["Z_resampled"], pd.read_csv(run / "ready/c1/floors.csv").set_index("floor")["Z"]["fresh dots"]
+    )
+    best = json.loads((tmp_path / "best.json").read_text())["kept"]["unrestricted"]
+    grid = pd.read_csv(run / "ready/c1/grid.csv")
+    assert best["d"] == pytest.approx(grid[grid["n_S_percent"] <= 100]["d_kept"].max(), abs=0.01)
 
 
 def test_the_subsets_of_a_figure_are_those_of_its_words(run, ready, tmp_path, monkeypatch):
@@ -240,9 +343,22 @@ def test_a_pair_has_maps_of_both_partners(run, pair):
     )
     assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
     assert dots["propensity_smoothed"].notna().all()
+    names = {"propensity": "propensity_smoothed", "similarity_smoothed": "similarity_smoothed"}
     for side, of_side in dots.groupby("partner"):
-        coloured = read_surface(folder / f"partner_{side}.ply").fields["propensity"]
-        assert np.allclose(coloured, of_side["propensity_smoothed"], rtol=1e-4)
+        coloured = columns_of_ply(folder / f"partner_{side}.ply")
+        for name, column in (names | {"interface": "interface"}).items():
+            np.testing.assert_allclose(coloured[name], of_side[column], rtol=1e-4, atol=1e-9)
+    touching = dots.query("partner == 1")["interface"].sum()
+    contacts = pd.read_csv(folder / "contacts.csv")
+    assert contacts["pairs"].tolist() == [min(touching, 500)] * (2 if touching > 1 else 0)
+    areas = pd.read_csv(folder / "agreement.csv")
+    for row in areas[~areas["score"].str.contains("protrusion")].to_dict("records"):
+        of_side = dots[(dots["partner"] == row["partner"]) & dots["propensity"].notna()]
+        inside = of_side["interface"] == 1
+        assert (row["dots"], row["interface"]) == (len(of_side), inside.sum())
+        assert row["auc"] == pytest.approx(
+            auc(-of_side[row["score"]].to_numpy(), inside.to_numpy()), abs=6e-3
+        )
     page = (run / "index.html").read_text(encoding="utf-8")
     link = f'href="pairs/{pair}/residues.csv"'
     assert (link in page) == (folder / "residues.csv").exists() == (pair != "half")
@@ -306,7 +422,19 @@ def test_two_forms_are_compared_residue_by_residue(run):
     )
     assert np.allclose(forms[0].xyz[0], first, atol=2e-3)
     away = [np.sqrt(np.mean((atoms - first) ** 2)) for atoms in (forms[1].xyz[0], before)]
-    assert away[0] < away[1]
+    assert away[0] < away[1] and np.allclose(pdist(forms[1].xyz[0]), pdist(before), atol=6e-3)
+    files = [
+        (run / f"moving/{name}/surface.npz", run / f"moving/{name}/structure.pdb")
+        for name in ("f0700", "f0000")
+    ]
+    both = read_forms(
+        "bend", dict(zip(("moving/f700", "moving/f0"), files, strict=True)), Settings().surface, 0.5
+    )
+    described = [describe_residues(form.surface, form.molecule, form.name) for form in both]
+    own = distances(*(residues.moments for residues in described))
+    assert np.allclose(changes[[*CHANNELS, "total"]], own, rtol=1e-4)
+    difference = described[1].fields - described[0].fields
+    assert np.allclose(changes[[f"{name}_difference" for name in FIELDS]], difference, rtol=1e-3, atol=1e-6)
 
 
 def test_tables_over_all_surfaces_have_a_row_for_each(run):

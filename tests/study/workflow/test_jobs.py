@@ -4,6 +4,7 @@ import errno
 import io
 import os
 import re
+import resource
 import shutil
 import signal
 import sys
@@ -14,6 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from conftest import ROOT
 from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf_study.workflow import job_logs, jobs
@@ -29,10 +31,16 @@ def test_the_log_of_a_job_has_what_it_prints_logs_and_uses(snakemake):
     with jobs.job(snakemake):
         print("printed")
         jobs.logging.getLogger("sparsurf").warning("a hole")
+        jobs.logging.getLogger("sparsurf").info("a step")
         warnings.warn("a division", stacklevel=1)
     log = Path(snakemake.log[0]).read_text().splitlines()
-    assert log[:2] == ["printed", "WARNING a hole"] and any("a division" in line for line in log[2:])
-    assert re.fullmatch(r"USED \d+ MB [\d.]+ s", log[-1])
+    assert log[:3] == ["printed", "WARNING a hole", "INFO a step"]
+    assert any("a division" in line for line in log[3:])
+    megabytes, seconds = map(float, re.fullmatch(r"USED (\d+) MB ([\d.]+) s", log[-1]).groups())
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    kilobytes = 1 / 1024 if sys.platform == "darwin" else 1
+    assert megabytes == pytest.approx(sum(u.ru_maxrss for u in usages) * kilobytes * 1.024e-3, rel=0.02)
+    assert seconds == pytest.approx(sum(u.ru_utime + u.ru_stime for u in usages), rel=0.1)
     assert job_logs.failure(snakemake.log[0]) is None
     assert job_logs.warnings_in(snakemake.log[0])[0] == "a hole"
 
@@ -88,13 +96,14 @@ def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, 
     now = [100.0]
     monkeypatch.setattr(jobs.time, "monotonic", lambda: now[0])
     report = jobs.reporter("p/c1, part 1 of 2", "frames")
-    for seconds, done in ((1.0, 1), (10.0, 5), (11.0, 6), (20.0, 20)):
+    for seconds, done in ((1.0, 1), (10.0, 5), (11.0, 6), (12.0, 10), (13.0, 20)):
         now[0] = 100 + seconds
         report(done, 20)
     said = capsys.readouterr().err
     assert said.splitlines() == [
         "PROGRESS p/c1, part 1 of 2: 5 of 20 frames, 10 s, 30 s to go",
-        "PROGRESS p/c1, part 1 of 2: 20 of 20 frames, 20 s, 0 s to go",
+        "PROGRESS p/c1, part 1 of 2: 10 of 20 frames, 12 s, 12 s to go",
+        "PROGRESS p/c1, part 1 of 2: 20 of 20 frames, 13 s, 0 s to go",
     ]
     log = tmp_path / "x.log"
     for text, found in (
@@ -107,11 +116,22 @@ def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, 
 
 
 def test_a_job_that_said_nothing_was_killed(tmp_path, monkeypatch):
-    (tmp_path / "x.log").write_text("WARNING a hole\nINFO x\nWARNING a hole\n")
+    (tmp_path / "x.log").write_bytes(b"WARNING a hole\nINFO x\nWARNING a hole\n\xff of another program\n")
     assert job_logs.failure(tmp_path / "x.log") == job_logs.failure(tmp_path / "no.log") == job_logs.NO_REASON
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=0))
-    assert job_logs.failure(tmp_path / "no.log") == job_logs.NO_SPACE
+    for free, reason in ((999_999, job_logs.NO_SPACE), (1_000_000, job_logs.NO_REASON)):
+        monkeypatch.setattr(shutil, "disk_usage", lambda _, free=free: SimpleNamespace(free=free))
+        assert job_logs.failure(tmp_path / "no.log") == reason
+    assert job_logs.failure(tmp_path / "no folder" / "no.log") == job_logs.NO_REASON
     assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
+
+
+def test_jobs_import_the_packages_of_this_checkout_before_others(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", "of/the/user")
+    jobs.let_jobs_import_packages()
+    assert os.environ["PYTHONPATH"].split(os.pathsep) == [str(ROOT / "src"), "of/the/user"]
+    monkeypatch.delenv("PYTHONPATH")
+    jobs.let_jobs_import_packages()
+    assert os.environ["PYTHONPATH"] == str(ROOT / "src")
 
 
 def test_a_heading_of_gromacs_is_no_warning(tmp_path):
@@ -143,4 +163,10 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         "match_partners",
     )
     rows = job_logs.collected_warnings([f"{run}/{file}" for file in files], f"{run}/logs", names)
-    assert [sentence for *_, sentence in rows] == counted
+    places = {
+        "summarise_best": ("", ""),
+        "a/c1/compute_surface": ("a", "c1"),
+        "pairs/ab/match_partners": ("pairs/ab", ""),
+    }
+    wanted = [(*places.get(log, ("a", "")), log.rpartition("/")[2], log) for log in counted]
+    assert rows == wanted

@@ -254,6 +254,20 @@ def test_without_the_grid_the_same_rules_give_the_same_bytes(checkout, study):
     assert np.array_equal(*dots)
 
 
+def test_what_does_not_need_what_failed_has_all_of_its_files(checkout, study):
+    """Those of the small study but for the grid, which the config does not ask for."""
+    ours, theirs = checkout[0] / "results/mine", study / "results/small"
+    names = {
+        folder: {str(path.relative_to(folder)) for path in folder.rglob("[!.]*") if path.is_file()}
+        for folder in (ours / "still/f0", theirs / "still/f0", ours / "pairs/good", theirs / "pairs/both")
+    }
+    still, of_small, good, both = names.values()
+    of_grid = "best.json compare.csv distances.npz grid.csv ranges.csv rough_and_flat.csv"
+    assert good == both and still <= of_small
+    assert {name for name in of_small - still if not name.startswith("figures/")} == {*of_grid.split()}
+    assert {"figures/roughness.png", "figures/roughness.svg"} <= still
+
+
 def test_the_next_run_does_only_what_failed(checkout):
     root, _, again = checkout
     jobs = re.findall(r"^ +\d+ of \d+  (.*) \(\d+ s\)$", again.stdout, re.M)

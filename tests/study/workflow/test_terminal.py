@@ -59,6 +59,54 @@ def test_a_job_that_failed_is_reported_with_its_sentence_and_noted(said, tmp_pat
     assert (tmp_path / "failed").read_text().split() == ["a.log", "c.log"]
 
 
+def test_a_job_that_failed_before_it_began_goes_by_the_name_of_its_rule(said, tmp_path, monkeypatch):
+    """And one without a log is not noted, nor has a job failed that was stopped from outside."""
+    monkeypatch.setenv(job_logs.FAILED_JOBS, str(tmp_path / "failed"))
+    (tmp_path / "a.log").write_text(f"ERROR {job_logs.STOPPED}\n")
+    for log, text in (
+        ([], "   Failed  draw_view: see .snakemake/log\n"),
+        (["a.log"], "  Stopped  draw_view\n"),
+    ):
+        ended = LogEvent.JOB_ERROR, {"jobid": 9, "rule_name": "draw_view", "log": log}
+        assert said(ended).endswith(text)
+    assert (tmp_path / "failed").read_text() == "a.log\n"
+    stops = (None, {"msg": "Will exit after finishing currently running jobs."})
+    assert said(stops) == "   Nothing  done. Stopping ...\n"
+
+
+def test_a_plan_names_its_jobs_but_for_marks(tmp_path, capsys):
+    own = Terminal(SimpleNamespace(dryrun=True), None)
+    for jobid, message in ((1, "Frames of p"), (2, "")):
+        record = logging.LogRecord("snakemake", logging.INFO, "", 0, "", (), None)
+        vars(record).update(begins(jobid, message, "")[1], event=LogEvent.JOB_INFO)
+        own.emit(record)
+    own.close()
+    assert capsys.readouterr().out == "Frames of p\n"
+
+
+def test_a_bar_makes_way_for_a_line_and_is_gone_at_the_end(tmp_path, monkeypatch, capsys):
+    """On a terminal of 30 columns; of two jobs, the one that works longer has the bar, once it has worked for some seconds."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(terminal.sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(terminal.shutil, "get_terminal_size", lambda: SimpleNamespace(columns=30))
+    own = Terminal(SimpleNamespace(dryrun=False), None)
+    now = time.monotonic()
+    later, first, new = (
+        SimpleNamespace(rule_msg=f"{name} of protein/c1", log=[]) for name in ("Later", "First", "New")
+    )
+    own._running = {3: (new, now)}
+    time.sleep(1.2)
+    own._running |= {1: (later, now - 20), 2: (first, now - 50)}
+    time.sleep(1.2)
+    with own._lock:
+        own._say("a line")
+    own._running = {}
+    own.close()
+    clear = "\r\033[K"
+    bar, line, *end = capsys.readouterr().out.removeprefix(clear).split(clear)
+    assert bar == f"{'':>10}  First of protein/c1, 52 s"[:29] and line == "a line\n" and not any(end)
+
+
 def test_jobs_that_a_signal_stops_have_not_failed(said):
     stops = (None, {"msg": "Terminating processes on user request, this might take some time."})
     ended = LogEvent.JOB_ERROR, {"jobid": 1, "rule_name": "choose_frames", "log": ["no.log"]}
@@ -120,6 +168,7 @@ def test_a_run_without_a_terminal_says_how_far_the_longest_job_is(tmp_path, monk
     record = logging.LogRecord("snakemake", logging.INFO, "", 0, "", (), None)
     vars(record).update(begins(1, "Grid of p/c1", "a.log")[1], event=LogEvent.JOB_INFO)
     own.emit(record)
+    own._running[2] = (SimpleNamespace(rule_msg="Later", log=[]), time.monotonic())
     time.sleep(0.3)
     own.close()
     lines = capsys.readouterr().out.splitlines()
