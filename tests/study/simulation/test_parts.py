@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from peptides import peptide, write
+from peptides import atom_line, peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.simulation import gromacs, protocol, quality, stages, system
@@ -34,6 +34,12 @@ def test_a_system_is_counted_from_its_files(tmp_path):
     molecules = "[ molecules ]\n; name  number\nProtein_chain_A 1\nSOL   1\nSOL   1\nNA 1\nCL  1\n"
     write(tmp_path / "topol.top", "SOL 99\n" + molecules)
     assert system.count_molecules(tmp_path) == {"atoms": 10, "protein_atoms": 2, "waters": 2, "ions": 2}
+    neutral = SYSTEM_GRO.replace("   10\n", "    8\n").replace(
+        "    4NA      NA    9   3.100   0.200   0.300\n", ""
+    )
+    write(tmp_path / "system.gro", neutral.replace("    5CL      CL   10   4.100   0.200   0.300\n", ""))
+    write(tmp_path / "topol.top", "[ molecules ]\nProtein 1\nSOL 2\n")
+    assert system.count_molecules(tmp_path) == {"atoms": 8, "protein_atoms": 2, "waters": 2, "ions": 0}
 
 
 def molecule(tmp_path, text, **keys):
@@ -62,9 +68,11 @@ def test_chains_come_back_residue_by_residue(tmp_path):
 
 def test_only_protein_of_the_first_model_is_simulated(tmp_path, caplog):
     water = "HETATM   99  O   HOH A  99      50.000  50.000  50.000  1.00  0.00           O  \n"
-    path = write(tmp_path / "x.pdb", peptide(("ALA", "GLY", "SER")) + water + "END\n")
+    hydrogen = atom_line("H", "SER", "A", "3", (6, 3, 1))
+    path = write(tmp_path / "x.pdb", peptide(("ALA", "GLY", "SER")) + hydrogen + water + "END\n")
     found = system.select_protein(path, {"residues": "2-3", "hydrogens": "keep", "ns": 1})
     assert sorted(set(found.residue_name)) == ["GLY", "SER"] and found.n_frames == 1
+    assert "H" not in found.element
     assert set(system.select_protein(path, {"selection": "all"}).kind) == {"protein"}
     one = peptide(("ALA", "GLY"))
     path = write(tmp_path / "x.pdb", "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n")
@@ -138,6 +146,50 @@ def test_a_stage_runs_once_and_again_where_its_inputs_change(asked, tmp_path):
         path.write_text("two")
         assert run(protocol.DEFAULTS | {"temperature": 310.0}) == ["grompp", "mdrun"], path.name
     assert json.loads((own / "stage.json").read_text())["inputs"]
+
+
+def test_a_system_is_built_by_the_keys_of_its_protein(asked, monkeypatch, tmp_path):
+    """A box is as large as its margin, 15 Å and so 1.5 nm; `seed` places the ions."""
+    monkeypatch.setattr(gromacs, "version", lambda: "2025")
+    monkeypatch.setattr(gromacs, "force_field_folder", lambda name: tmp_path / name)
+    (tmp_path / "mine").mkdir()
+    write(tmp_path / "mine" / "a.rtp", "[ ALA ]\n")
+    protein = molecule(tmp_path, peptide(("ALA", "ALA")))
+    monkeypatch.setattr(system, "with_chains", lambda path, given: given)
+    for name, text in (("system.gro", SYSTEM_GRO), ("topol.top", "[ molecules ]\nSOL 2\nNA 1\nCL 1\n")):
+        write(tmp_path / name, text)
+    keys = protocol.DEFAULTS | {"force_field": "mine", "water": "tip4p", "margin": 15.0}
+    built = system.prepare_system(protein, "in.pdb", keys, 7, tmp_path)
+    assert (built["waters"], built["ions"], built["gromacs"]) == (2, 2, "2025")
+    options = {words[0]: dict(zip(words[1:], words[2:], strict=False)) for words, _ in asked}
+    assert (options["pdb2gmx"]["-ff"], options["pdb2gmx"]["-water"]) == ("mine", "tip4p")
+    assert options["editconf"]["-d"] == 1.5 and options["genion"]["-seed"] == 7
+    assert (options["genion"]["-pname"], options["genion"]["-nname"]) == ("NA", "CL")
+    assert read_molecule(tmp_path / "protein.pdb").n_atoms == protein.n_atoms
+
+
+def test_energies_are_those_that_a_stage_has(monkeypatch, tmp_path):
+    """A minimisation has the potential alone, and only a barostat gives a density."""
+    for stage in protocol.STAGES:
+        (tmp_path / stage).mkdir()
+        write(tmp_path / stage / "stage.mdp", protocol.parameters(stage, protocol.DEFAULTS, 1))
+        if stage != "minimise":
+            write(tmp_path / stage / "state.cpt", "")
+
+    def energy(*words, folder, stdin):
+        names = stdin.split()
+        legends = [f'@ s{k} legend "{name.replace("Total-", "Total ")}"\n' for k, name in enumerate(names)]
+        values = " ".join(str(10 * protocol.STAGES.index(folder.name) + len(name)) for name in names)
+        write(words[words.index("-o") + 1], f"{''.join(legends)}0.5 {values}\n")
+
+    monkeypatch.setattr(gromacs, "run", energy)
+    table = quality.energies({stage: tmp_path / stage for stage in protocol.STAGES})
+    nan = float("nan")
+    wanted = [[0.5, 9, nan, nan, nan, nan], [0.5, 19, 22, 21, 18, nan]]
+    wanted += [[0.5, 29, 32, 31, 28, 27], [0.5, 39, 42, 41, 38, 37]]
+    names = "time_ps potential_kJ_mol total_energy_kJ_mol temperature_K pressure_bar density_kg_m3".split()
+    assert table["stage"].tolist() == [*protocol.STAGES]
+    np.testing.assert_array_equal(table[names].to_numpy(), wanted)
 
 
 def test_the_interval_of_a_series_is_that_of_its_ten_blocks():

@@ -102,6 +102,9 @@ def test_missing_atoms_are_named(tmp_path):
     lacking = "".join(line for line in peptide().splitlines(True) if line[12:16] != " CB " or line[25] != "3")
     with pytest.raises(InputError, match=r"x.pdb: atoms are missing in ALA 3 A; build"):
         system.refuse_incomplete(molecule(tmp_path, lacking), "x.pdb")
+    lacking = "".join(line for line in peptide(["ALA"] * 10).splitlines(True) if line[12:16] != " O  ")
+    with pytest.raises(InputError, match=r"in ALA 1 A, .* ALA 8 A and 2 more; build"):
+        system.refuse_incomplete(molecule(tmp_path, lacking), "x.pdb")
 
 
 def test_residues_that_the_force_field_does_not_know_are_named(tmp_path):
@@ -110,7 +113,7 @@ def test_residues_that_the_force_field_does_not_know_are_named(tmp_path):
     (folder / "aminoacids.rtp").write_text("[ bondedtypes ]\n[ ALA ]\n [ atoms ]\n")
     (folder / "aminoacids.r2b").write_text("; names\nHISD HSD\n")
     known = system.known_residues(folder)
-    assert {"ALA", "HISD", "HIS"} <= known and "MSE" not in known
+    assert known == {"bondedtypes", "ALA", "HISD", "HIS"}
     with pytest.raises(InputError, match=r"toy does not know MSE 2 A, MSE 4 A; replace"):
         system.refuse_unknown(
             molecule(tmp_path, peptide(("ALA", "MSE", "ALA", "MSE"))), "x.pdb", known, "toy"

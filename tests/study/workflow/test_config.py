@@ -114,7 +114,11 @@ MISTAKES = [  # key, value, a word of the remedy
     ("sampling.beta", [k / 100 for k in range(101)], "100 or fewer"),
     ("sampling.gamma", [], "list of 1 or more"),
     ("sampling.delta", [2, 2], "twice"),
-    ("evalution", {}, "did you mean 'evaluation'?"),
+    ("evalution", {}, "unknown key 'evalution' in the config; did you mean 'evaluation'?"),
+    ("changes", {"S": ["tdp43/c1", "tdp43/c2"], "s": ["tdp43/c1", "tdp43/c3"]}, "upper and lower case"),
+    ("changes", {"x.csv": ["tdp43/c1", "tdp43/c2"]}, "of the study itself"),
+    ("pairs", {"p": {"proteins": ["a", "tdp43"]}}, "'a' is none of the proteins; these are tdp43"),
+    ("proteins.tdp43.plddt", 70, "trajectory or a simulation"),
     ("draws", 3, "belongs to evaluation"),
     ("proteins", {}, "is empty"),
     ("proteins.tdp43.structure", "no/such.pdb", f"paths start at {ROOT}"),
@@ -125,7 +129,7 @@ MISTAKES = [  # key, value, a word of the remedy
     ("proteins.tdp43.residues", "209-", "A:10-52A,60"),
     ("proteins.tdp43.simulate", {"water": "../tip3p"}, "simulate.water"),
     ("proteins", {"..": TOPOLOGY}, "cannot name a folder"),
-    ("proteins", {1: TOPOLOGY}, "the key 1"),
+    ("proteins", {1: TOPOLOGY}, "the key 1 in proteins is"),
     ("proteins", {"a": TOPOLOGY | {"ligands": ["XK2", False]}}, "ligands.1 is False"),
     ("proteins", {"a": {"pdb": "1ubi\n"}}, "proteins.a.pdb"),
     ("proteins", {"a": {"pdb": 453}}, "of the form 1ubi"),
@@ -343,6 +347,7 @@ def pair_of(**keys):
             "remove one",
         ),
         (pair_of(complex="no.pdb", chains=[["A"], ["B"]]), "pairs.p", "there is no file 'no.pdb'"),
+        (pair_of(files=["README.md", "no.pdb"]), "pairs.p", "there is no file 'no.pdb'"),
         (pair_of(complex="README.md"), "pairs.p", "chains"),
         (pair_of(complex="README.md", chains=[["A"], ["A", "B"]]), "pairs.p", "chain A is on both sides"),
         (pair_of(complex="README.md", chains=[["A"]]), "pairs.p", "must be a list of 2 or more"),
@@ -364,6 +369,8 @@ def test_keys_that_exclude_each_other_are_refused(config, key, words):
     [
         OWN | {"compare": {"samplers": ["poisson", "farthest"]}},
         READY | {"compare": {"samplers": ["poisson", "uniform"]}},
+        READY | {"compare": {"samplers": ["poisson", "farthest"]}},
+        PAIR_OF_FILES,
         OWN | {"paper": "tdp43"},
         READY | {"paper": "a", "frames": {"selection": [0, 7]}},  # has no frames
         of_a(simulate={"ns": 1}, ligands=False),
@@ -413,6 +420,27 @@ def test_more_memory_than_the_machine_has_is_reported_before_anything_runs(monke
     )
     check_config(DEFAULT | {"evaluation": evaluation | {"draws": 1000}}, here=False)  # jobs run elsewhere
     check_config(changed("evaluation.test_dots", "published"))
+    grid = {"alpha": [1], "beta": [0, 1], "gamma": [0, 1, 2], "delta": [0, 1, 2, 3, 4]}
+    for dots in (100, "published"):  # of a surface of 20,000 dots
+        config = check_config(DEFAULT | {"sampling": grid, "evaluation": {"draws": 10, "test_dots": dots}})
+        assert memory.memory_of_grid(config) == 8 * (2 * 3 * 5) * 10 * 100 * (2 + 4)
+
+
+def test_a_key_that_occurs_twice_is_found_in_the_file_again(tmp_path):
+    (tmp_path / "mine.yaml").write_text("seed: 1\nseed: 2\n")
+    with pytest.raises(InputError, match="'seed' occurs twice"):
+        check_config(DEFAULT, [tmp_path / "mine.yaml"])
+
+
+def test_the_bound_of_plddt_is_that_of_each_structure_without_its_own():
+    config = {"plddt": 60, "proteins": FORMS | {"own": FORMS["still"] | {"plddt": 40}}}
+    found = check_config(config)["proteins"]
+    assert {name: protein.get("plddt") for name, protein in found.items()} == {
+        "moving": None,
+        "still": 60,
+        "ready": None,
+        "own": 40,
+    }
 
 
 def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein(study):

@@ -82,9 +82,13 @@ def test_conformations_are_the_frames_that_the_config_names(study, run):
     assert len(pd.read_csv(run / "moving/projection.csv")) == trajectory.n_frames
 
 
-def test_a_download_gives_the_results_of_the_local_file(run):
+def test_a_download_gives_the_results_of_the_local_file(study, run):
     for name in ("surface.npz", "roughness.csv"):
         assert (run / "loaded/f0" / name).read_bytes() == (run / "still/f0" / name).read_bytes()
+    record = json.loads((run / "loaded/download/loaded.pdb.json").read_text())
+    asked = yaml.safe_load((study / "config.yaml").read_text())["proteins"]["loaded"]
+    assert (record["url"], record["sha256"]) == (asked["url"], asked["sha256"])
+    assert record["bytes"] == (study / "loaded.pdb").stat().st_size
 
 
 def test_a_ready_surface_is_taken_as_it_is(study, run):
@@ -456,6 +460,12 @@ def test_warnings_of_all_jobs_are_in_one_table(run):
     frames = table[table["job"] == "choose_frames"]
     assert {"loaded", "still"} <= {*frames["protein"]} and frames["sentence"].str.contains("lack heavy").all()
     assert not table.duplicated(["protein", "conformation", "sentence"]).any()
+
+
+def test_the_glossary_has_the_lengths_of_the_config(run):
+    page = html.unescape((run / "index.html").read_text(encoding="utf-8"))
+    assert "within 4 Å for roughness and sampling, within 6 Å for descriptors" in page
+    assert "dots within 3 Å of the partner's surface" in page
 
 
 def test_the_first_page_leads_to_every_page_and_figure(run):
