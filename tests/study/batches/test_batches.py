@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial import cKDTree
 
 import export_structure as export
 import small_study
@@ -83,10 +84,15 @@ def test_values_are_those_of_the_functions(many, name):
     assert row["N"] == len(dots) and row["minimal_n_S"] == len(few)
     assert row["area"] == pytest.approx(dots.area.sum(), rel=1e-12)
     assert row["mean_roughness"] == pytest.approx(sparsurf.roughness(dots).mean(), rel=1e-12)
+    molecule = sparsurf.read_molecule(many / f"structures/{name}.pdb")
+    assert (row["atoms"], row["residues"]) == (molecule.n_atoms, molecule.n_residues)
+    assert row["minimal_n_S_percent"] == pytest.approx(100 * len(few) / len(dots))
+    nearest = cKDTree(dots.points).query(dots.points, 2)[0][:, 1]
+    assert 0.5 * np.median(nearest) < row["spacing"] < 2 * np.median(nearest)
     table = sparsurf.components(dots)[1]
     assert row["volume"] == pytest.approx(table["volume"][~table["cavity"]].sum())
     kept = read(many, "dots").query("protein == @name").set_index("dot")
-    assert sorted(kept.index) == sorted(few.dots)
+    assert kept.index.tolist() == sorted(few.dots)
     kept = kept.loc[few.dots]
     points, normals = tables.unpack_dots(kept)
     assert np.allclose(points, few.points, rtol=0, atol=1 / 64)
@@ -258,10 +264,10 @@ def test_batches_are_stable():
 
 
 def test_sizes_are_those_of_uncompressed_files(tmp_path):
-    for name in ("a.pdb", "a.pdb.gz", "a.cif"):
+    wanted = {"a.pdb": 1000, "a.pdb.gz": 4000, "a.cif": 700, "a.cif.gz": 2800, "none.pdb": 0}
+    for name in [name for name in wanted if name != "none.pdb"]:
         (tmp_path / name).write_bytes(bytes(1000))
-    sizes = [assignment.size_as_pdb(tmp_path / name) for name in ("a.pdb", "a.pdb.gz", "a.cif", "none.pdb")]
-    assert sizes == [1000, 4000, 700, 0]
+    assert {name: assignment.size_as_pdb(tmp_path / name) for name in wanted} == wanted
 
 
 def config_of(tmp_path, **changes):
@@ -328,11 +334,11 @@ def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, m
     config = check_config(config_of(tmp_path))
     lines = peptide(RESIDUES)
     two = write(tmp_path / "two.pdb", f"MODEL        1\n{lines}ENDMDL\nMODEL        2\n{lines}ENDMDL\nEND\n")
-    out = analyse_batch(
-        [Structure("two", str(two)), Structure("gone", str(tmp_path / "gone.pdb"))],
-        Settings.of(config),
-        config["seed"],
-    )
+    both, told = [Structure("two", str(two)), Structure("gone", str(tmp_path / "gone.pdb"))], []
+    out = analyse_batch(both, Settings.of(config), config["seed"], lambda *steps: told.append(steps))
+    assert told == [(1, 2), (2, 2)] and out["failures"]["protein"].tolist() == ["gone"]
+    sparse = Settings.of(config | {"surface": {"density": 1.0}})
+    assert "d_link" in analyse_batch(both[:1], sparse, config["seed"])["failures"]["reason"][0]
     assert out["surfaces"]["protein"].tolist() == ["two"]
     assert "two: 2 models; the first is taken" in out["warnings"]["sentence"].tolist()
     assert "does not exist" in out["failures"]["reason"][0]
@@ -368,6 +374,23 @@ def test_the_deviation_is_in_robust_standard_deviations():
     found = summary.most_unusual(table, 2)
     assert found["protein"].tolist() == ["s005", "s000"]
     np.testing.assert_allclose(found["deviation"], np.array([0.95, 0.25]) / (1.4826 * 0.15), rtol=1e-12)
+    assert found["unusual"].tolist() == ["mean roughness"] * 2 and found.index.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("word", ["atoms", "area per atom", "volume per atom", "dots in cavities"])
+def test_a_surface_is_unusual_by_each_measure(word):
+    """The same six values as above, of the logarithm of the number of atoms; the sizes of molecules and surfaces differ."""
+    values, atoms, n = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 1.3]), np.full(6, 1000.0), np.array([1e4, 2e4] * 3)
+    atoms = 1000 * np.exp(values) if word == "atoms" else atoms
+    one = {"area per atom": 5.0, "volume per atom": 11.0, "dots in cavities": 0.25} | {word: values}
+    table = made_up(6).assign(atoms=atoms, N=n, mean_roughness=0.5, cavity_dots=one["dots in cavities"] * n)
+    table = table.assign(area=one["area per atom"] * atoms, volume=one["volume per atom"] * atoms)
+    found = summary.most_unusual(table, 6)
+    assert found["unusual"][0] == word and found["protein"][0] == "s005"
+    assert found["deviation"][0] == pytest.approx(0.95 / (1.4826 * 0.15))
+    for n_surfaces, unusual in ((5, word), (4, "")):
+        some = summary.most_unusual(table.tail(n_surfaces).reset_index(drop=True), 1)
+        assert some["unusual"][0] == unusual and (some["deviation"][0] > 0) == bool(unusual)
 
 
 def page_of(tmp_path, surfaces, failures=()):

@@ -81,9 +81,11 @@ def test_maps_equal_all_distances(blobs):
 def test_patches_of_one_dot_are_left_out():
     alone = Surface(np.array([[0.0, 0, 0], [50, 0, 0]]), np.tile([0.0, 0, 1], (2, 1)))
     points, normals = make_blob(600)
-    both = Surface(np.vstack([points, alone.points + 100]), np.vstack([normals, alone.normals]))
+    two = np.array([[0.0, 0, 200], [1, 0, 200]])  # each in the patch of the other
+    places = np.vstack([points, alone.points + 100, two])
+    both = Surface(places, np.vstack([normals, alone.normals, alone.normals]))
     found = matching.match(partner_of(both, name="a", d_link=1.2), blob_partner("b"))
-    assert not np.isin([600, 601], found.centres[0]).any()
+    assert np.isin([600, 601, 602, 603], found.centres[0]).tolist() == [False, False, True, True]
     assert len(found.centres[0]) >= 540
 
 
@@ -130,22 +132,32 @@ def test_best_pairs_are_ranked_and_apart(peptides):
     assert matching.best_pairs(found, n=3).equals(table[:3])
 
 
-def test_agreement_is_the_area_of_each_score(peptides):
-    found = matching.match(*peptides)
-    table = matching.maps(found, 0)
-    areas = matching.agreement(found, 0, table).set_index("score")
-    truth = matching.by_dot(found, 0, table)["interface"].to_numpy()[found.centres[0]] == 1
-    at = table.iloc[found.centres[0]]
-    assert areas.loc["propensity", "auc"] == auc(-at["propensity"].to_numpy(), truth)
-    near = cdist(peptides[0].surface.points[found.centres[0]], peptides[0].heavy_atoms) <= 10
-    assert areas.loc["protrusion", "auc"] == auc(-near.sum(axis=1), truth)
-    assert (areas["low"] <= areas["high"]).all()
-    assert areas.loc["propensity", "interface"] == truth.sum()
-    blocks = matching.blocks_of(peptides[0], found.centres[0])
-    assert areas.loc["propensity", "blocks"] == len(np.unique(blocks)) > 1
-    contact = matching.contacts(*peptides)
+@pytest.mark.parametrize("within", [3.0, 3.6])
+def test_agreement_is_the_area_of_each_score(peptides, within):
+    """On both sides, whose centres differ; and contacts are the dots of the first side that touch."""
+    found = matching.match(*peptides, (np.arange(0, len(peptides[0].surface), 2), None))
+    dots, areas = matching.tables_of_partners(found, 2.0, within, 0)
+    for side, partner in enumerate(peptides):
+        of_side = areas[areas["partner"] == side + 1].set_index("score")
+        centres, points = found.centres[side], partner.surface.points
+        gap = cdist(points, peptides[1 - side].surface.points).min(axis=1)
+        truth = gap[centres] < within
+        at = dots[dots["partner"] == side + 1].iloc[centres]
+        assert np.array_equal(at["interface"] == 1, truth)
+        for name in ("propensity", "propensity_smoothed", "similarity"):
+            assert of_side.loc[name, "auc"] == auc(-at[name].to_numpy(), truth)
+        near = cdist(points[centres], points[centres]) <= 2.0
+        assert np.allclose(at["propensity_smoothed"], near @ at["propensity"] / near.sum(axis=1))
+        near = cdist(points[centres], partner.heavy_atoms) <= 10
+        assert of_side.loc["protrusion", "auc"] == auc(-near.sum(axis=1), truth)
+        assert (of_side["low"] <= of_side["auc"]).all() and (of_side["auc"] <= of_side["high"]).all()
+        assert {*of_side["interface"]} == {truth.sum()} and {*of_side["dots"]} == {len(centres)}
+        blocks = matching.blocks_of(partner, centres)
+        assert of_side.loc["propensity", "blocks"] == len(np.unique(blocks)) > 1
+    contact = matching.contacts(*peptides, within)
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
+    assert {*contact["pairs"]} == {min(500, (dots.query("partner == 1")["gap"] < within).sum())}
 
 
 def test_partners_without_chains_or_contact():

@@ -1,6 +1,7 @@
 """Parts of the simulation that need no GROMACS: what is asked of it, and what is read from its files."""
 
 import json
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -98,6 +99,7 @@ def test_times_become_steps():
     )
     assert protocol.n_time_steps("production", protocol.DEFAULTS | {"ns": 1e-9}) == 1
     assert values("production", ns=1e-6)["nstenergy"] == "1"
+    assert values("production", save_ps=0.0005)["nstxout-compressed"] == "1"
     assert [protocol.length_ns(s, protocol.DEFAULTS) for s in protocol.STAGES] == [0.0, 0.1, 0.1, 1.0]
     assert protocol.velocity_seed(0) == 1 and protocol.velocity_seed(2**31) == 1
     assert protocol.velocity_seed(7) == 7 and protocol.velocity_seed(2**31 + 4) == 5
@@ -113,6 +115,9 @@ def asked(monkeypatch):
         made = {"grompp": "topol.tpr", "mdrun": "final.gro"}.get(words[0])
         if made:
             (folder / made).write_text("made")
+        if wait:
+            write(folder / "md.log", "           Step           Time\n            350        0.7\n")
+            wait()
 
     monkeypatch.setattr(gromacs, "run", run)
     monkeypatch.setattr(gromacs, "program", lambda: "/usr/bin/gmx")
@@ -146,6 +151,14 @@ def test_a_stage_runs_once_and_again_where_its_inputs_change(asked, tmp_path):
         path.write_text("two")
         assert run(protocol.DEFAULTS | {"temperature": 310.0}) == ["grompp", "mdrun"], path.name
     assert json.loads((own / "stage.json").read_text())["inputs"]
+    (before / "state.cpt").unlink()  # a minimisation has none
+    assert run() == ["grompp", "mdrun"] and "-t" not in asked[0][0]
+    (built / "system.gro").write_text("one")
+    told = []
+    stages.run_stage("npt", built, None, protocol.DEFAULTS, 3, own, 2, lambda *steps: told.append(steps))
+    grompp = asked[2][0]
+    assert grompp[grompp.index("-c") + 1] == built / "system.gro" and told == [(350, 50000)]
+    assert (own / "stage.mdp").read_text() == protocol.parameters("npt", protocol.DEFAULTS, 3)
 
 
 def test_a_system_is_built_by_the_keys_of_its_protein(asked, monkeypatch, tmp_path):
@@ -161,7 +174,7 @@ def test_a_system_is_built_by_the_keys_of_its_protein(asked, monkeypatch, tmp_pa
     keys = protocol.DEFAULTS | {"force_field": "mine", "water": "tip4p", "margin": 15.0}
     built = system.prepare_system(protein, "in.pdb", keys, 7, tmp_path)
     assert (built["waters"], built["ions"], built["gromacs"]) == (2, 2, "2025")
-    options = {words[0]: dict(zip(words[1:], words[2:], strict=False)) for words, _ in asked}
+    options = {words[0]: dict(pairwise(words)) for words, _ in asked}
     assert (options["pdb2gmx"]["-ff"], options["pdb2gmx"]["-water"]) == ("mine", "tip4p")
     assert options["editconf"]["-d"] == 1.5 and options["genion"]["-seed"] == 7
     assert (options["genion"]["-pname"], options["genion"]["-nname"]) == ("NA", "CL")
@@ -187,9 +200,9 @@ def test_energies_are_those_that_a_stage_has(monkeypatch, tmp_path):
     nan = float("nan")
     wanted = [[0.5, 9, nan, nan, nan, nan], [0.5, 19, 22, 21, 18, nan]]
     wanted += [[0.5, 29, 32, 31, 28, 27], [0.5, 39, 42, 41, 38, 37]]
-    names = "time_ps potential_kJ_mol total_energy_kJ_mol temperature_K pressure_bar density_kg_m3".split()
+    names = "potential_kJ_mol total_energy_kJ_mol temperature_K pressure_bar density_kg_m3"
     assert table["stage"].tolist() == [*protocol.STAGES]
-    np.testing.assert_array_equal(table[names].to_numpy(), wanted)
+    np.testing.assert_array_equal(table[["time_ps", *names.split()]].to_numpy(), wanted)
 
 
 def test_the_interval_of_a_series_is_that_of_its_ten_blocks():

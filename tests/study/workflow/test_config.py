@@ -120,6 +120,18 @@ MISTAKES = [  # key, value, a word of the remedy
     ("pairs", {"p": {"proteins": ["a", "tdp43"]}}, "'a' is none of the proteins; these are tdp43"),
     ("proteins.tdp43.plddt", 70, "trajectory or a simulation"),
     ("draws", 3, "belongs to evaluation"),
+    ("patches.r_patch", "four", "must be a number without quotes, such as 0.5 ("),
+    ("plddt", "high", "whose pLDDT is lower)"),  # the first sentence on the key
+    ("complementarity.centres", {"n_dots": 5}, "centres lacks the key 'sampler'"),
+    ("proteins.tdp43.pdbfile", "a.pdb", "did you mean 'structure'?"),
+    ("proteins.tdp43.CIF", "a.cif", "did you mean 'structure'?"),
+    ("patches.path", "a.pdb", "did you mean 'r_patch'?"),
+    ("proteins.tdp43.zzzz", 1, "unknown key 'zzzz' in proteins.tdp43; the keys here are structure"),
+    ("proteins.tdp43", 5, "must be a mapping of keys to values, such as {structure: ...} ("),
+    ("proteins.tdp43.structure", "", "a string that is not empty"),
+    ("sampling.alpha", 0.5, "a list in square brackets"),
+    ("pairs", {"q": {"files": ["a", "b"], "proteins": ["a", "b"]}}, "pairs.q needs exactly one"),
+    ("pairs", {"q": {"files": ["a", "b"], "chains": [["A"], ["B"]]}}, "pairs.q needs exactly one"),
     ("proteins", {}, "is empty"),
     ("proteins.tdp43.structure", "no/such.pdb", f"paths start at {ROOT}"),
     ("proteins.tdp43.structure", "config.yaml/a.pdb", "unpack an archive"),
@@ -481,6 +493,8 @@ def test_names_are_those_of_the_library():
         ("a: 1\nresidues: [10:52]\n", "10:52 in line 2 is the number 652"),
         ("a: [" + "0.5, " * 50_000 + "]", "more than 40000 values"),
         ("a: " + "x" * 2**21, "2097152 bytes"),
+        ("a:\n" + "- [1, 2]\n" * 20_000, "more than 40000 values"),
+        ("a: " + "[" * 5000, "nested too deeply"),
     ],
 )
 def test_a_file_that_is_no_config_is_one_sentence_with_the_line(tmp_path, content, words):

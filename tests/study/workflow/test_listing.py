@@ -20,7 +20,7 @@ from peptides import peptide
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.workflow.config import Protein, check_config
-from sparsurf_study.workflow.conformations import file_has_one_model, has_one_model
+from sparsurf_study.workflow.conformations import file_has_one_model, has_one_model, without_zeros
 from sparsurf_study.workflow.download import fetch, file_name, variable
 from sparsurf_study.workflow.listing import from_folder, from_table, pairs_from_folder, pairs_from_table
 
@@ -79,14 +79,17 @@ def test_a_table_of_any_program_is_read(tmp_path, encoding, end):
 
 
 def test_a_folder_becomes_proteins(tmp_path):
-    names = "x.pdb x.cif.gz x.pdb.gz y.pdb y_long.xtc z.dms notes.txt .hidden.pdb αβ γ.pdb t.dcd"
+    names = "x.pdb x.cif.gz x.pdb.gz w.pdb W.cif y.pdb y_long.xtc z.dms notes.txt .hidden.pdb αβ γ.pdb t.dcd"
     for name in names.split():
         (tmp_path / name).write_text("")
+    (tmp_path / "folder.pdb").mkdir()
     proteins = from_folder(str(tmp_path))
     assert proteins == {
         "x_pdb": {"structure": str(tmp_path / "x.pdb")},
         "x_pdb_gz": {"structure": str(tmp_path / "x.pdb.gz")},
         "x_cif_gz": {"structure": str(tmp_path / "x.cif.gz")},
+        "w_pdb": {"structure": str(tmp_path / "w.pdb")},
+        "W_cif": {"structure": str(tmp_path / "W.cif")},
         "y_long": {"structure": str(tmp_path / "y.pdb"), "trajectory": str(tmp_path / "y_long.xtc")},
         "z": {"surface": str(tmp_path / "z.dms")},
         "protein": {"structure": str(tmp_path / "γ.pdb")},
@@ -113,8 +116,9 @@ def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
         (tmp_path / name).write_text("")
     assert list(from_folder(str(tmp_path))) == ["good"]
     said = [record.getMessage() for record in caplog.records]
-    assert [sentence.split(" is left out: ")[0] for sentence in said] == [
-        str(tmp_path / name) for name in ("alone.psf", "topol_run.xtc")
+    lacking = {"alone.psf": "trajectory", "topol_run.xtc": "topology or structure whose name it begins with"}
+    assert said == [
+        f"{tmp_path / file} is left out: its folder has no {what}." for file, what in lacking.items()
     ]
     (tmp_path / "good.pdb").unlink()
     with pytest.raises(InputError, match="holds no protein"):
@@ -193,6 +197,10 @@ def test_a_fetched_file_is_verified_and_recorded(server, tmp_path):
     }
     fetch(url, sha256.upper(), tmp_path / "b.pdb", tmp_path / "b.json", "x")  # as other programs write it
     assert (tmp_path / "b.json").read_text() == (tmp_path / "a.json").read_text()
+    fetch(
+        f"{server}/streamed", hashlib.sha256(b"ATOM ").hexdigest(), tmp_path / "c", tmp_path / "c.json", "x"
+    )
+    assert (tmp_path / "c").read_bytes() == b"ATOM "
 
 
 @pytest.mark.parametrize(
@@ -247,6 +255,8 @@ def test_names_and_variables():
     assert file_name("https://x.org/..%2f..%2fpasswd") == "_2f.._2fpasswd"
     assert file_name("https://x.org/.hidden.pdb") == "hidden.pdb"
     assert file_name("https://x.org/") == "structure.pdb"
+    assert file_name(f"https://x.org/{'a' * 200}.pdb?x=1") == f"{'a' * 116}.pdb"  # of 120 characters
+    assert file_name(f"https://x.org/b.{'a' * 115}.pdb") == f"{'a' * 115}.pdb"
     assert variable("my-protein.1") == "SPARSURF_MY_PROTEIN_1"
 
 
@@ -321,6 +331,7 @@ MODEL = "MODEL     {}\n" + peptide() + "ENDMDL\n"
         (MODEL.format(1) + "END\n", True),
         (MODEL.format(1) + MODEL.format(2) + "END\n", False),
         (peptide() + "END\n" + peptide() + "END\n", False),
+        (peptide(), True),
     ],
 )
 def test_models_of_a_file_are_counted_packed_or_not(tmp_path, content, single):
@@ -329,6 +340,36 @@ def test_models_of_a_file_are_counted_packed_or_not(tmp_path, content, single):
     for name in ("plain.pdb", "packed.pdb.gz"):
         assert file_has_one_model(str(tmp_path / name)) == single
         assert (read_molecule(tmp_path / name).n_frames == 1) == single
+
+
+def test_a_file_that_must_be_looked_at_more_closely_has_no_single_form_for_certain(tmp_path):
+    """An mmCIF file whose model is no last column, or without atoms; an XYZ file."""
+    head = "data_x\nloop_\n_atom_site.group_PDB\n_atom_site.id\n_atom_site.{}\n"
+    rows = "ATOM 1 1\nATOM 2 1\n"
+    for name, text in (
+        ("a.cif", head.format("type_symbol") + rows),
+        ("b.cif", head.format("pdbx_PDB_model_num")),
+        ("c.cif", head.format("pdbx_PDB_model_num") + "ATOM 1 1\nATOM 2\n1\n"),
+        ("d.xyz", "1\n\nC 0 0 0\n"),
+    ):
+        (tmp_path / name).write_text(text)
+        assert not file_has_one_model(str(tmp_path / name)), name
+    (tmp_path / "e.cif").write_text(head.format("pdbx_PDB_model_num") + rows)
+    assert file_has_one_model(str(tmp_path / "e.cif"))
+
+
+@pytest.mark.parametrize(
+    ("name", "short"),
+    [
+        ("p/f0007", "p/f7"),
+        ("p/c10", "p/c10"),
+        ("p/f000", "p/f0"),
+        ("f01/c02/x", "f01/c2/x"),
+        ("p/c0a", "p/c0a"),
+    ],
+)
+def test_a_conformation_goes_by_its_number_without_zeros(name, short):
+    assert without_zeros(name) == short
 
 
 def test_a_packed_file_that_is_torn_is_looked_at_by_the_rule_that_reads_it(tmp_path):
