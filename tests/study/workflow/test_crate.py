@@ -5,11 +5,13 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import astuple
 
 import check_run
 import sparsurf
 from conftest import ROOT
 from sparsurf_study.report import closing
+from sparsurf_study.workflow.origin import origin_of
 
 
 def test_the_crate_describes_files_and_run(study, tmp_path):
@@ -25,6 +27,31 @@ def test_the_crate_describes_files_and_run(study, tmp_path):
     by = {entry["@id"]: entry for entry in json.loads((tmp_path / "c.json").read_text())["@graph"]}
     assert "a%20b/%C3%A4.csv" in by  # of a folder each file, as an address
     assert by["./"]["abstract"] == ["So many."]
+
+
+def test_a_run_is_told_by_its_command_and_input_files(tmp_path, monkeypatch):
+    """Each file once, from the working folder where it lies there; of more than 50 files, their number."""
+    monkeypatch.chdir(tmp_path)
+    proteins = {"a": {"structure": "a.pdb", "trajectory": str(tmp_path / "in" / "a.xtc"), "residues": "1-9"}}
+    proteins |= {
+        "b": {"surface": "/data/b.npz"},
+        "c": {"structure": "a.pdb", "table": "c.csv"},
+        "d": {"pdb": "1ubi"},
+    }
+    pairs = {"p": {"files": ["a.pdb", "p.pdb"]}, "q": {"complex": "q.pdb", "chains": [["A"], ["B"]]}}
+    paths = ["a.pdb", "in/a.xtc", "/data/b.npz", "c.csv", "p.pdb", "q.pdb"]
+    config = {"proteins": proteins, "pairs": pairs | {"r": {"proteins": ["a", "b"]}}}
+    for files, command in (
+        ([tmp_path / "mine.yaml", "compare.yaml"], "make run CONFIG=mine.yaml"),
+        (["config.yaml"], "make run"),
+        ([], "make run"),
+        (["/data/config.yaml"], "make run CONFIG=/data/config.yaml"),
+    ):
+        assert astuple(origin_of(config, files)) == (command, paths, 6)
+    for n in (50, 51):
+        many = {"proteins": {str(k): {"structure": f"{k}.pdb"} for k in range(n)}, "pairs": {}}
+        _, listed, number = astuple(origin_of(many, []))
+        assert (len(listed), number) == ({50: 50, 51: 0}[n], n)
 
 
 def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing(

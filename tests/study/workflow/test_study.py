@@ -157,6 +157,13 @@ def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     found = running.failed_places(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
     assert found.keys() == {"p/f13", "p/f0002"}
     assert running.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
+    own, view = tmp_path / "p/frames.csv", tmp_path / "p/f0020/view.html"
+    for failures, wanted in (
+        (found, {own, view}),
+        (found | {"p/*": "?"}, {view}),
+        (found | {"p": "?"}, set()),
+    ):
+        assert {*running.finished_parts(config, tmp_path, failures).files} == wanted
     for place in ("pairs/lost", "pairs/left", "changes/lost"):
         (tmp_path / place).mkdir(parents=True)
         (tmp_path / place / "agreement.csv").write_text("")
