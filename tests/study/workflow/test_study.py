@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import SimpleNamespace
 
 import psutil
@@ -144,6 +145,15 @@ def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformatio
     jobs = set(re.findall(r'"results/\{run\}/logs/\{protein\}/(\w+)[^/"]*\.log"', rules))
     after = {job for job in jobs if not job.startswith(running.BEFORE_CONFORMATIONS)}
     assert after == {"draw_frames", "follow_frames_", "follow_ensemble", "draw_ensemble"}
+
+
+def test_every_result_in_the_report_of_snakemake_has_its_caption():
+    """It is read when somebody asks for the report, long after the results."""
+    rules = "".join(path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")))
+    calls = re.findall(r'in_report\(\s*"([^"]+)"[^)]*?(?:caption="(\w+)",?\s*)?\)', rules)
+    captions = {path.stem for path in (ROOT / "src/sparsurf_study/report/captions").glob("*.rst")}
+    assert len(calls) == rules.count("in_report(") - 1  # its definition
+    assert {caption or Path(path).stem for path, caption in calls} <= captions
 
 
 def test_only_conformations_that_are_finished_are_summarised(tmp_path):
