@@ -13,6 +13,7 @@ import pytest
 import yaml
 from matplotlib.image import imread
 from matplotlib.text import Text
+from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 import sparsurf
@@ -439,6 +440,40 @@ def test_two_forms_are_compared_residue_by_residue(run):
     assert np.allclose(changes[[*CHANNELS, "total"]], own, rtol=1e-4)
     difference = described[1].fields - described[0].fields
     assert np.allclose(changes[[f"{name}_difference" for name in FIELDS]], difference, rtol=1e-3, atol=1e-6)
+
+
+def test_pages_of_two_forms_show_them_superposed_with_what_changes_in_front(run):
+    """The dots of the second form lie nearer to those of the first than in their files."""
+    shown, as_given = [], []
+    for side, form in ((1, "f0700"), (2, "f0000")):
+        text = (run / f"changes/bend/view_{side}.html").read_text(encoding="utf-8")
+        assert f"<title>bend, moving/f{int(form[1:])}</title>" in text
+        header, columns = unpacked(text)
+        shown.append(np.column_stack([columns[axis] for axis in "xyz"]) * header["step"])
+        as_given.append(read_npz(run / f"moving/{form}/surface.npz").points)
+        assert np.allclose(np.ptp(pdist(shown[-1][::40])), np.ptp(pdist(as_given[-1][::40])), atol=0.02)
+        change = np.where(columns["value 1"] == 255, 0, columns["value 1"])
+        most = change >= np.quantile(change, 0.9)
+        if side == 1:
+            assert shown[0][most, 2].mean() > shown[0][:, 2].mean()
+    apart = [np.median(cKDTree(one).query(other)[0]) for one, other in (shown, as_given)]
+    assert apart[0] < 0.9 * apart[1]
+
+
+def test_a_comparison_of_samplers_names_its_surface(run, tmp_path, monkeypatch, ready):
+    """And compares those samplers alone, at those sizes, that it is asked for."""
+    config, saved = ready[0], []
+    monkeypatch.setattr(layout, "save", lambda figure, path: saved.append(figure))
+    inputs = {name: str(run / f"ready/c1/{name}.csv") for name in ("roughness", "ranges", "floors")}
+    inputs["surface"] = str(run / "ready/c1/surface.npz")
+    params = {name: config[name] for name in ("patches", "sampling", "seed")}
+    params |= {"evaluation": {"test_dots": 5, "draws": 1}, "title": "mine", "percents": [30]}
+    params["samplers"] = ["uniform", "farthest"]
+    outputs = {"table": str(tmp_path / "compare.csv"), "png": "compare.png"}
+    run_script("compare_samplers", tmp_path, inputs, outputs, params, protein="ready", conformation="c1")
+    table = pd.read_csv(tmp_path / "compare.csv")
+    assert {*table["sampler"]} == {"uniform", "farthest"} and {*table["percent"]} == {30}
+    assert any(text.get_text().startswith("mine") for text in saved[0].findobj(Text))
 
 
 def test_tables_over_all_surfaces_have_a_row_for_each(run):
