@@ -93,6 +93,8 @@ def test_blocks_keep_residues_whole_and_stay_short(dots):
     # the first lies at 0, the farthest from it at 16 begins the second; 7 stays with 0, 9 goes over
     points = np.array([[0.0, 0, 0], [7, 0, 0], [9, 0, 0], [16, 0, 0]])
     assert blocks_of_residues(points, np.arange(4), 10.0).tolist() == [0, 0, 1, 1]
+    twice = blocks_of_residues(np.repeat(points, 2, axis=0), np.repeat(np.arange(4), 2), 10.0)
+    assert twice.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
 
 
 def test_draws_without_an_answer_and_single_blocks_do_not_count():

@@ -486,6 +486,8 @@ def test_tables_over_all_surfaces_have_a_row_for_each(run):
 def test_the_tables_of_the_paper_stand_beside_ours(run):
     rows = pd.read_csv(run / "paper_rows.csv")
     assert len(rows) == 10 and {"d_published", "d_kept"} <= {*rows.columns}
+    floor = pd.read_csv(run / "ready/c1/floors.csv").set_index("floor")["Z"]["fresh dots"]
+    assert np.allclose(rows["Z_resampled"], floor, rtol=1e-4)
     assert re.search(r"\b8 combinations", (run / "verdict.html").read_text())
 
 
