@@ -390,6 +390,8 @@ def test_chains_of_a_complex_give_what_two_files_give(study, run):
     atoms = [read_study_structure(run / f"pairs/files/structure_{side}.pdb").xyz for side in (1, 2)]
     assert np.allclose(atoms[0], read_molecule(study / "one.pdb").xyz)
     assert np.allclose(atoms[1], read_molecule(study / "two.pdb").xyz)
+    for surface, xyz in zip(surfaces_of_pair(run, "files"), atoms, strict=True):
+        assert np.linalg.norm(surface.points - xyz[0][surface.atom], axis=1).max() < 4  # of its own structure
 
 
 def test_the_table_of_pairs_is_of_those_that_touch(run):
