@@ -2,12 +2,14 @@
 
 import json
 import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from conftest import make_blob
 from parsed_pages import Page
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
@@ -16,6 +18,7 @@ from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
+from sparsurf.surfaces.surface import Surface
 from sparsurf.views.numbers import interval, number
 from sparsurf_study.analysis import grid, islands, rough_and_flat, tables
 from sparsurf_study.paper import published_runs, replication
@@ -459,6 +462,125 @@ def test_each_defect_has_its_own_cover(page, prepared):
             chance_in_every_patch=every,
         )
         assert np.allclose(percent[name], 100 * published.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
+
+
+def test_the_tables_of_a_study_follow_its_settings(monkeypatch):
+    """Each with the numbers of test dots and draws of the config; what the page says is made of these tables."""
+    settings = Settings(
+        patches={"d_link": 2.0},
+        sampling={"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0.0, 6.0], "delta": [1.0]},
+        evaluation={"test_dots": 7, "draws": 2},
+    )
+    prepared = PreparedSurface(Surface(*make_blob(400)), settings, streams=Streams(1, "blob"))
+    for name in ("runs_as_published", "centres_in_random_orders"):
+        monkeypatch.setattr(published_runs, name, partial(getattr(published_runs, name), runs=2))
+    monkeypatch.setattr(replication, "LINK_DISTANCES", (2.0, 2.5))
+    told = []
+    found = replication.reproduce(prepared, settings, lambda *done: told.append(done))
+    grid_of_config = published.parameter_grid([0.5, 1.0], [0.0, 0.4], [0.0, 6.0], [1.0])
+    wanted = {
+        "runs": published_runs.runs_as_published(prepared, grid_of_config),
+        "rows": replication.published_rows(prepared, 7, 2),
+        "links": replication.sweep_links(prepared, (2.0, 2.5), 7, 2),
+        "defects": replication.compare_defects(prepared, 7, 2),
+        "family": replication.tuned_family(prepared, grid_of_config[:, 1:], n_tests=7, draws=2),
+    }
+    wanted["places"] = published_runs.place_published_values(wanted["runs"])
+    centres = published_runs.centres_in_random_orders(prepared)
+    wanted["tests"] = published_runs.tests_of_table_1(wanted["places"], centres)
+    assert found.keys() == wanted.keys() and told == [(1, 2), (2, 2)]
+    for name, table in wanted.items():
+        pd.testing.assert_frame_equal(found[name], table)
+    table = tables.grid_table(grid.evaluate_grid(prepared, grid_of_config, 7, 2))
+    facts = replication.facts_for_page(prepared, found, table, 7, 2)
+    assert facts.pop("turned") == replication.turned_z(prepared, 7)
+    assert facts.pop("uniform") == {"median": np.median(np.bincount(prepared.cover.dot))}
+    wanted = {
+        "bias": published_runs.selection_bias(found["runs"], table),
+        "signs": replication.sign_changes(found["links"]),
+        "family": replication.best_of_family(found["family"]),
+        "gathering": replication.gathering_by_roughness(prepared, 2),
+    }
+    assert facts.keys() == wanted.keys() and all(facts[name].equals(of) for name, of in wanted.items())
+
+
+MADE_UP = {  # of chapters of the page: all different
+    "table1": {"inside": {"d": 3, "Z_tS": 4}, "in_span": 12, "won": 6, "runs": 217, "decided": True, "same": True, "bias": 0.137,
+               "means": {"d": 2, "Z_tS": 8}, "tests": [{"measure": "d", "p": 0.2134}, {"measure": "together", "p": 5e-5}]},
+    "winners": {"same": {"kept": 5, "full": 9}, "among": {"kept": 7, "full": 8}},
+    "best": {"run": {"n_runs": 217, "d_n_below": 31}},
+    "positive": {"published": 8, "n": 1296, "better": 55, "members": 77},
+    "describe": {"null": 1.23},
+    "span": {"measured": (2.31, 98.76)},
+    "uniform": {"patches": 3.5, "rows": [{"alpha": 0.25, "n_S_percent": 61.23}]},
+    "range_of_roughness": {"measured": (0.123, 0.987)},
+    "probability": {"largest_r": 1.19, "rows": [[1, -0.11, 0.22]]},
+    "orientation": {"turned": 0.71, "fresh": 0.48, "two_patches": 1.87},
+    "parameter_free": {"links": [[0.5, 2.42], [1.5, -0.37]]},
+    "links": {"fragments": -0.91, "correlation": 0.62, "best": (0.52, 0.88), "turned": 4, "rows": 9},
+    "curve": {"top": (0.61, 2.9), "crossing": (1.31, 1.74)},
+    "surface": {"n_dots": 12345, "n_centres": 167, "mean_roughness": 0.61234, "source": "dms"},
+}  # fmt: skip
+SENTENCES = [
+    "3 of 10 published values of d and 4 of 10 of Z lie in the middle 95 % of 217 runs made as published",
+    "The whole grid was run 217 times as published",
+    "Of all 20 values, 12 lie between the lowest and the highest run. Of the 10 published combinations, 6 were the best",
+    "too high by 0.14 on average. Therefore only 2 of 10 published d",
+    "the best here in 5 of 9 ranges, and it is statistically indistinguishable from the best in 7.",
+    "Of 217 runs made as published, 31 have a lower d in this range than the published 2.69.",
+    "8 of the published d are above 0. The table counts all 1296 combinations.",
+    "With α tuned to the same nS, 55 of 77 cases on the full surface lie significantly above 0.",
+    "A subset whose Z exceeds 1.23",
+    "runs from 2.31 % to 98.76 %",
+    "A dot lies in 3.5 patches (median)",
+    "Here R runs from 0.12 to 0.99.",
+    "r reaches 1.19 rpatch",
+    "have Z = 0.71, which",
+    "Other dots of the same surface have 0.48, and two different patches have 1.87.",
+    "d of (1, 0, 6, 0) is 2.42 at dlink = 0.5 Å, −0.37 at dlink = 1.5 Å.",
+    "121 of 231 real numbers remain",
+    "ratio of the sizes of the patches is −0.91.",
+    "d on the full surface is 0.62 over the grid.",
+    "d is highest between 0.5 and 0.9 Å. With longer links, 4 of 9 rows",
+    "d falls below 0, at 1.31 to 1.74 spacings.",
+    "has 13.4 % of the dots, 0.72 per Å².",
+    "deviates by 0.020 Å on average (99 %: 0.09 Å). Its Z is 0.31.",
+    "placed by sparsurf as DMS places them",
+]  # fmt: skip
+
+
+def test_each_sentence_has_its_own_numbers(page):
+    """Made-up numbers, all different, stand in the sentence and the row that they belong to."""
+    values = paper_page(page)
+    values |= {name: values[name] | made for name, made in MADE_UP.items()}
+    values["winners"]["rows"] = values["winners"]["rows"][:9]
+    html = render(TEMPLATE, **values, first="p/c1", figure="data:image/png;base64,")
+    shown, text = Page(html), " ".join(Page(html).text.split())
+    assert not [each for each in SENTENCES if each not in text]
+    assert "The highest d is 2.90, at 0.61 spacings. d falls below 0 at 1.31 to 1.74 spacings." in html
+    rows = [["dots", "12,345", "20,045"], ["centres of patches", "167", "181"], ["d", "0.21"]]
+    rows += [["mean roughness", "0.6123", "0.6263"], ["together", "below 0.0001"], ["1", "−0.11", "0.22"]]
+    rows += [["0.25", "25", "61.2"]]
+    assert not [row for row in rows if row not in shown.rows]
+
+
+@pytest.mark.parametrize(
+    ("is_ours", "kept", "full", "card", "words"),
+    [
+        (True, "yes", "no", "Yes", ["(1, 0, 6, 0) also has the highest d", "On the full surface, it is significantly worse"]),
+        (False, "yes", "yes", "Among the best", ["one of 36 combinations that are statistically indistinguishable from the best, "
+         "(0.8, 0.2, 4, 10).", "Among the kept dots, (1, 0, 6, 0) is stat", "On the full surface, it is statistically"]),
+        (False, "no", "no", "No", ["(0.8, 0.2, 4, 10) has a significantly higher d.", "Among the kept dots, (1, 0, 6, 0) is s"]),
+    ],
+)  # fmt: skip
+def test_the_place_of_the_published_best_is_said_of_both_readings(page, is_ours, kept, full, card, words):
+    values = paper_page(page)
+    best = values["best"]["ours"]["kept"] | dict(zip(PARAMETERS, (0.8, 0.2, 4.0, 10.0), strict=True))
+    own = {"kept": best | {"n_best_set": 36.0}, "full": values["best"]["ours"]["full"]}
+    values["best"] |= {"is_ours": is_ours, "holds": {"kept": kept, "full": full}, "ours": own}
+    text = " ".join(Page(render(TEMPLATE, **values, first="p/c1", figure=None)).text.split())
+    assert f"best combination at α = 1? {card} " in text
+    assert not [each for each in words if each not in text]
 
 
 def test_every_row_of_the_page_is_that_of_its_table(page):

@@ -12,6 +12,7 @@ from PIL import Image
 
 from parsed_pages import Page
 from sparsurf.version import __version__
+from sparsurf_study.report.first_page import surfaces
 from sparsurf_study.report.first_page.pairs import verdict_of
 from sparsurf_study.report.front import warned, write_front
 from sparsurf_study.report.provenance import Origin
@@ -329,6 +330,143 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         "Undecided": "It is undecided",
     }
     assert answer.startswith(starts[word]) and f"{n_runs} runs" in answer
+
+
+def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
+    """By hand: the median of each column is another number than its mean."""
+    (tmp_path / "p").mkdir()
+    frames = pd.DataFrame({"N": [1000, 1100, 1800], "area": [200.0, 210, 280], "n_S_percent": [40.0, 41, 48]})
+    frames = frames.assign(mean_roughness=[0.5, 0.52, 0.6], d_kept=[1.0, 2, 6], d_full=[-1.0, -2, -6])
+    frames.to_csv(tmp_path / "p/ensemble.csv", index=False)
+    files = ["p/ensemble.csv", "p/residues.csv", "p/figures/ensemble.png", "p/figures/residues.png"]
+    answers = write_front(tmp_path / "index.html", files, {})
+    assert answers == [
+        "p: over 3 frames, one combination keeps 43.0 % of the dots on average (40.0 to 48.0 %), and the mean roughness is"
+        " 0.54 (0.50 to 0.60)."
+    ]
+    page, text = Page((tmp_path / "index.html").read_text()), text_of(tmp_path)
+    assert "How does the surface of" not in text and "43 % (40 to 48 %) in 3 frames" in text
+    assert "The mean roughness is 0.54 (0.50 to 0.60)." in text and "One combination over 3 frames" in text
+    assert page.rows == [
+        ["measure", "mean", "standard deviation", "lowest", "highest"],
+        ["dots", "1,300", "436", "1,000", "1,800"],
+        ["area / Å²", "230", "44", "200", "280"],
+        ["mean roughness", "0.540", "0.053", "0.500", "0.600"],
+        ["nS / %", "43.0", "4.4", "40.0", "48.0"],
+        ["d among the kept dots", "3.00", "2.65", "1.00", "6.00"],
+        ["d on the full surface", "−3.00", "2.65", "−6.00", "−1.00"],
+    ]
+    html = (tmp_path / "index.html").read_text()
+    assert "on average, from 40.0 to 48.0 %." in html and "p/residues.csv" in page.links
+
+
+def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
+    files = write_run(tmp_path)
+    for name in ("roughness", "subsets"):
+        Image.new("RGB", (1600, 1400), "red").save(tmp_path / f"p/c1/figures/{name}.png")
+    residues = pd.DataFrame({"chain": "A", "residue": ["7", "8", "9"], "residue_name": ["ALA", "GLY", "LYS"]})
+    residues = residues.assign(mean_roughness=[0.61, np.nan, 0.42], area=[12.4, 0, 30.6], dots=[70, 0, 1200])
+    residues.assign(mean_hbond=[-0.5, np.nan, 0.25]).to_csv(tmp_path / "p/c1/residues.csv", index=False)
+    files += ["p/c1/figures/roughness.png", "p/c1/figures/subsets.png", "p/c1/view.html", "p/c1/residues.csv"]
+    files += ["p/c1/minimal.csv", "p/c1/ranges.csv", "summary.csv"]
+    write_front(tmp_path / "index.html", files, {})
+    page, text = Page((tmp_path / "index.html").read_text()), text_of(tmp_path)
+    html = (tmp_path / "index.html").read_text()
+    strip = re.findall(r'(?s)<button class="zoom"[^>]*><img src="[^"]*" alt="([^"]*)"', html)[:3]
+    assert strip == [
+        "The surface of p in the colours of its roughness, with a mean of 0.60",
+        "The dots that the best parameters keep on p: 43 % of all",
+        "The 45 dots of the minimal subset of p",
+    ]
+    assert "with the best parameters keeps 43 % of the dots." in text and "45 dots are enough" in text
+    assert "The 95 % interval of its share is 7.0 to 9.0 %." in text and "is 0.20 Å." in text
+    alt = "The minimal subset has 0.20 dots per Å² and deviates by 0.020 Å on average."
+    assert alt not in html  # the figure is not among the files
+    assert "Which dots describe the surface of p?" in text and "1,296 combinations" in text
+    assert "No combination keeps less than 20 % of the dots." in text
+    heads = ["roughest residues", "mean roughness (1 is flat)", "area / Å²", "dots", "mean hbond"]
+    rows = [["LYS 9 A", "0.42", "31", "1,200", "0.25"], ["ALA 7 A", "0.61", "12", "70", "−0.50"]]
+    assert [heads, *rows] in page.tables
+    assert "from 0.42 (LYS 9 A, the roughest) to 0.61 (ALA 7 A, the flattest)" in html
+    assert {"p/c1/view.html", "p/c1/minimal.csv", "p/c1/residues.csv", "p/c1/ranges.csv"} <= {*page.links}
+    surface = next(row for row in page.rows if row[1] == "p")
+    assert surface[2:] == ["1,000", "200", "0.60", "45", "8.0", "0.020", "0.50", "0.70",
+                           "minimal.csv residues.csv"]  # fmt: skip
+
+
+def test_a_winner_of_few_dots_has_the_d_of_its_own_range(tmp_path):
+    files, path = write_run(tmp_path), tmp_path / "p/c1/best.json"
+    best = json.loads(path.read_text())
+    own = {
+        "alpha": 0.8,
+        "beta": 0.2,
+        "gamma": 0.0,
+        "delta": 10.0,
+        "n_S_percent": 18.0,
+        "d_cv": 7.7,
+        "d_cv_low": 7.0,
+    }
+    best["kept"]["under_max_n_S"] = own | {"d_cv_high": 8.0, "n_best_set": 1}
+    path.write_text(json.dumps(best))
+    write_front(tmp_path / "index.html", files, {})
+    assert (
+        "Among the combinations that keep less than 20 % of the dots, (0.8, 0.2, 0, 10) is best among the kept dots: it keeps"
+        " 18.0 %, with d = 0.50 (0.25 to 0.80)." in text_of(tmp_path)
+    )
+
+
+def test_many_surfaces_stand_by_their_share_and_only_the_first_of_them(tmp_path, monkeypatch):
+    places = ["a/c1", "b/f1", "b/f2", "d/c1"]
+    files = [*write_run(tmp_path, places, (0.02, 0.03, 0.05, 0.09)), "surfaces.csv", "relation.csv"]
+    monkeypatch.setattr(surfaces, "MAX_ROWS", 3)
+    write_front(tmp_path / "index.html", files, {"d/c1": "too `small`", "e": "gone"})
+    page, text = Page((tmp_path / "index.html").read_text()), text_of(tmp_path)
+    rows = next(table for table in page.tables if table[0][1] == "surface")[1:]
+    assert [row[1] for row in rows] == ["d", "b/f2", "b/f1"]  # 2, 2.7 and 4 %; c1 alone is not named
+    assert rows[0][2:10] == ["4,000", "800", "0.90", "60", "2.0", "0.090", "0.50", "0.70"]
+    assert "1 more surfaces are in surfaces.csv." in text
+    assert "4 surfaces ·" in text and "Which dots describe the surfaces of a, b and d?" in text
+    assert "2 parts of this run could not be finished." in text and "d/c1: too small" in text
+    assert (
+        "Medians over 4 surfaces." in text and "are best on average over 4 surfaces: 68 % of the dots" in text
+    )
+    assert (
+        "are kept; d = 2.60." in text and "The 95 % interval of its share is 2.9 to 3.8 % (medians)." in text
+    )
+    keys = re.findall(r'data-key="([\d.]+)">(?:4,000|2.0)<', (tmp_path / "index.html").read_text())
+    assert keys == ["4000", "2.0"]
+
+
+def test_two_surfaces_are_named_one_by_one(tmp_path):
+    files = write_run(tmp_path, ["a/c1", "b/c1"], (0.02, 0.03))
+    answers = write_front(tmp_path / "index.html", files, {})
+    assert answers[:2] == [
+        "a: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 2.42 (2.17 to 2.72)."
+        " 35 other combinations are statistically indistinguishable.",
+        "b: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 3.42 (3.17 to 3.72)."
+        " 35 other combinations are statistically indistinguishable.",
+    ]
+    text = text_of(tmp_path)
+    assert (
+        "Yes, in 7 of 8 size ranges of 2 surfaces" in text and "in 4 of 8 size ranges of 2 surfaces" in text
+    )
+    assert "Which dots describe the surfaces of a and b?" in text
+
+
+def test_warnings_are_counted_and_alike_ones_stand_together(tmp_path):
+    files = write_run(tmp_path)
+    rows = [
+        ("p", "c1", "j", "a gap"),
+        ("q", "", "j", "a gap"),
+        ("r", "", "j", "a gap"),
+        ("s", "", "j", "a hole"),
+    ]
+    table = pd.DataFrame(rows, columns=["protein", "conformation", "job", "sentence"])
+    table.to_csv(tmp_path / "warnings.csv", index=False)
+    write_front(tmp_path / "index.html", files, {}, broken=[("a.csv", "is `odd`.")])
+    text = text_of(tmp_path)
+    assert "4 warnings p and 2 others alike: a gap s: a hole All are in warnings.csv." in text
+    assert "contradict one another" in text and "a.csv: is odd." in text
 
 
 def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
