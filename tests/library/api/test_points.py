@@ -46,6 +46,11 @@ def test_more_points_than_the_default_density_has_are_placed(folder):
     assert len(np.unique(sparsurf.points(folder / "a.pdb", n)[0], axis=0)) == n
     points = sparsurf.points(folder / "a.pdb", density=0.5)[0]
     assert len(points) == round(dots.area.sum() / 2)
+    many = sparsurf.points(folder / "a.pdb", 9 * len(dots) // 10, fields="roughness")
+    gap = cKDTree(many.points).query(many.points, 2)[0][:, 1]
+    assert gap.min() > 0.65 * np.sqrt(dots.area.sum() / len(many.points))  # 0.58 of the dots alone
+    nearest = cKDTree(dots.points).query(many.points)[1]  # whatever was placed to choose from
+    assert many.fields["roughness"] == pytest.approx(sparsurf.roughness(dots)[nearest], abs=1e-6)
     with pytest.raises(InputError, match="more than 100 per"):
         sparsurf.points(folder / "a.pdb", 10_000_000)
     with pytest.raises(InputError, match="either n_dots or density"):

@@ -7,6 +7,7 @@ import logging
 import re
 import webbrowser
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -20,6 +21,7 @@ from peptides import atom_line, peptide
 from sparsurf.api import show
 from sparsurf.cli import command
 from sparsurf.errors import InputError
+from sparsurf.surfaces.spacing import spacing
 from sparsurf.views import pictures
 from sparsurf.views.overview import profile
 
@@ -184,6 +186,37 @@ def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
         assert "this page has no residues" in page.text and header_of(html)["total"] == n
         far_apart = "This link is longer than the usual" in page.text
         assert far_apart == (n == n_blob)
+    few = tuple(part[::4] for part in blob)
+    for given in (
+        blob,
+        few,
+    ):  # the link follows the spacing of the dots, and the number is that of the roughness
+        said = Page(sparsurf.show(given, open_browser=False).html).text.replace("\xa0", " ")
+        link = float(re.search(r"dots closer than ([\d.]+) Å are linked", said)[1])
+        assert 1 < link / spacing(given[0]) < 2 and "within 4 Å of a dot" in said
+        mean = sparsurf.roughness(given, d_link=link).mean()
+        shown = re.search(r"([\d,]+) dots and a mean roughness of (\d\.\d\d)", said)
+        assert shown[1] == f"{len(given[0]):,}" and float(shown[2]) == pytest.approx(mean, abs=0.02)
+
+
+def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
+    (tmp_path / "far.pdb").write_text(peptide() + "TER\n" + peptide(chain="B", origin=(0, 40.0, 0)) + "END\n")
+    dots = sparsurf.surface(tmp_path / "far.pdb", probe_radius=1.7)
+    dots = replace(dots, fields={"height": dots.points[:, 2]})
+    html = sparsurf.show(dots, open_browser=False).html
+    text = Page(html).text.replace("\xa0", " ")
+    assert "for a probe with a radius of 1.7 Å." in text
+    assert "of 8 residues in 2 chains, of 40 atoms." in text and "Roughness along the chains" in text
+    menu = re.search(r"The menu “Colour” shows ([^.]*)\.", text)[1]
+    names = ["the roughness", "height", "hydropathy", "electrostatic potential"]
+    assert menu == f"{', '.join(names)} and component of the surface"
+    assert "Chain A" in text and "Chain B" in text
+    header = header_of(html)
+    scale = next(one for one in header["values"] if one["symbol"] == "height")
+    low, high = dots.points[:, 2].min(), dots.points[:, 2].max()
+    assert (scale["low"], scale["high"]) == pytest.approx((low, high))
+    component = next(one for one in header["values"] if one["symbol"] == "component")
+    assert (component["low"], component["high"], component["low is"]) == (0, 1, "largest")
 
 
 def test_a_subset_is_shown_on_its_surface(tmp_path):

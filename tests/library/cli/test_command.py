@@ -22,6 +22,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.settings import Settings
 from sparsurf.surfaces.spacing import area_of
+from sparsurf.views.numbers import number
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import write_parquet
 from sparsurf_study.workflow.config import check_config
@@ -380,6 +381,49 @@ def test_minimal_prints_its_error_and_warns_of_gaps(folder, tmp_path, capsys):
     assert re.search(r"Its Z is 0\.\d+: an identical surface has a Z of 0", shown) and "too few" not in shown
     assert ended("minimal", folder / "protein.pdb", "--n-dots", 9, "-o", tmp_path / "m.csv") == 0
     assert "warning: minimal: 9 dots are too few to reconstruct the surface" in capsys.readouterr().err
+
+
+def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd):
+    """In numbers of the function that does the same."""
+    monkeypatch.chdir(folder)
+    dots, few = sparsurf.surface("protein.pdb"), sparsurf.read_surface("minimal.csv")
+    part = dots[np.isin(dots.to_frame()["residue"], ["211", "212"])]
+    mesh, recovered = sparsurf.mesh("protein.pdb"), sparsurf.mesh("minimal.csv")
+    smallest = sparsurf.minimal(dots)
+    low, high = (number(100 * end / len(dots), 1) for end in smallest.interval)
+    volume = sparsurf.components(dots)[1]["volume"].sum()
+    words = {
+        "surface protein.pdb": f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
+        "surface protein.pdb --residues 211-212": f"{len(part):,} of {len(dots):,} dots, {part.area.sum():,.0f} Å^2 of "
+        f"{dots.area.sum():,.0f} Å^2",
+        "surface protein.pdb --mesh": f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3",
+        "roughness protein.pdb": f"{len(dots):,} dots, mean roughness {sparsurf.roughness(dots).mean():.3f}",
+        "residues protein.pdb": f"8 residues, {dots.area.sum():,.0f} Å^2",
+        "residues protein.pdb --residues 211-212": f"2 residues, {part.area.sum():,.0f} Å^2",
+        "descriptors protein.pdb --every 500": f"{-(-len(dots) // 500)} patches",
+        "recover minimal.csv": f"{len(sparsurf.recover(few)):,} dots from {len(few):,}",
+        "recover minimal.csv --at one.csv": "1 patches",
+        "recover minimal.csv --mesh": f"{len(recovered.triangles):,} triangles, {recovered.volume:,.0f} Å^3 from {len(few):,} "
+        "dots",
+        "points protein.pdb -n 60": "60 points on the surface",
+        "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %)",
+        "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %; 95 % "
+        f"interval {low} to {high} %)",
+        "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %). No smaller subset meets the limit",
+    }  # fmt: skip
+    for call, told in words.items():
+        out = tmp_path / ("x.ply" if "--mesh" in call or "points" in call else "x.csv")
+        assert ended(*call.split(), "-o", out) == 0
+        assert f"wrote {out}: {told}\n" in capfd.readouterr().err, call
+
+
+def test_the_z_of_a_subset_and_of_the_mean_patch_are_those_of_a_comparison(folder, tmp_path, capsys):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    few = sparsurf.minimal(dots, percent=20)
+    row = sparsurf.compare(dots, few, reading="recovered").iloc[0]
+    assert ended("minimal", folder / "protein.pdb", "--percent", 20, "-o", tmp_path / "m.csv") == 0
+    told = re.findall(r"a? Z (?:of|is) (\d\.\d\d)\b", capsys.readouterr().err)
+    assert told == [f"{row['Z']:.2f}", f"{row['Z_mean_descriptor']:.2f}"] and told[0] != told[1]
 
 
 def test_a_frame_of_a_trajectory(folder, tmp_path):

@@ -309,9 +309,11 @@ def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
     ):
         assert f"Is Table I reproduced?\n{verdict}\n{words.format(n_runs)}" in said(p, lost, n_runs)
     ends = {"d_low_kept": [*7 * [0.1], *3 * [-0.2]], "d_high_kept": [*8 * [0.3], *2 * [-0.1]]}
-    ends |= {"d_low_kept_scaled": -0.5, "d_low_full": -0.5, "share_in_island": [*6 * [0.4], *4 * [0.5]]}
+    ends |= {"d_low_kept_scaled": [*2 * [0.1], *8 * [-0.5]], "d_low_full": [*4 * [0.1], *6 * [-0.5]]}
+    ends |= {"share_in_island": [*6 * [0.4], *4 * [0.5]]}
     counted = said(0.5, lost.assign(**ends, d_high_full=[*9 * [-0.2], 0.1]))
-    assert "in 7 of 10 rows among the kept dots, in 0 with a link that grows with the spacing" in counted
+    assert "in 7 of 10 rows among the kept dots, in 2 with a link that grows with the spacing" in counted
+    assert "spacing of the kept dots, and in 4 on the full surface." in counted
     assert "It is significantly worse in 2, 10 and 9 rows. In 6 rows the subset is fragmented." in counted
 
 

@@ -223,6 +223,10 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     table.to_csv(folder / "changes.csv", index=False)
     answers = write_front(tmp_path / "index.html", ["changes/opening/changes.csv"], {})
     assert "opening: 35 of 39 residues change more" in answers[0] and "about 2 would" in answers[0]
+    assert answers[0].endswith("Most residues exceed the noise floor: use the ranking, not the count.")
+    assert "Which residues of opening change most? A:GLY39 → ALA, A:GLY38, A:GLY37 35 of 39" in text_of(
+        tmp_path
+    )
     assert "1 residue is buried in one form or both and has no value." in text_of(tmp_path)
     assert "1 residue has another name in the second form." in text_of(tmp_path)
     page = Page((tmp_path / "index.html").read_text())
@@ -247,7 +251,12 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
         for score, auc in (("propensity_smoothed", 0.4 + 0.1 * side), ("protrusion", 0.7))
     ]
     columns = ["complex", "partner", "score", "auc", "low", "high"]
-    files = ["pairs/pairs.csv", *(f"pairs/c{k}/book.png" for k in range(2))]
+    files = [
+        "pairs/pairs.csv",
+        *(f"pairs/c{k}/book.png" for k in range(2)),
+        "pairs/c1/open.pml",
+        "pairs/c1/view.html",
+    ]
     (tmp_path / "pairs").mkdir()
     pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "pairs" / "pairs.csv", index=False)
     (answer,) = write_front(tmp_path / "index.html", files, {})
@@ -257,8 +266,16 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
         "with an AUC of 0.60",
     ]
     assert words[touching] in answer
+    rows = Page((tmp_path / "index.html").read_text()).tables[0][1:]
     if touching == 2:
-        assert re.search(r"protrusion alone has 0\.75 \(", answer)
+        assert re.search(r"protrusion alone has 0\.75 \(", answer) and "over 2 pairs that touch" in answer
+        assert "AUC of 0.60" in text_of(tmp_path) and "over 2 pairs that touch" in text_of(tmp_path)
+        assert rows[2:] == [
+            ["c1", "1", "0.60 (0.40 to 0.60)", "0.80 (0.60 to 0.80)", "view.html open.pml"],
+            ["", "2", "0.70 (0.50 to 0.70)", "0.80 (0.60 to 0.80)", ""],
+        ]
+    elif touching == 0:
+        assert rows[1] == ["c1", "", "no interface", "", "view.html open.pml"]
 
 
 @pytest.mark.parametrize(
@@ -463,10 +480,15 @@ def test_warnings_are_counted_and_alike_ones_stand_together(tmp_path):
     ]
     table = pd.DataFrame(rows, columns=["protein", "conformation", "job", "sentence"])
     table.to_csv(tmp_path / "warnings.csv", index=False)
-    write_front(tmp_path / "index.html", files, {}, broken=[("a.csv", "is `odd`.")])
+    parts = {f"part {k}": f"reason {k}" for k in range(23)}
+    write_front(tmp_path / "index.html", files, parts, broken=[("a.csv", "is `odd`.")])
     text = text_of(tmp_path)
     assert "4 warnings p and 2 others alike: a gap s: a hole All are in warnings.csv." in text
     assert "contradict one another" in text and "a.csv: is odd." in text
+    blocks = Page((tmp_path / "index.html").read_text()).blocks
+    at = blocks.index("3 more")
+    assert blocks[at - 1 : at + 2] == ["part 19: reason 19", "3 more", "part 20: reason 20"]
+    assert "23 parts of this run" in text
 
 
 def test_pairs_that_do_not_touch_have_no_rows(tmp_path):

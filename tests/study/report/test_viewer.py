@@ -114,6 +114,10 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
     assert presets["the paper's best"] == [1, 0, 6, 0]
     row = best["full"]["unrestricted"]
     assert presets[f"best, {READINGS['full'].words}"] == [row[name] for name in PARAMETERS]
+    few = best["kept"]["under_max_n_S"]
+    below = f"best below {best['max_n_S_percent']:g} %, {READINGS['kept'].words}"
+    assert presets.get(below) == ([few[name] for name in PARAMETERS] if "d" in few else None)
+    assert (header["radius"], header["minimal"], header["sampler"]) == (4.0, len(minimal), "minimal")
     assert columns["minimal"].nonzero()[0].tolist() == sorted(minimal["dot"])
     values = {scale["symbol"]: (k, scale) for k, scale in enumerate(header["values"])}
     kept = [minimal[names].to_numpy() for names in (["x", "y", "z"], ["nx", "ny", "nz"])]
