@@ -274,6 +274,9 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
             ["c1", "1", "0.60 (0.40 to 0.60)", "0.80 (0.60 to 0.80)", "view.html open.pml"],
             ["", "2", "0.70 (0.50 to 0.70)", "0.80 (0.60 to 0.80)", ""],
         ]
+    elif touching == 1:
+        card = "AUC of 0.50 (0.40 to 0.60) and 0.60 (0.50 to 0.70) on partners 1 and 2; 0.5 is chance."
+        assert card in text_of(tmp_path)
     elif touching == 0:
         assert rows[1] == ["c1", "", "no interface", "", "view.html open.pml"]
 
@@ -374,7 +377,7 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
         ["d on the full surface", "−3.00", "2.65", "−6.00", "−1.00"],
     ]
     html = (tmp_path / "index.html").read_text()
-    assert "on average, from 40.0 to 48.0 %." in html and "p/residues.csv" in page.links
+    assert "kept is 43.0 % on average, from 40.0 to 48.0 %." in html and "p/residues.csv" in page.links
 
 
 def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
@@ -489,6 +492,61 @@ def test_warnings_are_counted_and_alike_ones_stand_together(tmp_path):
     at = blocks.index("3 more")
     assert blocks[at - 1 : at + 2] == ["part 19: reason 19", "3 more", "part 20: reason 20"]
     assert "23 parts of this run" in text
+
+
+@pytest.mark.parametrize(
+    ("failed", "card"), [(["x", "y"], "2 structures failed"), (["x"], "1 structure failed")]
+)
+def test_a_run_in_batches_counts_its_surfaces_and_failures(tmp_path, failed, card):
+    """By hand: the median of the roughness is not its mean, and the share is that of all dots."""
+    of = pd.DataFrame({"protein": ["a", "b", "c"], "N": [1000, 2000, 9000], "minimal_n_S": [100, 300, 500]})
+    of = of.assign(masked_residues=[3.0, np.nan, 4.0], residues=[50, 70, 90], atoms=[1500, 700, 3100])
+    of = of.assign(mean_roughness=[0.5, 0.55, 0.9], area=[411.2, 1422.8, 10.0], volume=[2000.4, 30.0, 1.0])
+    of = of.assign(components=[1, 2, 3], cavities=[4, 5, 6], deviation=[7.25, 8.0, 9.0], unusual="atoms")
+    batches = {"surfaces": of, "unusual": of[:1], "failures": [("no atoms", failed)], "n_batches": 2}
+    answers = write_front(tmp_path / "index.html", ["distributions.png"], {}, batches)
+    assert answers == [
+        "3 surfaces of molecules of 700 to 3,100 atoms: the minimal subsets keep 7.5 % of 12,000 dots, and the median of the"
+        " mean roughness is 0.55 (0.50 to 0.90)."
+    ]
+    page, text = Page((tmp_path / "index.html").read_text()), text_of(tmp_path)
+    n = 3 + len(failed)
+    assert f"How many structures have a surface? 3 of {n} {card}: failures.csv says why." in text
+    assert (
+        "How rough are they? 0.55 is the median of the mean roughness, which ranges from 0.50 to 0.90;"
+        in text
+    )
+    assert "How many dots are enough? 900 of 12,000 dots (7.5 %) are in the minimal subsets" in text
+    assert (
+        f"3 surfaces of {n} structures were computed in 2 batches. The molecules have 700 to 3,100 atoms."
+        in text
+    )
+    assert "7 of 147 residues of 2 predicted models are left out" in text
+    assert f"3 of {n} structures, and the smallest sufficient subset" in text
+    html = (tmp_path / "index.html").read_text()
+    assert "The median of the mean roughness is 0.55, from 0.50 to 0.90." in html
+    row = ["a", "7.2", "atoms", "1,500", "411", "2,000", "0.50", "1", "4"]
+    assert page.rows[1] == row and f"{', '.join(failed)}: no atoms" in text
+    assert {"surfaces/", "residues/", "dots/", "failures.csv"} <= {*page.links}
+
+
+def test_a_run_in_batches_without_failures_or_surfaces(tmp_path):
+    of = pd.DataFrame(
+        {"protein": ["a"], "N": [1000], "minimal_n_S": [100], "masked_residues": [np.nan], "residues": [9]}
+    )
+    of = of.assign(
+        atoms=[70], mean_roughness=0.5, area=1.0, volume=1.0, components=1, cavities=0, deviation=1.0
+    )
+    batches = {"surfaces": of, "unusual": of[:0], "failures": [], "n_batches": 1}
+    write_front(tmp_path / "index.html", [], {}, batches)
+    text = text_of(tmp_path)
+    assert "1 of 1 No structure failed." in text and "in 1 batch." in text and "predicted models" not in text
+    assert "A surface was computed for each of 1 structures" in text
+    none = batches | {"surfaces": of[:0], "failures": [("no atoms", [f"s{k}" for k in range(25)])]}
+    answers = write_front(tmp_path / "index.html", [], {}, none)
+    text = text_of(tmp_path)
+    assert answers == ["No structure has a surface."] and "0 of 25 25 structures failed" in text
+    assert "s19 and 5 more: no atoms" in text
 
 
 def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
