@@ -169,6 +169,7 @@ def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path):
         ({"fields": "rougness"}, "no field 'rougness'; did you mean 'roughness'"),
         ({"cavities": "drop"}, "cavities is 'drop'"),
         ({"jobs": 0}, "jobs is 0"),
+        ({"jobs": 1.5}, "jobs is 1.5"),
     ],
 )
 def test_arguments_are_checked_before_any_structure_is_read(folder, arguments, words):

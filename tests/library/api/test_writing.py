@@ -85,6 +85,12 @@ def test_a_ply_of_a_mesh_has_floats_alone_and_the_names_that_are_given(mesh, tmp
     assert "property uchar red" not in header_of(tmp_path / "e.ply")
 
 
+def test_a_ply_of_a_mesh_has_no_kind_where_it_is_unknown(blob, tmp_path):
+    sparsurf.write(sparsurf.mesh(sparsurf.Surface(*blob), 300), tmp_path / "m.ply")
+    names = [line.split()[-1] for line in header_of(tmp_path / "m.ply") if line.startswith("property float")]
+    assert "kind" not in names and names[:7] == ["x", "y", "z", "nx", "ny", "nz", "area"]
+
+
 @pytest.mark.parametrize(
     ("names", "words"),
     [

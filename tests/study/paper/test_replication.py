@@ -506,6 +506,59 @@ def test_the_tables_of_a_study_follow_its_settings(monkeypatch):
     assert facts.keys() == wanted.keys() and all(facts[name].equals(of) for name, of in wanted.items())
 
 
+def test_the_numbers_of_the_chapters_are_those_of_their_tables(page, prepared):
+    """Each by another way than on the page, from tables in which the alternatives differ."""
+    names = [str(Combination(*row)) for row in PUBLISHED_ROWS]
+    won = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(reading="kept", best_set="(1, 1, 1, 1)")
+    won = won.assign(n_combinations=3, d_cv=1.5, d_cv_low=1.0, d_cv_high=2.0)
+    won.loc[3:, "alpha"] = 0.05
+    won.loc[[0, 1, 5], "best_set"] = [f"(1, 1, 1, 1); {names[k]}" for k in (0, 1, 5)]
+    other = won.assign(reading="full", alpha=0.05, best_set=[f"(1, 1, 1, 1); {name}" for name in names])
+    links = pd.DataFrame({"d_link": [0.9, 0.5, 0.7] * 10, "row": np.arange(1, 11).repeat(3)})
+    links = links.assign(
+        d=np.tile([0.1, 2.0, -0.4], 10) + 0.01 * links["row"], link_over_spacing=links["d_link"]
+    )
+    signs = page["signs"].assign(d_link_best=np.linspace(0.55, 0.85, 10))
+    family = pd.DataFrame(
+        {"percent": [5.0, 10], "members": [7, 5], "n_better": [3, 1], "Z_best": 1.0, "Z_uniform": 2.0}
+    )
+    rows = page["rows"].assign(d_published=[1.0, -1, *8 * [1.0]], d_low_kept=0.5, d_high_kept=1.5, d_kept=1.0)
+    rows = rows.assign(Z_tS_published=3.0, Z_tS_low_kept=[*4 * [2.0], *6 * [3.5]], Z_tS_high_kept=4.0)
+    places = page["places"].assign(n_runs=[*9 * [2], 3])
+    changed = {
+        "ranges": pd.concat([won, other]),
+        "links": links,
+        "signs": signs,
+        "family": family,
+        "rows": rows,
+    }
+    found = paper_page(page | changed | {"places": places})
+    winners = found["winners"]
+    assert (winners["same"], winners["among"]) == ({"kept": 3, "full": 0}, {"kept": 3, "full": 10})
+    assert winners["holds"] == {"kept": "3 of 10", "full": "10 of 10"}
+    assert found["parameter_free"]["links"] == pytest.approx(np.array([[0.5, 2.05], [0.7, -0.35]]))
+    assert found["links"]["best"] == (0.55, 0.85) and found["links"]["distances"] == [0.5, 0.7, 0.9]
+    positive, table1 = found["positive"], found["table1"]
+    assert (positive["members"], positive["better"], positive["published"]) == (12, 4, 9)
+    assert table1["means"] == {"d": 9, "Z_tS": 4} and (table1["n"], table1["runs"]) == (10, 3)
+    run = page["places"].set_index("range").loc[5]
+    assert found["best"]["run"]["d_n_below"] == run["d_n_below"]
+    grid = page["grid"]
+    assert found["span"]["measured"] == (grid["n_S_percent"].min(), grid["n_S_percent"].max())
+    cover = prepared.cover
+    start = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
+    gap = np.linalg.norm(prepared.points[cover.dot] - prepared.points[cover.origin[start]], axis=1)
+    assert surface_of(prepared, Settings().surface) == {
+        "source": "exact", "n_dots": 3000, "n_centres": len(cover.centre),
+        "mean_roughness": pytest.approx(prepared.roughness.mean()),
+        "roughness": (prepared.roughness.min(), prepared.roughness.max()),
+        "largest_r": pytest.approx(gap.max() / 4, rel=1e-6),
+    }  # fmt: skip
+    assert surface_of(prepared, Settings().surface, "a/blob.dms")["source"] == "file"
+    figures = [(n, name, [key for key, _ in claims]) for n, name, claims in found["figures"]]
+    assert figures[1] == (2, "number_of_dots", ["span", "uniform"]) and len(figures) == 5
+
+
 MADE_UP = {  # of chapters of the page: all different
     "table1": {"inside": {"d": 3, "Z_tS": 4}, "in_span": 12, "won": 6, "runs": 217, "decided": True, "same": True, "bias": 0.137,
                "means": {"d": 2, "Z_tS": 8}, "tests": [{"measure": "d", "p": 0.2134}, {"measure": "together", "p": 5e-5}]},

@@ -8,15 +8,17 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.text import Text
 from PIL import Image
 
 from parsed_pages import Page
 from sparsurf.version import __version__
+from sparsurf.views import layout
 from sparsurf_study.report.first_page import surfaces
 from sparsurf_study.report.first_page.pairs import verdict_of
 from sparsurf_study.report.front import warned, write_front
 from sparsurf_study.report.provenance import Origin
-from sparsurf_study.report.summaries import summarise_pairs
+from sparsurf_study.report.summaries import summarise_comparison, summarise_pairs
 from sparsurf_study.workflow.origin import origin_of
 
 D = {"kept": [0.5, 2.42, 2.6, 0.2], "full": [-0.13, -0.26, -0.3, -0.1]}  # by range
@@ -181,7 +183,8 @@ def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     assert "by 0.040 Å on average, and 99 % of it by less than 0.20 Å" in answers[3]
     page = Page((tmp_path / "index.html").read_text())
     (row,) = [row for row in page.rows if row[0].startswith("25 ") and "to 5.42" in row[2]]
-    assert row[2] == "3.92 (2.42 to 5.42)"
+    assert row[:3] == ["25 to 50 %", "(1, 0, 4, 6)", "3.92 (2.42 to 5.42)"]
+    assert row[3:] == ["(1, 0, 4, 6)", "1.24 (−0.26 to 2.74)"]
     text = text_of(tmp_path)
     assert "In 4 of 6 tests" in text and "the reconstructed and the true surface is 0.90 Å" in text
 
@@ -547,6 +550,50 @@ def test_a_run_in_batches_without_failures_or_surfaces(tmp_path):
     text = text_of(tmp_path)
     assert answers == ["No structure has a surface."] and "0 of 25 25 structures failed" in text
     assert "s19 and 5 more: no atoms" in text
+
+
+@pytest.mark.parametrize(
+    ("places", "subject", "band"),
+    [
+        (["a/c1"], "a/c1", "1 conformation"),
+        (["a/c1", "a/c2"], "mean of 2 conformations", "2 conformations"),
+        (["a/c1", "b/c1", "b/c2"], "mean of 2 proteins", "2 proteins"),
+    ],
+)
+def test_a_comparison_over_all_says_what_its_means_are_over(tmp_path, monkeypatch, places, subject, band):
+    figures = []
+    monkeypatch.setattr(layout, "save", lambda figure, path: figures.append(figure))
+    paths = [tmp_path / place / "compare.csv" for place in places]
+    for k, path in enumerate(paths):
+        rows = [
+            (name, 10.0, 10.5, "surface", "Z full", z + k)
+            for name, z in (("farthest", 1.0), ("uniform", 2.0))
+        ]
+        table = pd.DataFrame(rows, columns=["sampler", "percent", "n_S_percent", "use", "measure", "value"])
+        path.parent.mkdir(parents=True)
+        table.assign(low=0.9, high=9.0, Z_mean_descriptor=3.0, Z_resampled=0.4).to_csv(path, index=False)
+    summarise_comparison(paths, tmp_path / "compare.csv", tmp_path / "compare.png")
+    (figure,) = figures
+    texts = " ".join(text.get_text() for text in figure.findobj(Text))
+    assert f"{subject}: farthest point errs least" in texts and f"lowest to highest of {band}." in texts
+    means = pd.read_csv(tmp_path / "compare.csv").set_index("sampler")
+    wanted = {1: (1.0, 1.0, 1.0), 2: (1.5, 1.0, 2.0), 3: (1.75, 1.0, 2.5)}[len(places)]  # b: the mean of two
+    assert means.loc["farthest", ["value", "lowest", "highest"]].tolist() == pytest.approx(wanted)
+    shaded = figure.axes[0].collections[0].get_paths()[0].vertices[:, 1]  # of the first sampler
+    assert (shaded.min(), shaded.max()) == pytest.approx(wanted[1:])
+
+
+def test_a_word_is_explained_once_by_the_lengths_of_the_config(tmp_path):
+    lengths = {"r_patch": 3.5, "r_zernike": 5.25, "interface": 2.5}
+    write_front(tmp_path / "index.html", write_run(tmp_path), {}, lengths=lengths)
+    html = (tmp_path / "index.html").read_text()
+    patch = "the dots near a dot: within 3.5 Å for roughness and sampling, within 5.25 Å for descriptors"
+    assert html.count(f'<abbr title="{patch}">patch') == 1
+    listed = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", html))
+    marked = {re.sub("<[^>]+>", "", words) for words in re.findall(r"<abbr[^>]*>(.*?)</abbr>", html)}
+    assert listed["patch"] == patch and "interface" not in listed  # which this page does not name
+    assert {word.removesuffix("es").removesuffix("s") for word in marked} >= {"dot", "Z", "d", "patch"}
+    assert len(marked) == len(listed)
 
 
 def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
