@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from types import SimpleNamespace
 
 import gemmi
@@ -14,6 +15,7 @@ from conftest import ROOT
 from peptides import peptide
 from sparsurf import Surface
 from sparsurf.errors import InputError
+from sparsurf.surfaces.formats.ply import KIND_COLOURS
 from sparsurf_study.report.scenes import script_text
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -103,6 +105,8 @@ def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
     corners = np.array(loaded["mesh"][2:-1]).reshape(-1, 12)
     expected = mesh.vertices.points[mesh.triangles.ravel()]
     assert np.abs(corners[:, 9:].astype(float) - expected).max() <= 0.0005
+    normals = mesh.vertices.normals[mesh.triangles.ravel()]
+    assert np.abs(corners[:, 5:8].astype(float) - normals).max() <= 0.0005
     sparsurf.write(mesh, tmp_path / "mesh.bild")
     lines = (tmp_path / "mesh.bild").read_text().splitlines()
     polygons = np.array([line.split()[1:] for line in lines[1:]], float)
@@ -143,6 +147,34 @@ def test_dots_are_atoms_of_a_pdb_with_their_weight_or_field(few, tmp_path):
     assert (
         len(set((tmp_path / "dots.bild").read_text().splitlines()) & {".color 0.27 0.00 0.33"}) == 1
     )  # viridis
+
+
+def test_dots_have_the_colour_of_their_kind_and_the_atoms_of_their_frame(tmp_path):
+    data = PEPTIDE.parent
+    molecule = sparsurf.read_molecule(PEPTIDE, data / "trajectory.xtc", residues="209-212", stride=700)
+    dots = sparsurf.surface(molecule, frame=1)
+    sparsurf.write(dots, tmp_path / "dots.pml")
+    loaded, _ = in_pymol(tmp_path / "dots.pml")
+    spheres = np.array(loaded["dots"]).reshape(len(dots), -1)
+    wanted = KIND_COLOURS[dots.kind] / 255
+    assert np.abs(spheres[:, 1:4].astype(float) - wanted).max() < 0.001 and len(np.unique(dots.kind)) == 3
+    sparsurf.write(dots, tmp_path / "dots.cxc")
+    for text in (loaded["structure"], (tmp_path / "dots.pdb").read_text()):
+        atoms = [site.atom.pos.tolist() for site in gemmi.read_pdb_string(text)[0].all()]
+        assert np.abs(np.array(atoms) - molecule.xyz[1]).max() < 0.001
+    sparsurf.write(molecule, tmp_path / "second.pdb", frame=1)
+    atoms = [site.atom.pos.tolist() for site in gemmi.read_structure(str(tmp_path / "second.pdb"))[0].all()]
+    assert np.abs(np.array(atoms) - molecule.xyz[1]).max() < 0.001
+    shown = {"height": dots.points[:, 2], "other": dots.points[:, 0]}
+    sparsurf.write(replace(dots, fields=shown), tmp_path / "fields.bild")
+    lines = (tmp_path / "fields.bild").read_text().splitlines()
+    first = next(
+        k
+        for k, line in enumerate(lines)
+        if "{:.3f} {:.3f} {:.3f}".format(*dots.points[dots.points[:, 2].argmax()]) in line
+    )
+    colour = next(line for line in lines[first::-1] if line.startswith(".color"))
+    assert np.abs(np.array(colour.split()[1:], float) - [0.99, 0.91, 0.14]).max() < 0.02  # the end of viridis
 
 
 def test_a_molecule_is_a_pdb_and_nothing_else(tmp_path):

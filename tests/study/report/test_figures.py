@@ -20,7 +20,7 @@ from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
 from sparsurf.sampling.combination import Combination
 from sparsurf.views import layout, render
-from sparsurf_study.report.figures import d_over_grid, pair_figures, rough_and_flat, roughness
+from sparsurf_study.report.figures import d_over_grid, frames, pair_figures, rough_and_flat, roughness
 from sparsurf_study.report.numbers import better_than_uniform
 
 BASELINE = Path(__file__).with_name("baseline")
@@ -120,6 +120,30 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
     pd.testing.assert_frame_equal(pd.read_csv(outputs["bins"]), pd.read_csv(folder / "rough_and_flat.csv"))
     distance = drawn["subsets"].axes[-1]  # of the surface that was reconstructed
     assert distance.lines[0].get_xdata()[0] == pytest.approx(recovered["mean"], abs=0.02)
+
+
+def test_frames_are_drawn_where_their_tables_say():
+    """Every tenth frame was read, and the chosen ones are named by their number in the trajectory."""
+    number, rng = np.arange(0, 400, 10), np.random.default_rng(0)
+    plane = rng.normal(size=(40, 2)) * [9, 2]
+    projection = pd.DataFrame(
+        {"frame": number, "pc1": plane[:, 0], "pc2": plane[:, 1], "cluster": number // 200}
+    )
+    chosen = pd.DataFrame({"conformation": ["f0030", "f0200"], "frame": [30, 200]})
+    silhouette = pd.DataFrame({"K": [3, 2], "silhouette": [0.3, 0.7]})
+    explained = pd.DataFrame({"explained": [0.6, 0.25, 0.1]})
+    figure = frames.figure_of_tables(chosen, silhouette, projection, explained, "p")
+    plot, variance, clusters = figure.axes
+    every, ringed = plot.collections
+    assert np.array_equal(every.get_offsets(), plane) and np.array_equal(ringed.get_offsets(), plane[[3, 20]])
+    colours = every.get_facecolors()[:, :3]
+    assert len(np.unique(colours[:20], axis=0)) == 1 != len(np.unique(colours, axis=0))
+    named = {text.get_text(): text.xy for text in plot.texts}
+    assert named == {"f0030": pytest.approx(tuple(plane[3])), "f0200": pytest.approx(tuple(plane[20]))}
+    assert [bar.get_height() for bar in variance.patches] == pytest.approx([60, 25, 10])
+    assert variance.lines[0].get_ydata() == pytest.approx([60, 85, 95])
+    assert clusters.lines[0].get_xydata().tolist() == [[2, 0.7], [3, 0.3]]
+    assert clusters.lines[1].get_xydata().tolist() == [[2, 0.7]] and clusters.get_title() == "K = 2 chosen"
 
 
 def test_the_law_and_the_subset_are_drawn_where_they_are():

@@ -204,6 +204,24 @@ def test_distances_count_from_the_origin_of_a_patch(prepared):
     assert np.allclose(found, prepared.points[cover.origin], atol=1e-9)
 
 
+def test_a_page_of_some_dots_has_the_patches_of_these_dots(prepared, order):
+    """By a list for each patch: its dots that are shown, by their place on the page, and -1 for a centre that is not."""
+    dots, cover = np.sort(order[:700]), prepared.cover
+    columns = viewer.cover_columns(prepared.surface, dots, cover)
+    place = {dot: k for k, dot in enumerate(dots.tolist())}
+    assert columns["centre"].tolist() == [place.get(dot, -1) for dot in cover.centre.tolist()]
+    patches = [cover.dot[a:b].tolist() for a, b in zip(cover.start[:-1], cover.start[1:], strict=True)]
+    wanted = [sorted(place[dot] for dot in patch if dot in place) for patch in patches]
+    assert columns["size"].tolist() == [*map(len, wanted)] and np.array_equal(
+        columns["pair"], np.concatenate(wanted)
+    )
+    assert np.allclose(columns["centreR"] / viewer.CENTRE_STEPS, cover.roughness, atol=1e-6)
+    few = order[:50]
+    _, shown = unpacked(page_of(prepared, order, minimal=few))
+    ranks = shown["rank farthest"]
+    assert [int(np.flatnonzero(ranks == k)[0]) for k in range(50)] == few.tolist()
+
+
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
     """A browser for the tests of this file."""
