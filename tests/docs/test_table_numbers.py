@@ -125,6 +125,27 @@ def test_a_wrong_comment_is_named_with_its_fault(folder: Path, wrong: str, messa
         table_numbers.renewed(wrong, folder)
 
 
+def test_every_page_that_differs_is_written_and_named(tmp_path: Path, monkeypatch, capsys) -> None:
+    names = {path.relative_to(ROOT).as_posix() for path in renew.PAGES}
+    assert names >= {"README.md", "evidence/README.md", "docs/recover.md", "docs/config.md"}
+    known, comment = [tmp_path / f"{name}.md" for name in "abc"], f"<!--{FARTHEST}: {{distance:.3f}}-->"
+    right = table_numbers.renewed(f"9.999{comment}")
+    for path, text in zip(known, (right, f"9.999{comment}", "none"), strict=True):
+        path.write_text(text, encoding="utf-8")
+    monkeypatch.setattr(renew, "ROOT", tmp_path)
+    monkeypatch.setattr(renew, "PAGES", known)
+    renew.main()
+    assert capsys.readouterr().out == "renewed b.md\n"
+    assert [path.read_text(encoding="utf-8") for path in known] == [
+        right,
+        right,
+        "none",
+    ] and "9.999" not in right
+    known[2].write_text("3<!--u.csv a=1: {Z}-->", encoding="utf-8")
+    with pytest.raises(SystemExit, match=r"c\.md: "):
+        renew.main()
+
+
 def test_the_help_of_recover_has_the_errors_of_the_table() -> None:
     shown = table_numbers.renewed(f"? ?<!--{FARTHEST}: {{distance:.2f}} {{distance_99:.2f}}-->")
     assert re.findall(r"\d\.\d\d(?= |,)", EXAMPLES) == re.findall(r"\d\.\d\d(?= |<)", shown)

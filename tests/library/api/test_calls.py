@@ -20,6 +20,7 @@ from sparsurf.evaluation.subset_search import warn_if_number_differs
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
+from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.sampling import published
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import PLACEMENT
@@ -192,6 +193,16 @@ def test_a_number_of_dots_that_was_not_requested_is_reported(ready, caplog):
     for requested, told in ((n, 1), (1.07 * n, 1), (0.95 * n, 1), (0.9 * n, 2), (1.2 * n, 3)):
         warn_if_number_differs("paper", requested, n)
         assert len(caplog.messages) == told
+
+
+def test_too_few_dots_are_reported_with_the_distance_of_the_worst(blob, ready, caplog):
+    kept = sparsurf.sample(ready, n_dots=12)
+    off = distance_to_recovered(blob[0], blob[0][kept], blob[1][kept], 1)
+    far = np.quantile(np.delete(off, kept), 0.99)
+    words = f"sample: 12 dots are too few to reconstruct the surface: 1 % of it deviates by {far:.1f} Å or more; keep more"
+    assert caplog.messages == [words] and f"{far:.1f}" != f"{np.quantile(off, 0.95):.1f}"
+    sparsurf.sample(ready, n_dots=600)
+    assert len(caplog.messages) == 1
 
 
 def test_places_without_a_patch_are_reported(blob, caplog):

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from figure_cases import AWKWARD, PICTURES, enough, grid
+from figure_cases import AWKWARD, PICTURES, enough, grid, trajectory
 from matplotlib import __version__, colormaps, rcParams
 from matplotlib.image import imread
 from matplotlib.text import Text
@@ -20,7 +20,14 @@ from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
 from sparsurf.sampling.combination import Combination
 from sparsurf.views import layout, render
-from sparsurf_study.report.figures import d_over_grid, frames, pair_figures, rough_and_flat, roughness
+from sparsurf_study.report.figures import (
+    d_over_grid,
+    frames,
+    over_time,
+    pair_figures,
+    rough_and_flat,
+    roughness,
+)
 from sparsurf_study.report.numbers import better_than_uniform
 
 BASELINE = Path(__file__).with_name("baseline")
@@ -144,6 +151,18 @@ def test_frames_are_drawn_where_their_tables_say():
     assert variance.lines[0].get_ydata() == pytest.approx([60, 85, 95])
     assert clusters.lines[0].get_xydata().tolist() == [[2, 0.7], [3, 0.3]]
     assert clusters.lines[1].get_xydata().tolist() == [[2, 0.7]] and clusters.get_title() == "K = 2 chosen"
+
+
+@pytest.mark.parametrize(
+    ("step", "label", "last"),
+    [(100.0, "time (ps)", 9900), (200.0, "time (ns)", 19.8), (np.nan, "frame", 297)],
+)
+def test_time_has_its_unit(step, label, last):
+    table = trajectory().assign(time_ps=step * np.arange(100))
+    figure = over_time.ensemble_figure(table, (1, 0, 6, 4), "p")
+    shown = [ax for ax in figure.axes if ax.get_xlabel()]
+    assert {ax.get_xlabel() for ax in shown} == {label}
+    assert shown[0].lines[0].get_xdata()[-1] == pytest.approx(last)
 
 
 def test_the_law_and_the_subset_are_drawn_where_they_are():
