@@ -93,6 +93,33 @@ def test_a_table_that_lacks_a_column_is_refused_by_name(tmp_path):
     assert columns.missing_columns("residues.csv", ["chain", "residue", "residue_name", "area"]) != []
 
 
+@pytest.mark.parametrize(
+    ("table", "name", "described", "unit", "words"),
+    [
+        ("residues", "mean_roughness", "mean_roughness", "", "R_i is 1 where"),  # not as any field
+        ("residues", "mean_hydropathy", "mean_<field>", "unit of the field", "mean of the field"),
+        ("residues", "area", "area", "Å²", "area of its dots"),
+        ("grid", "d_low_kept", "d_low_<reading>", "", "lower end of the 95 % interval of `d_<reading>`"),
+        ("grid", "d_high_full", "d_high_<reading>", "", "upper end of the 95 % interval of `d_<reading>`"),
+        ("grid", "d_se_kept_scaled", "d_se_<reading>", "", "standard error of `d_<reading>`"),
+        ("ranges", "d_cv_low", "d_cv_low", "", "lower end of the 95 % interval of `d_cv`"),
+    ],
+)
+def test_a_column_has_its_most_specific_description(table, name, described, unit, words):
+    column = columns.tables()[f"<protein>/<conformation>/{table}.csv"].column(name)
+    assert (column.name, column.type, column.unit) == (described, "float", unit) and words in column.meaning
+
+
+def test_columns_that_are_missing_are_those_of_the_table_that_is_meant():
+    """Three tables are called residues.csv; what a file has says which one it is."""
+    of_pair = ["partner", "chain", "residue", "residue_name", "dots", "propensity_smoothed", "interface"]
+    lacking = columns.missing_columns("residues.csv", of_pair)
+    assert lacking == ["propensity_k_smoothed", "similarity_smoothed"]
+    frames = ["chain", "residue", "residue_name", "mean_roughness", "sd_roughness", "most_rough", "frames"]
+    assert columns.missing_columns("residues.csv", frames) == ["largest_roughness"]
+    assert columns.tables()["<protein>/<conformation>/grid.csv"].column("nothing") is None
+
+
 def test_a_column_of_a_file_of_dots_is_read_as_no_field():
     for table in ("<protein>/<conformation>/minimal.csv", "sparsurf minimal", "sparsurf recover"):
         names = {column.name for column in columns.tables()[table].columns}
