@@ -1,9 +1,12 @@
 """A surface as a picture and as a page to turn."""
 
 import base64
+import json
 import re
 import sys
 import webbrowser
+import zlib
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import sparsurf
+from peptides import peptide
 from sparsurf import Surface
 from sparsurf.api import views
 from sparsurf.errors import InputError
@@ -84,3 +89,26 @@ def test_show_opens_the_browser_outside_of_a_notebook(blob, tmp_path, monkeypatc
     jupyter = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=None))
     monkeypatch.setitem(sys.modules, "IPython", jupyter)
     assert dots.show(dots.points[:, 2])._repr_html_().startswith("<iframe") and len(opened) == 2
+
+
+def header_of(html):
+    """The header of the packed dots of a page."""
+    content = zlib.decompress(base64.b64decode(re.search(r'PACKED = "([^"]*)"', html)[1]))
+    return json.loads(content[4 : 4 + int.from_bytes(content[:4], "little")])
+
+
+def test_a_view_opens_with_its_values_and_has_the_fields_and_residues(tmp_path):
+    (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
+    dots = sparsurf.surface(tmp_path / "ala.pdb")
+    dots = replace(dots, fields={"score": np.arange(len(dots)) / 8})
+    values = dots.points[:, 0]
+    for given, colour, shown in ((values, 1, ["R_i", "value", "score"]), (None, "kind", ["R_i", "score"])):
+        header = header_of(views._page(dots, given))
+        assert (header["sampler"], header["colour"], header["total"]) == ("all", colour, len(dots))
+        assert [scale["symbol"] for scale in header["values"]] == shown
+        ends = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header["values"]}
+        assert ends["score"] == (0, (len(dots) - 1) / 8)
+        assert given is None or ends["value"] == pytest.approx((values.min(), values.max()))
+        assert header["residues"] == [f"{name} A" for name in ("ALA 1", "ALA 2", "ALA 3", "ALA 4")]
+    unknown = replace(dots, kind=np.full(len(dots), -1), atom=np.full(len(dots), -1), fields={}, origin=None)
+    assert header_of(views._page(unknown, None))["colour"] == 0
