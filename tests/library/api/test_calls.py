@@ -10,6 +10,8 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 import sparsurf
 from conftest import ROOT
@@ -64,7 +66,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.descriptors(d, [0], up="x", d_link=D_LINK), "up is 'x'; it must be True or False"),
         (lambda d: sparsurf.descriptors(d, [[1, 2], [3]], d_link=D_LINK), "at: give one array"),
         (lambda d: sparsurf.descriptors(d, [3000], d_link=D_LINK), "there is no dot 3000; the dots are numbered 0 to 2999"),
-        (lambda d: sparsurf.descriptors(d, [-1], d_link=D_LINK), "no dot -1"),
+        (lambda d: sparsurf.descriptors(d, [5, -1], d_link=D_LINK), "no dot -1;"),
         (lambda d: sparsurf.prepare(d, r_patch=0), "r_patch is 0"),
         (lambda d: sparsurf.prepare(d, r_zernike=0), "r_zernike is 0"),
         (lambda d: sparsurf.prepare(d, seed=-1), "seed is -1; it must be a whole number"),
@@ -387,6 +389,14 @@ def test_what_minimal_gave_is_taken_for_its_dots(blob):
     assert sparsurf.mesh(few).volume == pytest.approx(sparsurf.mesh(Surface(*blob)).volume, rel=0.01)
 
 
+def test_fields_of_recovered_dots_are_those_of_their_places(blob):
+    points, normals = (part[::3] for part in blob)
+    dense = sparsurf.recover(Surface(points, normals, fields={"across": points[:, 0], "up": points[:, 2]}))
+    for name, column in (("across", 0), ("up", 2)):
+        off = dense.fields[name] - dense.points[:, column]
+        assert (off[: len(points)] == 0).all() and np.abs(off).mean() < 0.1 and len(off) > 2 * len(points)
+
+
 def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     made = inputs.as_dots(tuple(map(np.ndarray.tolist, blob)))
     assert np.array_equal(made.points, blob[0]) and inputs.as_dots(made) is made
@@ -528,6 +538,14 @@ def test_components_and_noise_floors_are_those_of_the_frame(two_frames):
     for frame in (0, 1):
         pd.testing.assert_frame_equal(sparsurf.components(dots[frame])[1], own[frame])
     assert own[0]["volume"][0] != own[1]["volume"][0]
+
+
+@pytest.mark.parametrize(("cavities", "parts"), [("keep", 2), ("remove", 1)])
+def test_a_mesh_has_the_cavities_that_its_dots_have(cavities, parts):
+    made = sparsurf.mesh(sparsurf.surface(PEPTIDE, cavities=cavities), density=1)
+    n, ends = len(made.vertices), made.triangles[:, [0, 1, 2]].T
+    links = coo_array((np.ones(2 * len(ends[0])), (np.r_[ends[0], ends[1]], np.r_[ends[1], ends[2]])), (n, n))
+    assert connected_components(links, directed=False)[0] == parts
 
 
 def test_concave_dots_inside_other_probes_are_kept_where_asked():
