@@ -358,6 +358,9 @@ def test_dots_and_atoms_are_of_one_frame(two_frames, tmp_path):
     sparsurf.write(dots, tmp_path / "x.dms", molecule=two_frames, frame=1)
     sparsurf.write(dots, tmp_path / "own.dms")  # on the frame that they carry
     assert (tmp_path / "own.dms").read_bytes() == (tmp_path / "x.dms").read_bytes()
+    lines = (tmp_path / "own.dms").read_text().splitlines()
+    atoms = [[*map(float, line.split()[3:6])] for line in lines if line.split()[6] == "A"]
+    assert np.abs(np.array(atoms) - two_frames.xyz[1]).max() < 0.001
 
 
 def test_a_named_index_is_written(tmp_path):
