@@ -422,10 +422,12 @@ def test_limit_cases_are_the_best_of_their_parameters(page):
 
 def test_kept_dots_are_counted_from_rough_to_flat(page):
     kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
-    found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
+    found = paper_page(
+        page | {"gathering": kept.assign(kept_percent=[60.0, 70, 55, 50, 48, 45, 40, 35, 20, 30])}
+    )["gather"]
     row = {"combination": "(1, 0, 6, 0)", "roughest": 60.0, "flattest": 30.0, "all": 45.0}
     assert found["holds"]["kept"] == "yes" and found["rows"] == [row]
-    html = html_of(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})
+    html = html_of(page | {"gathering": kept.assign(kept_percent=[60.0, 70, 55, 50, 48, 45, 40, 35, 20, 30])})
     shown = re.search(r"roughest tenth / %.*?<td>(.*?)</tr>", html, re.S)[1]
     assert re.findall(r"[^<>]+(?=</td>)", shown) == ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
     even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
@@ -447,6 +449,35 @@ def test_links_keep_the_samplings_and_change_the_islands(page):
     for name in ("n_S_percent", "link_over_spacing", "share_in_island"):
         assert np.allclose(links.loc[0.8][name], page["rows"][name])
     assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_kept"].tolist()
+
+
+def test_signs_change_where_the_intervals_say():
+    """By hand: d of one row is positive up to 0.6 Å and negative from 0.8 Å on; that of the other is never significant."""
+    d, low, high = [1.0, 2, 0.5, -0.5, -1], [0.5, 1, -0.2, -0.9, -1.5], [1.5, 3, 1, -0.1, -0.5]
+    links = pd.DataFrame(
+        {"d_link": [0.5, 0.6, 0.7, 0.8, 0.9], "row": 1, "d": d, "d_low": low, "d_high": high}
+    )
+    links = pd.concat([links, links.assign(row=2, d_low=-3.0, d_high=3.0)]).assign(n_S_percent=[*range(10)])
+    found = replication.sign_changes(links.sample(frac=1, random_state=1)).set_index("row")
+    names = ["n_S_percent", "d_first", "d_link_best", "d_best", "positive_to", "negative_from"]
+    assert found.loc[1, names].tolist() == [0, 1.0, 0.6, 2.0, 0.6, 0.8]
+    assert found.loc[2, names[:4]].tolist() == [5, 1.0, 0.6, 2.0] and found.loc[2, names[4:]].isna().all()
+    turned = links.assign(d_low=0.1, d_high=5.0)
+    found = replication.sign_changes(turned).set_index("row")
+    assert found.loc[1, "positive_to"] == 0.9 and np.isnan(found.loc[1, "negative_from"])
+    found = replication.sign_changes(links.assign(d_low=-5.0, d_high=-0.1)).set_index("row")
+    assert found.loc[1, "negative_from"] == 0.5 and np.isnan(found.loc[1, "positive_to"])
+
+
+def test_the_family_counts_each_side_and_has_its_lowest_z():
+    table = pd.DataFrame(
+        {"percent": [5.0, 5, 5, 10], "Z_tS": [2.0, 1.5, 3.0, 1.0], "Z_tR": [2.0, 2.4, 2.5, 9.0]}
+    )
+    table = table.assign(d=[0.1, 0.9, -0.5, 8.0], d_low=[-0.1, 0.2, -0.9, 7.0], d_high=[0.3, 1.5, -0.1, 9.0])
+    table = table.assign(alpha=[0.1, 0.2, 0.3, 0.4], beta=0.5, gamma=6.0, delta=2.0)
+    first = replication.best_of_family(table).iloc[0]
+    names = ["percent", "members", "n_better", "n_worse", "largest_d", "Z_best", "Z_uniform", "alpha"]
+    assert first[names].tolist() == pytest.approx([5, 3, 1, 1, 0.9, 1.5, 2.3, 0.2])
 
 
 def test_each_defect_has_its_own_cover(page, prepared):

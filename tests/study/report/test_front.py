@@ -236,6 +236,12 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     shown = [row for row in page.rows if row[0].startswith("A:")]
     assert [row[0] for row in shown[:2]] == ["A:GLY39 → ALA", "A:GLY38"] and len(shown) == 10
     assert shown[0][1:] == ["19.0", "38.00", "2.00", "1.00", "hydropathy, shape", "−1.3", "0.0"]
+    table.loc[:10, ["total", "above_moved"]] = np.nan, False
+    table.to_csv(folder / "changes.csv", index=False)
+    answers = write_front(tmp_path / "index.html", ["changes/opening/changes.csv"], {})
+    assert (
+        "opening: 28 of 29 residues" in answers[0] and "about 1 would" in answers[0]
+    )  # 5 % of 29, not of 40
 
 
 @pytest.mark.parametrize("touching", [0, 1, 2])

@@ -18,7 +18,7 @@ from conftest import ROOT
 from parsed_pages import Page
 from sparsurf.views.numbers import interval, number, share, signed, span
 from sparsurf_study.report import page as pages
-from sparsurf_study.report.numbers import against_zero, short_names
+from sparsurf_study.report.numbers import against_zero, interval_of, left_in_island, p_value, short_names
 from sparsurf_study.report.page import code, embedded_figures, place_of_picture
 
 
@@ -241,6 +241,12 @@ def test_texts_of_numbers():
     assert span([1.0, 1.001]) == "1.00" and span([2.0, 1.0]) == "1.00 to 2.00"
     assert interval(1.0, 0.5, 1.5) == "1.00 (0.50 to 1.50)" and interval(1.0, np.nan, np.nan) == "1.00"
     assert [signed(x, 1) for x in (0.04, -1.26, 0.06, np.nan)] == ["0.0", "−1.3", "+0.1", ""]
+    shares = {0.456: "46 %, fragmented", 0.5: "50 %", 0.8: "80 %", np.nan: "–"}
+    assert [left_in_island({"share_in_island": x}) for x in shares] == [*shares.values()]
+    assert [p_value(p) for p in (0.02345, 0.5, 1e-4, 9e-5)] == ["0.023", "0.5", "0.0001", "below 0.0001"]
+    row = {"d": 1.0, "d_low": 0.5, "d_high": 2.0, "d_full": -1.0, "d_low_full": -2.0, "d_high_full": 0.25}
+    assert interval_of(row, "d") == "1.00 (0.50 to 2.00)"
+    assert interval_of(row, "d", "full", 1) == "−1.0 (−2.0 to 0.2)"
     ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
     assert [against_zero(*each) for each in ends] == ["above", "below", "around", "unknown"]
     places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
