@@ -8,11 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 
 from conftest import make_blob
 from parsed_pages import Page
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
+from sparsurf.patches.descriptors import describe
+from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
@@ -378,8 +381,8 @@ def test_a_uniform_subset_keeps_alpha_to_one_percent(off, answer):
 
 
 def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
-    bias = pd.DataFrame({"d_bias": [0.1, 0.3]})
-    assert paper_page(page | {"bias": bias})["table1"]["bias"] == pytest.approx(0.2)
+    bias = pd.DataFrame({"d_bias": [0.1, 0.3, 0.8]})
+    assert paper_page(page | {"bias": bias})["table1"]["bias"] == pytest.approx(0.4)
     ends = {f"{name}_{end}": x for name in ("d", "Z_tS") for end, x in (("lowest", -9.0), ("highest", 9.0))}
     places = page["places"].assign(**ends | {"d_lowest": [5.0, *9 * [-9.0]]}, n_won=[0, 0, *8 * [1]])
     found = paper_page(page | {"places": places})["table1"]
@@ -478,6 +481,30 @@ def test_the_family_counts_each_side_and_has_its_lowest_z():
     first = replication.best_of_family(table).iloc[0]
     names = ["percent", "members", "n_better", "n_worse", "largest_d", "Z_best", "Z_uniform", "alpha"]
     assert first[names].tolist() == pytest.approx([5, 3, 1, 1, 0.9, 1.5, 2.3, 0.2])
+
+
+def test_a_turn_changes_the_descriptors_unless_it_is_none(prepared, monkeypatch):
+    turn = Rotation.from_euler("xyz", [40, 100, 250], degrees=True).as_matrix()
+    monkeypatch.setattr(replication, "random_rotation", lambda rng: np.eye(3))
+    assert replication.turned_z(prepared, 20) == pytest.approx(0, abs=1e-9)
+    monkeypatch.setattr(replication, "random_rotation", lambda rng: turn)
+    tests = prepared.draw_tests(20)
+    index = build_index(prepared.points @ turn.T, prepared.normals @ turn.T, 0.8)
+    turned, _ = describe(index, (prepared.points @ turn.T)[tests], 6.0, True)
+    wanted = np.linalg.norm(turned - prepared.describe(tests)[0], axis=1).mean()
+    assert replication.turned_z(prepared, 20) == pytest.approx(wanted, rel=0.05) and wanted > 0.01
+
+
+def test_the_family_keeps_as_many_dots_as_are_asked_for(prepared):
+    exponents = np.array([[0.0, 6, 0], [0.4, 0, 2], [0.0, 6, 0]])
+    table = replication.tuned_family(prepared, exponents, (5.0, 20.0), 20, 3)
+    assert table[["percent", "beta", "gamma", "delta"]].to_numpy().tolist() == [
+        [percent, *row] for percent in (5.0, 20.0) for row in ([0, 6, 0], [0.4, 0, 2])
+    ]
+    assert np.abs(table["n_S_percent"] - table["percent"]).max() < 1 and table["alpha"].max() <= 1
+    assert np.allclose(table["d"], table["Z_tR"] - table["Z_tS"], atol=1e-6)
+    assert (table["d_low"] < table["d"]).all() and (table["d"] < table["d_high"]).all()
+    assert len(replication.tuned_family(prepared, exponents, (99.9, 20.0), 20, 2)) < 4  # alpha would exceed 1
 
 
 def test_each_defect_has_its_own_cover(page, prepared):

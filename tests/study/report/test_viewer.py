@@ -114,9 +114,6 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
     assert presets["the paper's best"] == [1, 0, 6, 0]
     row = best["full"]["unrestricted"]
     assert presets[f"best, {READINGS['full'].words}"] == [row[name] for name in PARAMETERS]
-    few = best["kept"]["under_max_n_S"]
-    below = f"best below {best['max_n_S_percent']:g} %, {READINGS['kept'].words}"
-    assert presets.get(below) == ([few[name] for name in PARAMETERS] if "d" in few else None)
     assert (header["radius"], header["minimal"], header["sampler"]) == (4.0, len(minimal), "minimal")
     assert columns["minimal"].nonzero()[0].tolist() == sorted(minimal["dot"])
     values = {scale["symbol"]: (k, scale) for k, scale in enumerate(header["values"])}
@@ -186,6 +183,21 @@ def test_the_page_of_a_form_is_grey_below_its_floor(study, tmp_path):
     steps = scale["low"] + columns["value 1"] / 254 * (scale["high"] - scale["low"])
     assert np.abs(steps - wanted)[known].max() <= (scale["high"] - scale["low"]) / 254
     assert not known.all() and (columns["value 1"][~known] == 255).all() and scale["unknown is"]
+
+
+def test_the_presets_are_the_best_combinations_that_there_are():
+    first, few = (
+        {"d": 1.0} | dict(zip(PARAMETERS, row, strict=True)) for row in ((1, 0.2, 4, 6), (0.1, 0, 8, 2))
+    )
+    none = {"answer": "No combination keeps so few."}
+    best = {"max_n_S_percent": 20, "kept": {"unrestricted": first, "under_max_n_S": few}}
+    best["full"] = {"unrestricted": few, "under_max_n_S": none}
+    assert viewer._presets(best) == [
+        ("the paper's best", [1, 0, 6, 0]),
+        ("best, among the kept dots", [1, 0.2, 4, 6]),
+        ("best below 20 %, among the kept dots", [0.1, 0, 8, 2]),
+        ("best, on the full surface", [0.1, 0, 8, 2]),
+    ]
 
 
 def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch):
