@@ -9,6 +9,7 @@ import pytest
 import naive
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import estimate, reference_values
 from sparsurf.evaluation.subset_search import find_subset
 from sparsurf.patches.readings import SCALED_LINK
 from sparsurf.sampling import published, samplers
@@ -70,6 +71,43 @@ def test_a_row_for_every_sampler_size_and_measure(table):
     assert {measure: use[measure] for measure in use.keys() - of_surface} == {
         "Z centres": ["centres"], "position": ["dots"], "normal": ["dots"], "seconds": ["dots"]
     }  # fmt: skip
+
+
+def test_values_have_the_intervals_of_their_draws_and_the_references_of_the_surface(prepared, table):
+    tests, draws = prepared.draw_tests(60), [prepared.stream("compare", "uniform", 600, k) for k in (0, 1)]
+    z_tot, _ = prepared.describe(tests)
+    subsets = [np.sort(samplers.SAMPLERS["uniform"](prepared, 600, rng)) for rng in draws]
+    wanted = estimate(prepared.distances(subsets, tests, z_tot, "kept")[0])
+    rows = table[(table["sampler"] == "uniform") & (table["percent"] == 20)].set_index("measure")
+    found = rows.loc["Z kept", ["value", "se", "low", "high"]].tolist()
+    assert found == pytest.approx([wanted.mean, wanted.error, wanted.low, wanted.high])
+    references = reference_values(z_tot)
+    for name in ("Z_mean_descriptor", "Z_empty"):
+        assert rows.loc["Z kept", name] == pytest.approx(references[name])
+    unpaired = ["seconds", "median patch size kept", "median patch size kept_scaled"]
+    assert rows.loc[unpaired, ["se", "low", "high"]].isna().all(axis=None)
+    first = ["sampler", "percent", "n_S", "n_S_percent", "use", "measure", "value", "se", "low", "high"]
+    assert list(table) == [*first, "Z_mean_descriptor", "Z_empty"]
+    paper = table[(table["sampler"] == "paper") & (table["measure"] == "Z full")]
+    method = comparison.select_methods(prepared, ["paper"], None)["paper"]
+    assert not np.array_equal(paper["n_S"], paper["percent"] * 30)  # the mean over draws
+    told, floors = [], {"fresh dots": 0.25}
+    few = comparison.compare_samplers(
+        prepared, {"paper": method, "any": method}, (5, 20), 5, 2, lambda *done: told.append(done), floors
+    )
+    sizes = [len(method(600, prepared.stream("compare", "any", 600, k))) for k in (0, 1)]
+    one = few[(few["sampler"] == "any") & (few["percent"] == 20)]
+    assert (one["n_S"] == np.mean(sizes)).all() and told == [(1, 2), (2, 2)]
+    assert few["Z_resampled"].dropna().tolist() == [0.25] * 2 * 2 * 6
+
+
+def test_the_time_is_a_median_over_draws(prepared, monkeypatch):
+    times = iter(np.cumsum([0, 1, 0, 2, 0, 9, 0, 4, 0, 5, 0, 30.0]))
+    monkeypatch.setattr(comparison.time, "perf_counter", lambda: next(times))
+    table = comparison.compare_samplers(
+        prepared, comparison.select_methods(prepared, ["uniform"]), (10, 20), n_tests=3, draws=3
+    )
+    assert table.loc[table["measure"] == "seconds", "value"].tolist() == [2, 5]
 
 
 def test_every_measure_equals_the_plain_method(prepared, surface):
@@ -141,6 +179,34 @@ def test_one_warning_per_surface(prepared, caplog):
     assert record.endswith("those of uniform, poisson, farthest at 10 %")
 
 
+def test_fragments_are_named_by_their_reading_and_size(caplog):
+    left = {
+        ("kept", "a"): [10, 49.9, 50], ("kept", "b"): [10, 20, 60], ("kept", "c"): [10, 20, 30],
+        ("kept_scaled", "a"): [50, 60, 70], ("kept_scaled", "b"): [60, 10, 70], ("kept_scaled", "c"): [60, 70, 70],
+    }  # fmt: skip
+    rows = [
+        {"sampler": sampler, "percent": percent, "measure": f"median patch size {rule}", "value": value}
+        for (rule, sampler), values in left.items()
+        for percent, value in zip((2.5, 10.0, 40.0), values, strict=True)
+    ]
+    comparison._warn_of_fragments(pd.DataFrame(rows), "p/c1")
+    assert [message.split(": ", 2)[2] for message in caplog.messages] == [
+        "under kept, those of a, b at 2.5, 10 %; under kept, those of c at every n_S; under kept_scaled, those of b at 10 %"
+    ]
+    caplog.clear()
+    comparison._warn_of_fragments(pd.DataFrame(rows)[-3:], "p/c1")
+    assert not caplog.messages
+
+
+@pytest.mark.parametrize(
+    ("z", "n_s"),
+    [(1, 20), (2**0.5, 10 * 2**0.5), (0.5, 80), (0.5**0.5, 40 * 2**0.5), (2.0, 10), (2.1, 0), (0.4, np.inf), (np.nan, np.inf)],
+)  # fmt: skip
+def test_the_size_that_reaches_a_z_lies_on_a_curve_of_logarithms_without_its_rises(z, n_s):
+    n, values = np.array([10.0, 20, 40, 80]), np.array([2.0, 1.0, 1.5, 0.5])
+    assert comparison.smallest_n_s(z, n, values) == pytest.approx(n_s)
+
+
 def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
     ranges = study[1]
     lowest, rows = choices_from_ranges(ranges)
@@ -183,6 +249,17 @@ def test_summary_means_and_spread_between_proteins():
     assert row["value"] == pytest.approx(z.mean()) and row["sd"] == pytest.approx(z.std(ddof=1))
     assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 2
     assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 0.75))
+    assert (row["ratio"], row["ratio_sd"]) == pytest.approx((0.5, 0.5 / np.sqrt(2)))
+    assert row[["n_S_percent", "Z_mean_descriptor", "Z_empty"]].tolist() == [10, 1.5, 9.6]
+    other = three.assign(n_S_percent=12.0, Z_empty=3.6, Z_mean_descriptor=0.5, Z_resampled=0.25)
+    of_both = means_over_proteins({"p": one.assign(Z_resampled=0.75), "q": other})
+    assert of_both.loc[of_both["percent"] == 10, "n_S_percent"].eq(11).all()
+    assert of_both[["Z_mean_descriptor", "Z_empty", "Z_resampled"]].drop_duplicates().to_numpy().tolist() == [
+        pytest.approx([1.0, 6.6, 0.5])
+    ]
+    assert of_both["sampler"].unique().tolist() == ["uniform", "farthest"]  # in the order of the tables
+    assert of_both["measure"].unique().tolist() == ["Z full", "Z centres"]
+    assert units["p"]["sampler"].unique().tolist() == ["uniform", "farthest"]
     assert list(means_by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
 
 
