@@ -203,3 +203,147 @@ def test_damaged_results_are_named(tmp_path):
     (tmp_path / "p01" / "c1" / "best.json").write_text("{")
     with pytest.raises(InputError, match="c1 lacks results"):
         summary.read_result(tmp_path / "p01" / "c1")
+
+
+def test_the_row_of_a_surface_has_its_subset_its_errors_and_its_floor():
+    """Of two surfaces the first lacks what is optional; columns keep the order of the longest row."""
+    plain = summary.Result("p", "c1", 1000, 250.0, 0.37, 0.6)
+    recovered = pd.DataFrame(
+        {
+            "where": ["everywhere", "flats"],
+            "n_S_percent_low": [3.5, np.nan],
+            "n_S_percent_high": [4.5, np.nan],
+        }
+        | {"density": [0.6, np.nan], "mean": [0.02, 9.0], "high_99": [0.1, 9.0], "largest": [0.3, 9.0]}
+        | {"n_S_percent": [4.0, np.nan], "Z_published": [0.5, np.nan], "Z_rotation_robust": [0.25, np.nan]}
+    )
+    components = pd.DataFrame({"dots": [900, 100], "volume": [500.0, 20.0], "cavity": [False, True]})
+    whole = result("q/c1", 0.5, 2)
+    whole = replace(
+        whole, n_dots=800, minimal=pd.DataFrame({"dot": range(32)}), recovered=recovered, components=components,
+        best=whole.best | {"references": {"floors": {"fresh dots": 0.75}}},
+    )  # fmt: skip
+    table = summary.surfaces_table([plain, whole])
+    assert table.iloc[1].to_dict() == {
+        "protein": "q", "conformation": "c1", "N": 800, "area": 250.0, "volume": 480.0, "components": 2, "cavities": 1,
+        "spacing": 0.37, "mean_roughness": 0.5, "minimal_n_S": 32, "minimal_n_S_percent": 4.0,
+        "minimal_n_S_percent_low": 3.5, "minimal_n_S_percent_high": 4.5, "minimal_density": 0.6, "recovered_mean": 0.02,
+        "recovered_high_99": 0.1, "recovered_largest": 0.3, "recovered_Z_published": 0.5,
+        "recovered_Z_rotation_robust": 0.25, "best_kept": "(1, 0, 2, 0)",
+        "best_full": str(Combination.from_row(whole.best["full"]["unrestricted"])), "Z_resampled": 0.75,
+    }  # fmt: skip
+    assert list(table) == [
+        "protein", "conformation", "N", "area", "volume", "components", "cavities", "spacing", "mean_roughness",
+        "minimal_n_S", "minimal_n_S_percent", "minimal_n_S_percent_low", "minimal_n_S_percent_high", "minimal_density",
+        "recovered_mean", "recovered_high_99", "recovered_largest", "recovered_Z_published",
+        "recovered_Z_rotation_robust", "best_kept", "best_full", "Z_resampled",
+    ]  # fmt: skip
+    assert table.iloc[0].dropna().to_dict() == {
+        "protein": "p", "conformation": "c1", "N": 1000, "area": 250.0, "spacing": 0.37, "mean_roughness": 0.6
+    }  # fmt: skip
+
+
+def made(name, percent, d):
+    """A conformation of four combinations, alpha 0.1 to 0.4, with these n_S and d under one reading."""
+    alpha = 0.1 * np.arange(1, 5)
+    grid = pd.DataFrame({"alpha": alpha, "beta": 0.0, "gamma": 2.0, "delta": 1.0, "n_S_percent": percent})
+    ranges = pd.DataFrame({"reading": ["kept"] * 2, "n_combinations": [2, 1]})
+    return summary.Result(*name.split("/"), 1000, 250.0, 0.4, 0.6, grid.assign(d_kept=d), ranges)
+
+
+def test_the_best_on_average_by_hand():
+    """Mean n_S of 12, 22, 32, 42 %: two combinations lie in the first range, one in the second, and the largest in none."""
+    results = [made("p/c1", [10, 20, 30, 40], [1, 3, 2, 0]), made("q/c1", [14, 24, 34, 44], [2, 0.5, 4, 9])]
+    rows = [
+        {"protein": p, "reading": "kept", "range": k, "mean_roughness": r, "alpha": 0.1, "beta": 0, "gamma": 2, "delta": 1}
+        | {"best_set": "(0.1, 0, 2, 1)", "n_combinations": n, "d": 1.0, "d_cv": 1.0, "d_from_near": near}
+        | {"d_from_far": 1.0, "d_from_all": k + r}
+        for p, r, near in (("p", 0.5, 2.0), ("q", 0.7, 3.0))
+        for k, n in ((2, 1), (1, 2))
+    ]  # fmt: skip
+    table = summary.relation_table(results, pd.DataFrame(rows), np.random.default_rng(0))
+    first = [
+        "reading",
+        "range",
+        "n_S_low_percent",
+        "n_S_high_percent",
+        *PARAMETERS,
+        "n_S_percent",
+        "d",
+        "d_sd",
+    ]
+    assert list(table)[: len(first)] == first
+    assert table["range"].tolist() == [1, 2] and table["reading"].eq("kept").all()
+    found = table[[*first[2:], "d_from_all"]].to_numpy(float).tolist()
+    assert found == [
+        pytest.approx([12, 27, 0.2, 0, 2, 1, 22, 1.75, 2.5 / 2**0.5, 1.6]),
+        pytest.approx([27, 42, 0.3, 0, 2, 1, 32, 3.0, 2**0.5, 2.6]),
+    ]
+    assert table["n_surfaces"].tolist() == [2, 2] and table["gain"].tolist() == [1.5, 1.5]
+    single = summary.relation_table(results[:1], pd.DataFrame(rows[:2]), np.random.default_rng(0))
+    assert single["d"].tolist() == [3, 2] and single["d_sd"].isna().all()
+
+
+def test_winners_of_all_surfaces_stand_in_one_table():
+    results = study(lambda r, s: 2, ROUGHS[:3], ["a/c1", "a/c2", "b/c1"])
+    table = summary.summary_table(results)
+    assert list(table)[:5] == ["protein", "conformation", "mean_roughness", "reading", "range"]
+    assert list(table)[-6:] == ["local", "d_from_near", "d_from_far", "d_from_all", "n_best_set", "best_set"]
+    assert table["protein"].tolist() == ["a"] * 12 + ["b"] * 6
+    assert table["conformation"].tolist() == (["c1"] * 6 + ["c2"] * 6 + ["c1"] * 6)
+    assert table["mean_roughness"].tolist() == [r for r in ROUGHS[:3] for _ in range(6)]
+    assert table["reading"].tolist() == (["kept"] * 3 + ["full"] * 3) * 3
+    for reading in ("kept", "full"):
+        guesses, local = summary.chosen_nearby(results, reading)
+        of_reading = table[table["reading"] == reading]
+        assert np.array_equal(of_reading[summary.GUESSES], guesses.reshape(-1, 3), equal_nan=True)
+        assert of_reading["local"].dropna().tolist() == [x for x in local.ravel() if isinstance(x, str)]
+
+
+def test_the_nearest_are_of_other_proteins_if_there_are_any():
+    results = [
+        summary.Result(p, "c", 1, 1.0, 1.0, r)
+        for p, r in zip("aabac", (0.5, 0.51, 0.6, 0.49, 0.4), strict=True)
+    ]
+    assert summary.nearest_first(results, 0).tolist() == [2, 4]
+    assert summary.nearest_first(results, 4).tolist() == [3, 0, 1, 2]
+    assert summary.nearest_first(results[:2], 0).tolist() == [1]
+    assert summary.nearest_first(results[:1], 0).tolist() == []
+
+
+def test_a_folder_holds_what_was_made_of_its_conformation(tmp_path):
+    one = study(lambda r, s: 2, [0.6])[0]
+    write_run(tmp_path, [one])
+    folder = tmp_path / "p01" / "c1"
+    kept = {key: [1, 2] for key in ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]}
+    pd.DataFrame(kept).to_csv(folder / "minimal.csv", index=False)
+    names = [
+        "dots",
+        "dots_percent",
+        "mean",
+        "high_99",
+        "largest",
+        "n_S_percent",
+        "n_S_percent_low",
+        "density",
+    ]
+    names += ["n_S_percent_high", "Z_published", "Z_rotation_robust"]
+    pd.DataFrame({"where": ["everywhere"]} | {key: [3.5] for key in names}).to_csv(
+        folder / "recovered.csv", index=False
+    )
+    found = summary.read_result(str(folder))
+    assert (found.protein, found.conformation, found.n_dots) == ("p01", "c1", 1000)
+    assert found.area == pytest.approx(250) and found.components is None
+    surface = read_npz(folder / "surface.npz")
+    gaps = np.linalg.norm(surface.points[:, None] - surface.points, axis=2) + 9 * np.eye(1000)
+    assert found.spacing == pytest.approx(np.median(gaps.min(axis=1)), rel=1e-5)
+    assert found.minimal["dot"].tolist() == [1, 2] and found.recovered["mean"].tolist() == [3.5]
+    assert len(found.grid) == 12 and len(found.ranges) == 6 and found.best["combinations"] == 12
+    few = summary.read_result(folder, sampled=False)
+    assert few.grid.empty and few.ranges.empty and not few.best and len(few.minimal) == 2
+    one.grid[:-1].to_csv(folder / "grid.csv", index=False)
+    with pytest.raises(InputError, match=r"grid\.csv has 11 rows for 12 combinations"):
+        summary.read_result(folder)
+    (folder / "best.json").unlink()
+    with pytest.raises(InputError, match="c1 lacks results of its conformation"):
+        summary.read_result(folder)

@@ -3,9 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from sparsurf.sampling.combination import Combination
+from sparsurf.evaluation.statistics import cross_validated, estimate, reference_values
+from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import Grid
 
@@ -96,3 +102,100 @@ def test_an_answer_is_given_when_nothing_is_that_small():
     best = tables.best_combinations(tables.grid_table(grid), grid, 2)
     answer = best["kept"]["under_max_n_S"]["answer"]
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
+
+
+def two_readings():
+    """A grid of four combinations and two readings with scatter, whose winners differ between the readings."""
+    combos = [[0.5, 0, 2, 0], [0.5, 1, 4, 2], [1, 0, 2, 1], [1, 1, 6, 3]]
+    one = made_up([1.0, 2.0, 0.5, 0.4], [4, 8, 30, 90], draws=3, noise=0.5, combinations=combos)
+    two = made_up([2.0, 1.0, 0.1, 0.6], [4, 8, 30, 90], draws=3, noise=0.7)
+    z_ts = np.concatenate([one.z_ts, two.z_ts]) * [[[[2.0]]], [[[3.0]]]]
+    z_ts = z_ts + np.random.default_rng(1).normal(size=z_ts.shape)
+    sizes = np.arange(16.0).reshape(2, 2, 4)
+    z_tr = np.concatenate([one.z_tr, two.z_tr]) + z_ts - 1
+    n_s = one.n_s + np.array([0, 1, 5])  # mean 2
+    expected = np.array([41.0, 81, 301, 899])
+    return replace(
+        one, z_ts=z_ts, z_tr=z_tr, median_patch_size=sizes, readings=("kept", "full"), n_s=n_s,
+        n_s_expected=expected,
+    )  # fmt: skip
+
+
+def test_every_column_of_a_winner_is_that_of_its_combination_and_reading():
+    grid, floors = two_readings(), {"fresh dots": 0.25, "others": 0.5}
+    table = tables.grid_table(grid)
+    assert table["n_S"].tolist() == [42, 82, 302, 902] and table["n_S_expected"].tolist() == [
+        41,
+        81,
+        301,
+        899,
+    ]
+    assert table["n_S_percent"].tolist() == pytest.approx([4.2, 8.2, 30.2, 90.2])
+    ranges = tables.ranges_table(table, grid, 2, floors)
+    assert ranges["reading"].tolist() == ["kept", "kept", "full", "full"]
+    assert ranges["n_S_low_percent"].tolist() == pytest.approx([4.2, 47.2] * 2)
+    assert ranges["n_S_high_percent"].tolist() == pytest.approx([47.2, 90.2] * 2)
+    assert ranges["n_combinations"].tolist() == [3, 0, 3, 0]
+    references = reference_values(grid.z_tot)
+    for name in ("Z_empty", "Z_mean_descriptor"):
+        assert ranges[name].tolist() == [references[name]] * 4
+    assert ranges["Z_resampled"].tolist() == [0.25] * 4
+    best = tables.best_combinations(table, grid, 20, floors)
+    head = {"N": 1000, "combinations": 4, "draws": 3, "max_n_S_percent": 20}
+    assert {key: best[key] for key in head} == head
+    assert best["references"] == references | {"floors": floors}
+    assert tables.best_combinations(table, grid, 20)["references"] == references
+    for r, (reading, few, many) in enumerate((("kept", 1, 2), ("full", 0, 3))):
+        d = grid.z_tr[r] - grid.z_ts[r]
+        for row, winner, inside in (
+            (ranges.iloc[2 * r], few, [0, 1, 2]), (best[reading]["under_max_n_S"], few, [0, 1]),
+            (best[reading]["unrestricted"], many, [2, 3]),
+        ):  # fmt: skip
+            assert [row[name] for name in PARAMETERS] == grid.combinations[winner].tolist()
+            assert row["n_S"] == [42, 82, 302, 902][winner] and row["n_S_percent"] == row["n_S"] / 10
+            assert row["n_combinations"] == len(inside)
+            for name, values in (("d", d), ("Z_tS", grid.z_ts[r]), ("Z_tR", grid.z_tr[r])):
+                assert row[name] == pytest.approx(values[winner].mean())
+            own, held = estimate(d[winner]), cross_validated(d[inside])
+            assert [row["d_low"], row["d_high"]] == pytest.approx([own.low, own.high])
+            assert [row[f"d_cv{end}"] for end in ("", "_low", "_high")] == pytest.approx(
+                [held.mean, held.low, held.high]
+            )
+            assert row["median_patch_size"] == grid.median_patch_size[r, 0, winner]
+            assert row["n_best_set"] == len(row["best_set"].split("; "))
+    for name, r, reading in (("Z_tS", 1, "full"), ("Z_tR", 0, "kept")):
+        means = estimate((grid.z_ts if name == "Z_tS" else grid.z_tr)[r])
+        for key, values in (
+            ("", means.mean),
+            ("se_", means.error),
+            ("low_", means.low),
+            ("high_", means.high),
+        ):
+            assert np.allclose(table[f"{name}_{key}{reading}"], values)
+    assert table["median_patch_size_uniform_full"].tolist() == [12, 13, 14, 15]
+    assert "Z_resampled" not in tables.ranges_table(table, grid, 2)
+    assert len(tables.ranges_table(table, grid)) == 2 * 10
+
+
+def test_floors_by_their_name():
+    assert tables.floors_by_name(pd.DataFrame({"floor": ["a", "b"], "Z": [1, 2.5], "se": 9.0})) == {
+        "a": 1,
+        "b": 2.5,
+    }
+
+
+def test_chains_without_a_name_and_those_called_na_are_read_as_they_are(tmp_path):
+    (tmp_path / "r.csv").write_text("chain,residue,area,kept\n,007,1.5,2\nNA,-1A,,0\n")
+    table = tables.read_residues(tmp_path / "r.csv")
+    assert table["chain"].tolist() == ["", "NA"] and table["residue"].tolist() == ["007", "-1A"]
+    assert table["area"].isna().tolist() == [False, True] and table["kept"].tolist() == [2, 0]
+
+
+def test_a_surface_is_prepared_from_its_files(blob, tmp_path):
+    write_npz(tmp_path / "s.npz", Surface(*blob))
+    rough = np.linspace(0, 1, 3000)
+    pd.DataFrame({"roughness": rough}).to_csv(tmp_path / "r.csv", index=False)
+    settings, streams = Settings(patches={"d_link": 0.9}), Streams(4, "p/c")
+    found = tables.read_prepared(str(tmp_path / "s.npz"), str(tmp_path / "r.csv"), settings, streams, 2)
+    assert np.array_equal(found.roughness, rough) and len(found) == 3000
+    assert (found.patches.d_link, found.stream, found.threads) == (0.9, streams, 2)

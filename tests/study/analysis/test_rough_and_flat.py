@@ -1,0 +1,58 @@
+"""Distances by roughness: which test dots are asked for, and the rows around kept and any dots."""
+
+import numpy as np
+import pytest
+
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.surface import Surface
+from sparsurf_study.analysis import rough_and_flat
+
+COMBINATION = (0.8, 0.0, 4.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def prepared(blob):
+    settings = Settings(patches={"d_link": 0.8})
+    return PreparedSurface(Surface(*blob), settings, streams=Streams(3, "blob"))
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_distances_are_those_of_the_pairs_around_their_test_dots(prepared, kept):
+    found = rough_and_flat.by_roughness(prepared, COMBINATION, ["full", "kept"], 40, 3, kept)
+    assert np.array_equal(found.roughness, prepared.roughness[found.dots]) and list(found.z) == [
+        "full",
+        "kept",
+    ]
+    assert np.array_equal(found.dots, np.sort(found.dots, axis=1)) and found.dots.shape == (3, 40)
+    for draw in (0, 2):
+        tests, pair = found.dots[draw], prepared.pair(COMBINATION, draw)
+        for reading, z in found.z.items():
+            wanted, _ = prepared.distances(pair, tests, prepared.describe(tests)[0], reading)
+            assert np.allclose(z[:, draw], wanted, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("test_dots", "n"), [(4, 40), (1, 10), (900, 8000), ("published", 8000)])
+def test_ten_times_the_test_dots_of_the_grid_are_measured_or_8000(prepared, monkeypatch, test_dots, n):
+    asked = []
+    monkeypatch.setattr(rough_and_flat, "by_roughness", lambda *given: asked.append(given))
+    found = rough_and_flat.kept_and_any(prepared, COMBINATION, ["full"], test_dots)
+    assert list(found) == ["kept dots", "any dots"]
+    assert asked == [(prepared, COMBINATION, ["full"], n, 6, kept) for kept in (True, False)]
+
+
+def test_the_rows_around_kept_dots_come_before_those_around_any(prepared):
+    measured = rough_and_flat.kept_and_any(prepared, COMBINATION, ["full"], 4)
+    table = rough_and_flat.table_of_bins(measured)
+    assert table["around"].tolist() == ["kept dots"] * 12 + ["any dots"] * 12
+    assert table["bin"].tolist() == [*map(str, range(1, 11)), "rougher half", "flatter half"] * 2
+    for k, around in enumerate(("kept dots", "any dots")):
+        rough = measured[around].roughness
+        rows = table[12 * k : 12 * k + 12]
+        assert rows["roughness_low"].min() == rough.min() and rows["roughness_high"].max() == rough.max()
+        assert rows["n"][:10].sum() == pytest.approx(40) and rough.shape == (6, 40)
+        halves, z = rows[10:], measured[around].z["full"]
+        inside = rough >= np.mean([rough.min(), rough.max()])
+        flat = [np.mean([row[mask].mean() for row, mask in zip(of, inside, strict=True)]) for of in z]
+        assert halves[["Z_tS_full", "Z_tR_full"]].iloc[1].tolist() == pytest.approx(flat)
