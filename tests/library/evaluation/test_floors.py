@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
+from scipy.stats import t as student
 
 from measures import recovery
 from sparsurf.cli import command
@@ -16,6 +17,7 @@ from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
@@ -45,22 +47,37 @@ def test_other_dots_cost_something_and_the_same_dots_nothing(prepared):
     assert row["Z"] < np.linalg.norm(away, axis=1).mean()  # than those of different patches
 
 
-def test_the_floor_is_that_of_dots_placed_on_the_turned_molecule(prepared):
+def test_the_row_of_the_floor_by_hand():
+    """Means of the draws 2 and 4, of the test dots 1.5, 3 and 4.5: the mean squares are 6, 4.5 and 0.5."""
+    row = floors_table(np.array([[1.0, 2, 3], [2.0, 4, 6]])).iloc[0].to_dict()
+    assert list(row) == ["floor", "Z", "se", "low", "high", "draws", "test_dots"]
+    half = student.ppf(0.975, 100 / (6**2 + 4.5**2 / 2 + 0.5**2 / 2)) * row["se"]
+    assert row == {
+        "floor": "fresh dots", "Z": 3, "se": pytest.approx((10 / 6) ** 0.5), "low": pytest.approx(3 - half),
+        "high": pytest.approx(3 + half), "draws": 2, "test_dots": 3,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("patches", [{}, {"r_zernike": 4.5, "d_link": 0.7, "descriptor": "rotation_robust"}])
+def test_the_floor_is_that_of_dots_placed_on_the_turned_molecule(patches):
     """By hand: two sets of dots on the turned atoms, turned back, and described around the test dots."""
+    prepared = PreparedSurface(lay(ATOMS), Settings(patches=patches), streams=Streams(4, "seven"))
+    patches = prepared.patches
     distances = fresh_dots(prepared, 30, lay, ATOMS, draws=2)
     rng, tests, centre = prepared.stream("floors"), prepared.draw_tests(30), prepared.points.mean(axis=0)
     true = prepared.describe(tests)[0]
     for row in distances:
         turn = random_rotation(rng)
         other = lay((ATOMS - centre) @ turn.T)
-        index = build_index(other.points @ turn + centre, other.normals @ turn)
-        z = describe(index, prepared.points[tests])[0]
+        index = build_index(other.points @ turn + centre, other.normals @ turn, patches.d_link)
+        z = describe(index, prepared.points[tests], patches.r_zernike, descriptor=patches.descriptor)[0]
         assert row == pytest.approx(np.linalg.norm(z - true, axis=1), abs=1e-6)
 
 
 def test_a_ready_surface_has_the_floor_of_its_dots(prepared):
     of_dots, of_atoms = fresh_dots(prepared, 60), fresh_dots(prepared, 60, lay, ATOMS)
-    assert of_dots.mean() == pytest.approx(of_atoms.mean(), rel=0.3)
+    assert of_dots.mean() == pytest.approx(of_atoms.mean(), rel=0.3) and of_dots.shape == (10, 60)
+    assert np.array_equal(fresh_dots(prepared, 60, lay), of_dots)  # without atoms, nothing can be placed
 
 
 def test_turnings_are_rotations():
@@ -114,4 +131,6 @@ def test_fresh_dots_of_a_ready_surface_are_none_of_its_own(prepared):
     points, normals = study_floors._other_dots(prepared, None, None, np.zeros(3), np.eye(3))
     gaps = cKDTree(prepared.points).query(points)[0]
     assert len(points) > 500 and gaps.min() > 1e-6
+    as_dense, _ = recover(prepared.points, prepared.normals, prepared.density, keep=False)
+    assert len(points) == len(as_dense)
     assert np.allclose(np.linalg.norm(normals, axis=1), 1)

@@ -68,6 +68,31 @@ def test_table_says_what_a_loop_finds(molecule, surface):
     assert table["dots"].sum() == len(surface)
 
 
+def test_buried_residues_have_rows_without_roughness(molecule, surface):
+    """Also the last ones of the structure."""
+    only = surface.take(np.isin(molecule.residue_index[surface.atom], [0, 2]))
+    whole = replace(only, fields={"charge": np.ones(len(only))})
+    table = residue_table(whole, np.ones(len(only)), molecule)
+    for name in (
+        "area",
+        "area_contact",
+        "area_saddle",
+        "area_concave",
+        "dots",
+        "cavity_dots",
+        "kept",
+        "weight",
+    ):
+        assert table[name][[1, 3, 4]].eq(0).all(), name
+    assert table["area"][[0, 2]].gt(0).all() and table["dots"].sum() == len(only)
+    for name in ("mean_roughness", "most_rough", "mean_charge"):
+        assert table[name].isna().tolist() == [False, True, False, True, True], name
+    assert list(table) == [
+        "chain", "residue", "residue_name", "area", "area_contact", "area_saddle", "area_concave", "mean_roughness",
+        "most_rough", "mean_charge", "dots", "cavity_dots", "kept", "weight",
+    ]  # fmt: skip
+
+
 def test_walls_of_cavities_have_no_part_in_the_roughness_of_a_residue(molecule, surface):
     residue = molecule.residue_index[surface.atom]
     of_leucine = np.flatnonzero(residue == 3)

@@ -9,9 +9,17 @@ import sparsurf
 from conftest import ROOT
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.subset_search import smallest_subset_of_error
+from sparsurf.evaluation.statistics import estimate
+from sparsurf.evaluation.subset_search import (
+    draw_subset,
+    find_subset,
+    smallest_subset_of_error,
+    warn_if_number_differs,
+)
 from sparsurf.evaluation.trials import MeasuredError, Trials
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
 
 
 class MadeUp(Trials):
@@ -44,6 +52,50 @@ def test_the_fewest_dots_of_an_error_are_found_with_few_measurements(scale, powe
     slope = power if len(trials.tried) > 1 else 1  # that of the law, where one measurement is enough
     ends = np.clip(answer * np.exp(np.array([-1.96, 1.96]) * 0.3 / slope), 12, 1000)
     assert np.log(interval) == pytest.approx(np.log(ends), abs=0.06)
+
+
+def test_what_was_found_is_told_in_numbers(caplog):
+    """The error is 2 / n Å, the standard error of its logarithm 0.3; 1.96 of them are 0.588."""
+    with caplog.at_level("INFO", "sparsurf"):
+        _, (low, high) = smallest_subset_of_error(MadeUp(), 0.02, hydrogens=False)
+        smallest_subset_of_error(MadeUp(), 1.0, hydrogens=False)
+    assert caplog.messages == [
+        f"made up: reconstructed from 100 of 1000 dots by farthest (95 %: {low:.0f} to {high:.0f}), "
+        "the surface deviates by 0.02 Å on average",
+        "made up: reconstructed from 12 of 1000 dots by farthest, the surface deviates by 1 Å on average",
+    ]
+    assert (low, high) == pytest.approx((100 * np.exp(-0.588), 100 * np.exp(0.588)), rel=1e-3)
+
+
+def test_the_z_that_was_reached_is_told_with_its_interval(blob, caplog):
+    prepared = PreparedSurface(sparsurf.Surface(*blob), streams=Streams(1, "blob"))
+    with caplog.at_level("INFO", "sparsurf"):
+        dots, _ = find_subset(prepared, "uniform", z=1.5, n_tests=30)
+    tests = prepared.draw_tests(30)
+    z = estimate(prepared.distances([dots], tests, prepared.describe(tests)[0], "full")[0])
+    mean, low, high = map(float, (z.mean, z.low, z.high))
+    ends = f"{mean:.3f} (95 %: {low:.3f} to {high:.3f})"
+    assert caplog.messages == [f"blob: uniform reaches Z = {ends} with {len(dots)} of 3000 dots"]
+    assert 1.4 < mean <= 1.5
+
+
+@pytest.mark.parametrize(("n", "warns"), [(110, False), (111, True), (90, False), (89, True)])
+def test_a_tenth_more_or_fewer_dots_than_requested_are_no_warning(n, warns, caplog):
+    warn_if_number_differs("paper", 100, n)
+    words = (
+        f"paper keeps {n} dots instead of 100: its number of dots is random, and limited by its combinations"
+    )
+    assert caplog.messages == [words] * warns
+
+
+def test_the_stream_of_a_subset_is_that_of_its_sampler(blob):
+    prepared = PreparedSurface(sparsurf.Surface(*blob), streams=Streams(7, "blob"))
+    for name in ("uniform", "farthest", "poisson"):
+        wanted = SAMPLERS[name](prepared, 90, prepared.stream("minimal", name))
+        trials = Trials(prepared, name, 9)
+        assert np.array_equal(draw_subset(prepared, name, 90), wanted)
+        assert np.array_equal(trials.draw(90), wanted) and len(trials.tests) == 9
+        assert trials.error(3000) == (0, 0)
 
 
 def test_the_search_starts_where_the_law_says():
@@ -97,7 +149,8 @@ def test_the_law_and_its_inverse():
     for hydrogens in (False, True):
         density = sparsurf.density_for(0.03, hydrogens=hydrogens)
         mean, high_99 = sparsurf.error_at(density, hydrogens=hydrogens)
-        assert mean == pytest.approx(0.03) and high_99 > 4 * mean
+        assert mean == pytest.approx(0.03) and high_99 == pytest.approx(5.2 * mean)
+        assert 0.03 * density == pytest.approx(0.015 if hydrogens else 0.0125)
     for call in (lambda: sparsurf.density_for(0), lambda: sparsurf.error_at(-1)):
         with pytest.raises(InputError):
             call()

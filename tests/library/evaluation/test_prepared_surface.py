@@ -1,0 +1,126 @@
+"""Everything that is computed of a prepared surface follows its settings, its roughness and its seed."""
+
+import numpy as np
+import pytest
+
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.patches import descriptors
+from sparsurf.patches.index import build_index
+from sparsurf.patches.readings import linked_by_spacing
+from sparsurf.patches.roughness import roughness
+from sparsurf.recovery.readings import recovered_index
+from sparsurf.sampling import published
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.surface import Surface
+
+PATCHES = {"r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.9, "descriptor": "rotation_robust"}
+KEYS = {"radius": 5.0, "descriptor": "rotation_robust"}
+AREA = 1000.0
+
+
+@pytest.fixture(scope="module")
+def surface(blob):
+    return Surface(*blob, np.full(len(blob[0]), AREA / len(blob[0])))
+
+
+@pytest.fixture(scope="module")
+def prepared(surface):
+    return PreparedSurface(surface, Settings(patches=PATCHES), streams=Streams(5, "p/c"))
+
+
+@pytest.fixture(scope="module")
+def index(blob):
+    return build_index(*blob, 0.9)
+
+
+def same(one, other):
+    """Whether two covers are equal."""
+    return all(map(np.array_equal, one, other))
+
+
+def test_roughness_and_covers_are_those_of_the_radius_and_the_rules(prepared, surface, index):
+    rough = roughness(index, 3.0)
+    assert np.array_equal(prepared.roughness, rough) and len(prepared) == 3000
+    assert same(prepared.cover, published.build_cover(index, rough, 3.0))
+    assert same(prepared.corrected_cover, published.build_cover(index, rough, 3.0, False, False))
+    for moved, every in ((False, True), (True, False)):
+        rules = {"distance_from_moved_centre": moved, "chance_in_every_patch": every}
+        other = PreparedSurface(surface, Settings(patches=PATCHES, sampling=rules))
+        assert same(other.cover, published.build_cover(index, rough, 3.0, moved, every))
+        assert same(other.corrected_cover, prepared.corrected_cover)
+    given = PreparedSurface(surface, Settings(patches=PATCHES), rough / 2)
+    assert np.array_equal(given.roughness, rough / 2) and np.array_equal(
+        given.cover.roughness, prepared.cover.roughness / 2
+    )
+    assert (prepared.area, prepared.density, prepared.name) == (
+        pytest.approx(AREA),
+        pytest.approx(3.0),
+        "p/c",
+    )
+    assert repr(prepared) == "PreparedSurface of 3,000 dots"
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_the_whole_surface_is_described_as_set(prepared, index, up):
+    tests = prepared.draw_tests(12)
+    assert (
+        len(tests) == 12
+        and np.array_equal(tests, np.unique(tests))
+        and len(prepared.draw_tests(9999)) == 3000
+    )
+    assert not np.array_equal(tests, prepared.draw_tests(12, 7))
+    z, sizes = descriptors.describe(index, prepared.points[tests], up=up, **KEYS)
+    for found, wanted in zip(prepared.describe(tests, up), (z, sizes), strict=True):
+        assert np.array_equal(found, wanted)
+
+
+def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surface):
+    tests, subsets = prepared.draw_tests(6), [prepared.uniform(n, 1) for n in (400, 1200)]
+    whole, _ = descriptors.describe(index, prepared.points[tests], **KEYS)
+    readings = ("kept_scaled", "full", "recovered", "kept")
+    z_tot, found, sizes = prepared.compare(subsets, tests, readings)
+    assert np.allclose(z_tot, whole, atol=1e-12) and found.shape == sizes.shape == (4, 2, 6)
+    words = descriptors.pack_subsets(index, subsets)
+    for r, reading in ((1, "full"), (3, "kept")):
+        keys = KEYS | {"z_tot": whole}
+        _, z, n = descriptors.compare(index, prepared.points[tests], words, 2, (reading,), **keys)
+        assert np.allclose(found[r], z.T, atol=1e-9) and np.array_equal(sizes[r], n.T)
+        alone, _ = prepared.compare_words(words[None], 2, tests, (reading,), whole)
+        assert np.allclose(alone[0], z.T, atol=1e-9)
+        nested, _ = prepared.compare_uniform(1, np.array([400, 1200]), tests, (reading,), whole)
+        assert np.allclose(nested[0], z.T, atol=1e-9)
+        many = np.array([400, *range(500, 515), 1200])  # so many take another way
+        nested, _ = prepared.compare_uniform(1, many, tests, (reading,), whole)
+        assert np.allclose(nested[0][[0, -1]], z.T, atol=1e-9)
+    for b, dots in enumerate(subsets):
+        few = surface.points[dots], surface.normals[dots], 0.9, AREA, 3.0
+        for r, own in ((0, linked_by_spacing(*few)), (2, recovered_index(*few))):
+            z, n = descriptors.describe(own, prepared.points[tests], **KEYS)
+            assert np.allclose(found[r, b], np.linalg.norm(z - whole, axis=1), atol=1e-9)
+            assert np.array_equal(sizes[r, b], n)
+            of_index = prepared.distances_to_index(own, tests, whole)
+            assert np.allclose(of_index[0], found[r, b], atol=1e-9) and np.array_equal(of_index[1], n)
+    one, of_one = prepared.distances(subsets, tests, whole, "kept")
+    assert np.allclose(one, found[3], atol=1e-9) and np.array_equal(of_one, sizes[3])
+    quick = recovered_index(
+        surface.points[subsets[1]], surface.normals[subsets[1]], 0.9, AREA, 3.0, close=2.0
+    )
+    wanted = prepared.distances_to_index(quick, tests, whole)[0]
+    assert np.allclose(prepared.distances(subsets, tests, whole, "recovered", many=True)[0][1], wanted)
+
+
+def test_draws_come_from_streams_of_their_own(prepared):
+    combination = (0.5, 0.2, 2.0, 1.0)
+    keys = (500_000, 200_000, 2_000_000, 1_000_000)
+    rng = prepared.stream("sampled", *keys, 3)
+    assert np.array_equal(
+        prepared.sampled(combination, 3), published.sample(prepared.cover, combination, rng)
+    )
+    pairs = prepared.stream("pairs", 3).standard_exponential(len(prepared.cover.dot))
+    together = published.sample_together(prepared.cover, [combination], pairs).subset(0)
+    sampled, random = prepared.pair(combination, 3)
+    assert np.array_equal(sampled, together)
+    assert np.array_equal(random, np.sort(prepared.stream("uniform", 3).permutation(3000)[: len(sampled)]))
+    changed = prepared.changed(threads=3)
+    assert (changed.threads, prepared.threads) == (3, 1) and changed.index is prepared.index
