@@ -1,5 +1,6 @@
 """Fields at dots: kernels against closed forms and plain sums, the charge table against what residues must carry."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import gemmi
@@ -8,21 +9,15 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import constants
 from scipy.spatial.transform import Rotation
 
 import sparsurf
 from conftest import ROOT
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
-from sparsurf.dot_fields.columns import column_of_atoms
-from sparsurf.dot_fields.potential import (
-    COULOMB,
-    DEBYE,
-    GAIN,
-    SOFTENING,
-    potential_of_charges,
-    potential_of_unit_charge,
-)
-from sparsurf.dot_fields.registry import FIELDS
+from sparsurf.dot_fields.columns import column_of_atoms, columns_of
+from sparsurf.dot_fields.potential import potential_of_charges, potential_of_unit_charge
+from sparsurf.dot_fields.registry import FIELDS, compute_fields, label_and_unit
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
@@ -52,12 +47,14 @@ def test_hydropathy_is_that_of_its_source():
 
 def test_one_charge_has_the_potential_of_the_formula():
     r = np.array([0.0, 2.0, 3.3, 10.0])
-    soft = np.sqrt(r**2 + SOFTENING**2)
+    soft = np.sqrt(r**2 + 0.6**2)
+    kt = constants.Boltzmann * 298.15
+    coulomb = constants.e**2 / (4 * np.pi * constants.epsilon_0 * kt) * 1e10  # kT Å / e^2
     eps = 2 + 160 / (1 + np.exp((3.3 - soft) / 1.2))
     points = np.column_stack([r, np.zeros(4), np.zeros(4)])
     found = potential_of_charges(np.zeros((1, 3)), np.array([-1.0]), points)
     # the table of terms is linear between steps of 0.02 Å: off by h^2 f'' / 8, below 0.1 % where f bends most
-    np.testing.assert_allclose(found, -GAIN * COULOMB * np.exp(-soft / DEBYE) / (eps * soft), rtol=1e-3)
+    np.testing.assert_allclose(found, -5 * coulomb * np.exp(-soft / 7.9) / (eps * soft), rtol=2e-3)
 
 
 def test_the_potential_is_the_plain_sum_over_charges_and_turns_with_the_molecule():
@@ -71,6 +68,63 @@ def test_the_potential_is_the_plain_sum_over_charges_and_turns_with_the_molecule
     turn, shift = Rotation.random(random_state=1).as_matrix(), np.array([50.0, -7, 3])
     turned = potential_of_charges(places @ turn.T + shift, charges, points @ turn.T + shift)
     np.testing.assert_allclose(turned, found, atol=1e-9 * np.abs(found).max() + 1e-9)
+
+
+def test_a_charge_beyond_40_angstrom_does_not_count():
+    points = np.array([[39.99, 0, 0], [40.01, 0, 0]])
+    near, far = potential_of_charges(np.zeros((1, 3)), np.ones(1), points)
+    assert near > 0 and far == 0
+
+
+def test_without_another_width_two_atoms_weigh_as_a_gaussian_of_2_5():
+    """1 Å from one atom and 4 Å from the other; 10 Å, four sigmas, from the first alone; farther from both."""
+    xyz, points = np.array([[0.0, 0, 0], [0, 5, 0]]), np.array([[0, 1.0, 0], [0, -9.99, 0], [0, -10.01, 0]])
+    near, far = np.exp(-np.array([1, 16]) / 12.5)
+    found = gaussian_mean(np.array([2.0, 7.0]), xyz, points)
+    assert found[:2] == pytest.approx([(2 * near + 7 * far) / (near + far), 2]) and np.isnan(found[2])
+
+
+def test_what_fields_are_called_and_measured_in():
+    names = {
+        "hydropathy": ("hydropathy", "Kyte-Doolittle"), "potential": ("electrostatic potential", "kT/e"),
+        "bfactor": ("B factor", "Å^2"), "mean_curvature": ("mean curvature", "1/Å"),
+        "gaussian_curvature": ("Gaussian curvature", "1/Å^2"), "shape_index": ("shape index", ""),
+        "hbond": ("hydrogen-bond donor (1) or acceptor (−1)", ""), "my_score": ("my score", ""),
+    }  # fmt: skip
+    assert {name: label_and_unit(name) for name in names} == names and [*FIELDS, "my_score"] == [*names]
+    of_dots = [name for name in FIELDS if FIELDS[name].of_dots]
+    assert of_dots == ["mean_curvature", "gaussian_curvature", "shape_index", "hbond"]
+
+
+def test_hydropathy_is_the_mean_of_the_residues_that_the_scale_knows():
+    """A variant counts as its standard residue, an unknown one not at all; selenomethionine has its own value."""
+    atoms = SimpleNamespace(residue_name=np.array(["ALA", "LIG", "HIP", "ALA"]), xyz=np.zeros((1, 4, 3)))
+    assert FIELDS["hydropathy"].function(atoms, np.eye(3)) == pytest.approx([(1.8 + 1.8 - 3.2) / 3] * 3)
+    atoms.residue_name[:] = "MSE"
+    assert FIELDS["hydropathy"].function(atoms, np.eye(3)) == pytest.approx([1.9] * 3)
+
+
+def test_fields_come_in_the_order_of_their_names_and_what_has_no_place_is_refused(tmp_path, molecule):
+    points = molecule.xyz[0, :4] + 2.0
+    (tmp_path / "t.csv").write_text("residue,score\n209,1\n210,5\n")
+    table = compute_fields(["score", "potential", "hydropathy"], molecule, points, table=tmp_path / "t.csv")
+    assert list(table) == ["score", "potential", "hydropathy"]
+    assert table["potential"].to_numpy() == pytest.approx(
+        potential_of_charges(*table_charges(molecule), points)
+    )
+    with pytest.raises(
+        InputError, match="there is no field 'score'; the fields are hydropathy, potential, bfactor"
+    ):
+        compute_fields(["score"], molecule, points)
+    with pytest.raises(InputError, match="charges is int; it must be table, pdb2pqr or the path"):
+        compute_fields(["potential"], molecule, points, charges=3)
+    dots = sparsurf.surface(molecule)
+    atoms = dots.atom.copy()
+    atoms[7] = -1
+    for lacking in (None, replace(dots, origin=None), replace(dots, atom=atoms)):
+        for name, words in (("hbond", "hbond follows from"), ("shape_index", "curvature follows from")):
+            with pytest.raises(InputError, match=words):
+                compute_fields([name], molecule, dots.points, dots=lacking)
 
 
 @given(st.integers(0, 10**6), st.integers(1, 40), st.floats(0.5, 4))
@@ -196,6 +250,25 @@ def test_a_residue_without_charges_and_a_ligand_are_neutral(caplog, tmp_path):
     path = tmp_path / "ligand.pdb"
     path.write_text("".join(line.replace("ATOM  ", "HETATM") for line in lines) + "END\n")
     assert table_charges(sparsurf.read_molecule(path, selection="all"))[1].tolist() == []
+
+
+def test_every_chain_has_charged_ends_and_unknown_residues_are_named_in_order(caplog):
+    """N, CA, C and O of the first and of the last residue of each of two chains, one with both ends in one residue."""
+    names = ("N", "CA", "C", "O")
+    atoms = [
+        (r, "GLY", name, (20 * r, 6 * k, 0))
+        for r in (1, 2, 3, 4)
+        for k, name in enumerate(names)
+    ]  # fmt: skip
+    chains = np.repeat(["A", "A", "A", "B"], 4)
+    places, charges = table_charges(replace(made(*atoms), chain=chains))
+    of_atoms = [charges[(places == place).all(axis=1)].sum() for *_, place in atoms]
+    # hydrogens of an atom without neighbours lie at its own place: -0.32 + 0.99, and -0.4 + 0.4
+    start, middle, end = [0.67, 0.33, 0.55, -0.55], [0.0, 0.0, 0.55, -0.55], [0.0, 0.0, 0.10, -0.55]
+    assert of_atoms == pytest.approx([*start, *middle, *end, *start[:2], *end[2:]])
+    others = [(1, "ZZZ", "C1", (0, 0, 0)), (2, "ALA", "CB", (9, 0, 0)), (3, "LIG", "C1", (0, 9, 0))]
+    table_charges(made(*others, kind=["other", "protein", "other"]))
+    assert caplog.messages == ["potential: LIG, ZZZ have no charges in the table and count as neutral"]
 
 
 def test_columns_of_pdb2pqr_do_not_touch_far_from_the_origin(tmp_path, monkeypatch, molecule):
@@ -340,6 +413,36 @@ def test_cells_of_a_table_may_be_quoted_and_hold_lines(tmp_path, molecule):
     for residue, value in (("209", 7), ("210", 8)):
         assert set(found[molecule.residue == residue]) == {value}
     assert np.isnan(found[~np.isin(molecule.residue, ["209", "210"])]).all()
+
+
+def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
+    """Of two chains with the same numbers of residues, and of two atoms of a residue."""
+    atoms = [
+        (k + 1, "ALA", name, (9 * k, 5 * n, 0)) for k in (0, 1, 2) for n, name in enumerate(("CA", "CB"))
+    ]
+    molecule = replace(
+        made(*atoms), chain=np.array(list("AAABBB")), residue=np.array(["1", "1", "2", "2", "1", "1"])
+    )
+    path = tmp_path / "t.csv"
+    path.write_text("atom,score,chain,residue\nCA,1,A,1\nCB,2,A,1\nCB,3,B,1\nCA,4,A,2\nCB,,B,2\n")
+    with caplog.at_level("INFO", "sparsurf"):
+        found = column_of_atoms(path, "score", molecule)
+    assert found.tolist() == pytest.approx([1, 2, 4, np.nan, np.nan, 3], nan_ok=True)
+    assert caplog.messages == [f"{path}: 4 of 6 atoms have a value of score"]
+    assert columns_of(path) == ["atom", "score", "chain", "residue"]
+    path.write_text("chain,residue,score\nA,1,1\nB,1,2\n")
+    assert column_of_atoms(path, "score", molecule).tolist() == pytest.approx(
+        [1, 1, np.nan, np.nan, 2, 2], nan_ok=True
+    )
+    path.write_text("chain,residue,score\nA,1,1\nA,1,2\n")
+    with pytest.raises(InputError, match="two rows for one residue"):
+        column_of_atoms(path, "score", molecule)
+    for name in ("chain", "residue"):
+        with pytest.raises(InputError, match=f"no column '{name}' of values; it has chain, residue, score"):
+            column_of_atoms(path, name, molecule)
+    path.write_text("residue,component\n1,1\n")
+    with pytest.raises(InputError, match="'component' cannot name a field"):
+        column_of_atoms(path, "component", molecule)
 
 
 def test_a_column_called_like_a_field_and_an_unknown_field_are_refused(tmp_path, molecule):

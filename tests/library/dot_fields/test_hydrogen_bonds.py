@@ -86,13 +86,13 @@ def test_hydrogens_of_the_file_donate_and_tell_the_state_of_histidine():
 
 
 def test_unknown_residues_count_as_neither_and_are_named(caplog):
-    molecule = molecule_of({"ALA": ["N"], "HEM": ["O1A", "C1A"], "FOO": ["C1"]})
+    molecule = molecule_of({"ALA": ["N"], "HEM": ["O1A", "C1A"], "FOO": ["C1"], "BAR": ["N1"]})
     mesh = sparsurf.mesh(molecule, 200, fields="hbond")
     table = mesh.to_frame()
     assert set(table["hbond"][table["residue_name"] == "ALA"]) == {1.0}
     assert set(table["hbond"][table["residue_name"] != "ALA"]) == {0.0}
     assert [message for message in caplog.messages if message.startswith("hbond")] == [
-        "hbond: nitrogen and oxygen atoms of HEM are not in the table and count as neither donors nor acceptors"
+        "hbond: nitrogen and oxygen atoms of BAR, HEM are not in the table and count as neither donors nor acceptors"
     ]
 
 

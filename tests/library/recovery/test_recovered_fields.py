@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import RBFInterpolator
 
+import conftest
 import sparsurf
 from conftest import ROOT
-from sparsurf.recovery.fields import interpolate_fields, recovery_table
+from sparsurf.recovery.fields import _errors, interpolate_fields, recovery_table
 from sparsurf.surfaces.surface import Surface
 
 
@@ -25,6 +27,58 @@ def test_dots_without_a_value_are_left_out():
     found = interpolate_fields(points, {"a": values}, points[points[:, 0] < 4])["a"]
     np.testing.assert_allclose(found, points[points[:, 0] < 4, 1], atol=1e-6)
     assert np.isnan(interpolate_fields(points, {"a": np.full(80, np.nan)}, points[:3])["a"]).all()
+
+
+def test_few_dots_give_their_mean_five_a_plane_and_no_value_leaves_their_range():
+    points = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4], [4, 4, 4]])
+    values, places = points @ [1.0, 2, -1] + 3, np.array([[1.0, 1, 1], [2, 1, 0.5], [90, 90, 0]])
+    four = interpolate_fields(points[:4], {"a": values[:4]}, places)["a"]
+    assert four == pytest.approx([values[:4].mean()] * 3)
+    five = interpolate_fields(points, {"a": values}, places)["a"]
+    assert five == pytest.approx([5, 6.5, values.max()], abs=1e-5)  # the last place is far outside
+    assert interpolate_fields(points, {"a": values}, -90 * places[2:])["a"] == values.min()
+
+
+def test_many_places_and_coincident_dots_change_no_value():
+    rng = np.random.default_rng(3)
+    points, places = rng.uniform(0, 9, (60, 3)), rng.uniform(1, 8, (5000, 3))
+    field = {"a": np.sin(points[:, 0]) + points[:, 1]}
+    found = interpolate_fields(points, field, places)["a"]
+    for k in (0, 2047, 2048, 4999):
+        assert interpolate_fields(points, field, places[k : k + 1])["a"] == pytest.approx(found[k])
+    double = interpolate_fields(np.repeat(points, 2, axis=0), {"a": np.repeat(field["a"], 2)}, places)["a"]
+    assert np.abs(double - found).mean() < 0.1 * np.abs(found - field["a"].mean()).mean()
+
+
+def test_a_value_is_that_of_the_function_through_the_24_nearest_dots():
+    """The function of the dot nearest to the place: a cubic radial one with a linear part, as scipy fits it."""
+    rng = np.random.default_rng(4)
+    points, values = rng.uniform(0, 9, (200, 3)), rng.normal(size=200)
+    for place in rng.uniform(2, 7, (5, 3)):
+        centre = points[np.linalg.norm(points - place, axis=1).argmin()]
+        near = np.argsort(np.linalg.norm(points - centre, axis=1))[:24]
+        wanted = RBFInterpolator(points[near], values[near], kernel="cubic", degree=1)(place[None])
+        found = interpolate_fields(points, {"a": values}, place[None])["a"]
+        assert found == pytest.approx(wanted.clip(values.min(), values.max()), abs=1e-4)
+
+
+def test_errors_of_a_field_by_hand():
+    """Of true values 1, 2, 3 and 4, of which 2 lacks its prediction."""
+    r, rms, share = _errors(np.array([2.0, np.nan, 3, 6]), np.array([1.0, 2, 3, 4]))
+    assert rms == pytest.approx(np.sqrt(5 / 3)) and share == pytest.approx(rms / np.std([1, 3, 4]))
+    assert r == pytest.approx(np.corrcoef([2, 3, 6], [1, 3, 4])[0, 1])
+    assert np.isnan(_errors(np.full(3, np.nan), np.ones(3))).all()
+    assert np.isnan(_errors(np.array([1.0, 2]), np.ones(2))).tolist() == [True, False, True]
+
+
+def test_of_few_dots_each_share_is_at_least_one():
+    points = conftest.ball(30, 3)[0]
+    surface = Surface(points, points / 3, fields={"a": points[:, 0]})
+    table = recovery_table(surface, np.arange(30)[::-1])
+    assert table["n_S"].tolist() == [1, 2, 3, 6] and table["subset"].eq("farthest").all()
+    assert table["n_S_percent"].tolist() == pytest.approx([100 / 30, 200 / 30, 10, 20])
+    mean = points[[29, 28, 27], 0].mean()
+    assert table["rms"][2] == pytest.approx(np.sqrt(np.mean((points[:27, 0] - mean) ** 2)))
 
 
 def test_the_table_compares_with_the_field_at_other_dots():
