@@ -4,6 +4,7 @@ import numpy as np
 
 from sparsurf.patches import readings
 from sparsurf.patches.index import build_index
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 
 
 def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
@@ -16,3 +17,15 @@ def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
     long = readings.linked_by_spacing(points[::10], normals[::10], 4.0, 900.0)
     assert np.array_equal(long.link_start, build_index(points[::10], normals[::10], 4.0).link_start)
     assert long.link_start[-1] > index.link_start[-1]
+
+
+def test_readings_come_in_one_order_whatever_that_of_the_columns():
+    assert list(READINGS) == ["kept", "kept_scaled", "full", "recovered"]
+    assert readings_of_columns(["d_recovered", "full", "d_full", "d_kept", "x_kept_scaled"], "d_") == [
+        "kept", "full", "recovered"
+    ]  # fmt: skip
+    assert readings_of_columns({"full", "d_kept"}) == ["full"]
+    assert {name: reading.among_kept for name, reading in READINGS.items()} == {
+        "kept": True, "kept_scaled": False, "full": False, "recovered": False
+    }  # fmt: skip
+    assert readings.GRID_READINGS == ("kept", "full")

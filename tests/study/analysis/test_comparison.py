@@ -236,30 +236,37 @@ def curves(measure="Z full", percents=(2.5, 10, 40), **factors):
 
 
 def test_summary_means_and_spread_between_proteins():
-    one, two, three = (curves(uniform=4.0, farthest=f) for f in (2.0, 4.0, 1.0))
-    tables_of = {("p", "c1"): one, ("p", "c2"): two, ("q", "c1"): three}
+    """Of a protein of three conformations and of two others: means, where medians would be others."""
+    one, two, three, other, last = (curves(uniform=4.0, farthest=f) for f in (2.0, 4.0, 9.0, 1.0, 1.5))
+    tables_of = {
+        ("p", "c1"): one,
+        ("p", "c2"): two,
+        ("p", "c3"): three,
+        ("q", "c1"): other,
+        ("r", "c1"): last,
+    }
     units = means_by_protein(tables_of)
-    assert list(units) == ["p", "q"]
+    assert list(units) == ["p", "q", "r"]
+    assert units["p"]["sampler"].unique().tolist() == ["uniform", "farthest"]
     row = (
         means_over_proteins(units)
         .query("sampler == 'farthest' and percent == 10 and measure == 'Z full'")
         .iloc[0]
     )
-    z = np.array([3.0, 1.0]) / np.sqrt(10)  # the mean of the conformations, then protein by protein
+    z = np.array([5.0, 1.0, 1.5]) / np.sqrt(10)  # the mean of the conformations, then protein by protein
     assert row["value"] == pytest.approx(z.mean()) and row["sd"] == pytest.approx(z.std(ddof=1))
-    assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 2
-    assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 0.75))
-    assert (row["ratio"], row["ratio_sd"]) == pytest.approx((0.5, 0.5 / np.sqrt(2)))
-    assert row[["n_S_percent", "Z_mean_descriptor", "Z_empty"]].tolist() == [10, 1.5, 9.6]
-    other = three.assign(n_S_percent=12.0, Z_empty=3.6, Z_mean_descriptor=0.5, Z_resampled=0.25)
-    of_both = means_over_proteins({"p": one.assign(Z_resampled=0.75), "q": other})
-    assert of_both.loc[of_both["percent"] == 10, "n_S_percent"].eq(11).all()
-    assert of_both[["Z_mean_descriptor", "Z_empty", "Z_resampled"]].drop_duplicates().to_numpy().tolist() == [
-        pytest.approx([1.0, 6.6, 0.5])
-    ]
+    assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 3
+    assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 1.25))
+    assert (row["ratio"], row["ratio_sd"]) == pytest.approx((2.5 / 4, np.std([1.25, 0.25, 0.375], ddof=1)))
+    assert row[["n_S_percent", "Z_mean_descriptor", "Z_empty"]].tolist() == pytest.approx([10, 1.5, 9.6])
+    other = other.assign(n_S_percent=12.0, Z_empty=3.6, Z_mean_descriptor=0.5, Z_resampled=0.25)
+    first = one.assign(Z_resampled=0.75)
+    of_both = means_over_proteins({"p": first, "q": other, "r": first})
+    assert of_both.loc[of_both["percent"] == 10, "n_S_percent"].eq(32 / 3).all()
+    references = of_both[["Z_mean_descriptor", "Z_empty", "Z_resampled"]].drop_duplicates()
+    assert references.to_numpy() == pytest.approx(np.array([[3.5, 22.8, 1.75]]) / 3)
     assert of_both["sampler"].unique().tolist() == ["uniform", "farthest"]  # in the order of the tables
     assert of_both["measure"].unique().tolist() == ["Z full", "Z centres"]
-    assert units["p"]["sampler"].unique().tolist() == ["uniform", "farthest"]
     assert list(means_by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
 
 

@@ -11,6 +11,7 @@ from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
+from sparsurf.evaluation.statistics import estimate
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
@@ -80,8 +81,33 @@ def test_a_row_is_what_the_parts_give(molecule, table):
     n_kept = len(prepared.pair([1, 0, 6, 0], 0)[0])
     assert row["n_S"] == n_kept
     assert row["n_S_percent"] == pytest.approx(100 * n_kept / len(surface))
+    for reading in ("kept", "full"):
+        tests, pair = prepared.draw_tests(20), prepared.pair([1, 0, 6, 0], 0)
+        z = estimate(prepared.distances(pair[:1], tests, prepared.describe(tests)[0], reading)[0])
+        assert row[[f"Z_tS_{reading}", f"Z_tS_se_{reading}"]].tolist() == pytest.approx(
+            [z.mean, z.error], rel=1e-6
+        )
     timed = replace(molecule, time_ps=10.0 * np.arange(FRAMES))
     assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, STREAMS)["time_ps"] == 30
+
+
+def test_other_combinations_and_readings_are_evaluated_and_threads_change_nothing(molecule, table):
+    both = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 2, part=(1, 3))
+    pd.testing.assert_frame_equal(both, table[:2])
+    own = {"ensemble": SETTINGS.ensemble.model_copy(update={"combination": [0.3, 0.0, 2.0, 0.0]})}
+    own["evaluation"] = SETTINGS.evaluation.model_copy(update={"readings": ["full", "kept_scaled"]})
+    row = ensemble.frame_row(molecule, 1, radii(molecule), SETTINGS.model_copy(update=own), STREAMS)
+    assert row["n_S"] < 0.8 * table["n_S"][1] and not [name for name in row if "kept" in name]
+
+
+def test_an_error_names_the_frame(molecule, monkeypatch):
+    def fail(*_):
+        raise InputError("no atoms.")
+
+    monkeypatch.setattr(ensemble, "roll_frame", fail)
+    numbered = replace(molecule, frame_number=10 * np.arange(FRAMES))
+    with pytest.raises(InputError, match=r"^p, frame 30: no atoms\.$"):
+        ensemble.frame_row(numbered, 3, radii(molecule), SETTINGS, STREAMS)
 
 
 def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
