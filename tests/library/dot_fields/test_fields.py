@@ -252,6 +252,19 @@ def test_a_residue_without_charges_and_a_ligand_are_neutral(caplog, tmp_path):
     assert table_charges(sparsurf.read_molecule(path, selection="all"))[1].tolist() == []
 
 
+def test_other_names_of_atoms_have_the_same_charges():
+    for names in (("O", "OXT"), ("OT1", "OT2")):
+        ends = [(1, "GLY", name, (9 * k, 0, 0)) for k, name in enumerate(names)]
+        assert table_charges(made(*ends))[1].tolist() == [-0.55, -0.55]
+    one, other = (
+        table_charges(made(*((1, "A", name, (9 * k, 0, 0)) for k, name in enumerate(names)), kind="nucleic"))[
+            1
+        ]
+        for names in (("OP1", "OP2", "P"), ("O1P", "O2P", "P"))
+    )
+    assert one.tolist() == other.tolist() and len(one) == 3 and (one[:2] < 0).all() and one[2] > 0
+
+
 def test_every_chain_has_charged_ends_and_unknown_residues_are_named_in_order(caplog):
     """N, CA, C and O of the first and of the last residue of each of two chains, one with both ends in one residue."""
     names = ("N", "CA", "C", "O")
@@ -276,13 +289,16 @@ def test_columns_of_pdb2pqr_do_not_touch_far_from_the_origin(tmp_path, monkeypat
     program = tmp_path / "pdb2pqr"
     wide = "ATOM 1 N ALA 1 1.0 91.733 -207.260 -0.5 1.5"
     program.write_text(
-        '#!/bin/sh\nfor last; do :; done\ncase "$*" in\n'
-        f'*--whitespace*) echo "{wide}";;\n*) echo "{wide.replace("3 -2", "3-2")}";;\nesac > "$last"\n'
+        '#!/bin/sh\nfor last; do :; done\ngrep -q ^ATOM "$3" || exit 1\ncase "$*" in\n'
+        f'*--ff=PARSE*--whitespace*) echo "{wide}";;\n*) echo "{wide.replace("3 -2", "3-2")}";;\nesac > "$last"\n'
     )
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     places, charges = pdb2pqr_charges(molecule)
     assert places.tolist() == [[1.0, 91.733, -207.26]] and charges.tolist() == [-0.5]
+    near = np.add(places, [[1.0, 0, 0]])
+    found = FIELDS["potential"].function(molecule, near, charges="pdb2pqr")
+    assert found.tolist() == potential_of_charges(places, charges, near).tolist() != [0]
 
 
 @pytest.mark.parametrize(

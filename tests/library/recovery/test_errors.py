@@ -54,6 +54,12 @@ def test_a_plane_by_hand():
     up = np.tile([0.0, 0, 1], (25, 1))
     points = np.array([[2.3, 2.0, 0.5], [2.3, 2.0, -0.5], [7.0, 2.0, 0.0], [2.0, 2.0, 2.5], [2.0, 2.3, 0.0]])
     assert distance_to_surface(points, places, up) == pytest.approx([0.5, 0.5, 3.0, 2.5, 0.0])
+    # 2 Å beyond the edge still lies within two spacings, 2.1 Å no more; of a single dot nothing but itself is near
+    beyond = np.array([[6.0, 2, 0.0], [6.1, 2, 0.0]])
+    assert distance_to_surface(beyond, places, up) == pytest.approx([0, 2.1])
+    assert distance_to_surface(points[:1] * [0.2, 0, 1], places[:1], up[:1]) == pytest.approx(
+        [np.hypot(0.46, 0.5)]
+    )
 
 
 @pytest.mark.parametrize("radius", [4.0, 6.0])
@@ -62,6 +68,12 @@ def test_a_sphere_bends_by_one_over_its_radius_outside_and_inside(sphere, radius
     for sign in (1, -1):
         bend = curvature(build_grid(points, sign * normals), radius)
         assert bend == pytest.approx(sign / 8, rel=0.01)  # exact but for dots that are not spread evenly
+
+
+def test_without_another_radius_curvature_is_that_within_6(blob):
+    index = build_grid(*blob)
+    assert np.array_equal(curvature(index), curvature(index, 6.0, threads=2))
+    assert not np.array_equal(curvature(index), curvature(index, 5.0))
 
 
 def test_a_plane_does_not_bend_and_a_cylinder_half_as_much_as_a_sphere():

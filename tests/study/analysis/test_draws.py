@@ -8,6 +8,7 @@ import pytest
 
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.evaluation.statistics import estimate
 from sparsurf.evaluation.subset_search import find_subset
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS
@@ -184,13 +185,17 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
 def test_d_under_the_scaled_link_stands_beside_its_winner(prepared):
     rows = np.array([(0.7, 0, 2, 0), 4 * (np.nan,), (0.2, 0.3, 0, 0), (0.7, 0, 2, 0)])
     ranges = pd.DataFrame(rows, columns=PARAMETERS).assign(n_combinations=[3, 0, 2, 1])
-    found = grid.add_scaled_link(ranges, prepared, 8, 2)["d_kept_scaled"]
+    table = grid.add_scaled_link(ranges, prepared, 8, 2)
+    found = table["d_kept_scaled"]
     tests = prepared.draw_tests(8)
     z_tot, _ = prepared.describe(tests)
     for k in (0, 2, 3):
         pairs = [prepared.pair(rows[k], draw) for draw in range(2)]
         z = [prepared.distances(pair, tests, z_tot, "kept_scaled", many=True)[0] for pair in pairs]
-        assert found[k] == pytest.approx(np.mean([random - sampled for sampled, random in z]), rel=1e-5)
+        d = estimate([random - sampled for sampled, random in z])
+        assert table.loc[
+            k, [f"d{end}_kept_scaled" for end in ("", "_low", "_high")]
+        ].tolist() == pytest.approx([d.mean, d.low, d.high], rel=1e-5)
     assert np.isnan(found[1]) and found[0] != found[2]
 
 

@@ -35,7 +35,7 @@ def test_distances_equal_the_plain_method(blob, grid):
     k, draw = 5, 1
     sampled, random = plain.pair(GRID[k], draw)
     assert len(sampled) == len(random) == grid.n_s[k, draw]
-    for t in range(0, 30, 7):
+    for t in (0, 17):
         i = grid.tests[t]
         ball = np.flatnonzero(np.linalg.norm(points - points[i], axis=1) <= 6.0)
         whole = naive.island(points, ball, 0.8)
@@ -46,6 +46,21 @@ def test_distances_equal_the_plain_method(blob, grid):
             for r, ids in enumerate((kept, on_surface)):
                 distance = np.linalg.norm(z_tot - naive.descriptor(points[ids], normals[ids]))
                 assert z[r, k, draw, t] == pytest.approx(distance, rel=1e-6)  # stored in single precision
+
+
+def test_a_grid_holds_what_it_was_asked_and_the_sizes_of_the_patches(blob, grid):
+    plain = prepared(blob)
+    assert np.array_equal(grid.combinations, GRID) and (grid.n_dots, grid.readings) == (
+        3000,
+        ("kept", "full"),
+    )
+    assert np.array_equal(grid.n_s_expected, published.expected_n_s(plain.cover, GRID))
+    assert np.array_equal(grid.tests, plain.draw_tests(30))
+    assert np.array_equal(grid.z_tot, plain.describe(grid.tests)[0])
+    for r, reading in enumerate(grid.readings):
+        pairs = [plain.pair(GRID[5], draw) for draw in range(2)]
+        sizes = [plain.distances(pair, grid.tests, grid.z_tot, reading)[1] for pair in pairs]
+        assert grid.median_patch_size[r, :, 5].tolist() == np.median(sizes, axis=(0, 2)).tolist()
 
 
 @pytest.fixture(scope="module")
