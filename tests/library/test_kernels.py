@@ -24,6 +24,8 @@ def double(x):
 def test_stored_kernels_load_without_what_compiles_them():
     for _ in range(2):  # the first may compile some
         run = subprocess.run([sys.executable, "-c", CALL_ALL], capture_output=True, text=True, check=True)
+        if run.stdout == "\n":
+            break
     assert run.stdout == "\n"
 
 

@@ -98,7 +98,7 @@ def test_best_is_sought_at_alpha_one_and_under_the_maximum():
 
 
 def test_an_answer_is_given_when_nothing_is_that_small():
-    grid = made_up([1.0], [30])
+    grid = made_up([1.0, 2.0, 3.0], [45, 30, 60])
     best = tables.best_combinations(tables.grid_table(grid), grid, 2)
     answer = best["kept"]["under_max_n_S"]["answer"]
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
