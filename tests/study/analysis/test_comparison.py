@@ -219,6 +219,12 @@ def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
         prepared.cover, samplers.tune_alpha(prepared.cover, rows[1], n), np.random.default_rng(4)
     )
     assert np.array_equal(own(prepared, n, np.random.default_rng(4)), wanted)
+    methods = comparison.select_methods(prepared, ["paper"], ranges)
+    assert list(methods) == ["paper"] and np.array_equal(
+        methods["paper"](n, np.random.default_rng(4)), wanted
+    )
+    table_1 = comparison.select_methods(prepared, ["paper"])["paper"](n, np.random.default_rng(4))
+    assert not np.array_equal(table_1, wanted)
     assert choices_from_ranges(ranges[ranges["reading"] == "full"]) is PUBLISHED_CHOICES
 
 

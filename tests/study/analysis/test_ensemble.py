@@ -87,8 +87,13 @@ def test_a_row_is_what_the_parts_give(molecule, table):
         assert row[[f"Z_tS_{reading}", f"Z_tS_se_{reading}"]].tolist() == pytest.approx(
             [z.mean, z.error], rel=1e-6
         )
-    timed = replace(molecule, time_ps=10.0 * np.arange(FRAMES))
-    assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, STREAMS)["time_ps"] == 30
+    moved = replace(molecule, time_ps=2.0 * np.arange(FRAMES), frame_number=10 * np.arange(FRAMES))
+    of_frame = ensemble.frame_row(moved, 3, radii(molecule), SETTINGS, STREAMS)
+    assert (of_frame["time_ps"], of_frame["frame"]) == (6, 30)
+    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.6}), streams=Streams(3, "p/f30"))
+    tests = prepared.draw_tests(20)
+    z, _ = prepared.distances(prepared.pair([1, 0, 6, 0], 0), tests, prepared.describe(tests)[0], "full")
+    assert [of_frame["Z_tS_full"], of_frame["Z_tR_full"]] == pytest.approx(z.mean(axis=1), rel=1e-6)
 
 
 def test_other_combinations_and_readings_are_evaluated_and_threads_change_nothing(molecule, table):
@@ -116,6 +121,13 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
     own = radii(molecule)
     density = density_for_d_link(molecule, 0, own, auto.surface, 0.6, "p")
     assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
+
+
+def test_every_frame_has_the_density_of_the_first(molecule, monkeypatch):
+    monkeypatch.setattr(ensemble, "density_for_d_link", lambda molecule, frame, *_: 6.0 + frame)
+    table = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1, part=(4, 4))
+    own = [len(molecular_surface(xyz, radii(molecule), density=6.0)) for xyz in molecule.xyz[-2:]]
+    assert table["N"].tolist() == own
 
 
 def test_a_surface_that_is_too_sparse_is_refused(molecule):
