@@ -105,6 +105,7 @@ def test_walls_of_cavities_have_no_part_in_the_roughness_of_a_residue(molecule, 
     turned = replace(surface, normals=normals)
     table = residue_table(turned, rough, molecule, component=component)
     assert table["cavity_dots"].tolist() == [0, 0, 0, len(wall), 0]
+    assert table["dots"].tolist() == np.bincount(residue).tolist()  # the walls included
     outside = np.setdiff1d(of_leucine, wall)
     assert table["mean_roughness"][3] == pytest.approx(rough[outside].mean())
     assert table["most_rough"][3] == rough[outside].min() > rough[wall].min()

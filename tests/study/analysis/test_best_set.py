@@ -60,6 +60,22 @@ def test_a_set_is_larger_than_pairwise_tests_and_no_larger_than_needed(monkeypat
     assert alone.tolist() == [True] + [False] * 30
 
 
+def test_of_many_the_best_are_simulated(monkeypatch):
+    """Of 130 that cannot be told apart the worst ten are left out, whatever their place in the grid."""
+    monkeypatch.setattr(module, "SIMULATED", 50)
+    x = drawn(np.random.default_rng(5), np.zeros(130), draws=2, tests=20)
+    found, worst = best_set(x), np.argsort(x.mean(axis=(1, 2)))[:10]
+    assert found[x.mean(axis=(1, 2)).argmax()] and not found[worst].any() and found.sum() > 60
+
+
+def test_combinations_that_only_their_draws_tell_apart_are_not_excluded():
+    """Five equal ones at test dots that scatter not at all; a sixth lies twenty errors of its draws below."""
+    rng = np.random.default_rng(6)
+    x = drawn(rng, [0, 0, 0, 0, 0, -10], tests=20, of_draw=0.5, rest=0.01)
+    x -= x.mean(axis=1, keepdims=True) - x.mean(axis=(1, 2), keepdims=True)
+    assert best_set(x).tolist() == [True] * 5 + [False]
+
+
 def test_the_set_is_the_same_every_time():
     x = drawn(np.random.default_rng(4), np.zeros(8))
     assert np.array_equal(best_set(x), best_set(x))

@@ -26,6 +26,10 @@ def test_distances_are_those_of_the_pairs_around_their_test_dots(prepared, kept)
         "kept",
     ]
     assert np.array_equal(found.dots, np.sort(found.dots, axis=1)) and found.dots.shape == (3, 40)
+    if kept:  # each draw has test dots of its own, also by their places among the kept dots
+        kept_dots = [prepared.pair(COMBINATION, draw)[0] for draw in range(3)]
+        places = [np.searchsorted(*each).tolist() for each in zip(kept_dots, found.dots, strict=True)]
+        assert places[0] != places[1] != places[2]
     for draw in (0, 2):
         tests, pair = found.dots[draw], prepared.pair(COMBINATION, draw)
         for reading, z in found.z.items():

@@ -261,6 +261,10 @@ def test_the_best_on_average_by_hand():
         for p, r, near in (("p", 0.5, 2.0), ("q", 0.7, 3.0))
         for k, n in ((2, 1), (1, 2))
     ]  # fmt: skip
+    # a third surface has no combinations there
+    rows += [rows[k] | {"protein": "r", "n_combinations": 0, "best_set": np.nan} | dict.fromkeys(
+        ["d_from_all", *PARAMETERS], np.nan
+    ) for k in (0, 1)]  # fmt: skip
     table = summary.relation_table(results, pd.DataFrame(rows), np.random.default_rng(0))
     first = [
         "reading",
