@@ -67,8 +67,8 @@ class Choices(NamedTuple):
     rows: np.ndarray  # (R, 4) float64, combinations
 
     def from_n_s(self, percent: float) -> np.ndarray:
-        """Return the rows of the range that contains an n_S of `percent` %, and of all higher ranges."""
-        above = np.searchsorted(self.lowest, percent)
+        """Return the rows of the range, with its lower limit, that contains an n_S of `percent` %, and of all higher ranges."""
+        above = np.searchsorted(self.lowest, percent, side="right")
         return self.rows[int(np.clip(above, 1, len(self.rows))) - 1 :]
 
 

@@ -41,7 +41,7 @@ def test_the_row_of_table_1_is_that_of_the_range_which_holds_n_s():
     lowest = TABLE_1["n_S_low_percent"]
     for k, low in enumerate(lowest):
         high = lowest[k + 1] if k + 1 < len(lowest) else 100.0
-        for percent in (low + 0.01, (low + high) / 2, high - 0.01):
+        for percent in (low, low + 0.01, (low + high) / 2, high - 0.01):
             rows = PUBLISHED_CHOICES.from_n_s(percent)
             assert np.array_equal(rows, PUBLISHED_ROWS[k:]), percent
     assert np.array_equal(PUBLISHED_CHOICES.from_n_s(0.1), PUBLISHED_ROWS)  # below all ranges: the first
