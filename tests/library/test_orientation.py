@@ -130,6 +130,12 @@ def test_without_axes_of_their_own_points_take_those_of_the_coordinates(points):
         assert np.allclose(principal_axes(each, np.array([0.0, 0, 1])), np.eye(3)[:2], atol=1e-6)
 
 
+def test_small_things_have_axes_and_those_smaller_than_any_rounding_have_none():
+    points = np.vstack([TETRAHEDRON * [1, 3, 2], [0, -9, 0]]) @ TURN
+    assert np.allclose(principal_axes(1e-4 * points), principal_axes(points), atol=1e-6)
+    assert np.allclose(principal_axes(1e-8 * points), np.eye(3), atol=1e-6)
+
+
 def test_two_equal_axes_are_settled_in_their_plane():
     """A square across z: its first axis is the one nearest to x, whatever the corners."""
     corners = np.array([[np.cos(t), np.sin(t), 0] for t in 0.4 + np.pi / 2 * np.arange(4)])

@@ -9,7 +9,6 @@ from conftest import ROOT
 from sparsurf.errors import InputError
 
 NAMES = ["mean_curvature", "gaussian_curvature", "shape_index"]
-PROBE = 1.4
 
 
 def curvature(spheres, n=2000, **rules):
@@ -26,19 +25,20 @@ def test_one_sphere():
     )
 
 
-def test_two_spheres():
+@pytest.mark.parametrize("probe", [1.4, 1.8])
+def test_two_spheres(probe):
     """The torus around the axis x: its height is that of the probe's centre minus the height above the dot."""
     r, d = 1.7, 3.0
-    few, mean, gaussian, shape = curvature(([[0.0, 0, 0], [d, 0, 0]], [r, r]))
+    few, mean, gaussian, shape = curvature(([[0.0, 0, 0], [d, 0, 0]], [r, r]), probe_radius=probe)
     contact, saddle = few.kind == 0, few.kind == 1
     assert mean[contact] == pytest.approx(1 / r) and saddle.sum() > 200 and (contact | saddle).all()
     rho = np.hypot(*few.surface.points[saddle, 1:].T)
     around = (
-        (np.sqrt((r + PROBE) ** 2 - d**2 / 4) - rho) / PROBE / rho
+        (np.sqrt((r + probe) ** 2 - d**2 / 4) - rho) / probe / rho
     )  # cosine of the normal to the radius, over rho
-    assert mean[saddle] == pytest.approx((around - 1 / PROBE) / 2, rel=1e-4)
-    assert gaussian[saddle] == pytest.approx(-around / PROBE, rel=1e-4)
-    k1, k2 = around, -1 / PROBE
+    assert mean[saddle] == pytest.approx((around - 1 / probe) / 2, rel=1e-4)
+    assert gaussian[saddle] == pytest.approx(-around / probe, rel=1e-4)
+    k1, k2 = around, -1 / probe
     assert shape[saddle] == pytest.approx(2 / np.pi * np.arctan((k1 + k2) / (k1 - k2)), abs=1e-4)
 
 
@@ -57,11 +57,13 @@ def test_the_whole_of_a_closed_surface_has_the_curvature_of_a_sphere(spheres):
     assert few.area @ few.fields["gaussian_curvature"] == pytest.approx(4 * np.pi, rel=0.03)
 
 
-def test_three_spheres_have_a_concave_triangle():
-    few, mean, gaussian, shape = curvature(([[0.0, 0, 0], [2.6, 0, 0], [1.3, 2.2, 0]], [1.7, 1.7, 1.7]))
+@pytest.mark.parametrize("probe", [1.4, 1.6])
+def test_three_spheres_have_a_concave_triangle(probe):
+    spheres = [[0.0, 0, 0], [2.6, 0, 0], [1.3, 2.2, 0]], [1.7, 1.7, 1.7]
+    few, mean, gaussian, shape = curvature(spheres, probe_radius=probe)
     concave = few.kind == 2
-    assert concave.sum() > 20 and mean[concave] == pytest.approx(-1 / PROBE)
-    assert gaussian[concave] == pytest.approx(1 / PROBE**2) and shape[concave] == pytest.approx(-1.0)
+    assert concave.sum() > 20 and mean[concave] == pytest.approx(-1 / probe)
+    assert gaussian[concave] == pytest.approx(1 / probe**2) and shape[concave] == pytest.approx(-1.0)
     assert (gaussian[few.kind == 1] < 0).all()
 
 

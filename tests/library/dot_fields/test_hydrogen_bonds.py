@@ -1,5 +1,7 @@
 """Donors and acceptors of hydrogen bonds, against values typed by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,7 +44,14 @@ ATOMS = {
 }
 
 
-BONDS = {"HD1": ("ND1", 1.0), "HG": ("OG", 1.0), "HB2": ("CB", 1.1), "H1": ("O", 1.0), "H2": ("O", -1.0)}
+BONDS = {
+    "HD1": ("ND1", 1.0),
+    "HG": ("OG", 1.39),
+    "HB3": ("OG", -1.41),
+    "HB2": ("CB", 1.1),
+    "H1": ("O", 1.0),
+    "H2": ("O", -1.0),
+}
 
 
 def molecule_of(atoms):
@@ -81,12 +90,25 @@ def test_each_dot_has_the_value_of_its_atom(caplog):
 
 
 def test_hydrogens_of_the_file_donate_and_tell_the_state_of_histidine():
-    atoms = {"HIS": ["ND1", "HD1", "NE2"], "SER": ["OG", "HG", "CB", "HB2"], "HOH": ["O", "H1", "H2"]}
+    """Within 1.4 Å of a donor."""
+    atoms = {"HIS": ["ND1", "HD1", "NE2"], "SER": ["OG", "HG", "HB3", "CB", "HB2"], "HOH": ["O", "H1", "H2"]}
     few = sparsurf.points(molecule_of(atoms), 400, fields="hbond").to_frame()
     found = few.groupby(["residue_name", "atom_name"])["hbond"].first()
     assert found["HIS"].to_dict() == {"HD1": 1, "ND1": 1, "NE2": -1}
-    assert found["SER"].to_dict() == pytest.approx({"CB": 0, "HB2": 0, "HG": 1, "OG": -1 / 3})
+    assert found["SER"].to_dict() == pytest.approx({"CB": 0, "HB2": 0, "HB3": 0, "HG": 1, "OG": -1 / 3})
     assert found["HOH"].to_dict() == {"H1": 1, "H2": 1, "O": 0}
+
+
+def test_hydrogens_donate_where_they_lie_in_the_frame_of_the_dots():
+    """A hydrogen that leaves its donor after the first frame."""
+    one = molecule_of({"SER": ["OG", "HG", "CB"]})
+    left = one.xyz + np.array([[0, 0, 0], [0, 0, 9.0], [0, 0, 0]])
+    both = replace(
+        one, xyz=np.concatenate([one.xyz, left]), time_ps=np.arange(2.0), frame_number=np.arange(2)
+    )
+    for frame, value in ((0, 1), (1, 0)):
+        few = sparsurf.points(both, 200, frame=frame, fields="hbond").to_frame()
+        assert set(few.loc[few["atom_name"] == "HG", "hbond"]) == {value}
 
 
 def test_unknown_residues_count_as_neither_and_are_named(caplog):

@@ -23,7 +23,7 @@ def test_a_linear_field_comes_back_exactly_and_dots_keep_their_values():
 
 def test_dots_without_a_value_are_left_out():
     points = np.random.default_rng(1).uniform(0, 9, (80, 3))
-    values = np.where(points[:, 0] > 5, np.nan, points[:, 1])
+    values = np.where(points[:, 0] > 5, np.where(points[:, 1] > 5, np.inf, np.nan), points[:, 1])
     found = interpolate_fields(points, {"a": values}, points[points[:, 0] < 4])["a"]
     np.testing.assert_allclose(found, points[points[:, 0] < 4, 1], atol=1e-6)
     assert np.isnan(interpolate_fields(points, {"a": np.full(80, np.nan)}, points[:3])["a"]).all()

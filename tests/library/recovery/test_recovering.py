@@ -251,6 +251,8 @@ def test_spacing_belongs_to_its_dot_and_a_single_one_has_none():
     points, normals = torus(60)
     assert dot_spacing(points[::-1], normals[::-1]) == pytest.approx(dot_spacing(points, normals)[::-1])
     assert np.isnan(dot_spacing(points[:1], normals[:1])).tolist() == [True]
+    lonely = dot_spacing(np.vstack([points, [[90, 0, 0]]]), np.vstack([normals, [[1, 0, 0]]]))
+    assert lonely[-1] == pytest.approx(2 * np.median(lonely)) and lonely[:-1].max() < 1.9 * np.median(lonely)
     # five dots: the distance to the fourth neighbour holds four and a half of them
     cross = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
     found = dot_spacing(cross, np.tile([0.0, 0, 1], (5, 1)))
