@@ -16,7 +16,7 @@ from sparsurf.surfaces.surface import Surface
 
 PATCHES = {"r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.9, "descriptor": "rotation_robust"}
 KEYS = {"radius": 5.0, "descriptor": "rotation_robust"}
-AREA = 1000.0
+AREA = 375.0  # so that there are 8 dots per Å^2, more than a surface has by default
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_roughness_and_covers_are_those_of_the_radius_and_the_rules(prepared, su
     )
     assert (prepared.area, prepared.density, prepared.name) == (
         pytest.approx(AREA),
-        pytest.approx(3.0),
+        pytest.approx(8.0),
         "p/c",
     )
     assert repr(prepared) == "PreparedSurface of 3,000 dots"
@@ -94,7 +94,7 @@ def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surfac
         nested, _ = prepared.compare_uniform(1, many, tests, (reading,), whole)
         assert np.allclose(nested[0][[0, -1]], z.T, atol=1e-9)
     for b, dots in enumerate(subsets):
-        few = surface.points[dots], surface.normals[dots], 0.9, AREA, 3.0
+        few = surface.points[dots], surface.normals[dots], 0.9, AREA, 8.0
         for r, own in ((0, linked_by_spacing(*few)), (2, recovered_index(*few))):
             z, n = descriptors.describe(own, prepared.points[tests], **KEYS)
             assert np.allclose(found[r, b], np.linalg.norm(z - whole, axis=1), atol=1e-9)
@@ -104,7 +104,7 @@ def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surfac
     one, of_one = prepared.distances(subsets, tests, whole, "kept")
     assert np.allclose(one, found[3], atol=1e-9) and np.array_equal(of_one, sizes[3])
     quick = recovered_index(
-        surface.points[subsets[1]], surface.normals[subsets[1]], 0.9, AREA, 3.0, close=2.0
+        surface.points[subsets[1]], surface.normals[subsets[1]], 0.9, AREA, 8.0, close=2.0
     )
     wanted = prepared.distances_to_index(quick, tests, whole)[0]
     assert np.allclose(prepared.distances(subsets, tests, whole, "recovered", many=True)[0][1], wanted)

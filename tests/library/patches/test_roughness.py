@@ -60,9 +60,9 @@ def test_a_rigid_motion_changes_nothing(blob):
     assert np.allclose(moved, roughness(build_index(points, normals, 0.8)), atol=1e-9)
 
 
-def test_threads_change_nothing(blob):
+def test_threads_change_nothing_and_4_is_the_radius_without_another(blob):
     index = build_index(*blob)
-    assert np.array_equal(roughness(index, threads=1), roughness(index, threads=3))
+    assert np.array_equal(roughness(index, threads=1), roughness(index, 4.0, threads=3))
 
 
 def test_equals_the_authors_values_on_a1(a1, shared):

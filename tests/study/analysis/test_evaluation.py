@@ -153,7 +153,10 @@ def test_references_of_two_opposite_vectors():
     z[:, 0] = [1.0, 3.0]
     assert reference_values(z) == {"Z_empty": 2.0, "Z_mean_descriptor": 1.0, "Z_two_patches": 2.0}
     three = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 4.0]])  # a triangle with sides of 5, 4 and 3
-    assert reference_values(three)["Z_two_patches"] == 4.0
+    found = reference_values(three)
+    assert found["Z_two_patches"] == 4.0 and found["Z_empty"] == 3.0
+    # from the mean (1, 8 / 3): the roots of 73, 52 and 25, thirds
+    assert found["Z_mean_descriptor"] == pytest.approx((73**0.5 + 52**0.5 + 25**0.5) / 9)
 
 
 def test_references_of_a1(a1):
