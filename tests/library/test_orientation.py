@@ -57,6 +57,9 @@ def test_points_near_a_line_are_refused(off_line, determined):
     if determined:
         turn, shift = rigid_fit(points, points @ TURN + SHIFT)
         assert np.allclose(turn, TURN) and np.allclose(shift, SHIFT)
+        away = np.array([4.0, 5, 6])
+        turn, shift = rigid_fit(points + away, points @ TURN + SHIFT)  # not about the origin
+        assert np.allclose(turn, TURN) and np.allclose(shift, SHIFT - away @ TURN)
         assert np.allclose(superpose(np.array([points, points @ TURN]), slice(None)), points)
     else:
         with pytest.raises(InputError, match=r"^the points to fit lie on a line"):
