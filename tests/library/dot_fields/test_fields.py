@@ -334,6 +334,18 @@ def test_a_line_of_a_pqr_file_that_no_atom_has_is_reported(tmp_path, line, words
         pqr_charges(tmp_path / "a.pqr", molecule)
 
 
+@pytest.mark.parametrize(("charges", "refused"), [((9.0, 0.1, 0.1), False), ((-9.0, 0.6, 0.6), True)])
+def test_half_of_the_charges_of_a_pqr_file_are_small(tmp_path, charges, refused):
+    """Whatever their mean is: a column of radii has none that are."""
+    text = "".join(f"ATOM {k} N ALA 1 {k} 0 0 {charge} 1.5\n" for k, charge in enumerate(charges))
+    (tmp_path / "a.pqr").write_text(text)
+    if refused:
+        with pytest.raises(InputError, match="exchange charge and radius"):
+            pqr_charges(tmp_path / "a.pqr")
+    else:
+        assert pqr_charges(tmp_path / "a.pqr")[1].tolist() == [*charges]
+
+
 def test_a_pqr_file_gives_places_and_charges(tmp_path):
     path = tmp_path / "a.pqr"
     path.write_text("REMARK\nATOM 1 N ALA 1 1.0 2.0 3.0 -0.5 1.5\nATOM 2 H ALA 1 1.5 2.0 3.0 0.5 1.0\n")
@@ -451,6 +463,8 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
     assert column_of_atoms(path, "score", molecule).tolist() == pytest.approx(
         [1, 1, np.nan, np.nan, 2, 2], nan_ok=True
     )
+    path.write_text("residue,atom,chain,score\n2,CA,A,7\n")  # a single atom
+    assert np.flatnonzero(np.isfinite(column_of_atoms(path, "score", molecule))).tolist() == [2]
     path.write_text("chain,residue,score\nA,1,1\nA,1,2\n")
     with pytest.raises(InputError, match="two rows for one residue"):
         column_of_atoms(path, "score", molecule)

@@ -56,6 +56,11 @@ def test_regions_take_the_side_that_most_of_their_faces_indicate():
     filled, consistent = _assign_sides(values, near)
     assert consistent and np.array_equal(filled > 0, depth >= 2) and (filled[near] == values[near]).all()
     assert set(filled[~near]) == {-1.0, 1.0}
+    for n, few in ((6, True), (8, False)):  # of 54 faces inside and 294 outside, up to 2 % may disagree
+        wrong = values.copy()
+        wrong[1, 4, 1 : n + 1] = 0.5
+        wrong[1, 4, 1] = values[1, 4, 1]
+        assert _assign_sides(wrong, near)[1] == few
     near[4, 4, 1:3] = False  # a hole
     filled, consistent = _assign_sides(values, near)
     assert not consistent and (filled[~near] == -1).all()  # as the corner of the grid
