@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.sampling import published
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.surface import Surface
@@ -29,7 +30,11 @@ def test_distances_are_those_of_the_pairs_around_their_test_dots(prepared, kept)
     if kept:  # each draw has test dots of its own, also by their places among the kept dots
         kept_dots = [prepared.pair(COMBINATION, draw)[0] for draw in range(3)]
         places = [np.searchsorted(*each).tolist() for each in zip(kept_dots, found.dots, strict=True)]
-        assert places[0] != places[1] != places[2]
+        streams = [prepared.stream("rough and flat", draw) for draw in range(3)]
+        assert places == [
+            published.uniform_subset(len(dots), 40, rng).tolist()
+            for dots, rng in zip(kept_dots, streams, strict=True)
+        ]
     for draw in (0, 2):
         tests, pair = found.dots[draw], prepared.pair(COMBINATION, draw)
         for reading, z in found.z.items():
