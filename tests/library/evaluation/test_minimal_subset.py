@@ -138,6 +138,17 @@ def test_fields_stand_beside_those_of_the_dots(found, dots, molecule, tmp_path):
     assert list(represent(dots, asked(FIELDS, n_dots=9), Streams()).surface.fields) == ["own"]
 
 
+def test_curvature_follows_the_table_of_radii(molecule):
+    own = radii(molecule, "bondi")
+    dots = replace(molecular_surface(molecule.xyz[0].round(3), own), origin=None)
+    settings = asked(["mean_curvature"], n_dots=9).model_copy(
+        update={"surface": Settings(surface={"radii": "bondi"}).surface}
+    )
+    bend = represent(dots, settings, Streams(), molecule).surface.fields["mean_curvature"]
+    contact = dots.kind == 0
+    assert bend[contact] == pytest.approx(1 / own[dots.atom[contact]])
+
+
 @pytest.mark.parametrize(
     ("request_", "n"), [({"percent": 2.5}, 0.025), ({"density": 0.25}, None), ({"n_dots": 31}, 31)]
 )

@@ -74,6 +74,8 @@ def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
     ]
     assert found[0] == pytest.approx(dense.density, rel=0.2)  # what thinning leaves is no exact number
     assert found[1] == pytest.approx(2 * found[0], rel=0.1)
+    linked = readings.recovered_index(points, normals, 1.1, dense.area, 8.0)
+    assert np.array_equal(linked.link, build_index(*recover(points, normals, 8.0), 1.1).link)
 
 
 def test_the_grid_takes_it_beside_the_others(prepared):
