@@ -144,7 +144,7 @@ def output(process):
 
 
 def unpacked(text):
-    """Return the header and the columns that the page of a surface holds, read back as slowly as it goes."""
+    """Return the header and the columns that the page of a surface holds, read back by their description."""
     content = zlib.decompress(base64.b64decode(text.split('PACKED = "')[1].split('"')[0]))
     size = int.from_bytes(content[:4], "little")
     header, place, columns = json.loads(content[4 : 4 + size]), 4 + size, {}
@@ -153,6 +153,7 @@ def unpacked(text):
         folded = (planes << 8 * np.arange(len(planes))[:, None]).sum(axis=0)
         values = np.where(folded % 2, -(folded + 1) // 2, folded // 2)
         columns[name], place = np.cumsum(values) if summed else values, place + planes.size
+    assert place == len(content)
     return header, columns
 
 

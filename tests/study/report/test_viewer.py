@@ -2,7 +2,6 @@
 
 import base64
 import json
-import zlib
 
 import matplotlib.image
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from browser import Browser, programs
-from small_study import run_script
+from small_study import run_script, unpacked
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.recovery.errors import distance_to_recovered
@@ -61,22 +60,6 @@ def order(prepared):
 def page_of(prepared, order, *more, **known):
     """Return the page of the surface."""
     return viewer.page("blob/c1", prepared, {"farthest": order}, *more, **known)
-
-
-def unpacked(text):
-    """Header and columns, read back as slowly as it goes."""
-    content = zlib.decompress(base64.b64decode(text.split('PACKED = "')[1].split('"')[0]))
-    size = int.from_bytes(content[:4], "little")
-    header, place, columns = json.loads(content[4 : 4 + size]), 4 + size, {}
-    for name, length, planes, summed in header["columns"]:
-        values = []
-        for i in range(length):
-            folded = sum(content[place + k * length + i] << 8 * k for k in range(planes))
-            value = -(folded + 1) // 2 if folded % 2 else folded // 2
-            values.append(value + (values[-1] if summed and values else 0))
-        columns[name], place = np.array(values, int), place + length * planes
-    assert place == len(content)
-    return header, columns
 
 
 def test_columns_come_back_as_they_were():
