@@ -482,6 +482,13 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "lost-chain.cif": (
         "data_x\nloop_\n_struct_asym.id\nA\nB\n" + TINY[7:-1].replace("auth_asym_id", "label_asym_id"), {},
         "! cut short: it has no atoms for B"),
+    "lost chain and waters.cif": (
+        "data_x\nloop_\n_entity.id\n_entity.type\n1 polymer\n2 water\nloop_\n_struct_asym.id\n_struct_asym.entity_id\n"
+        "A 1\nB 1\nC 2\n" + TINY[7:].replace("auth_asym_id", "label_asym_id"), {},
+        "1 2 1 ~ has no atoms for B, C of its _struct_asym list"),
+    "lost waters.cif": (
+        "data_x\nloop_\n_entity.id\n_entity.type\n1 polymer\n2 water\nloop_\n_struct_asym.id\n_struct_asym.entity_id\n"
+        "A 1\nC 2\n" + TINY[7:].replace("auth_asym_id", "label_asym_id"), {}, "1 2 1 ~ lacks heavy atoms"),
     "plain.cif": (TINY, {}, "1 2 1 ~ lacks heavy atoms"),
     "two blocks.cif": (TINY + TINY.replace("data_x", "data_y"), {}, "1 2 1 ~ 2 data blocks with atoms: the first is read"),
     "reversed.cif": (tiny(-1), {}, "1 20 4"),

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import peptide, write
+from sparsurf.api import points as api_points
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -147,7 +148,8 @@ def test_points_of_spheres_have_atoms_and_no_labels():
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path):
+def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path, monkeypatch):
+    monkeypatch.setattr(api_points, "STRUCTURES_PER_JOB", 1)  # so that few structures make a queue
     (tmp_path / "c.pdb").write_text("nothing")
     for path in folder.iterdir():
         (tmp_path / path.name).write_text(path.read_text())
@@ -157,6 +159,7 @@ def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path):
         name, points, normals = result
         alone = sparsurf.points(folder / f"{name}.pdb", 50, seed=3)
         assert np.array_equal(alone[0], points) and np.array_equal(alone[1], normals)
+        assert result.points is points and result.normals is normals
         pd.testing.assert_frame_equal(result.to_frame(), alone.to_frame())
 
 

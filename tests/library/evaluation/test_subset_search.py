@@ -151,6 +151,11 @@ def test_the_law_and_its_inverse():
         mean, high_99 = sparsurf.error_at(density, hydrogens=hydrogens)
         assert mean == pytest.approx(0.03) and high_99 == pytest.approx(5.2 * mean)
         assert 0.03 * density == pytest.approx(0.015 if hydrogens else 0.0125)
-    for call in (lambda: sparsurf.density_for(0), lambda: sparsurf.error_at(-1)):
+    assert sparsurf.error_at(100)[0] == pytest.approx(1.25e-4)  # the largest density
+    for call in (
+        lambda: sparsurf.density_for(0),
+        lambda: sparsurf.error_at(-1),
+        lambda: sparsurf.error_at(101),
+    ):
         with pytest.raises(InputError):
             call()

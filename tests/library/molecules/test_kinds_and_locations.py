@@ -212,6 +212,7 @@ ROWS = (
             ["CB B", "OG B"],
         ),
         ("highest", (("CB", "B", 0.3), ("CB", "A", 0.7)), ["CB A"]),
+        ("first", (("CB", "B", 0.3), ("CB", "A", 0.7)), ["CB B"]),  # first in the file, not in the alphabet
         (
             "highest",
             (("CB", "A", 0.9), ("OG", "A", 0.9), ("HG", "A", 0.0), ("CB", "B", 0.7), ("OG", "B", 0.7)),

@@ -124,6 +124,18 @@ def test_frames_are_read_in_parts_and_reading_may_end_early(whole, tmp_path, mon
     assert len(load_frames(tmp_path / "a.dcd", whole.n_atoms)[0]) == 5
 
 
+@pytest.mark.parametrize(
+    ("ending", "stride", "only"), [("trr", 2, []), ("trr", 1, [1, 4]), ("gro", 1, [1, 4])]
+)
+def test_frames_are_counted_over_all_parts(whole, tmp_path, monkeypatch, ending, stride, only):
+    """In parts of two of the five frames a second part does not begin with a frame that the stride chooses."""
+    whole.save(str(tmp_path / f"a.{ending}"))
+    monkeypatch.setattr(mdtraj_process, "BYTES_AT_ONCE", (3 if stride > 1 else 2) * 12 * whole.n_atoms)
+    given = str(tmp_path / f"a.{ending}"), whole.n_atoms, np.arange(9), stride, False, np.array(only)
+    xyz = np.concatenate([part.xyz for part in mdtraj_process._load(*given)])
+    np.testing.assert_allclose(xyz, whole.xyz[only or slice(None, None, stride), :9], atol=6e-4)
+
+
 def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"no[.]xtc does not exist: check the path"):
         load_frames(tmp_path / "no.xtc", 3)

@@ -199,6 +199,20 @@ def test_the_chains_of_an_assembly_have_the_number_of_their_model(tmp_path):
     assert molecule.xyz[0, ::20, 1].tolist() == [9, 18, 27]
 
 
+def test_atoms_of_later_models_are_found_where_the_first_was_put_in_order(tmp_path):
+    """The first residue stands behind the others: in each model its atoms come first."""
+    models = []
+    for k in (1, 2):
+        lines = peptide(origin=(0, 0, 5.0 * k)).splitlines(keepends=True)
+        first = [line for line in lines if line.startswith("ATOM") and line[22:26] == lines[0][22:26]]
+        rest = [line for line in lines if line not in first and not line.startswith("TER")]
+        models.append(f"MODEL {k:>8}\n{''.join(rest + first)}ENDMDL\n")
+    molecule = read_molecule(write(tmp_path / "a.pdb", "".join(models)))
+    in_order = read_molecule(write(tmp_path / "b.pdb", peptide(origin=(0, 0, 5.0))))
+    assert molecule.residue.tolist() == in_order.residue.tolist()
+    assert molecule.xyz == pytest.approx(in_order.xyz[[0, 0]] + [[[0, 0, 0]], [[0, 0, 5]]], abs=2e-3)
+
+
 @pytest.mark.parametrize(("stride", "expected"), [(2, [0, 2, 4]), (3, [0, 3]), (9, [0])])
 def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path, stride, expected):
     models = [f"MODEL {k + 1:>8}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in range(5)]

@@ -87,6 +87,9 @@ def test_a_sphere():
     assert np.linalg.norm(outward, axis=1) == pytest.approx(2, abs=1e-6)
     assert outward / 2 == pytest.approx(mesh.vertices.normals, abs=1e-6)
     assert mesh.vertices.area.sum() == pytest.approx(16 * np.pi, rel=5e-3)
+    a, b, c = mesh.vertices.points[mesh.triangles[(mesh.triangles == 7).any(axis=1)]].transpose(1, 0, 2)
+    around = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    assert mesh.vertices.area[7] == pytest.approx(around.sum() / 3)
     assert mesh.volume == pytest.approx(32 / 3 * np.pi, rel=1e-2) and mesh.volume < 32 / 3 * np.pi
 
 

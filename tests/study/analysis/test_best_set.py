@@ -76,6 +76,13 @@ def test_combinations_that_only_their_draws_tell_apart_are_not_excluded():
     assert best_set(x).tolist() == [True] * 5 + [False]
 
 
+def test_how_far_bad_combinations_scatter_does_not_count():
+    """Of two that their draws tell apart only the better is in the set, however the draws of bad ones differ."""
+    rng = np.random.default_rng(3)
+    x = np.concatenate([drawn(rng, [0, -0.5], of_draw=0.1), drawn(rng, np.full(8, -500), of_draw=20.0)])
+    assert best_set(x).tolist() == [True] + [False] * 9
+
+
 def test_the_set_is_the_same_every_time():
     x = drawn(np.random.default_rng(4), np.zeros(8))
     assert np.array_equal(best_set(x), best_set(x))

@@ -107,7 +107,9 @@ def test_tables_tell_residues_gaps_and_interface(peptides):
 
 
 def test_best_pairs_are_ranked_and_apart(peptides):
-    found = matching.match(*peptides)
+    found = matching.match(
+        *peptides, (np.arange(0, len(peptides[0].surface), 2), None)
+    )  # dots are no centres
     table = matching.best_pairs(found, n=20)
     assert table["distance"].is_monotonic_increasing
     best = min(near.distance.min() for near in found.complementary)

@@ -520,9 +520,12 @@ def test_residues_may_be_ranges_of_chains_or_of_all(residues):
 
 
 def test_all_mistakes_are_reported_at_once_but_of_many_the_first():
-    wrong = {"seed": -1, "draws": 3, "patches": {"r_patch": 0}, "proteins": {"a/b": {"pdb": 453}}}
+    wrong = {
+        "seed": -1, "draws": 3, "patches": {"r_patch": 0}, "proteins": {"a/b": {"pdb": 453}},
+        "evaluation": {"test_dots": 0},  # a number or a word: one mistake all the same
+    }  # fmt: skip
     many = DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}}
-    for config, n, end in ((wrong, 4, ""), (many, 20, " 79 more mistakes.")):
+    for config, n, end in ((wrong, 5, ""), (many, 20, " 79 more mistakes.")):
         with pytest.raises(InputError) as error:
             check_config(config)
         assert str(error.value).count("\n") == n and str(error.value).endswith(end)

@@ -287,12 +287,15 @@ def test_a_cluster_is_a_profile_of_snakemake(checkout, commands, word):
     assert checkout.calls == [[*profile, *prefix, "-n", "--max-threads", "2"]]  # Snakemake takes the last
 
 
-def test_a_slurm_without_accounts_and_with_small_nodes_is_used_as_it_is(commands, capsys):
+def test_a_slurm_without_accounts_and_with_small_nodes_is_used_as_it_is(commands, capsys, tmp_path):
     commands(sacct="exit 1", sinfo="printf '2 main*\\n4 main*\\n64 other\\n'")
     options = slurm.slurm_options(ROOT / "profiles" / "slurm")
     assert options[2:] == ["--slurm-status-command", "squeue", "--max-threads", "4"]
     said = "sacct does not answer: squeue is asked which jobs have ended.\nNo node has more than 4 cores: "
     assert capsys.readouterr().out.startswith(said)
+    (tmp_path / "config.yaml").write_text("default-resources: {slurm_partition: short}")
+    commands(sinfo="test $4 = --partition=short && printf '2 short\\n8 short\\n'")  # the default is another
+    assert slurm.slurm_options(tmp_path)[-2:] == ["--max-threads", "8"]
     commands(sinfo="exit 1")
     with pytest.raises(InputError, match="sinfo does not answer"):
         slurm.slurm_options(ROOT / "profiles" / "slurm")
