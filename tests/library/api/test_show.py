@@ -15,7 +15,7 @@ import pytest
 
 import sparsurf
 from browser import Browser, programs
-from conftest import ROOT
+from conftest import ROOT, ball
 from parsed_pages import Page
 from peptides import atom_line, peptide
 from sparsurf.api import show
@@ -279,6 +279,9 @@ def test_what_cannot_be_shown_is_reported(tmp_path, blob):
             sparsurf.show(*values)
     with pytest.raises(InputError, match="a trajectory belongs to the path of a structure"):
         sparsurf.show(blob, trajectory="run.xtc")
+    sparsurf.write(sparsurf.Surface(*ball(1000, 5.0)), tmp_path / "dots.csv")
+    with pytest.raises(InputError, match="a trajectory belongs to the path of a structure"):
+        sparsurf.show(tmp_path / "dots.csv", trajectory="run.xtc")
     with pytest.raises(InputError, match="a frame is that of a molecule"):
         sparsurf.show(blob, frame=1)
     with pytest.raises(InputError, match="has one frame, 0: there is no frame 1"):

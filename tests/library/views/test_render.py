@@ -50,6 +50,15 @@ def test_sphere_has_the_area_of_a_disc_and_no_holes():
     assert drawn(picture)[np.hypot(x, y) < 99].all()
 
 
+def test_the_bar_of_a_small_picture_is_ten_angstrom_long():
+    """A ball of 15 Å across is half as wide again, seen from anywhere, but for the width of a pixel."""
+    points, normals = ball(3000, 7.5)
+    picture = render.thumbnail(points, normals, np.full(len(points), 0.6))
+    bar = (picture == 0).all(axis=2).any(axis=0).sum()
+    seen = drawn(picture[: picture.shape[0] - 10]).any(axis=0).sum()
+    assert seen / bar == pytest.approx(1.5, abs=0.1)
+
+
 @pytest.mark.parametrize(("upper", "seen"), [(RED, 0), (BLUE, 2)])
 def test_front_hides_back(upper, seen):
     other = BLUE if upper == RED else RED

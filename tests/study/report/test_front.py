@@ -472,11 +472,17 @@ def test_many_surfaces_stand_by_their_share_and_only_the_first_of_them(tmp_path,
 
 def test_two_surfaces_are_named_one_by_one(tmp_path):
     files = write_run(tmp_path, ["a/c1", "b/c1"], (0.02, 0.03))
+    best = json.loads((tmp_path / "b/c1/best.json").read_text())
+    best["kept"]["unrestricted"]["n_S_percent"] += 1
+    (tmp_path / "b/c1/best.json").write_text(json.dumps(best))
+    for place in ("a/c1", "b/c1"):
+        Image.new("RGB", (1600, 1400), "red").save(tmp_path / place / "figures/subsets.png")
+        files.append(f"{place}/figures/subsets.png")
     answers = write_front(tmp_path / "index.html", files, {})
     assert answers[:2] == [
         "a: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 2.42 (2.17 to 2.72)."
         " 35 other combinations are statistically indistinguishable.",
-        "b: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 3.42 (3.17 to 3.72)."
+        "b: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 44 % of the dots; d = 3.42 (3.17 to 3.72)."
         " 35 other combinations are statistically indistinguishable.",
     ]
     text = text_of(tmp_path)
@@ -484,6 +490,8 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
         "Yes, in 7 of 8 size ranges of 2 surfaces" in text and "in 4 of 8 size ranges of 2 surfaces" in text
     )
     assert "Which dots describe the surfaces of a and b?" in text
+    captions = re.findall(r"with the best parameters keeps (\d+)\s+% of the dots", text)
+    assert captions == ["43", "44"]
 
 
 def test_warnings_are_counted_and_alike_ones_stand_together(tmp_path):
