@@ -145,7 +145,9 @@ def test_what_the_registries_touch_passes_after_the_recipes(extended):
     )
     said = call(extended, "-m", "pytest", "-x", *paths, "-k", chosen)
     assert int(re.search(r"(\d+) passed", said)[1]) > 150
-    call(extended, "-m", "mypy", "--cache-dir", os.devnull)
+    if (ROOT / ".mypy_cache").is_dir():  # of `make test`: only what the recipes touch is checked again
+        shutil.copytree(ROOT / ".mypy_cache", extended / ".mypy_cache")
+    call(extended, "-m", "mypy")
 
 
 def test_the_tables_of_batches_have_the_column(extended):
