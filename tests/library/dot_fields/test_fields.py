@@ -273,8 +273,10 @@ def test_every_chain_has_charged_ends_and_unknown_residues_are_named_in_order(ca
         for r in (1, 2, 3, 4)
         for k, name in enumerate(names)
     ]  # fmt: skip
-    chains = np.repeat(["A", "A", "A", "B"], 4)
-    places, charges = table_charges(replace(made(*atoms), chain=chains))
+    water = [(5, "HOH", "O", (0, -40, 0))]  # of the first chain, at the end of the file
+    chains = np.array([*np.repeat(["A", "A", "A", "B"], 4), "A"])
+    kinds = ["protein"] * 16 + ["water"]
+    places, charges = table_charges(replace(made(*atoms, *water, kind=kinds), chain=chains))
     of_atoms = [charges[(places == place).all(axis=1)].sum() for *_, place in atoms]
     # hydrogens of an atom without neighbours lie at its own place: -0.32 + 0.99, and -0.4 + 0.4
     start, middle, end = [0.67, 0.33, 0.55, -0.55], [0.0, 0.0, 0.55, -0.55], [0.0, 0.0, 0.10, -0.55]
@@ -474,6 +476,24 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
     path.write_text("residue,component\n1,1\n")
     with pytest.raises(InputError, match="'component' cannot name a field"):
         column_of_atoms(path, "component", molecule)
+
+
+def test_fields_are_those_of_the_first_frame(tmp_path):
+    """A serine with its hydrogen and two cysteines, whose bridge and atoms come apart in the second frame."""
+    serine = [(1, "SER", name, place) for name, place in zip(("CA", "CB", "OG"), BENT, strict=True)]
+    serine.append((1, "SER", "HG", BENT[2] + [0, 0, 0.96]))
+    bridge = [(k, "CYS", "SG", (20, 2.0 * k, 0)) for k in (2, 3)]
+    one = replace(made(*serine, *bridge), b_factor=np.arange(6.0))
+    away = one.xyz + 3.0 * np.arange(6)[:, None]
+    two = replace(one, xyz=np.concatenate([one.xyz, away]), time_ps=np.arange(2.0), frame_number=np.arange(2))
+    (tmp_path / "t.csv").write_text("residue,score\n1,1\n2,5\n3,7\n")
+    points, names = one.xyz[0] + 1.5, ["hydropathy", "potential", "bfactor", "score"]
+    found, wanted = (compute_fields(names, each, points, table=tmp_path / "t.csv") for each in (two, one))
+    pd.testing.assert_frame_equal(found, wanted)
+    other = compute_fields(names, replace(one, xyz=away), points, table=tmp_path / "t.csv")
+    assert all(not np.allclose(other[name], wanted[name]) for name in names)
+    (tmp_path / "a.pqr").write_text(pqr(one))
+    pqr_charges(tmp_path / "a.pqr", two)  # its atoms lie at those of the first frame
 
 
 def test_a_column_called_like_a_field_and_an_unknown_field_are_refused(tmp_path, molecule):

@@ -143,24 +143,25 @@ def test_fields_stand_beside_those_of_the_dots(found, dots, molecule, tmp_path):
     assert list(represent(dots, asked(FIELDS, n_dots=9), Streams()).surface.fields) == ["own"]
 
 
-def test_curvature_follows_the_table_of_radii(molecule):
+def test_curvature_follows_the_table_of_radii_and_the_probe(molecule):
     own = radii(molecule, "bondi")
-    dots = replace(molecular_surface(molecule.xyz[0].round(3), own), origin=None)
+    dots = replace(molecular_surface(molecule.xyz[0].round(3), own, 1.6), origin=None)
     settings = asked(["mean_curvature"], n_dots=9).model_copy(
-        update={"surface": Settings(surface={"radii": "bondi"}).surface}
+        update={"surface": Settings(surface={"radii": "bondi", "probe_radius": 1.6}).surface}
     )
     bend = represent(dots, settings, Streams(), molecule).surface.fields["mean_curvature"]
     contact = dots.kind == 0
     assert bend[contact] == pytest.approx(1 / own[dots.atom[contact]])
+    assert (dots.kind == 2).any() and bend[dots.kind == 2] == pytest.approx(-1 / 1.6)
 
 
-@pytest.mark.parametrize(
-    ("request_", "n"), [({"percent": 2.5}, 0.025), ({"density": 0.25}, None), ({"n_dots": 31}, 31)]
-)
-def test_the_number_of_dots_is_that_of_the_request(dots, request_, n):
-    few = represent(dots, asked(**request_), Streams(1, "a")).subset
-    expected = round(0.25 * dots.area.sum()) if n is None else n if n > 1 else round(n * len(dots))
-    assert len(few) == expected and few.weight.sum() == len(dots) and few.interval is None
+@pytest.mark.parametrize("exact", [20.7, 31.3, 31])
+@pytest.mark.parametrize("key", ["percent", "density", "n_dots"])
+def test_the_number_of_dots_is_that_of_the_request(dots, key, exact):
+    whole = {"percent": len(dots) / 100, "density": dots.area.sum(), "n_dots": 1}[key]
+    asked_for = round(exact) if key == "n_dots" else exact / whole
+    few = represent(dots, asked(**{key: asked_for}), Streams(1, "a")).subset
+    assert len(few) == round(exact) and few.weight.sum() == len(dots) and few.interval is None
 
 
 def test_a_subset_has_a_dot_at_least_and_no_more_than_the_surface(dots):

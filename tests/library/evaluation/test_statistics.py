@@ -120,7 +120,12 @@ def test_held_out_with_one_draw_deals_test_dots():
         chosen[0, 0] == x[:, 0, 1::2].sum(axis=1).argmax()
         and chosen[0, 1] == x[:, 0, ::2].sum(axis=1).argmax()
     )
-    assert cross_validated(x, (3, 2)).df == 3
+    found = cross_validated(x, (3, 2))
+    share = np.bincount(chosen[0], minlength=5) / 4  # two winners, each with the error of its own test dots
+    variance = x[:, 0].var(axis=1, ddof=1) / 4
+    assert found.df == 3 and (share > 0).sum() == 2
+    assert found.error == pytest.approx(np.sqrt(share @ variance))
+    assert found.mean == pytest.approx(x[chosen[0], 0, np.arange(4)].mean())
 
 
 def test_error_of_a_certain_winner_by_hand():

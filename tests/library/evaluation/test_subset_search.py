@@ -18,7 +18,9 @@ from sparsurf.evaluation.subset_search import (
 )
 from sparsurf.evaluation.trials import MeasuredError, Trials
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered
+from sparsurf.sampling.combination import Choices
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
 
@@ -88,6 +90,16 @@ def test_a_tenth_more_or_fewer_dots_than_requested_are_no_warning(n, warns, capl
     assert caplog.messages == [words] * warns
 
 
+def test_the_papers_sampler_looks_for_a_z_among_its_choices(blob):
+    """Of which this one, even with alpha = 1, keeps few dots; others keep all that it may."""
+    settings = Settings(patches={"d_link": 0.8})
+    prepared = PreparedSurface(sparsurf.Surface(*blob), settings, streams=Streams(1, "blob"))
+    few = Choices(np.zeros(1), np.array([[1.0, 1.0, 10.0, 10.0]]))
+    with pytest.raises(InputError, match=r"max_z is 0.5, but paper reaches only [1-9]"):
+        find_subset(prepared, "paper", z=0.5, n_tests=10, choices=few)
+    assert Trials(prepared, "paper", 10).z(3000) < 0.5
+
+
 def test_the_stream_of_a_subset_is_that_of_its_sampler(blob):
     prepared = PreparedSurface(sparsurf.Surface(*blob), streams=Streams(7, "blob"))
     for name in ("uniform", "farthest", "poisson"):
@@ -125,11 +137,12 @@ def test_the_surface_is_as_far_off_as_was_asked_for(error, sampler):
 
 
 def test_the_error_of_the_error_is_that_of_the_cells_of_the_kept_dots():
-    """Half of the kept dots see a distance of 1 Å all around, the other half 3 Å: 8 cells, sd 1, mean 2."""
+    """Half of the kept dots, which lie on the surface, see 1 Å all around, the other half 3 Å: 8 cells, sd 1, mean 2."""
     points = np.array([[10.0 * k + x, 0, 0] for k in range(8) for x in (0.0, 1.0, -1.0, 2.0)])
     surface = sparsurf.Surface(points, np.tile([0, 0, 1.0], (len(points), 1)), np.ones(len(points)))
     trials = Trials(PreparedSurface(surface), "farthest", 2)
     distance = np.repeat([1.0, 3.0] * 4, 4)
+    distance[::4] = 0.0
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sparsurf.evaluation.trials.distance_to_recovered", lambda *_: distance)
         measured = trials._measure_error(np.arange(0, 32, 4))

@@ -80,18 +80,20 @@ def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
 
 def test_the_grid_takes_it_beside_the_others(prepared):
     combinations = published.parameter_grid([0.3, 1.0], [0.0], [2.0], [0.0])
-    both = grid.evaluate_grid(prepared, combinations, 12, 2, ("full", "recovered"))
+    both = grid.evaluate_grid(prepared, combinations, 12, 2, ("recovered", "full"))
     plain = grid.evaluate_grid(prepared, combinations, 12, 2, ("full",))
     alone = grid.evaluate_grid(prepared, combinations, 12, 2, ("recovered",))
-    assert np.array_equal(both.z_ts[0], plain.z_ts[0])
-    assert np.allclose(both.z_ts[1], alone.z_ts[0], rtol=1e-5)
+    for name in ("z_ts", "z_tr", "median_patch_size"):
+        found = getattr(both, name)
+        assert np.allclose(found[0], getattr(alone, name)[0], rtol=1e-5), name
+        assert np.array_equal(found[1], getattr(plain, name)[0]), name
     sampled, random = prepared.pair(combinations[1], 1)
     z, _ = prepared.distances([sampled, random], both.tests, both.z_tot, "recovered", many=True)
-    more = grid.evaluate_grid(prepared.changed(threads=2), combinations, 12, 2, ("full", "recovered"))
+    more = grid.evaluate_grid(prepared.changed(threads=2), combinations, 12, 2, ("recovered", "full"))
     assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
     assert np.array_equal(both.median_patch_size, more.median_patch_size)
-    assert both.z_ts[1, 1, 1] == pytest.approx(z[0], rel=1e-5)
-    assert both.z_tr[1, 1, 1] == pytest.approx(z[1], rel=1e-5)
+    assert both.z_ts[0, 1, 1] == pytest.approx(z[0], rel=1e-5)
+    assert both.z_tr[0, 1, 1] == pytest.approx(z[1], rel=1e-5)
 
 
 def test_many_subsets_are_recovered_nearly_as_one_is(prepared):

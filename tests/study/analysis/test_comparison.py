@@ -148,6 +148,28 @@ def test_every_measure_equals_the_plain_method(prepared, surface):
     assert median["Z kept_scaled"] > median["Z kept"]
 
 
+def test_measures_of_several_sizes_and_draws_are_those_of_each_subset(prepared):
+    """The share of a fragment is that of the median patch of its own n_S."""
+    rng, tests = np.random.default_rng(2), prepared.draw_tests(5)
+    subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in (150, 160, 1500, 1600)]
+    z_tot, _ = prepared.describe(tests)
+    found = comparison._measure(prepared, subsets, tests, z_tot, (2, 2, -1))
+    alone = [comparison._measure(prepared, [subset], tests, z_tot, (1, 1, -1)) for subset in subsets]
+    for measure in comparison.USE.keys() - {"seconds"}:
+        if not measure.startswith("median"):
+            wanted = np.reshape([each[measure] for each in alone], (2, 2, 5))
+            assert np.allclose(found[measure], wanted, atol=1e-9), measure
+    sizes = {
+        reading: prepared.distances(subsets, tests, z_tot, reading)[1].reshape(2, -1)
+        for reading in ("full", "kept", "kept_scaled")
+    }
+    median = {reading: np.median(values, axis=1) for reading, values in sizes.items()}
+    for rule in ("kept", "kept_scaled"):
+        share = 100 * median[rule] / median["full"]
+        assert found[f"median patch size {rule}"] == pytest.approx(share)
+    assert median["full"][1] > 5 * median["full"][0]
+
+
 def test_all_dots_have_no_error(prepared):
     whole = comparison.compare_samplers(
         prepared, comparison.select_methods(prepared, ["uniform"]), (100,), n_tests=20, draws=1
@@ -229,21 +251,26 @@ def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
 
 
 def curves(measure="Z full", percents=(2.5, 10, 40), **factors):
-    """A comparison in which Z = factor / sqrt(n_S)."""
+    """A comparison in which Z = factor / sqrt(n_S); around centres, the first factor is doubled."""
     rows = [
         {"sampler": name, "percent": p, "n_S": 10 * p, "n_S_percent": p, "use": "surface", "measure": m}
         | {"value": factor / np.sqrt(p), "se": 0.01, "low": factor / np.sqrt(p) - 0.02}
         | {"high": factor / np.sqrt(p) + 0.02, "Z_mean_descriptor": 1.5, "Z_empty": 9.6}
         for m in (measure, "Z centres")
-        for name, factor in factors.items()
+        for k, name in enumerate(factors)
+        for factor in [factors[name] * (2 if m == "Z centres" and k == 0 else 1)]
         for p in percents
     ]
     return pd.DataFrame(rows)
 
 
 def test_summary_means_and_spread_between_proteins():
-    """Of a protein of three conformations and of two others: means, where medians would be others."""
-    one, two, three, other, last = (curves(uniform=4.0, farthest=f) for f in (2.0, 4.0, 9.0, 1.0, 1.5))
+    """Of a protein of three conformations and of two others: means, where medians would be others.
+
+    Each protein has a random subset of its own, with which its other samplers are compared.
+    """
+    factors = [(3.0, 2.0), (4.0, 4.0), (5.0, 9.0), (2.0, 1.0), (1.0, 1.5)]
+    one, two, three, other, last = (curves(uniform=u, farthest=f) for u, f in factors)
     tables_of = {
         ("p", "c1"): one,
         ("p", "c2"): two,
@@ -254,16 +281,15 @@ def test_summary_means_and_spread_between_proteins():
     units = means_by_protein(tables_of)
     assert list(units) == ["p", "q", "r"]
     assert units["p"]["sampler"].unique().tolist() == ["uniform", "farthest"]
-    row = (
-        means_over_proteins(units)
-        .query("sampler == 'farthest' and percent == 10 and measure == 'Z full'")
-        .iloc[0]
-    )
+    means = means_over_proteins(units).query("sampler == 'farthest' and percent == 10")
+    row, around = (means[means["measure"] == measure].iloc[0] for measure in ("Z full", "Z centres"))
+    assert around["ratio"] == pytest.approx(row["ratio"] / 2)
     z = np.array([5.0, 1.0, 1.5]) / np.sqrt(10)  # the mean of the conformations, then protein by protein
     assert row["value"] == pytest.approx(z.mean()) and row["sd"] == pytest.approx(z.std(ddof=1))
     assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 3
-    assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 1.25))
-    assert (row["ratio"], row["ratio_sd"]) == pytest.approx((2.5 / 4, np.std([1.25, 0.25, 0.375], ddof=1)))
+    ratios = [5 / 4, 1 / 2, 1.5]
+    assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.5, 1.5))
+    assert (row["ratio"], row["ratio_sd"]) == pytest.approx((np.mean(ratios), np.std(ratios, ddof=1)))
     assert row[["n_S_percent", "Z_mean_descriptor", "Z_empty"]].tolist() == pytest.approx([10, 1.5, 9.6])
     other = other.assign(n_S_percent=12.0, Z_empty=3.6, Z_mean_descriptor=0.5, Z_resampled=0.25)
     first = one.assign(Z_resampled=0.75)

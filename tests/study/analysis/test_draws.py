@@ -83,7 +83,7 @@ def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(prepared):
     def draw(n, rng):
         return rng.permutation(3000)[:n]
 
-    subsets, seconds = comparison._draw(prepared, "any", draw, (1.0, 2.0), 3)
+    subsets, seconds = comparison._draw(prepared, "any", draw, (0.99, 2.0), 3)  # 29.7 dots are 30
     assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
     assert seconds.shape == (2, 3)
     for a in range(6):
@@ -159,6 +159,28 @@ def test_fragments_are_medians_over_draws_and_test_dots(prepared):
         subsets = [prepared.pair(COMBINATION, draw)[half] for draw in range(3)]
         _, sizes = prepared.distances(subsets, found.tests, z_tot, "kept")
         assert found.median_patch_size[0, half, 0] == np.median(sizes) != np.mean(sizes)
+
+
+def test_many_draws_are_compared_in_passes_of_a_word(prepared, monkeypatch):
+    """As published, with test dots of each combination: five draws, of which two fit into a pass."""
+    combinations = [COMBINATION, (0.3, 0.0, 2.0, 0.0)]
+    whole = grid.evaluate_grid(prepared, combinations, 9, 5, shared=False)
+    monkeypatch.setattr(grid.descriptors, "MAX_SUBSETS", 4)
+    parts = grid.evaluate_grid(prepared, combinations, 9, 5, shared=False)
+    assert np.allclose(parts.z_ts, whole.z_ts) and np.allclose(parts.z_tr, whole.z_tr)
+    assert np.array_equal(parts.n_s, whole.n_s)
+    for k, combination in enumerate(combinations):
+        tests, keys = whole.tests[k], [round(1e6 * p) for p in combination]
+        pairs = [(prepared.sampled(combination, draw), draw) for draw in range(5)]
+        random = [
+            published.uniform_subset(3000, len(dots), prepared.stream("uniform", *keys, draw))
+            for dots, draw in pairs
+        ]
+        for half, subsets in enumerate(([dots for dots, _ in pairs], random)):
+            z, sizes = prepared.distances(subsets, tests, prepared.describe(tests)[0], "kept")
+            assert np.allclose((whole.z_ts, whole.z_tr)[half][0, k], z, rtol=1e-6)
+            for found in (whole, parts):
+                assert found.median_patch_size[0, half, k] == np.median(sizes)
 
 
 @pytest.mark.parametrize(("shared", "told"), [(True, range(24, 145, 24)), (False, range(6, 145, 6))])

@@ -116,11 +116,13 @@ def test_an_error_names_the_frame(molecule, monkeypatch):
 
 
 def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
-    auto = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": "auto"})})
+    rules = {"density": "auto", "radii": "bondi", "probe_radius": 1.5}
+    auto = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update=rules)})
     table = ensemble.evaluate_frames(molecule, auto, STREAMS, 1)
-    own = radii(molecule)
+    own = radii(molecule, "bondi")
     density = density_for_d_link(molecule, 0, own, auto.surface, 0.6, "p")
-    assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
+    surfaces = [molecular_surface(xyz, own, 1.5, density) for xyz in molecule.xyz]
+    assert table["N"].tolist() == [len(surface) for surface in surfaces]
 
 
 def test_every_frame_has_the_density_of_the_first(molecule, monkeypatch):

@@ -42,6 +42,15 @@ def test_distances_are_those_of_the_pairs_around_their_test_dots(prepared, kept)
             assert np.allclose(z[:, draw], wanted, rtol=1e-9)
 
 
+def test_around_kept_dots_every_draw_has_as_many_as_the_smallest_subset(prepared):
+    combination = (0.05, 0.4, 8.0, 4.0)
+    sizes = [len(prepared.pair(combination, draw)[0]) for draw in range(6)]
+    found = rough_and_flat.by_roughness(prepared, combination, ["full"], 3000, 6, True)
+    assert found.dots.shape == (6, min(sizes)) and sizes[0] > min(sizes)
+    for draw in range(6):
+        assert np.isin(found.dots[draw], prepared.pair(combination, draw)[0]).all()
+
+
 @pytest.mark.parametrize(("test_dots", "n"), [(4, 40), (1, 10), (900, 8000), ("published", 8000)])
 def test_ten_times_the_test_dots_of_the_grid_are_measured_or_8000(prepared, monkeypatch, test_dots, n):
     asked = []

@@ -103,8 +103,15 @@ def test_what_too_few_surfaces_cannot_tell():
     assert two[two["n_combinations"] > 0]["d_from_all"].notna().all()
 
 
-def test_conformations_of_other_grids_are_refused():
-    results = [result("p/c1", 0.6, 2), result("p/c2", 0.6, 2, combinations=COMBINATIONS[:-1])]
+@pytest.mark.parametrize("other", ["fewer", "another order", "another reading"])
+def test_conformations_of_other_grids_are_refused(other):
+    of_other = {"fewer": COMBINATIONS[:-1], "another order": COMBINATIONS[::-1]}
+    results = [
+        result("p/c1", 0.6, 2),
+        result("p/c2", 0.6, 2, combinations=of_other.get(other, COMBINATIONS)),
+    ]
+    if other == "another reading":
+        results[1] = replace(results[1], grid=results[1].grid.drop(columns="d_full"))
     with pytest.raises(InputError, match="p/c2 was not evaluated as p/c1 was"):
         summary.summary_table(results)
 
@@ -251,6 +258,16 @@ def made(name, percent, d):
     return summary.Result(*name.split("/"), 1000, 250.0, 0.4, 0.6, grid.assign(d_kept=d), ranges)
 
 
+def test_the_ranges_of_a_surface_are_those_of_its_own_sizes():
+    """The second combination lies in the lower half of p, and in the upper of q: what q does best there is of no use to p."""
+    results = [made("p/c1", [10, 20, 36, 50], [1, 3, 2, 0]), made("q/c1", [10, 40, 45, 50], [5, 6, 7, 9])]
+    guesses, local = summary.chosen_nearby(results, "kept")
+    assert np.isnan(guesses[:, :, :2]).all()  # one other surface is neither near nor far
+    assert guesses[:, :, 2].tolist() == [[3, 2], [5, 6]]
+    # d of both on average: 3, 4.5 and 4.5
+    assert local.tolist() == [["(0.2, 0, 2, 1)", "(0.3, 0, 2, 1)"], ["(0.1, 0, 2, 1)", "(0.2, 0, 2, 1)"]]
+
+
 def test_the_best_on_average_by_hand():
     """Mean n_S of 12, 22, 32, 42 %: two combinations lie in the first range, one in the second, and the largest in none."""
     results = [made("p/c1", [10, 20, 30, 40], [1, 3, 2, 0]), made("q/c1", [14, 24, 34, 44], [2, 0.5, 4, 9])]
@@ -345,6 +362,8 @@ def test_a_folder_holds_what_was_made_of_its_conformation(tmp_path):
     assert len(found.grid) == 12 and len(found.ranges) == 6 and found.best["combinations"] == 12
     few = summary.read_result(folder, sampled=False)
     assert few.grid.empty and few.ranges.empty and not few.best and len(few.minimal) == 2
+    without = summary.read_result(folder, minimal=False)
+    assert without.minimal is None and without.recovered is None and len(without.grid) == 12
     one.grid[:-1].to_csv(folder / "grid.csv", index=False)
     with pytest.raises(InputError, match=r"grid\.csv has 11 rows for 12 combinations"):
         summary.read_result(folder)
