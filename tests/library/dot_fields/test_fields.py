@@ -354,9 +354,17 @@ def test_a_pqr_file_gives_places_and_charges(tmp_path):
     places, charges = pqr_charges(path)
     np.testing.assert_array_equal(places, [[1, 2, 3], [1.5, 2, 3]])
     np.testing.assert_array_equal(charges, [-0.5, 0.5])
-    path.write_text("ATOM 1 N ALA 1 1.0 2.0 3.0 x 1.5\n")
-    with pytest.raises(InputError, match=r"a\.pqr, line 1"):
-        pqr_charges(path)
+    for charge, words in (("x", "a PQR line ends in"), ("99", "no atom has such a position or charge")):
+        path.write_text(f"REMARK\nATOM 1 N ALA 1 1 2 3 0 1.5\nTER\nATOM 1 N ALA 1 1.0 2.0 3.0 {charge} 1.5\n")
+        with pytest.raises(InputError, match=rf"a\.pqr, line 4: {words}"):
+            pqr_charges(path)
+
+
+def test_an_atom_without_a_charge_does_not_make_it_another_structure(tmp_path, caplog):
+    """A file of charges may lack a ligand: most of its atoms lie at those of the molecule."""
+    molecule = made(*((k, "ALA", "C", (5.0 * k, 0, 0)) for k in range(5)), (5, "LIG", "C", (0, 90, 0)))
+    (tmp_path / "a.pqr").write_text("".join(pqr(molecule).splitlines(True)[:5]))
+    assert len(pqr_charges(tmp_path / "a.pqr", molecule)[1]) == 5 and not caplog.messages
 
 
 def pqr(molecule, charge=lambda k: (-1) ** k * 0.3, radius=1.5, scale=1.0, shift=0.0):
@@ -414,7 +422,8 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
     ("content", "said"),
     [
         ("a,b\n1,2\n", "no column residue"), ("", "no column residue"), ("residue,score\n209,x\n", "row 1: score is 'x'"),
-        ("residue,score\n9999,1\n", "no row fits"), ("residue,score\n209,1\n209,2\n", "two rows"),
+        ("residue,score\n9999,1\n", "no row fits"),
+        ("residue,score\n\n209,1\n210,\n211,y\n", "row 3: score is 'y'"), ("residue,score\n209,1\n209,2\n", "two rows"),
         ("residue,other\n209,1\n", "no column 'score'"), ("residue,score\n209,inf\n", "row 1: score is 'inf'"),
         ("residue,score,score\n209,1,2\n", "has the column 'score' twice"),
         ("residue,score\n209,1\n210\n", "row 2: it has 1 values, not 2; repair it"),

@@ -49,6 +49,8 @@ BONDS = {
     "HG": ("OG", 1.39),
     "HB3": ("OG", -1.41),
     "HB2": ("CB", 1.1),
+    "HN": ("N", 1.0),
+    "HX": ("O", 1.0),
     "H1": ("O", 1.0),
     "H2": ("O", -1.0),
 }
@@ -90,10 +92,16 @@ def test_each_dot_has_the_value_of_its_atom(caplog):
 
 
 def test_hydrogens_of_the_file_donate_and_tell_the_state_of_histidine():
-    """Within 1.4 Å of a donor."""
-    atoms = {"HIS": ["ND1", "HD1", "NE2"], "SER": ["OG", "HG", "HB3", "CB", "HB2"], "HOH": ["O", "H1", "H2"]}
+    """Within 1.4 Å of a donor; one beside an atom that only accepts donates nothing."""
+    atoms = {
+        "ALA": ["N", "HN", "O", "HX"],
+        "HIS": ["ND1", "HD1", "NE2"],
+        "SER": ["OG", "HG", "HB3", "CB", "HB2"],
+        "HOH": ["O", "H1", "H2"],
+    }
     few = sparsurf.points(molecule_of(atoms), 400, fields="hbond").to_frame()
     found = few.groupby(["residue_name", "atom_name"])["hbond"].first()
+    assert found["ALA"].to_dict() == {"N": 1, "HN": 1, "O": -1, "HX": 0}
     assert found["HIS"].to_dict() == {"HD1": 1, "ND1": 1, "NE2": -1}
     assert found["SER"].to_dict() == pytest.approx({"CB": 0, "HB2": 0, "HB3": 0, "HG": 1, "OG": -1 / 3})
     assert found["HOH"].to_dict() == {"H1": 1, "H2": 1, "O": 0}

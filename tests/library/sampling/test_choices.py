@@ -136,5 +136,7 @@ def test_a_combination_as_text_and_as_keys():
 def test_fields_of_tables():
     table = pd.DataFrame(PUBLISHED_ROWS[:2], columns=PARAMETERS).assign(d=1.0)
     assert combination_labels(table) == ["(0.4, 0.2, 10, 10)", "(1, 0.4, 10, 6)"]
+    empty = pd.DataFrame(4 * [[np.nan]], PARAMETERS).T  # of a range without combinations
+    assert combination_labels(pd.concat([empty, table])) == ["", *combination_labels(table)]
     assert split_combinations(join_combinations(combination_labels(table))) == combination_labels(table)
     assert split_combinations(np.nan) == split_combinations("") == []

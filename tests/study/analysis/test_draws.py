@@ -57,6 +57,9 @@ def test_seed_name_and_every_key_make_another_stream():
     assert np.array_equal(first, stream(1, "a/c1", "tests").random(4))
     for other in (stream(2, "a/c1", "tests"), stream(1, "a/c2", "tests"), stream(1, "a/c1", "tests", 0)):
         assert not np.isclose(first, other.random(4)).any()
+    assert np.array_equal(first, Streams(1, "a/c1")("tests").random(4))
+    one, two = (Streams(1, name, shared=True) for name in ("a/c1", "a/c2"))  # whose names are for messages
+    assert one.name != two.name and np.array_equal(one("tests").random(4), two("tests").random(4))
 
 
 def test_weights_belong_to_their_subset_also_beyond_64_subsets(prepared):
