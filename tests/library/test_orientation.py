@@ -123,6 +123,8 @@ def test_axes_of_a_box_by_hand():
     assert np.allclose(np.abs(axes), [[0, 1, 0], [0, 0, 1], [1, 0, 0]]) and axes[0, 1] == pytest.approx(-1)
     assert np.allclose(axes[1:], [[0, 0, 1], [1, 0, 0]])  # without a tail the largest component is positive
     assert np.allclose(principal_axes(points @ TURN)[0], axes[0] @ TURN)
+    across = principal_axes(box @ TURN, np.array([0.0, 1, 0]) @ TURN)  # as seen along the longest side
+    assert np.allclose(np.abs(across @ TURN.T), [[0, 0, 1], [1, 0, 0]])
 
 
 @pytest.mark.parametrize("points", [TETRAHEDRON, np.vstack([np.eye(3), -np.eye(3)]), np.zeros((4, 3))])

@@ -214,10 +214,15 @@ def test_the_table_has_ions_and_hydrogens_of_the_file_stay():
 @pytest.mark.parametrize(("gap", "bridged"), [(2.0, True), (2.49, True), (2.51, False)])
 def test_a_cysteine_without_a_bridge_has_a_hydrogen(gap, bridged):
     x = {"CB": (0, 3.6 + gap), "SG": (1.8, 1.8 + gap)}
-    molecule = made(*((k + 1, "CYS", name, (x[name][k], 0, 0)) for k in (0, 1) for name in ("CB", "SG")))
+    atoms = [(k + 1, "CYS", name, (x[name][k], 0, 0)) for k in (0, 1) for name in ("CB", "SG")]
+    molecule = made(*atoms)
     places, charges = table_charges(molecule)
     if bridged:
         assert np.array_equal(places, molecule.xyz[0]) and charges.tolist() == [0.29, -0.29, 0.29, -0.29]
+        third = [(0, "CYS", "CB", (0, 50, 0)), (0, "CYS", "SG", (1.8, 50, 0))]  # has none
+        _, charges = table_charges(made(*third, *atoms))
+        assert charges[:5].tolist() == [-0.29, 0.29, -0.29, 0.29, -0.29]
+        assert charges[5:] == pytest.approx([0.29 / 6] * 6)
     else:
         assert len(places) == 2 + 2 * 6 and charges[:2].tolist() == [-0.29, -0.29]
         assert charges[2:] == pytest.approx(0.29 / 6)
@@ -235,6 +240,15 @@ def test_a_cysteine_without_a_bridge_has_a_hydrogen(gap, bridged):
 def test_the_state_of_a_residue_follows_from_its_name_and_hydrogens(name, atom, hydrogens, charge):
     far = ((1, name, each, (9, 9, 9)) for each in hydrogens)
     assert table_charges(made((1, name, atom, (0, 0, 0)), *far))[1][0] == charge
+
+
+def test_each_histidine_has_the_state_of_its_own_hydrogens():
+    hydrogens = [(), ("HE2",), ("HD1", "HE2"), ("HD1",), ()]
+    names = [("ND1", *each) for each in hydrogens]
+    atoms = [
+        (k, "HIS", name, (30 * k, 9 * n, 0)) for k, each in enumerate(names) for n, name in enumerate(each)
+    ]
+    assert table_charges(made(*atoms))[1][:5].tolist() == [-0.4, -0.56, -0.35, -0.4, -0.4]
 
 
 def test_a_residue_without_charges_and_a_ligand_are_neutral(caplog, tmp_path):
@@ -473,6 +487,11 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
     path.write_text("chain,residue,score\nA,1,1\nB,1,2\n")
     assert column_of_atoms(path, "score", molecule).tolist() == pytest.approx(
         [1, 1, np.nan, np.nan, 2, 2], nan_ok=True
+    )
+    path.write_text("residue,score\n1,7\n")  # of every chain
+    assert (
+        np.isfinite(column_of_atoms(path, "score", molecule)).tolist()
+        == [True, True, False, False] + [True] * 2
     )
     path.write_text("residue,atom,chain,score\n2,CA,A,7\n")  # a single atom
     assert np.flatnonzero(np.isfinite(column_of_atoms(path, "score", molecule))).tolist() == [2]

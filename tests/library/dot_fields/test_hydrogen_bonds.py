@@ -96,6 +96,7 @@ def test_hydrogens_of_the_file_donate_and_tell_the_state_of_histidine():
     atoms = {
         "ALA": ["N", "HN", "O", "HX"],
         "HIS": ["ND1", "HD1", "NE2"],
+        "NHIS": ["ND1", "NE2"],
         "SER": ["OG", "HG", "HB3", "CB", "HB2"],
         "HOH": ["O", "H1", "H2"],
     }
@@ -103,6 +104,7 @@ def test_hydrogens_of_the_file_donate_and_tell_the_state_of_histidine():
     found = few.groupby(["residue_name", "atom_name"])["hbond"].first()
     assert found["ALA"].to_dict() == {"N": 1, "HN": 1, "O": -1, "HX": 0}
     assert found["HIS"].to_dict() == {"HD1": 1, "ND1": 1, "NE2": -1}
+    assert found["NHIS"].to_dict() == {"ND1": 0, "NE2": 0}  # without hydrogens
     assert found["SER"].to_dict() == pytest.approx({"CB": 0, "HB2": 0, "HB3": 0, "HG": 1, "OG": -1 / 3})
     assert found["HOH"].to_dict() == {"H1": 1, "H2": 1, "O": 0}
 

@@ -59,6 +59,10 @@ def test_roughness_and_covers_are_those_of_the_radius_and_the_rules(prepared, su
         "p/c",
     )
     assert repr(prepared) == "PreparedSurface of 3,000 dots"
+    bare = PreparedSurface(Surface(surface.points, surface.normals))  # whose area is estimated
+    assert bare.density == pytest.approx(3000 / bare.area) and bare.area == pytest.approx(
+        4 * np.pi * 8**2, rel=0.5
+    )
 
 
 @pytest.mark.parametrize("up", [True, False])

@@ -25,7 +25,10 @@ from sparsurf.streams import Streams
 
 
 class MadeUp(Trials):
-    """A surface of 1000 dots on 160 Å^2, recovered with an error of (scale / n) ** power Å."""
+    """A surface of 1000 dots on 160 Å^2, recovered with an error of (scale / n) ** power Å.
+
+    The standard error of its logarithm is 3 / sqrt(n).
+    """
 
     def __init__(self, scale=2.0, power=1.0):
         self.prepared = SimpleNamespace(name="made up", area=160.0)
@@ -39,7 +42,7 @@ class MadeUp(Trials):
         self.tried.append(n)
         if n == self.n_dots:
             return MeasuredError(0.0, 0.0)
-        return MeasuredError((self.scale / n) ** self.power, 0.3)
+        return MeasuredError((self.scale / n) ** self.power, 3 / np.sqrt(n))
 
 
 @pytest.mark.parametrize(("scale", "power"), [(2.0, 1.0), (2.6, 1.0), (1.2, 1.0), (4.0, 1.3), (0.9, 0.8)])
@@ -52,7 +55,7 @@ def test_the_fewest_dots_of_an_error_are_found_with_few_measurements(scale, powe
     assert len(dots) == pytest.approx(answer, rel=0.006, abs=1)
     assert len(trials.tried) <= 5 and len(set(trials.tried)) == len(trials.tried)
     slope = power if len(trials.tried) > 1 else 1  # that of the law, where one measurement is enough
-    ends = np.clip(answer * np.exp(np.array([-1.96, 1.96]) * 0.3 / slope), 12, 1000)
+    ends = np.clip(answer * np.exp(np.array([-1.96, 1.96]) * 3 / np.sqrt(answer) / slope), 12, 1000)
     assert np.log(interval) == pytest.approx(np.log(ends), abs=0.06)
 
 

@@ -223,6 +223,10 @@ def test_a_field_in_place_of_the_height():
     assert z[0, 0] == pytest.approx(2.5) and np.abs(z[0, 1:]).max() < 1e-9
     # x = r cos t on the unit disc: c_11 = (n + 1)/pi int r cos t R_11 e^{-it} = 1/2; the bumps flatten it by some percent
     assert z[1, 1] == pytest.approx(0.5, rel=0.1) and z[1, 0] == pytest.approx(0, abs=0.05)
+    index, narrow = build_index(points, normals, 0.6), points[None, :, 0] / 4.0
+    for threads in (1, 2):
+        z_4 = descriptors.describe_fields(index, np.zeros((1, 3)), narrow, 4.0, threads)[0, 0]
+        assert z_4[1] == pytest.approx(0.5, rel=0.1)
     turn = TURNS[0]
     turned = descriptors.describe_fields(
         build_index(points @ turn.T, normals @ turn.T, 0.6), np.zeros((1, 3)), fields

@@ -23,6 +23,16 @@ def test_vertices_lie_on_the_ball_closer_with_a_finer_step(caplog):
     assert not caplog.records
 
 
+def test_two_bodies_and_a_cavity_are_all_closed(caplog):
+    """A ball of 6 Å with a hole of 3 Å in it, and one of 2 Å beside it."""
+    big, hole, small = ball(250, 6), ball(70, 3), ball(40, 2)
+    points = np.concatenate([small[0] + [11, 0, 0], big[0], hole[0]])
+    mesh = recovered_mesh(points, np.concatenate([small[1], big[1], -hole[1]]), step=0.7)
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * (216 - 27 + 8), rel=0.01)
+    assert mesh.vertices.area.sum() == pytest.approx(4 * np.pi * (36 + 9 + 4), rel=0.01)
+    assert not caplog.records
+
+
 def test_normals_that_point_inward_and_holes_are_reported(caplog):
     recovered_mesh(DOTS[0], -DOTS[1])
     assert caplog.messages[0].startswith("the normals point inward, so that the mesh encloses the outside")

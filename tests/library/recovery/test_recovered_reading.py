@@ -15,6 +15,7 @@ from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf_study.analysis import grid
@@ -41,6 +42,10 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
         distance = np.linalg.norm(alone - whole, axis=1).mean()
         assert by_descriptor.pop(f"Z_{name}") == pytest.approx(distance, rel=1e-9)
     assert not by_descriptor
+    patches = prepared.patches.model_copy(update={"r_zernike": 4.0, "d_link": 0.7})
+    narrow = PreparedSurface(prepared.surface, Settings(patches=patches), streams=Streams(1))
+    of_narrow, _ = narrow.distances([kept], tests, narrow.describe(tests)[0], "recovered")
+    assert recovered_z(narrow, kept, tests)["Z_published"] == pytest.approx(of_narrow.mean())
     alone, _ = descriptors.describe(index, prepared.points[tests])
     assert z[0] == pytest.approx(np.linalg.norm(alone - z_tot, axis=1), rel=1e-9)
     as_it_is, _ = prepared.distances([kept], tests, z_tot, "full")
