@@ -109,7 +109,16 @@ def test_distances_are_measured_from_the_starter_or_from_the_moved_centre():
     corrected = PreparedSurface(
         SimpleNamespace(points=points, normals=normals), Settings(patches={"d_link": 0.75})
     ).corrected_cover
-    assert np.array_equal(corrected.origin, own.origin) and len(set(corrected.dot)) == len(corrected.dot)
+    assert np.array_equal(corrected.origin, own.origin)
+    seen = set()
+    for c, (starter, _, dots) in enumerate(plain):  # a dot has its chance in the first patch that contains it
+        pairs = slice(corrected.start[c], corrected.start[c + 1])
+        order = np.argsort(corrected.dot[pairs])
+        first = [dot for dot in dots.tolist() if dot not in seen]
+        assert corrected.dot[pairs][order].tolist() == first
+        distance = np.linalg.norm(points[first] - points[starter], axis=1)
+        assert np.allclose(4.0 * np.exp(-corrected.log_ratio[pairs][order]), distance, atol=1e-12)
+        seen.update(first)
 
 
 def test_of_two_dots_as_near_the_lower_one_is_the_centre():

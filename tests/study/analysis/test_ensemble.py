@@ -13,6 +13,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.sampling import published
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -101,7 +102,13 @@ def test_other_combinations_and_readings_are_evaluated_and_threads_change_nothin
     pd.testing.assert_frame_equal(both, table[:2])
     own = {"ensemble": SETTINGS.ensemble.model_copy(update={"combination": [0.3, 0.0, 2.0, 0.0]})}
     own["evaluation"] = SETTINGS.evaluation.model_copy(update={"readings": ["full", "kept_scaled"]})
+    rules = {"distance_from_moved_centre": False, "chance_in_every_patch": False}
+    own["sampling"] = SETTINGS.sampling.model_copy(update=rules)
     row = ensemble.frame_row(molecule, 1, radii(molecule), SETTINGS.model_copy(update=own), STREAMS)
+    surface = molecular_surface(molecule.xyz[1], radii(molecule), density=6.0)
+    prepared = PreparedSurface(surface, SETTINGS, streams=Streams(3, "p/f1"))
+    wanted = published.expected_n_s(prepared.corrected_cover, [own["ensemble"].combination])
+    assert row["n_S_expected"] == pytest.approx(wanted[0])
     assert row["n_S"] < 0.8 * table["n_S"][1] and not [name for name in row if "kept" in name]
 
 
