@@ -364,7 +364,7 @@ def test_half_of_the_charges_of_a_pqr_file_are_small(tmp_path, charges, refused)
 
 def test_a_pqr_file_gives_places_and_charges(tmp_path):
     path = tmp_path / "a.pqr"
-    path.write_text("REMARK\nATOM 1 N ALA 1 1.0 2.0 3.0 -0.5 1.5\nATOM 2 H ALA 1 1.5 2.0 3.0 0.5 1.0\n")
+    path.write_text("REMARK\nATOM 1 N ALA 1 1.0 2.0 3.0 -0.5 1.5\nHETATM 2 H LIG 1 1.5 2.0 3.0 0.5 1.0\n")
     places, charges = pqr_charges(path)
     np.testing.assert_array_equal(places, [[1, 2, 3], [1.5, 2, 3]])
     np.testing.assert_array_equal(charges, [-0.5, 0.5])

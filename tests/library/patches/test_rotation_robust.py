@@ -234,6 +234,17 @@ def test_a_field_in_place_of_the_height():
     np.testing.assert_allclose(turned, z, atol=0.05)  # the grid lies otherwise on the dots
 
 
+def test_the_height_as_a_field_has_the_coefficients_of_the_surface(blob, index):
+    """But for those of m = 0, to which the height of the plane is added."""
+    points, normals = blob
+    for i in (0, 600, 1800):
+        ids, values = naive.patch(points, i, 6.0, D_LINK), np.zeros((2, len(points)))
+        values[1, ids] = naive.robust_values(points[ids], normals[ids], points[i])[1]
+        z, _ = descriptors.describe(index, points[i : i + 1], descriptor="rotation_robust")
+        of_field = descriptors.describe_fields(index, points[i : i + 1], values)[0]
+        assert np.abs(of_field[1] - z[0])[M > 0].max() < 1e-9 and not of_field[0].any()
+
+
 def test_fields_of_several_patches_are_those_of_each_alone():
     rng = np.random.default_rng(4)
     points = np.column_stack([rng.uniform(-9, 9, (4000, 2)), np.zeros(4000)])

@@ -24,12 +24,12 @@ def test_vertices_lie_on_the_ball_closer_with_a_finer_step(caplog):
 
 
 def test_two_bodies_and_a_cavity_are_all_closed(caplog):
-    """A ball of 6 Å with a hole of 3 Å in it, and one of 2 Å beside it."""
-    big, hole, small = ball(250, 6), ball(70, 3), ball(40, 2)
-    points = np.concatenate([small[0] + [11, 0, 0], big[0], hole[0]])
+    """A ball of 6 Å with a hole of 3 Å in it, and one of 4 Å beside it."""
+    big, hole, small = ball(250, 6), ball(70, 3), ball(110, 4)
+    points = np.concatenate([small[0] + [13, 0, 0], big[0], hole[0]])
     mesh = recovered_mesh(points, np.concatenate([small[1], big[1], -hole[1]]), step=0.7)
-    assert mesh.volume == pytest.approx(4 / 3 * np.pi * (216 - 27 + 8), rel=0.01)
-    assert mesh.vertices.area.sum() == pytest.approx(4 * np.pi * (36 + 9 + 4), rel=0.01)
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * (216 - 27 + 64), rel=0.01)
+    assert mesh.vertices.area.sum() == pytest.approx(4 * np.pi * (36 + 9 + 16), rel=0.01)
     assert not caplog.records
 
 
