@@ -154,6 +154,8 @@ def test_equal_eigenvectors_do_not_depend_on_their_basis():
     values = np.array([5.0, 3, 3, 1])
     turned = basis.copy()
     turned[:, 1:3] = basis[:, 1:3] @ [[0.6, -0.8], [0.8, 0.6]]
+    rounded = np.array([5.0, 1e-13, -4e-14, -2e-13])  # three are 0 but for rounding
+    assert np.allclose(canonical_axes(rounded, basis), canonical_axes(rounded, turned))
     settled = canonical_axes(values, basis)
     assert np.allclose(settled, canonical_axes(values, turned)) and np.allclose(
         settled.T @ settled, np.eye(4)

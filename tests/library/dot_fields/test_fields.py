@@ -295,6 +295,8 @@ def test_every_chain_has_charged_ends_and_unknown_residues_are_named_in_order(ca
     # hydrogens of an atom without neighbours lie at its own place: -0.32 + 0.99, and -0.4 + 0.4
     start, middle, end = [0.67, 0.33, 0.55, -0.55], [0.0, 0.0, 0.55, -0.55], [0.0, 0.0, 0.10, -0.55]
     assert of_atoms == pytest.approx([*start, *middle, *end, *start[:2], *end[2:]])
+    _, charges = table_charges(made(*((k, "PRO", "N", (20 * k, 0, 0)) for k in (1, 2))))
+    assert charges.tolist() == pytest.approx([-0.32, -0.56, *[0.33] * 3])  # the second has no hydrogen
     others = [(1, "ZZZ", "C1", (0, 0, 0)), (2, "ALA", "CB", (9, 0, 0)), (3, "LIG", "C1", (0, 9, 0))]
     table_charges(made(*others, kind=["other", "protein", "other"]))
     assert caplog.messages == ["potential: LIG, ZZZ have no charges in the table and count as neutral"]

@@ -105,6 +105,8 @@ def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surfac
             assert np.array_equal(sizes[r, b], n)
             of_index = prepared.distances_to_index(own, tests, whole)
             assert np.allclose(of_index[0], found[r, b], atol=1e-9) and np.array_equal(of_index[1], n)
+    of_whole, alone, _ = prepared.compare(subsets, tests, ("recovered",))  # no other needs the whole surface
+    assert np.allclose(of_whole, whole, atol=1e-12) and np.allclose(alone[0], found[2], atol=1e-9)
     one, of_one = prepared.distances(subsets, tests, whole, "kept")
     assert np.allclose(one, found[3], atol=1e-9) and np.array_equal(of_one, sizes[3])
     quick = recovered_index(

@@ -24,12 +24,12 @@ def test_vertices_lie_on_the_ball_closer_with_a_finer_step(caplog):
 
 
 def test_two_bodies_and_a_cavity_are_all_closed(caplog):
-    """A ball of 6 Å with a hole of 3 Å in it, and one of 4 Å beside it."""
-    big, hole, small = ball(250, 6), ball(70, 3), ball(110, 4)
-    points = np.concatenate([small[0] + [13, 0, 0], big[0], hole[0]])
+    """A ball of 7 Å with a hole of 2.5 Å in it, and one of 4 Å beside it."""
+    big, hole, small = ball(340, 7), ball(50, 2.5), ball(110, 4)
+    points = np.concatenate([small[0] + [14, 0, 0], big[0], hole[0]])
     mesh = recovered_mesh(points, np.concatenate([small[1], big[1], -hole[1]]), step=0.7)
-    assert mesh.volume == pytest.approx(4 / 3 * np.pi * (216 - 27 + 64), rel=0.01)
-    assert mesh.vertices.area.sum() == pytest.approx(4 * np.pi * (36 + 9 + 16), rel=0.01)
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * (343 - 15.625 + 64), rel=0.01)
+    assert mesh.vertices.area.sum() == pytest.approx(4 * np.pi * (49 + 6.25 + 16), rel=0.01)
     assert not caplog.records
 
 

@@ -1,5 +1,6 @@
 """Distances, errors and references: plain references, exact cases, independence of cores and order."""
 
+from dataclasses import fields
 from types import SimpleNamespace
 
 import numpy as np
@@ -143,9 +144,17 @@ def test_grid_survives_the_disk(grid, tmp_path):
     assert back.readings == grid.readings and back.n_dots == grid.n_dots
     assert np.array_equal(back.z_ts, grid.z_ts)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
-    (tmp_path / "a.npz").write_bytes((tmp_path / "b.npz").read_bytes()[:1000])  # of a disk that was full
-    with pytest.raises(InputError, match=r"a.npz is damaged \(.*\): delete it, it will be computed again.$"):
-        grids.read_grid(tmp_path / "a.npz")
+    assert [getattr(back, f.name).tolist() for f in fields(grid)[2:-1]] == [
+        getattr(grid, f.name).tolist() for f in fields(grid)[2:-1]
+    ]
+    np.savez(tmp_path / "other.npz", n_s=grid.n_s)
+    whole = (tmp_path / "b.npz").read_bytes()  # whose disk may have been full
+    for damaged in (whole[:1000], b"", (tmp_path / "other.npz").read_bytes()):
+        (tmp_path / "a.npz").write_bytes(damaged)
+        with pytest.raises(
+            InputError, match=r"a.npz is damaged \(.*\): delete it, it will be computed again.$"
+        ):
+            grids.read_grid(tmp_path / "a.npz")
 
 
 def test_references_of_two_opposite_vectors():

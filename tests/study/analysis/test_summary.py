@@ -205,9 +205,10 @@ def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
         assert row.d == pytest.approx(np.mean(d)) and row.d_sd == pytest.approx(np.std(d, ddof=1))
 
 
-def test_damaged_results_are_named(tmp_path):
+@pytest.mark.parametrize("damage", ["{", "{}"])
+def test_damaged_results_are_named(tmp_path, damage):
     write_run(tmp_path, study(lambda r, s: 2, [0.6]))
-    (tmp_path / "p01" / "c1" / "best.json").write_text("{")
+    (tmp_path / "p01" / "c1" / "best.json").write_text(damage)
     with pytest.raises(InputError, match="c1 lacks results"):
         summary.read_result(tmp_path / "p01" / "c1")
 
