@@ -211,6 +211,37 @@ def test_the_table_has_ions_and_hydrogens_of_the_file_stay():
     assert _table()["NA", "NA"] == (1.0, 0.0, 0.0)
 
 
+# Formal charges; residues of proteins without their backbone, nucleotides with their phosphate
+IONS = {
+    "ZN": 2,
+    "MG": 2,
+    "CA": 2,
+    "MN": 2,
+    "FE": 2,
+    "FE2": 2,
+    "FE3": 3,
+    "CU": 2,
+    "CU1": 1,
+    "NI": 2,
+    "CO": 2,
+    "CD": 2,
+}
+IONS |= {"NA": 1, "K": 1, "CL": -1, "BR": -1, "IOD": -1}
+FORMAL = IONS | {"ARG": 1, "LYS": 1, "HIP": 1, "ASP": -1, "GLU": -1, "CYM": -1, "TYM": -1}
+FORMAL |= dict.fromkeys(["A", "C", "G", "U", "DA", "DC", "DG", "DT"], -1)
+
+
+def test_every_residue_of_the_table_carries_its_formal_charge():
+    """Hydrogens have a charge where there are any, and polar ones a positive one."""
+    found = {}
+    for (residue, atom), (charge, hydrogens, number) in _table().items():
+        found[residue] = found.get(residue, 0) + charge + hydrogens
+        assert (hydrogens != 0) == (number > 0) and 0 <= number <= 3, (residue, atom)
+        assert hydrogens > 0 or not (number and atom[0] in "NOS"), (residue, atom)
+    assert found == pytest.approx({residue: FORMAL.get(residue, 0) for residue in found}, abs=2e-3)
+    assert FORMAL.keys() <= found.keys()
+
+
 @pytest.mark.parametrize(("gap", "bridged"), [(2.0, True), (2.49, True), (2.51, False)])
 def test_a_cysteine_without_a_bridge_has_a_hydrogen(gap, bridged):
     x = {"CB": (0, 3.6 + gap), "SG": (1.8, 1.8 + gap)}
