@@ -1,11 +1,14 @@
 """Curvature at dots in closed form: on one sphere, two and three, and over closed surfaces; smoothed, against fine meshes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
+from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.errors import InputError
 
 NAMES = ["mean_curvature", "gaussian_curvature", "shape_index"]
@@ -136,6 +139,26 @@ def test_smoothed_mean_curvature_of_a_protein_is_that_of_its_mesh():
     mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", fields="mean_curvature")
     exact, of_mesh = smoothed(mesh, "mean_curvature", 3.0)
     assert np.corrcoef(exact, of_mesh)[0, 1] > 0.96 and np.median(np.abs(exact - of_mesh)) < 0.03
+
+
+def test_buried_atoms_do_not_count_however_many_are_nearer():
+    """Forty in one of two spheres, nearer to the probe than the other sphere."""
+    spheres, inside = ([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.9]), np.random.default_rng(0).normal(size=(40, 3))
+    crowded = np.vstack([spheres[0], 0.05 * inside]), [*spheres[1], *[0.5] * 40]
+    dots, of_crowd = (sparsurf.surface(each) for each in (spheres, crowded))
+    assert np.allclose(of_crowd.points, dots.points)
+    for name in NAMES:
+        wanted, found = (FIELDS[name].function(each) for each in (dots, of_crowd))
+        assert np.allclose(found, wanted, atol=1e-6)
+
+
+def test_dots_of_unknown_kind_have_no_curvature():
+    dots = sparsurf.surface(([[0.0, 0, 0], [3, 0, 0]], [1.7, 1.5]))
+    unknown = np.arange(len(dots)) % 3 == 0
+    lacking = replace(dots, kind=np.where(unknown, -1, dots.kind))
+    for name in NAMES:
+        whole, found = (FIELDS[name].function(each) for each in (dots, lacking))
+        assert np.isnan(found[unknown]).all() and np.array_equal(found[~unknown], whole[~unknown])
 
 
 def test_curvature_needs_dots_that_were_placed():

@@ -521,6 +521,10 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
     assert column_of_atoms(path, "score", molecule).tolist() == pytest.approx(
         [1, 1, np.nan, np.nan, 2, 2], nan_ok=True
     )
+    names = {"chain": np.repeat(["NA", "1"], 3), "residue": np.repeat(["-1A", "01", "1"], 2)}
+    path.write_text("chain,residue,score\nNA,-1A,1\n1,1,2\nNA,01,3\n")  # names that look like other things
+    found = column_of_atoms(path, "score", replace(molecule, **names))
+    assert found.tolist() == pytest.approx([1, 1, 3, np.nan, 2, 2], nan_ok=True)
     path.write_text("residue,score\n1,7\n")  # of every chain
     assert (
         np.isfinite(column_of_atoms(path, "score", molecule)).tolist()

@@ -149,9 +149,13 @@ def test_curvature_follows_the_table_of_radii_and_the_probe(molecule):
     settings = asked(["mean_curvature"], n_dots=9).model_copy(
         update={"surface": Settings(surface={"radii": "bondi", "probe_radius": 1.6}).surface}
     )
-    bend = represent(dots, settings, Streams(), molecule).surface.fields["mean_curvature"]
+    moved = molecule.xyz + np.random.default_rng(0).normal(size=molecule.xyz.shape)
+    number = np.arange(2)  # of frames, of which the dots lie on the first
+    frames = {"xyz": np.concatenate([molecule.xyz, moved]), "time_ps": 1.0 * number, "frame_number": number}
+    moving = replace(molecule, **frames)
+    bend = represent(dots, settings, Streams(), moving).surface.fields["mean_curvature"]
     contact = dots.kind == 0
-    assert bend[contact] == pytest.approx(1 / own[dots.atom[contact]])
+    assert bend[contact] == pytest.approx(1 / own[dots.atom[contact]]) and np.isfinite(bend).all()
     assert (dots.kind == 2).any() and bend[dots.kind == 2] == pytest.approx(-1 / 1.6)
 
 
