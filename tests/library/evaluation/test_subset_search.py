@@ -103,6 +103,17 @@ def test_the_papers_sampler_looks_for_a_z_among_its_choices(blob):
     assert Trials(prepared, "paper", 10).z(3000) < 0.5
 
 
+def test_a_subset_that_differs_from_the_request_is_reported(blob, caplog):
+    settings, few = Settings(patches={"d_link": 0.8}), Choices(np.zeros(1), np.array([[1.0, 1, 10, 10]]))
+    prepared = PreparedSurface(sparsurf.Surface(*blob), settings, streams=Streams(1, "blob"))
+    dots, _ = find_subset(prepared, "paper", 2000, choices=few)
+    assert [message.split(":")[0] for message in caplog.messages] == [
+        f"paper keeps {len(dots)} dots instead of 2000"
+    ]
+    find_subset(prepared, "farthest", 20)
+    assert len(caplog.messages) == 1
+
+
 def test_the_stream_of_a_subset_is_that_of_its_sampler(blob):
     prepared = PreparedSurface(sparsurf.Surface(*blob), streams=Streams(7, "blob"))
     for name in ("uniform", "farthest", "poisson"):
@@ -118,6 +129,13 @@ def test_the_search_starts_where_the_law_says():
         trials = MadeUp()
         smallest_subset_of_error(trials, 0.02, hydrogens)
         assert trials.tried[0] == n
+
+
+def test_all_dots_of_a_tiny_surface_are_needed():
+    trials = MadeUp()
+    trials.n_dots = 5
+    dots, interval = smallest_subset_of_error(trials, 0.5, hydrogens=False)
+    assert len(dots) == 5 and interval is None
 
 
 def test_beyond_the_dots_of_the_surface_there_is_no_interval():

@@ -67,6 +67,15 @@ def test_where_a_choice_cannot_keep_n_the_next_that_can_takes_its_place(surface,
     assert np.array_equal(dots, published.sample(cover, tune_alpha(cover, WIDE, n), np.random.default_rng(5)))
 
 
+@pytest.mark.parametrize(("n", "combination"), [(899, WIDE), (900, WHOLE)])
+def test_the_range_is_that_of_the_share_of_all_dots(surface, n, combination):
+    """Of 3000 dots 900 are 30 %."""
+    choices = Choices(np.array([0.0, 30.0]), np.array([WIDE, WHOLE]))
+    dots = paper(surface, n, np.random.default_rng(5), choices)
+    alone = tune_alpha(surface.cover, combination, n)
+    assert np.array_equal(dots, published.sample(surface.cover, alone, np.random.default_rng(5)))
+
+
 def test_where_no_choice_can_keep_n_the_nearest_is_taken_and_covers_differ(surface):
     choices = Choices(np.array([0.0, 90.0, 95.0]), np.array([SHORT, LONG, SHORT]))
     dots = paper(surface, 2000, np.random.default_rng(5), choices)
