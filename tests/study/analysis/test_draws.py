@@ -89,6 +89,7 @@ def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(prepared):
     subsets, seconds = comparison._draw(prepared, "any", draw, (0.99, 2.0), 3)  # 29.7 dots are 30
     assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
     assert seconds.shape == (2, 3)
+    assert len(comparison._draw(prepared, "any", draw, (0.01,), 1)[0][0]) == 1  # 0.3 dots are one
     for a in range(6):
         assert (np.diff(subsets[a]) > 0).all()
         assert not any(set(subsets[a]) <= set(subsets[b]) for b in range(6) if b != a)

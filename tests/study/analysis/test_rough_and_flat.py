@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from conftest import make_blob
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.sampling import published
 from sparsurf.settings import Settings
@@ -49,6 +50,14 @@ def test_around_kept_dots_every_draw_has_as_many_as_the_smallest_subset(prepared
     assert found.dots.shape == (6, min(sizes)) and sizes[0] > min(sizes)
     for draw in range(6):
         assert np.isin(found.dots[draw], prepared.pair(combination, draw)[0]).all()
+
+
+def test_of_a_small_surface_all_dots_are_measured():
+    settings = Settings(patches={"d_link": 3.0})
+    small = PreparedSurface(Surface(*make_blob(200)), settings, streams=Streams(3, "small"))
+    found = rough_and_flat.kept_and_any(small, COMBINATION, ["full"], "published")
+    assert found["any dots"].dots.tolist() == [list(range(200))] * 6
+    assert found["kept dots"].dots.shape == (6, min(len(small.pair(COMBINATION, k)[0]) for k in range(6)))
 
 
 @pytest.mark.parametrize(("test_dots", "n"), [(4, 40), (1, 10), (900, 8000), ("published", 8000)])
