@@ -101,6 +101,12 @@ def test_errors_are_those_of_the_dots_that_are_not_kept(found, dots):
     assert table.loc[1:, ["n_S_percent", "density", "Z_published"]].isna().all(axis=None)
 
 
+def test_a_requested_number_has_no_interval(dots):
+    row = represent(dots, asked(n_dots=40), Streams(2, "p")).errors().iloc[0]
+    assert row[["n_S_percent_low", "n_S_percent_high"]].isna().all()
+    assert row["n_S_percent"] == pytest.approx(100 * 40 / len(dots))
+
+
 def test_other_subsets_predict_the_fields_as_well(found):
     few, prepared = found.subset, found.trials.prepared
     n = len(prepared)

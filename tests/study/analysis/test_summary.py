@@ -194,6 +194,7 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
     write_npz(folder / "surface.npz", replace(surface, fields={"component": np.arange(1000) >= 900}))
     row = summary.surfaces_table([summary.read_result(folder)]).iloc[0]
     assert row["components"] == 2 and row["volume"] != 0
+    assert row["area"] == pytest.approx(250)  # of all components
 
 
 def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
