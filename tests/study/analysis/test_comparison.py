@@ -275,11 +275,11 @@ def test_summary_means_and_spread_between_proteins():
         ("p", "c1"): one,
         ("p", "c2"): two,
         ("p", "c3"): three,
-        ("q", "c1"): other,
+        ("pq", "c1"): other,
         ("r", "c1"): last,
     }
     units = means_by_protein(tables_of)
-    assert list(units) == ["p", "q", "r"]
+    assert list(units) == ["p", "pq", "r"]
     assert units["p"]["sampler"].unique().tolist() == ["uniform", "farthest"]
     means = means_over_proteins(units).query("sampler == 'farthest' and percent == 10")
     row, around = (means[means["measure"] == measure].iloc[0] for measure in ("Z full", "Z centres"))

@@ -155,6 +155,7 @@ def test_conformations_of_one_protein_count_once():
     rows = table[(table["reading"] == "kept") & (table["range"] == 3)]
     found = relate_to_roughness(rows, np.random.default_rng(0))
     assert found["n_surfaces"] == 9 and found["n_proteins"] == 3
+    assert found["n_pairs"] == 9  # three of the conformations of each
     assert found["p"] == pytest.approx(2 / 6)  # two of the six orders of three proteins
     alone = relate_to_roughness(rows.assign(protein="a"), np.random.default_rng(0))
     assert alone["n_proteins"] == 1  # nine frames of one protein give neither a p nor an interval
