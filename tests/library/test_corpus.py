@@ -961,7 +961,7 @@ def test_geometry(example, monkeypatch, caplog, name):
 
     def measure():
         molecule = change(example)
-        geometry.refuse_invalid_coordinates(molecule.xyz, "run.xtc")
+        geometry.refuse_invalid_coordinates(molecule.xyz, "run.xtc", molecule.frame_number)
         geometry.refuse_impossible(molecule, "run.xtc")
         return ()
 

@@ -355,7 +355,7 @@ def molecule_of_frames(
 def _with_frames(molecule: Molecule, frames: Frames, path: StrPath, join: bool) -> Molecule:
     """Return a molecule with other frames of its atoms, made whole."""
     xyz = frames.xyz
-    refuse_invalid_coordinates(xyz, path)
+    refuse_invalid_coordinates(xyz, path, frames.number)
     if frames.box is not None:
         xyz = make_whole(xyz, frames.box, molecule.residue_index, join, path)
     molecule = replace(molecule, xyz=xyz, time_ps=frames.time_ps, frame_number=frames.number)

@@ -442,13 +442,13 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
         )
 
 
-def refuse_invalid_coordinates(xyz: np.ndarray, path: StrPath, begin: int = 0) -> None:
-    """Raise InputError if coordinates (F, A, 3), Å, from frame `begin` are NaN, beyond MAX_COORDINATE, or all the same."""
+def refuse_invalid_coordinates(xyz: np.ndarray, path: StrPath, number: np.ndarray) -> None:
+    """Raise InputError if coordinates (F, A, 3), Å, of frames numbered (F,) are NaN, beyond MAX_COORDINATE, or all the same."""
     bad = ~(np.abs(xyz) < MAX_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
             f"{path} has coordinates that are not numbers or beyond {MAX_COORDINATE:.0e} Å in frame "
-            f"{begin + bad.argmax()}: repair or copy it again."
+            f"{number[bad.argmax()]}: repair or copy it again."
         )
     if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
         raise InputError(f"{path} has all atoms at one position: give a file with coordinates.")

@@ -127,10 +127,11 @@ def read_frames(
         xyz *= ANGSTROM_PER_NM
         moved = _differ_from_before(xyz, before)
         before = xyz[-1:].copy()
-        refuse_invalid_coordinates(xyz, path, len(keep))
+        places = len(keep) + np.arange(len(xyz))
+        numbers = stride * places if times is None else number[places]
+        refuse_invalid_coordinates(xyz, path, numbers)
         cells = box[moved].astype(float) * ANGSTROM_PER_NM if len(box) and boxed else None
-        places = len(keep) + np.flatnonzero(moved)
-        xyz = change(xyz[moved], cells, stride * places if times is None else number[places])
+        xyz = change(xyz[moved], cells, numbers[moved])
         store.append(xyz)
         keep += moved.tolist()
         time_parts.append(time)
@@ -140,12 +141,13 @@ def read_frames(
         if complete and complete[1]:
             report_cut(path, complete[0], n_read, stride)
         time_ps, number = np.concatenate(time_parts), stride * np.arange(len(keep))
-    time_ps, number, xyz = time_ps[keep], number[keep], store.frames()
+    xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
         message = "%s: %s the one before, the first is frame %d: left out"
-        log.warning(message, path, pluralise(n_repeats, "frame", "repeats"), keep.index(False) * stride)
+        log.warning(message, path, pluralise(n_repeats, "frame", "repeats"), number[keep.index(False)])
+    time_ps, number = time_ps[keep], number[keep]
     if times is None:
-        warn_of_repeats(path, xyz, time_ps)
+        warn_of_repeats(path, xyz, time_ps, number)
     if suffix(path) not in TIMED or not (np.diff(time_ps) > 0).all():
         time_ps = np.full(len(xyz), np.nan)
     return Frames(xyz, time_ps, number, None)
@@ -247,8 +249,8 @@ def report_cut(path: StrPath, n_complete: int, n_read: int, stride: int) -> None
     log.warning(message, path, min(n_read, -(-n_complete // stride)), stride)
 
 
-def warn_of_repeats(path: StrPath, xyz: np.ndarray, time: np.ndarray) -> None:
-    """Warn if a trajectory (F, A, 3) with times (F,), nan where the file has none, seems to be written twice."""
+def warn_of_repeats(path: StrPath, xyz: np.ndarray, time: np.ndarray, number: np.ndarray) -> None:
+    """Warn if a trajectory (F, A, 3) with times (F,), nan where the file has none, and numbers (F,) seems to be written twice."""
     half = len(xyz) // 2
     repeated = all(np.array_equal(xyz[k], xyz[half + k]) for k in range(half))
     if half > 1 and repeated and any((xyz[0] != xyz[k]).any() for k in range(1, half)):
@@ -256,7 +258,7 @@ def warn_of_repeats(path: StrPath, xyz: np.ndarray, time: np.ndarray) -> None:
     elif suffix(path) in TIMED and (np.diff(time) < 0).any():
         frame = int(np.argmax(np.diff(time) < 0)) + 1
         message = "%s: time goes back to %g ps at frame %d; were two trajectories joined?"
-        log.warning(message, path, time[frame], frame)
+        log.warning(message, path, time[frame], number[frame])
 
 
 def check_gro(path: StrPath) -> None:

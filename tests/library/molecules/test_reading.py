@@ -709,18 +709,39 @@ def test_a_wrong_frame_is_called_by_its_number_in_the_file(tmp_path):
     text = peptide() + "TER\n" + peptide(chain="B", origin=(0, 50, 0)) + "END\n"
     given = mdtraj.join([mdtraj.load(str(write(tmp_path / "a.pdb", text)))] * 6)
     given.xyz = given.xyz + 0.02 * np.arange(6)[:, None, None]
-    given.unitcell_vectors = np.tile(10 * np.eye(3), (6, 1, 1))
-    torn, boxes = given[:], given.unitcell_vectors.copy()
+    given.unitcell_vectors, given.time = np.tile(10 * np.eye(3), (6, 1, 1)), np.arange(6.0)
+    torn, far, boxes = given[:], given[:], given.unitcell_vectors.copy()
     torn.xyz[4, 4] += 0.8
+    far.xyz[4, 7] = 2e4
     boxes[4, 1, 1] = 5  # which would lay one peptide onto the other
     given.unitcell_vectors = boxes
     for frames, words in (
         (torn, "the bond CA-CB of ALA 1 A is .* long in frame 4;"),
+        (far, "not numbers or beyond 1e.05 Å in frame 4:"),
         (given, "the box and the coordinates in frame 4 do not fit together"),
     ):
-        frames.save(str(tmp_path / "a.xtc"))
-        with pytest.raises(InputError, match=words):
-            read_molecule(tmp_path / "a.pdb", tmp_path / "a.xtc", stride=2)
+        frames.save(str(tmp_path / "a.trr"))
+        for keys in ({"stride": 2}, {"times": [4.0, 5.0]}):
+            with pytest.raises(InputError, match=words):
+                read_molecule(tmp_path / "a.pdb", tmp_path / "a.trr", **keys)
+
+
+def test_a_frame_that_repeats_or_goes_back_is_called_by_its_number_in_the_file(tmp_path, caplog):
+    one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
+    frames = mdtraj.join([one] * 8)
+    frames.xyz = frames.xyz + 0.02 * np.array([0, 1, 2, 3, 2, 5, 6, 7])[:, None, None]
+    frames.time = np.array([0.0, 1, 2, 3, 4, 5, 1, 7])
+    frames.save(str(tmp_path / "a.xtc"))
+    read = read_molecule(tmp_path / "a.pdb", tmp_path / "a.xtc", stride=2)
+    assert read.frame_number.tolist() == [0, 2, 6] and np.isnan(read.time_ps).all()
+    assert "1 frame repeats the one before, the first is frame 4: left out" in caplog.text
+    assert "time goes back to 1 ps at frame 6" in caplog.text
+    frames.time = np.arange(8.0)
+    frames.save(str(tmp_path / "a.xtc"))
+    caplog.clear()
+    few = read_molecule(tmp_path / "a.pdb", tmp_path / "a.xtc", times=[2.0, 4, 7])
+    assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 2, 7]
+    assert "the first is frame 4" in caplog.text
 
 
 def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
