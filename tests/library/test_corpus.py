@@ -356,6 +356,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
                   record="ATOM")), {"chains": ""}, "1 4 1 ~ lacks heavy atoms"),
     "residues that lack in the middle.pdb": (
         end(without(HEAVY, "214", "215")), {}, "1 103 12 ~ 2 residues are missing .* GLN 213"),
+    "residues that lack beside a chain with its sequence.pdb": (
+        "SEQRES   1 B    4  ALA ALA ALA ALA\n" + end(without(HEAVY, "211", "214", "215"), peptide(chain="B", origin=(0, 0, 60))),
+        {}, "1 112 15 ~ 3 residues are missing within its chains, the first between ... 210 A and ... 212 A"),
     "a number that jumps without a gap.pdb": (peptide(["ALA"] * 2) + "".join(
         peptide(["ALA"] * 2, first=9, origin=2 * STEP)) + "END\n", {}, "1 20 4"),
     # alternate locations
@@ -416,6 +419,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         "1 70 14 ~ no coordinates for 7 residues of the sequence: 1 in chain A, .*1 in chain E and 2 more chains"),
     "an assembly of other chain letters.pdb": (models(HEAVY, every(COPY, chain="B")), {}, "! one molecule by `assembly`"),
     "an assembly.pdb": (models(HEAVY, COPY), {"assembly": True}, TWICE),
+    "an assembly with a conformation.pdb": (
+        models(HEAVY, COPY, every(HEAVY, by=(0.3, 0, 0))), {"assembly": True}, "! lie within one another"),
+    "another residue in the second model.pdb": (
+        models(peptide(), peptide(["ALA", "SER", "ALA", "ALA"])), {}, "! models of different atoms .* 20 20"),
     "the second model 5 % longer along y.pdb": (
         models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
         "2 953 61 ~ longer along y .* in frame 1"),
@@ -447,7 +454,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "backbone.pdb": (
         "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line), {},
         "! 50% of the heavy atoms"),
-    "two C-alpha.pdb": (atom_line() + atom_line(residue="2", place=(3.8, 0, 0)), {}, "1 2 2 ~ 2 residues lack heavy atoms"),
+    "two C-alpha.pdb": (atom_line() + atom_line(residue="2", place=(3.8, 0, 0)), {}, 
+                         "1 2 2 ~ 2 residues lack heavy atoms, the first is ALA 1 A"),
     "ions.pdb": (
         "".join(atom_line("NA  ", "NA", residue=str(i), place=(i, 0, 0), element="NA") for i in range(3)), {},
         "! there is no protein; the file has chain A with 3 NA"),
@@ -459,7 +467,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a residue twice under two names.pdb": (
         end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213 A lie in one place; keep one of them"),
     "an occupancy above 1.pdb": (
-        end(put(HEAVY[0], occupancy="37.00"), HEAVY[1:]), {}, f"{WHOLE} ~ 1 atom has an occupancy outside"),
+        end(HEAVY[:7], put(HEAVY[7], occupancy="37.00"), HEAVY[8:]), {},
+        f"{WHOLE} ~ 1 atom has an occupancy outside 0 to 1, such as 37;"),
     "an atom lacks.pdb": (end(HEAVY[:8], HEAVY[9:]), {}, "1 118 14 ~ 1 residue lacks heavy atoms, the first is GLU 209 A"),
     "an atom that a bridge replaces.pdb": (BRIDGE + LACKING, {}, "1 24 5"),
     "an atom that a metal does not replace.pdb": (
@@ -521,7 +530,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "name.ent": (GOOD, {}, "1 20 4"),
     "a name with blanks, Å and ü.pdb": (GOOD, {}, "1 20 4"),
     "rstripped.pdb": ("\n".join(line.rstrip() for line in peptide().split("\n")), {}, "1 20 4"),
-    "disordered.pdb": (SEQUENCE + GOOD, {}, "1 20 4 ~ no coordinates for 5 residues"),
+    "disordered.pdb": (  # waters have the chain's name, but are not of its sequence
+        SEQUENCE + end(peptide(), *(atoms("HOH", str(k), {"O": (0, 9.0 * k, 50)}) for k in range(20, 25))), {},
+        "1 20 4 ~ no coordinates for 5 residues"),
     "one-atom.pdb": (atom_line(), {}, "1 1 1 ~ a single atom"),
     "one-residue.pdb": (peptide(["ALA"]), {}, "1 5 1"),
     "no-chain.pdb": (peptide(chain=" "), {}, "1 20 4"),
@@ -599,6 +610,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "virtual sites of water.pdb": (
         end(HEAVY, atoms("SOL", "300", {"OW": (0, 0, 50), "HW1": (0.8, 0.6, 50), "HW2": (-0.8, 0.6, 50), "MW": (0, 0.1, 50)})),
         {"selection": "all"}, "1 122 15"),
+    "virtual sites of water and pseudoatoms.pdb": (
+        end(HEAVY, put(HEAVY[4], name="QB", element="Q", by=(0.5, 0.5, 0)),
+            atoms("SOL", "300", {"OW": (0, 0, 50), "HW1": (0.8, 0.6, 50), "HW2": (-0.8, 0.6, 50), "MW": (0, 0.1, 50)})),
+        {"selection": "all"}, "1 122 15 ~ left out 2 particles"),
     "a lone pair of a ligand.pdb": (
         end(HEAVY, ligand(), atoms("LIG", "300", {"LP1": (32, 0, 0)}, element="")), {"ligands": True},
         "1 121 15 ~ left out 1 particle"),

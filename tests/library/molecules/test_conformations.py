@@ -50,6 +50,10 @@ def test_superposed_copies_coincide():
     turns = Rotation.random(5, random_state=2).as_matrix()
     copies = np.array([first, *(first @ turn + rng.normal(size=3) * 50 for turn in turns)])
     assert np.abs(superpose(copies, slice(None)) - first).max() < 1e-11  # sums of 100 Å in float64
+    assert np.abs(superpose(copies[1:], slice(5), first[:5]) - first).max() < 1e-10  # on what is given
+    copies[2:4, :, :2] = 0.0  # on a line
+    with pytest.raises(InputError, match="lie on a line, or are a mirror image, in frame 2"):
+        superpose(copies, slice(None))
     mirrored = np.array([first, first * (1, 1, -1)])
     assert np.abs(superpose(mirrored, slice(None))[1] - first).max() > 1
     distances = np.linalg.norm(np.diff(superpose(mirrored, slice(None)), axis=1), axis=2)
@@ -182,6 +186,29 @@ def test_choice_does_not_depend_on_where_the_molecule_is(moving):
     assert first.index.tolist() == second.index.tolist() and np.array_equal(first.label, second.label)
 
 
+@pytest.mark.parametrize("other", [("CA", "CA", "CA", "other"), ("H1", "ALA", "H", "protein")])
+def test_frames_are_compared_by_c_alphas_or_by_heavy_atoms(moving, other):
+    """An ion that is called CA and a hydrogen move at random: the one beside all residues, the other beside two."""
+    few = moving if other[3] == "other" else moving.take(moving.residue_index >= 2)
+    labels = dict(zip(("name", "residue_name", "element", "kind"), other, strict=True))
+    labels |= {"chain": "A", "residue": "9", "residue_index": few.n_residues, "b_factor": 0.0}
+    added = {key: np.append(getattr(few, key), value) for key, value in labels.items()}
+    place = np.random.default_rng(4).normal(0, 20, (12, 1, 3))
+    more = replace(few, xyz=np.concatenate([few.xyz, place], axis=1), **added)
+    one, two = (choose_frames(each, rng=np.random.default_rng(1)).projection for each in (few, more))
+    assert np.array_equal(one, two)
+
+
+def test_frames_of_a_file_are_those_in_memory(moving, tmp_path, monkeypatch):
+    monkeypatch.setattr(conformations, "FRAMES_AT_ONCE", 5)
+    stored = np.memmap(tmp_path / "frames", float, "w+", shape=moving.xyz.shape)
+    stored[:] = moving.xyz
+    one, two = (
+        choose_frames(each, rng=np.random.default_rng(1)) for each in (moving, replace(moving, xyz=stored))
+    )
+    assert np.array_equal(one.projection, two.projection) and np.array_equal(one.label, two.label)
+
+
 def test_conformations_are_ranked_by_population(moving):
     choice = choose_frames(moving, clusters=3, rng=np.random.default_rng(1))
     assert choice.table.conformation.tolist() == ["c1", "c2", "c3"]
@@ -221,6 +248,7 @@ def test_frames_by_name(moving):
     listed = choose_frames(moving, frames=[110, 30, 110], rng=rng)
     assert listed.table.frame.tolist() == [110, 30] and listed.index.tolist() == [11, 3]
     assert (listed.label == 0).all() and listed.silhouettes.empty
+    assert choose_frames(moving, frames=[30], rng=rng).table.conformation.tolist() == ["f030"]
     assert listed.table[["cluster", "population"]].to_numpy().tolist() == [[0, 1], [0, 1]]
     assert list(listed.silhouettes.columns) == ["K", "silhouette", "inertia"]
     clustered = choose_frames(moving, rng=rng)

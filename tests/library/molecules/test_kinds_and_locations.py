@@ -92,8 +92,10 @@ def test_hetero_nucleotides_belong_together_within_a_phosphodiester_bond():
 
 
 def test_heavy_atoms_are_counted_against_the_standard_residue():
-    names, index = np.array(["ALA"] * 6 + ["HID"] * 2 + ["XYZ", "GLY"]), np.array([0] * 6 + [1] * 2 + [2, 3])
-    elements = np.array(["N", "C", "C", "O", "C", "H", "N", "D", "C", "H"])
+    names, index = np.array(["ALA"] * 7 + ["HID"] * 2 + ["XYZ", "GLY"]), np.array([0] * 7 + [1] * 2 + [2, 3])
+    elements = np.array(
+        ["N", "C", "C", "O", "C", "H", "O", "N", "D", "C", "H"]
+    )  # with the second O of an end
     found, expected = count_heavy_atoms(names, index, elements)
     assert (found.tolist(), expected.tolist()) == ([5, 1, 0, 0], [5, 10, 0, 4])
 
@@ -226,6 +228,13 @@ ROWS = (
 def test_one_location_of_each_atom(altloc, rows, expected):
     kept = choose_altlocs(located(*rows), altloc, "a.pdb")
     assert [each.strip() for each in kept.name + " " + kept.altloc] == expected
+
+
+@pytest.mark.parametrize("column", ["model", "residue_index"])
+def test_each_residue_of_each_model_has_a_location_of_its_own(column):
+    rows = located(("CB", "A", 0.4), ("CB", "B", 0.6), ("CB", "A", 0.7), ("CB", "B", 0.3))
+    kept = choose_altlocs(rows.assign(**{column: np.array([0, 0, 1, 1])}), "highest", "a.pdb")
+    assert kept.altloc.tolist() == ["B", "A"] and kept.occupancy.tolist() == [0.6, 0.7]
 
 
 # ---- tables

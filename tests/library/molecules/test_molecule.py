@@ -9,7 +9,7 @@ import pytest
 from peptides import ALANINE, STEP, atom_line, write
 from sparsurf.molecules import formats
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.pdb import _short_chain_ids, read_pdb
+from sparsurf.molecules.pdb import _short_chain_ids, _short_residue_names, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
 
 
@@ -89,6 +89,11 @@ def test_every_name_and_number_is_written_in_its_columns(molecule, tmp_path):
     assert lines[0][30:54] == "12345.67-1234.56   1.000"
     assert [line[17:22] for line in lines] == ["~SE A", "~SE A", "~SEAB", "~SEAB", "~SEAB"]
     assert [float(line[60:66]) for line in lines] == [0, -99.99, 999.99, 999.99, -99.99]
+
+
+def test_long_residue_names_that_end_alike_get_letters_of_their_own():
+    short = _short_residue_names(np.array(["ABCXY", "ALA", "~AA", "DEFXY", "GHIXY"]), 3)
+    assert short == {"ABCXY": "~XY", "DEFXY": "~AB", "GHIXY": "~AC"}
 
 
 def test_chains_keep_their_ids_if_all_have_two_letters_or_less():

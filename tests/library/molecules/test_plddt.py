@@ -137,6 +137,7 @@ def test_ligands_do_not_tell_whether_values_are_plddt(tmp_path):
     [
         ("EXPDTA    SOLUTION NMR", False, EXPERIMENT), ("EXPDTA    NULL", False, ""), ("EXPDTA    THEORETICAL MODEL", False, ""),
         ("EXPDTA    X-RAY DIFFRACTION\nTITLE     ALPHAFOLD", False, EXPERIMENT),
+        ("EXPDTA    X-RAY DIFFRACTION\nEXPDTA   2 THEORETICAL MODEL", False, EXPERIMENT),
         ("REMARK   2 RESOLUTION.    1.80 ANGSTROMS.", False, EXPERIMENT), ("REMARK   2", False, ""),
         ("REMARK   3   PROGRAM     : REFMAC", False, EXPERIMENT), ("REMARK 200 EXPERIMENTAL DETAILS", False, EXPERIMENT),
         ("REMARK 215 NMR STUDY", False, EXPERIMENT), ("REMARK 465 MISSING RESIDUES", False, ""),
@@ -160,6 +161,7 @@ def test_the_origin_of_a_pdb_file(lines, has_box, origin):
         ("_struct.title 'Boltz-2 model'", False, PREDICTED), ("_software.name MODELLER", True, MODEL),
         ("_entry.id alphafold_1", False, PREDICTED), ("_struct.pdbx_model_details ColabFold", False, PREDICTED),
         ("_ma_qa_metric.name pLDDT", True, PREDICTED), ("_ma_qa_metric.type PLDDT\n_exptl.method NMR", False, PREDICTED),
+        ("loop_\n_ma_qa_metric.name\nPAE\npLDDT\nQMEAN", False, PREDICTED),
         ("_ma_qa_metric.name QMEAN", False, MODEL), ("_ma_model_list.model_id 1", False, MODEL),
         ("_entry.id 1ABC", True, EXPERIMENT),
     ],

@@ -192,11 +192,16 @@ def test_models_of_equal_numbers_are_models_of_their_own(tmp_path, caplog, given
         assert one.frame_number.tolist() == [k]
 
 
-def test_the_chains_of_an_assembly_have_the_number_of_their_model(tmp_path):
-    models = (f"MODEL {k:>8}\n{peptide(origin=(0, 9.0 * k, 0))}ENDMDL\n" for k in (1, 2, 3))
+@pytest.mark.parametrize(
+    ("numbers", "step"), [((1, 2, 3), (0, 9, 0)), ((7, 3, 5), (0, 0, 2.9))]
+)  # at 2.9 Å a few atoms touch
+def test_the_chains_of_an_assembly_have_the_place_of_their_model(tmp_path, numbers, step):
+    models = (
+        f"MODEL {number:>8}\n{peptide(origin=k * np.array(step))}ENDMDL\n" for k, number in enumerate(numbers)
+    )
     molecule = read_molecule(write(tmp_path / "a.pdb", "".join(models)), assembly=True)
     assert [*dict.fromkeys(molecule.chain.tolist())] == ["A", "A-2", "A-3"]
-    assert molecule.xyz[0, ::20, 1].tolist() == [9, 18, 27]
+    assert molecule.xyz[0, ::20] == pytest.approx(np.outer(range(3), step))
 
 
 def test_atoms_of_later_models_are_found_where_the_first_was_put_in_order(tmp_path):
@@ -221,6 +226,55 @@ def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path
     assert molecule.xyz[:, 0, 0].tolist() == expected
 
 
+def test_a_model_that_repeats_is_called_by_its_place_in_the_file(tmp_path, caplog):
+    models = [f"MODEL {9 - k:>8}\n{peptide(origin=(x, 0, 0))}ENDMDL\n" for k, x in enumerate((0, 1, 2, 3, 2))]
+    read_molecule(write(tmp_path / "a.pdb", "".join(models)), stride=2)
+    assert "1 frame repeats the one before, the first is frame 4" in caplog.text
+
+
+def test_each_copy_of_a_chain_gets_a_free_letter_and_the_ligand_beside_it(tmp_path):
+    copies = [peptide(chain=chain, origin=(0, 30 * k, 0)) for k, chain in enumerate("AABB")]
+    ligands = "".join(
+        atom_line(name, "LIG", "A", str(20 + k), (5, 30 * k, z), record="HETATM")
+        for k in (1, 0) for name, z in (("C1", 5), ("C2", 6))
+    )  # fmt: skip
+    molecule = read_molecule(
+        write(tmp_path / "a.pdb", "TER\n".join([*copies, ligands]) + "END\n"), ligands=True
+    )
+    of_copies = molecule.kind == "protein"
+    assert [*dict.fromkeys(molecule.chain[of_copies].tolist())] == ["A", "C", "B", "D"]
+    assert molecule.chain[~of_copies].tolist() == ["C", "C", "A", "A"]
+
+
+@pytest.mark.parametrize("max_pairs", [1_000_000, 0])
+def test_residues_stand_in_the_order_of_their_bonds(tmp_path, monkeypatch, max_pairs):
+    """Two chains with their residues backwards; many ends of chains are compared by a tree."""
+    monkeypatch.setattr("sparsurf.molecules.residues.MAX_PAIRS", max_pairs)
+    lines = [peptide(chain=c, origin=(0, 0, z)).splitlines(True) for c, z in (("A", 0), ("B", 9))]
+    text = "".join("".join(each[5 * k : 5 * k + 5]) for each in lines for k in (3, 2, 1, 0))
+    molecule = read_molecule(write(tmp_path / "a.pdb", text + "END\n"))
+    assert molecule.residue[::5].tolist() == 2 * ["1", "2", "3", "4"]
+    assert molecule.chain[::20].tolist() == ["A", "B"] and molecule.xyz[0, ::20, 2].tolist() == [0, 9]
+
+
+def test_atoms_of_a_trajectory_are_found_where_its_topology_was_put_in_order(tmp_path):
+    """The first residue stands behind the others, then all CB; one of them has two locations, which frames have once."""
+    lines, order = peptide().splitlines(True), [*range(5, 20), *range(5)]
+    order = sorted(order, key=lambda k: k % 5 == 4)
+    located = [f"{lines[9][:16]}{letter}{lines[9][17:]}" for letter in "AB"]
+    lines[9] = located[0] + located[1].replace(" 1.200 ", " 1.700 ")
+    topology = write(tmp_path / "a.pdb", "".join(lines[k] for k in order) + "END\n")
+    whole = read_molecule(write(tmp_path / "b.pdb", peptide() + "END\n"))
+    frames = whole.xyz[0, order] + 5.0 * np.arange(3)[:, None, None]
+    given = mdtraj.Trajectory(frames / 10, mdtraj.load(str(tmp_path / "b.pdb")).topology)
+    given.save(str(tmp_path / "a.trr"))
+    for selection in (None, "name CB N"):
+        read = read_molecule(topology, tmp_path / "a.trr", selection=selection)
+        chosen = whole if selection is None else whole.select(selection=selection)
+        assert equal_names(read, chosen)
+        assert read.xyz == pytest.approx(chosen.xyz[0] + 5.0 * np.arange(3)[:, None, None], abs=1e-4)
+
+
 def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
     nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
     assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
@@ -231,6 +285,9 @@ def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
         InputError, match=r"'99' is not in .*a\.pdb, which has residues A 1 to 4, B 98 to 101"
     ):
         read_molecule(path, residues="A:3,99")
+    falling = write(tmp_path / "c.pdb", peptide(first=11) + peptide(first=1, origin=(0, 0, 9)))
+    with pytest.raises(InputError, match=r"which has residues A 1 to 14\.$"):
+        read_molecule(falling, residues="A:99")
     path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
     assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
     assert residue_labels(None) == []
@@ -645,6 +702,16 @@ def test_the_cell_of_a_dcd_file_is_a_matrix_or_lengths_and_angles(tmp_path, shap
     sound = np.stack([whole, whole + 100, whole - 7.0])
     (tmp_path / "b.dcd").write_bytes(dcd(sound, [numbers] * 3))
     np.testing.assert_allclose(read_molecule(path, tmp_path / "b.dcd").xyz, sound, atol=2e-5)  # float32
+
+
+def test_each_frame_is_made_whole_by_its_own_box():
+    """As under constant pressure: the box of the second frame is wider, that of the third oblique."""
+    rod = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
+    whole, boxes = np.stack([rod, rod, rod]), np.stack([size * np.eye(3) for size in (40.0, 44.0, 50.0)])
+    boxes[2, 1, 0] = 9.0
+    cut = np.stack([wrapped(rod, box, (35, 48, 5)) for box in boxes])
+    moved = make_whole(cut, boxes, np.repeat(np.arange(4), 5)) - whole
+    assert np.ptp(moved, axis=1).max() < 1e-10 and (np.ptp(cut - whole, axis=1).max(axis=1) > 30).all()
 
 
 def test_frames_that_are_whole_are_never_moved():
