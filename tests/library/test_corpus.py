@@ -672,7 +672,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
     "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
     "residues in another order, five bonds lost.pdb": (
-        reordered(20, [1, 0, 2, 4, 3, *range(5, 20)]), {}, "1 100 20 ~ 5 peptide bonds are missing"),
+        reordered(20, [1, 0, 2, 4, 3, *range(5, 20)]), {},
+        "1 100 20 ~ 5 peptide bonds are missing, the first between ALA 2 A and ALA 3 A, 4.9 Å"),
     "ten atoms apart.pdb": (spread(10), {}, "! only 0% of the bonds that its names imply"),
     "two chains of a crystal.pdb": (peptide() + peptide(chain="B", origin=(0, 300, 0)), {}, "1 40 8"),
 }  # fmt: skip
@@ -1113,6 +1114,8 @@ TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes 
     "frames at some times": (same, "xtc trr nc h5 gro", same, {"times": [2.0]}, "2 953 61"),
     "without a time that is named": (same, "xtc", same, {"times": [9.0]}, "1 953 61 ~ no frame at any of the requested times"),
     "within a frame, at the end of a line": (same, "xyz lammpstrj mdcrd", shorter_by_frames(0.5), {}, f"2 953 61 {CUT}"),
+    "within a frame, and a stride of 2": (
+        same, "xyz", shorter_by_frames(0.5), {"stride": 2}, "1 953 61 ~ last frame is left out, 1 were read .stride 2"),
     "within a number": (same, "xyz lammpstrj mdcrd", shorter(2), {}, f"2 953 61 {CUT}"),
     "without the last newline": (same, "xyz lammpstrj gro mdcrd", shorter(1), {}, "3 953 61"),
     "behind a frame": (same, "xyz lammpstrj gro mdcrd", shorter_by_frames(1), {}, "2 953 61"),
@@ -1130,8 +1133,10 @@ TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes 
     "zeros": (zeroed, "xtc dcd trr nc", same, {}, "! in frame 2"),
     "not a number": (not_a_number, "dcd", same, {}, "! not numbers .* in frame 2"),
     "other atoms": (lambda several: several.atom_slice(range(950)), "xtc dcd nc xyz", same, {}, "! 950 atoms and .* has 953"),
-    "ten times as long": (longer, "dcd", same, {}, r"! run\.dcd: .* lengths in Å, and atoms in the order of .*topology\.pdb"),
-    "ten times as long as": (longer, "xtc", same, {}, r"! run\.xtc: .* lengths in nm, and atoms in the order of .*topology\.pdb"),
+    "ten times as long": (
+        longer, "dcd nc", same, {}, r"! run\.(dcd|nc): .* lengths in Å, and atoms in the order of .*topology\.pdb"),
+    "ten times as long as": (
+        longer, "xtc trr", same, {}, r"! run\.(xtc|trr): .* lengths in nm, and atoms in the order of .*topology\.pdb"),
 }  # fmt: skip
 EVERY_TRAJECTORY = [f"{name}.{kind}" for name, row in TRAJECTORIES.items() for kind in row[1].split()]
 

@@ -4,6 +4,7 @@ import gzip
 import hashlib
 import io
 import logging
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from sparsurf.files import (
     collected_warnings,
     decode_text,
     existing_file,
+    import_pyarrow,
     no_warnings,
     pluralise,
     read_archive,
@@ -39,6 +41,12 @@ def test_compressed_text_is_uncompressed_and_null_bytes_are_refused(tmp_path):
         decode_text(b"a\0", "x")
     with pytest.raises(InputError, match=r"cannot be read: .*null"):
         read_text("a\0.pdb")
+
+
+def test_parquet_without_pyarrow_is_a_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(InputError, match="run pip install pyarrow"):
+        import_pyarrow()
 
 
 def test_a_long_text_is_cut_in_the_middle():
@@ -80,6 +88,11 @@ def test_what_was_said_before_is_not_said_again(caplog):
         log.warning("once")
         raise KeyError
     log.warning("again")
+    assert caplog.messages == ["again"]
+    with no_warnings():
+        with no_warnings():
+            pass
+        log.warning("within the outer one")
     assert caplog.messages == ["again"]
 
 
@@ -131,6 +144,9 @@ def test_warnings_are_collected_by_their_kind_and_shown_again_behind():
     kinds, sentences = zip(*found, strict=True)
     assert sentences[0] == "a.pdb lacks 3 atoms" and len(found) == 3
     assert kinds == ("%s lacks %d atoms", "the bond of is long", "the bond of is long")
+    assert (log.handlers, log.propagate) == before
+    with pytest.raises(KeyError), collected_warnings():
+        raise KeyError
     assert (log.handlers, log.propagate) == before
 
 

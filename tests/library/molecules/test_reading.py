@@ -14,10 +14,16 @@ from sparsurf.errors import InputError
 from sparsurf.molecules import pdb
 from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.libraries import from_mdtraj
+from sparsurf.molecules.mdtraj_process import iterate_frames
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
-from sparsurf.molecules.trajectory import FrameStore, read_first_frame
+from sparsurf.molecules.trajectory import (
+    FrameStore,
+    count_complete_frames,
+    read_first_frame,
+    read_topology,
+)
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 from sparsurf.surfaces.radii import radii
 
@@ -248,10 +254,11 @@ def test_each_copy_of_a_chain_gets_a_free_letter_and_the_ligand_beside_it(tmp_pa
 
 @pytest.mark.parametrize("max_pairs", [1_000_000, 0])
 def test_residues_stand_in_the_order_of_their_bonds(tmp_path, monkeypatch, max_pairs):
-    """Two chains with their residues backwards; many ends of chains are compared by a tree."""
+    """One chain has its residues backwards, the other in two pairs; many ends of chains are compared by a tree."""
     monkeypatch.setattr("sparsurf.molecules.residues.MAX_PAIRS", max_pairs)
     lines = [peptide(chain=c, origin=(0, 0, z)).splitlines(True) for c, z in (("A", 0), ("B", 9))]
-    text = "".join("".join(each[5 * k : 5 * k + 5]) for each in lines for k in (3, 2, 1, 0))
+    orders = zip(lines, ((3, 2, 1, 0), (2, 3, 0, 1)), strict=True)
+    text = "".join("".join(each[5 * k : 5 * k + 5]) for each, order in orders for k in order)
     molecule = read_molecule(write(tmp_path / "a.pdb", text + "END\n"))
     assert molecule.residue[::5].tolist() == 2 * ["1", "2", "3", "4"]
     assert molecule.chain[::20].tolist() == ["A", "B"] and molecule.xyz[0, ::20, 2].tolist() == [0, 9]
@@ -558,6 +565,26 @@ def test_keys_that_cannot_be_are_sentences(tmp_path, keys, words):
         read_molecule(path, **keys)
 
 
+@pytest.mark.parametrize(("name", "last"), [("adk.psf", "214"), ("tz2.parm7", "13"), ("DPDP.parm7", "22")])
+def test_residues_of_a_topology_are_numbered_from_1(shared, name, last):
+    residue = read_topology(shared / "data" / "trajectories" / name).residue
+    assert (residue[0], residue[-1]) == ("1", last)
+
+
+@pytest.mark.parametrize("n_bytes", [32, 2**24])
+@pytest.mark.parametrize(
+    ("left_out", "found"), [(0, (3, False)), (1, (3, False)), (4, (2, True)), (26, (2, True))]
+)
+def test_complete_frames_are_counted_over_all_parts_of_a_file(
+    tmp_path, monkeypatch, n_bytes, left_out, found
+):
+    monkeypatch.setattr("sparsurf.molecules.trajectory.BYTES_AT_ONCE", n_bytes)
+    text = "".join(f"2\ntitle\nC {k}.12345 1.00000 2.00000\nC 1.00000 {k}.54321 9.00000\n" for k in range(3))
+    path = write(tmp_path / "a.xyz", text[: len(text) - left_out])
+    assert count_complete_frames(path, 2) == found
+    assert count_complete_frames(write(path, text + 20 * "\n"), 2) == (3, False)
+
+
 def test_frames_beyond_some_bytes_lie_in_a_file(monkeypatch):
     parts = [
         np.arange(24.0).reshape(2, 4, 3),
@@ -707,7 +734,7 @@ def test_the_cell_of_a_dcd_file_is_a_matrix_or_lengths_and_angles(tmp_path, shap
 def test_each_frame_is_made_whole_by_its_own_box():
     """As under constant pressure: the box of the second frame is wider, that of the third oblique."""
     rod = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
-    whole, boxes = np.stack([rod, rod, rod]), np.stack([size * np.eye(3) for size in (40.0, 44.0, 50.0)])
+    whole, boxes = np.stack([rod, rod, rod]), np.stack([size * np.eye(3) for size in (40.0, 62.0, 50.0)])
     boxes[2, 1, 0] = 9.0
     cut = np.stack([wrapped(rod, box, (35, 48, 5)) for box in boxes])
     moved = make_whole(cut, boxes, np.repeat(np.arange(4), 5)) - whole
@@ -771,7 +798,19 @@ def test_a_repair_that_makes_a_frame_worse_is_refused():
         repair(lost[None], box[None], np.array([3]))
 
 
-def test_a_wrong_frame_is_called_by_its_number_in_the_file(tmp_path):
+@pytest.fixture
+def in_parts(monkeypatch):
+    """Frames come from the other process two by two, as those of a large file come in parts."""
+
+    def parts(*given, **keys):
+        for part in iterate_frames(*given, **keys):
+            for k in range(0, len(part[0]), 2):
+                yield tuple(each[k : k + 2] for each in part)
+
+    monkeypatch.setattr("sparsurf.molecules.trajectory.iterate_frames", parts)
+
+
+def test_a_wrong_frame_is_called_by_its_number_in_the_file(tmp_path, in_parts):
     """Six frames of two peptides in a box of 100 Å, of which every second is read and the fifth is wrong."""
     text = peptide() + "TER\n" + peptide(chain="B", origin=(0, 50, 0)) + "END\n"
     given = mdtraj.join([mdtraj.load(str(write(tmp_path / "a.pdb", text)))] * 6)
@@ -793,7 +832,7 @@ def test_a_wrong_frame_is_called_by_its_number_in_the_file(tmp_path):
                 read_molecule(tmp_path / "a.pdb", tmp_path / "a.trr", **keys)
 
 
-def test_a_frame_that_repeats_or_goes_back_is_called_by_its_number_in_the_file(tmp_path, caplog):
+def test_a_frame_that_repeats_or_goes_back_is_called_by_its_number_in_the_file(tmp_path, caplog, in_parts):
     one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
     frames = mdtraj.join([one] * 8)
     frames.xyz = frames.xyz + 0.02 * np.array([0, 1, 2, 3, 2, 5, 6, 7])[:, None, None]

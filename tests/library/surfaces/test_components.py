@@ -173,3 +173,15 @@ def test_components_are_numbered_by_their_dots():
     dots = sparsurf.surface((centres, sizes))
     owner = np.abs(dots.points[:, 0][:, None] - centres[:, 0]).argmin(axis=1)
     assert [np.unique(component[owner == k]).tolist() for k in range(4)] == [[1], [2], [0], [3]]
+
+
+@pytest.mark.parametrize("width", [1, 2])
+def test_components_with_as_many_dots_are_numbered_in_the_order_of_their_atoms(width):
+    """Equal spheres, or pairs of them, whose places are not in the order of the atoms; one atom is there twice."""
+    starts = np.array([[80.0, 0, 0], [0, 0, 0], [40, 0, 0]])
+    centres = (starts[:, None] + 2.0 * np.arange(width)[:, None] * [0, 0, 1.0]).reshape(-1, 3)
+    given = np.vstack([centres[:1], centres]), np.append(1.0, np.full(len(centres), 1.7))
+    surface, component, table = parts(*given)
+    owner = np.abs(surface.points[:, :1] - starts[:, 0]).argmin(axis=1)
+    assert np.ptp(table["dots"]) == 0 and np.array_equal(component, owner)
+    assert surface.atom.min() == 1 and np.array_equal((surface.atom - 1) // width, owner)

@@ -56,6 +56,8 @@ def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_pa
     assert rolled.surface_for_d_link("auto", 1.0, "a")[1] == DENSITY
     thin, density = rolled.surface_for_d_link(0.1, 0.5, "a")
     assert density == 0.1 and len(thin) == len(rolled.surface(0.1))
+    placed = rolled.surface(DENSITY)
+    assert rolled.surface_for_d_link("auto", 1.0, "a", placed)[0] is placed
     assert not caplog.text
 
 
@@ -92,13 +94,18 @@ def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_pat
 def test_atoms_stand_where_a_pdb_file_has_them_and_densities_are_the_same_elsewhere(tmp_path, caplog):
     molecule, sizes = without_hydrogens(tmp_path, 3)
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
-    for settings in (SETTINGS, SETTINGS.model_copy(update={"density": 2.0})):
+    other = SETTINGS.model_copy(update={"density": 3.0, "probe_radius": 1.8, "reentrant": "dms"})
+    for settings in (SETTINGS, SETTINGS.model_copy(update={"density": 2.0}), other):
         generate, atoms = surface_generator(molecule, 1, sizes, settings, 0.5, "a")
         assert np.array_equal(atoms, molecule.xyz[1].round(3))
         assert all(record.levelno < logging.WARNING for record in caplog.records)
         rolled = roll_frame(molecule, 1, sizes, settings)
         wanted = rolled.surface_for_d_link(settings.density, 0.5, "a")[0]
         assert np.array_equal(generate(atoms).points, wanted.points)
+    wanted = molecular_surface.molecular_surface(atoms, sizes, 1.8, 3.0, "dms")
+    assert np.array_equal(generate(atoms).points, wanted.points)
+    exact = molecular_surface.molecular_surface(atoms, sizes, 1.8, 3.0)
+    assert len(exact) != len(wanted)
     xyz = np.array([[[0, 0, 0], [2.0, 0, 0]]])
     file, frame = (
         roll_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), SETTINGS).surface(DENSITY)

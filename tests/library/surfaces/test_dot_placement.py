@@ -189,6 +189,12 @@ def test_two_spheres(radii, d):
     assert surface.area[surface.kind == CONTACT].sum() == pytest.approx(contact, rel=1e-6)
     assert surface.area[surface.kind == SADDLE].sum() == pytest.approx(saddle, abs=0.005)
     assert_on_surface(surface, np.array([[0, 0, 0], d * axis]), np.array(radii))
+    for atom, radius in enumerate(radii):  # each dot of an atom has its share of what the probe touches of it
+        own = surface.area[(surface.kind == CONTACT) & (surface.atom == atom)]
+        height = (d * d + (radius + PROBE) ** 2 - (sum(radii) - radius + PROBE) ** 2) / (2 * d)
+        cap = 1 + np.clip(height / (radius + PROBE), -1, 1) if d > abs(radii[0] - radii[1]) else 2 * len(own)
+        assert own.sum() == pytest.approx(2 * math.pi * radius**2 * min(cap, 2), rel=1e-6)
+        assert len(own) == 0 or np.ptp(own) < 1e-9
     dms = molecular_surface([[0, 0, 0], d * axis], radii, density=100, reentrant="dms")
     assert np.array_equal(dms.points[dms.kind == CONTACT], surface.points[surface.kind == CONTACT])
 
@@ -201,6 +207,13 @@ def test_saddle_dots_belong_to_the_nearer_of_two_equal_atoms(mode):
     # an even number of strips: none in the middle
     assert len(np.unique(surface.points[saddle, 0].round(3))) == 4
     assert np.array_equal(surface.atom[saddle], cdist(surface.points[saddle], xyz).argmin(axis=1))
+    if mode == "exact":  # each strip has its own area, by the angle from the plane between the atoms
+        end, height = math.asin(1.5 / 2.9), math.sqrt(2.9**2 - 1.5**2)
+        theta = np.linspace(-end, end, 5)
+        strips = 2 * math.pi * PROBE * (height * np.diff(theta) - PROBE * np.diff(np.sin(theta)))
+        x = surface.points[saddle, 0]
+        strip = np.searchsorted(np.unique(x.round(3)), x.round(3))
+        assert np.bincount(strip, surface.area[saddle]) == pytest.approx(strips, rel=1e-5)
 
 
 @pytest.mark.parametrize("pairs", [3, 4, 11, 12, 19])

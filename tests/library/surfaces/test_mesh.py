@@ -250,6 +250,13 @@ def test_a_vertex_belongs_to_the_atom_of_the_dots_there(n_vertices):
     assert all(np.array_equal(table[name], atoms[name]) for name in atoms)
 
 
+def test_a_vertex_belongs_to_the_larger_of_two_atoms_in_one_place():
+    xyz, sizes = np.array([[0, 0, 0], [3.0, 0, 0], [0, 0, 0], [3, 0, 0]]), np.array([1.2, 1.7, 1.7, 1.5])
+    vertices = molecular_mesh(xyz, sizes).vertices
+    assert set(vertices.atom) == {1, 2}
+    assert np.array_equal(vertices.atom == 1, vertices.points[:, 0] > 1.5)
+
+
 def test_vertices_have_fields():
     dots = sparsurf.surface(ROOT / "data/tdp43/topology.pdb", cavities="remove", probe_radius=1.7)
     mesh = sparsurf.mesh(dots, 800, fields=["roughness", "hydropathy"])

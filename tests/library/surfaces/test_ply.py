@@ -167,6 +167,8 @@ def test_the_colours_are_those_of_matplotlib():
 
     values = np.linspace(-3, 7, 2049)
     assert np.array_equal(viridis(values), colormaps["viridis"]((values + 3) / 10, bytes=True)[:, :3])
+    unknown = viridis([np.inf, *values, np.nan, -np.inf])
+    assert np.array_equal(unknown[1:-2], viridis(values)) and (unknown[[0, -2, -1]] == GREY).all()
 
 
 def test_ply_holds_dots_values_and_colours(tmp_path, small):
@@ -217,6 +219,12 @@ def test_triangles_are_written_where_they_are_known(tmp_path, small):
     triangles = np.array([[0, 1, 2], [2, 1, 3]])
     write_ply(tmp_path / "a.ply", small, faces=triangles)
     assert np.array_equal(read_ply(tmp_path / "a.ply")[1], triangles)
+    numbers = np.arange(len(small)) + 12_345_678
+    write_ply(tmp_path / "a.ply", small, columns={"atom": numbers}, faces=triangles, coloured=False)
+    vertices, faces = read_ply(tmp_path / "a.ply")
+    assert [*vertices] == [*AXES, "atom"] and np.array_equal(faces, triangles)
+    assert np.array_equal(vertices["atom"], numbers)
+    assert (tmp_path / "a.ply").read_text().count("property float ") == 7
 
 
 # ---- the triangles

@@ -32,6 +32,8 @@ def test_radii_are_those_of_the_tables(table, caplog):
     caplog.clear()
     radii(SimpleNamespace(element=words[:-2:2]), table)
     assert not caplog.text
+    assert radii(SimpleNamespace(element=["ZZ", "C", "XX", "ZZ"]), table).tolist()[::2] == [expected[-1]] * 2
+    assert caplog.messages == [f"no {table} radius for XX, ZZ: {expected[-1]:.2f} Å is used"]
 
 
 def test_every_default_radius_of_the_probe_is_that_of_water():

@@ -116,6 +116,12 @@ def test_surface_refuses(points, normals, word):
         Surface(np.array(points, float), np.array(normals, float))
 
 
+def test_half_precision_is_reported_by_the_largest_coordinate(caplog):
+    Surface(np.float16([[1, 0, 0], [0, -300, 0]]), np.eye(3)[:2])
+    step = 0.25  # of float16 from 256 to 512; the nearest of them is half of it away along each axis
+    assert f"rounds them by up to {step / 2 * 3**0.5:.1g} Å" in caplog.text
+
+
 def test_a_field_may_be_unknown_but_not_infinite(blob):
     points, normals = np.zeros((1, 3)), np.array([[0, 0, 1.0]])
     assert np.isnan(Surface(points, normals, fields={"q": [np.nan]}).fields["q"]).all()
@@ -192,6 +198,7 @@ REFUSED = {
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0: remove it"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
         ("x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,\n1,2,4,0,0,1,-inf\n", "line 3 has an infinite q: put NaN"),
+        ("x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,5\n1,2,3,0,0,1,5\n1,2,4,0,0,1,inf\n", "line 4 has an infinite q"),
         ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,.2\n1,2,4,0,0,1,-.2\n", "line 3 has a negative or infinite area: repair"),
         ("Weight,x,y,z,nx,ny,nz\n3,1,2,3,0,0,1\n\ninf,1,2,4,0,0,1\n", "line 4 has a negative or infinite weight"),
         ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,?\n1,2,4,0,0,1,-1\n", "line 3 has a negative or infinite area"),
@@ -239,8 +246,9 @@ def test_words_between_single_blanks_are_read_and_remarks_passed_over(tmp_path):
 
 
 def test_doubled_dots_are_removed_with_a_warning(tmp_path, caplog):
-    other = LINE.replace("59.267", "58.267")
-    surface = read_surface(written(tmp_path, LINE + other + LINE + other.replace("SS0", "SR0")))
+    other = LINE.replace("59.267", "58.267").replace("SS0", "SC0").replace("0.284", "0.250")
+    surface = read_surface(written(tmp_path, LINE + other + LINE + other.replace("SC0", "SR0")))
+    assert surface.kind.tolist() == [1, 0] and surface.area.tolist() == [0.284, 0.25]
     assert (
         "dots that occur twice are removed (2); numbers of dots count those that remain, from 0\n"
         in caplog.text
@@ -317,7 +325,8 @@ def test_columns_that_mean_nothing_else_are_fields(tmp_path):
 
 def test_columns_of_numbers_that_are_left_out_are_reported(tmp_path, caplog):
     """By their name, or by a cell that is no number; not those of words, and not what pandas writes of its rows."""
-    rows = [f"{k},{k},2,3,0,0,1,{k / 2},{'n.d.' if k == 3 else k},{k},{k},CA,{k}\n" for k in range(9)]
+    potential = ["0", "", "2", "n.d.", *"45678"]
+    rows = [f"{k},{k},2,3,0,0,1,{k / 2},{potential[k]},{k},{k},CA,{k}\n" for k in range(9)]
     header = ",x,y,z,nx,ny,nz,good,potential,pot (kT/e),points,word,area\n"
     found = read_surface(written(tmp_path, header + "".join(rows), "a.csv"))
     assert [*found.fields] == ["good"]
@@ -339,6 +348,9 @@ def test_normals_far_from_unit_length_are_scaled_and_reported(tmp_path, caplog):
         assert read_surface(path).normals.tolist() == [[0, 0, 1], [0, 1, 0]]
         assert caplog.messages == [f"{path}: {each}" for each in told]
         caplog.clear()
+    text = "x,y,z,nx,ny,nz\n1,2,3,0,0,1.5\n1,2,4,0,1.001,0\n1,2,5,.5,0,0\n"
+    mixed = read_surface(written(tmp_path, text, "a.csv")).normals
+    assert mixed.tolist() == [[0, 0, 1], [0, 1.001, 0], [1, 0, 0]]  # each that is off
     near = written(
         tmp_path, "x,y,z,nx,ny,nz\n0,0,1,0,0,1\n1,2,4,0,2,0\n", "a.csv"
     )  # one dot 1 Å from the origin
@@ -361,6 +373,9 @@ def test_npz_returns_the_same_surface(tmp_path, small):
     arrays = {name: getattr(small, name)[:2] for name in FIELDS}
     numbers = {"charge": np.array([0.5, -1]), "count": np.array([3, 4]), "small": np.array([5, 6], np.uint8)}
     np.savez(tmp_path / "b.npz", **arrays, **numbers, word=np.array(["a", "b"]), kept=np.ones(2))
+    mesh = {"vertices": arrays["points"][::-1], "normals": arrays["normals"], "faces": np.array([[0, 1, 0]])}
+    np.savez(tmp_path / "mesh.npz", **mesh)
+    assert np.array_equal(read_surface(tmp_path / "mesh.npz").points, mesh["vertices"])
     fields = read_surface(tmp_path / "b.npz").fields
     assert {name: values.tolist() for name, values in fields.items()} == {
         name: values.tolist() for name, values in numbers.items()
@@ -472,10 +487,12 @@ def test_dms_needs_atoms_and_kinds_and_areas_do_not_touch_the_types(tmp_path):
         assert np.array_equal(again.area, area, equal_nan=True) and again.kind.tolist() == [0, 1, 2]
     x, atom = 0.1 * np.arange(400), np.arange(400) % 2
     points = np.column_stack([x, np.zeros((400, 2))])
-    dots = Surface(points, np.tile([0, 0, 1.0], (400, 1)), kind=np.zeros(400), atom=atom)
+    kind = np.arange(400) // 2 % 3
+    dots = Surface(points, np.tile([0, 0, 1.0], (400, 1)), kind=kind, atom=atom)
     write_dms(tmp_path / "a.dms", dots, ["GLU"] * 2, ["1"] * 2, ["N", "C"], np.zeros((2, 3)))
     found = read_surface(tmp_path / "a.dms")
     assert found.points[:, 0] == pytest.approx([*x[::2], *x[1::2]]) and found.atom.tolist() == sorted(atom)
+    assert found.kind.tolist() == [*kind[::2], *kind[1::2]]
 
 
 # ---- all formats
