@@ -333,6 +333,12 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "209-212"}, "! in PROA, PROB: name one"),
     "a range in one copy.pdb": (
         end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "PROB:209-212"}, "1 37 4 ~ called PROA"),
+    "a range in one of two chains.pdb": (
+        end(every(HEAVY, segid="PROA"), every(COPY, segid="PROB")), {"residues": "209-212", "chains": "PROB"},
+        "1 37 4 ~ called PROA"),
+    "a copy in two pieces.pdb": (
+        end(peptide(), "TER\n", peptide(["ALA"] * 2, origin=(0, 30, 0)), "TER\n",
+            peptide(["ALA"] * 2, first=3, origin=(0, 60, 0))), {}, "1 40 8 ~ called A, B(\n|$)"),
     "chains of two letters.pdb": (end(line[:20] + "AB" + line[22:] for line in HEAVY), {"chains": "AB"}, WHOLE),
     "a chain without its name in some rows.cif": (
         with_items(CIF, "auth_asym_id", lambda k, value: "?" if k % 3 else value), {"chains": "A"}, WHOLE),
@@ -435,7 +441,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
     "models.pdb": (models(peptide(), peptide(["ALA"] * 3)), {}, "! models of different atoms .* 20 15.*model"),
     "fewer models than announced.pdb": (
-        "NUMMDL    3\n" + models(peptide(), peptide(origin=(0, 0, 0.5))), {}, "2 20 4 ~ announces 3 models and holds 2"),
+        "NUMMDL    3\n" + models(peptide(), peptide(origin=(0, 0, 0.5))).replace("MODEL        2", "MODEL        5"), {},
+        "2 20 4 ~ announces 3 models and holds 2"),
     "open-model.pdb": ("MODEL        1\n" + peptide(), {}, "! its last MODEL has no ENDMDL"),
     # incomplete and damaged
     "empty.pdb": ("", {}, "! holds no atoms"),
@@ -450,6 +457,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "zeros.pdb": (GOOD + "\0", {}, "! damaged or not a text file"),
     "escape.pdb": (GOOD[:-4] + atom_line("C1", "\x1b[3", residue="9", place=(0, 40, 0), record="HETATM"), {}, r"! '\\x1b\[3'"),
     "no-end.pdb": (SEQUENCE + peptide(), {}, "! 4 of the 9 residues .* SEQRES .* no END"),
+    "no-end of two chains.pdb": (
+        SEQUENCE + SEQUENCE.replace("A    9", "B    6").replace(" ALA\n", "\n", 1) + peptide()
+        + peptide(["ALA"] * 2, "B", origin=(0, 30, 0)), {}, "! 6 of the 17 residues"),
     "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), {}, "! 20% of the heavy atoms"),
     "backbone.pdb": (
         "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line), {},
@@ -470,6 +480,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         end(HEAVY[:7], put(HEAVY[7], occupancy="37.00"), HEAVY[8:]), {},
         f"{WHOLE} ~ 1 atom has an occupancy outside 0 to 1, such as 37;"),
     "an atom lacks.pdb": (end(HEAVY[:8], HEAVY[9:]), {}, "1 118 14 ~ 1 residue lacks heavy atoms, the first is GLU 209 A"),
+    "an atom whose neighbours lack.pdb": (
+        end(line for line in HEAVY if line[22:26] != " 214" or line[12:16].strip() not in ("CZ", "CE1", "CE2")), {},
+        r"1 116 14 ~ ^[^\n]* 1 residue lacks heavy atoms, [^\n]*$"),
     "an atom that a bridge replaces.pdb": (BRIDGE + LACKING, {}, "1 24 5"),
     "an atom that a metal does not replace.pdb": (
         BRIDGE.replace(" NZ  ALA A   5", "ZN    ZN A   9") + LACKING, {}, "1 24 5 ~ lacks heavy atoms, the first is ALA 3 A"),
@@ -650,8 +663,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "hexadecimal with a letter after a gap.pdb": (
         numbered(9998, lambda n: f"{n:x}", 2, range(12, 20)), {"residues": "A:10010-10013"}, "1 20 4"),
     "hexadecimal, and another chain of decimal numbers.pdb": (
-        numbered(9998, lambda n: f"{n:x}")[:-4] + peptide(chain="B", first=2710, origin=(0, 40, 0)) + "END\n",
-        {"residues": "B:2710"}, "1 5 1"),
+        numbered(9998, lambda n: f"{n:x}")[:-4] + peptide(chain="B", first=2730, origin=(0, 40, 0)) + "END\n",
+        {"residues": "B:2730"}, "1 5 1"),
     "hybrid-36 behind 9999.pdb": (
         numbered(9998, lambda n: f"A{n - 10000:03d}", 8), {"residues": "A:9998-10001"}, "1 20 4"),
     "numbers that start again.pdb": (
@@ -667,6 +680,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         with_items(with_items(CIF, "auth_asym_id", lambda k, _: "' A'"), "auth_comp_id", lambda k, value: f"'{value} '"),
         {"chains": "A"}, WHOLE),
     "a backbone of glycine.pdb": (end(glycines(HEAVY)), {}, "1 56 14 ~ all its 14 residues are glycines"),
+    "a backbone of glycine but for one residue.pdb": (
+        end(of(HEAVY, "209"), glycines(without(HEAVY, "209"))), {}, "1 61 14"),
     "a short peptide of glycine.pdb": (end(glycines(of(HEAVY, "209", "210", "211", "212", "213"))), {}, "1 20 5"),
     # geometry
     "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
@@ -1345,6 +1360,8 @@ DOTS = {
     "a ball of 104 Å": (ball(900, 104.0), ""),
     "a ball without 4 %": (ball(1200, 5.0, 44), r"~ do not close around a molecule \(4 % of the normals do not cancel\)"),
     "a ball without 2.5 %": (ball(1200, 5.0, 30), ""),
+    "half a ball inward": (
+        lambda *_: (ball(2002, 5.0, 1001)()[0], -ball(2002, 5.0, 1001)()[1]), r"~ ^[^\n]* normals point inwards; [^\n]*$"),
     "half a ball": (ball(2002, 5.0, 1001), r"~ do not close .*\(50 % of"),
     "normals of 170 dots flipped": (lambda *_: flipped(0.5)(*ball(170, 9.0)()), ""),
     "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! 53% {OPPOSE}"),

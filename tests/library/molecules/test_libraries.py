@@ -65,6 +65,8 @@ def test_arrays_of_biotite(molecule, caplog):
     moved = molecule.xyz[0] - (0, 1, 0)
     given.coord = moved % np.diag(BOX)
     np.testing.assert_allclose(np.ptp(from_biotite(given).xyz[0] - moved[:10], axis=0), 0, atol=1e-9)
+    given.coord, given.box = np.stack([given.coord, moved % np.diag(1.3 * BOX)]), np.stack([BOX, 1.3 * BOX])
+    np.testing.assert_allclose(np.ptp(from_biotite(given).xyz - moved[:10], axis=1), 0, atol=1e-9)
     located = array_of_biotite(molecule, altloc_id=["."] * 8 + ["A", "B", "."], occupancy=np.full(11, 0.5))
     located.atom_name = np.array([*molecule.name[:9], molecule.name[8], "FE"])
     assert from_biotite(located).b_factor.tolist() == [5, 6, 7, 8, 9, 10, 11, 12, 13]

@@ -132,3 +132,13 @@ def test_an_expression_names_residues_in_the_order_of_the_chain(tmp_path):
         ("residue 1", "1"), ("residue 2", "2"), ("residue 1 to 2", "1 2"), ("residue 2 to 3", "2 2A 3"), ("residue < 1", "1B 1A"),
     ):  # fmt: skip
         assert [*dict.fromkeys(molecule.select(selection=expression).residue.tolist())] == chosen.split()
+    two = replace(molecule, chain=np.where(molecule.residue_index < 3, "A", "B"))
+    labels = ["1", "1A", "2", "1B", "1A", "1"]  # codes stand before their number in B alone
+    two = replace(two, residue=np.repeat(labels, 5))
+    for expression, chosen in (
+        ("residue < 1", [3, 4]),
+        ("residue 1", [0, 5]),
+        ("residue 1 to 2", [0, 1, 2, 5]),
+    ):
+        kept = two.select(selection=expression).xyz[0, ::5]
+        assert np.array_equal(kept, two.xyz[0, ::5][chosen])

@@ -282,7 +282,7 @@ def test_atoms_of_a_trajectory_are_found_where_its_topology_was_put_in_order(tmp
         assert read.xyz == pytest.approx(chosen.xyz[0] + 5.0 * np.arange(3)[:, None, None], abs=1e-4)
 
 
-def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
+def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path, caplog):
     nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
     assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
     with pytest.raises(InputError, match=r"b\.pdb has one chain, which has no name: leave out `chains`\.$"):
@@ -295,6 +295,9 @@ def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path):
     falling = write(tmp_path / "c.pdb", peptide(first=11) + peptide(first=1, origin=(0, 0, 9)))
     with pytest.raises(InputError, match=r"which has residues A 1 to 14\.$"):
         read_molecule(falling, residues="A:99")
+    caplog.clear()
+    assert read_molecule(path, residues="A:3-99").n_residues == 2  # 99 is a residue of B alone
+    assert "has no residue 99 of 'A:3-99': it has residues A 1 to 4, B 98 to 101" in caplog.text
     path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
     assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
     assert residue_labels(None) == []
@@ -328,6 +331,10 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
     assert [(each.levelname, each.getMessage().partition(": ")[2]) for each in caplog.records] == [
         ("WARNING", "left out 1 GLY"), ("INFO", "left out 2 HOH, 1 ZN, 1 NAG, 1 LIG"),
     ]  # fmt: skip
+    hydrogen = atom_line("H1", "NAG", residue="303", place=(3, 9, 10), record="HETATM")
+    bare = write(tmp_path / "b.pdb", path.read_text() + hydrogen)
+    names = [read_molecule(bare, ligands="NAG", hydrogens=each).name.tolist() for each in ("keep", "remove")]
+    assert names[0][-1] == "H1" and names[1] == names[0][:-1]
     with_ligand = read_molecule(path, ligands=["NAG", "ZN"])
     assert with_ligand.n_residues == 6 and with_ligand.element[-2:].tolist() == ["ZN", "C"]
     every = read_molecule(path, ligands=True)  # but waters and single atoms: here the free amino acid

@@ -18,7 +18,7 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import Streams
 from sparsurf.surfaces import mesh as meshes
 from sparsurf.surfaces.decimation import decimate
-from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
+from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh, outer_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -110,7 +110,13 @@ def test_two_spheres_and_the_saddle_between_them():
 
 
 @pytest.mark.parametrize(
-    ("xyz", "sizes", "handles"), [(ATOMS, RADII, 0), (RING, np.full(12, 1.7), 1), (ROD, np.full(3, 1.7), 0)]
+    ("xyz", "sizes", "handles"),
+    [
+        (ATOMS, RADII, 0),
+        (RING, np.full(12, 1.7), 1),
+        (ROD, np.full(3, 1.7), 0),
+        (ROD[:2], np.array([1.2, 3.4]), 0),
+    ],
 )
 def test_corners_lie_on_the_surface(xyz, sizes, handles):
     """The probe that touches a corner along its normal overlaps no atom and touches as many as its kind says."""
@@ -205,6 +211,8 @@ def ring():
 def test_a_ring_stays_a_ring_whose_vertices_are_those_of_the_fine_mesh(ring):
     coarse = decimate(ring, 60)
     assert closed(coarse.triangles, 60) == (2, 2)
+    assert coarse.vertices.area.sum() == pytest.approx(area(coarse.vertices.points, coarse.triangles))
+    assert len(outer_mesh(coarse).vertices) == 60  # the ball is no cavity, small as it is
     fine, kept = (
         np.hstack([mesh.vertices.points, mesh.vertices.normals]).astype("f4") for mesh in (ring, coarse)
     )

@@ -2,13 +2,16 @@
 
 import gzip
 import os
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from conftest import make_blob
+from peptides import peptide, write
 from sparsurf.errors import InputError
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import read_npz, with_fields, write_npz
@@ -114,6 +117,20 @@ def test_dots_become_a_table_and_an_array():
 def test_surface_refuses(points, normals, word):
     with pytest.raises(InputError, match=word):
         Surface(np.array(points, float), np.array(normals, float))
+
+
+def test_few_dots_may_stand_for_areas_of_any_size():
+    assert Surface(np.eye(3), np.eye(3), [0.1, 0.1, 900.0]).area.sum() == pytest.approx(900.2)
+
+
+def test_labels_of_a_molecule_are_given_to_dots_of_any_of_its_frames(tmp_path):
+    one = read_molecule(write(tmp_path / "a.pdb", peptide()))
+    two = replace(one, xyz=np.concatenate([one.xyz, one.xyz + 60]))
+    dots = molecular_surface(two.xyz[1], np.full(20, 1.7), density=1.0)
+    table = dots.to_frame(two)
+    assert table["atom_name"].tolist() == two.name[dots.atom].tolist()
+    with pytest.raises(InputError, match="placed on other atoms"):
+        dots.to_frame(one)
 
 
 def test_half_precision_is_reported_by_the_largest_coordinate(caplog):
@@ -278,13 +295,15 @@ def test_read_csv(tmp_path, text):
     assert (surface.atom == -1).all() and np.array_equal(read_points(tmp_path / "a.csv"), surface.points)
 
 
-@pytest.mark.parametrize("last", [["0.12", "0.1234"], ["0.12"], ["0.123", "0.12"], ["0.1234", "0.12"]])
+@pytest.mark.parametrize(
+    "last", [["0.12", "0.1234"], ["0.12"], ["0.123", "0.12"], ["0.1234", "0.12345"], ["0.1234", "0.12"]]
+)
 def test_a_last_number_of_fewer_decimals_than_all_others_is_cut_short(tmp_path, last):
     text = "x,y,z,nx,ny,nz,q\n" + "\n".join(
         f"{k},2,3,0,0,1,{q}" for k, q in enumerate([*8 * ["0.1234"], *last])
     )
     assert len(read_surface(written(tmp_path, text + "\n", "a.csv"))) == 8 + len(last)
-    if last != ["0.1234", "0.12"]:  # nine numbers do not tell
+    if last != ["0.1234", "0.12"]:  # nine numbers do not tell, nor does a longer one
         assert len(read_surface(written(tmp_path, text, "a.csv"))) == 8 + len(last)
         return
     with pytest.raises(InputError, match="is cut short: line 11 ends within a number"):
@@ -315,7 +334,7 @@ def test_a_line_is_named_behind_quoted_cells_that_hold_some(tmp_path, row):
 def test_columns_that_mean_nothing_else_are_fields(tmp_path):
     """Whatever the case of their names; whole numbers, too, and not words or what a file of dots says otherwise."""
     others = "Area,KIND,Residue,atom,Index,ID,Weight,kept,red"
-    text = f"x,y,z,nx,ny,nz,Charge,count,word,{others}\n1,2,3,0,0,1,-0.5,7,CA{9 * ',1'}\n"
+    text = f"x,y,z,nx,ny,nz,Charge,count,word,word,{others}\n1,2,3,0,0,1,-0.5,7,CA,CB{9 * ',1'}\n"
     found = read_surface(written(tmp_path, text, "a.csv"))
     assert {name: values.tolist() for name, values in found.fields.items()} == {
         "Charge": [-0.5],
