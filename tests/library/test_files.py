@@ -132,7 +132,7 @@ def test_a_byte_order_mark_before_latin_1_is_no_text():
     assert decode_text(b"\xef\xbb\xbfd\xe5", "x") == "då"
 
 
-def test_warnings_are_collected_by_their_kind_and_shown_again_behind():
+def test_warnings_are_collected_by_their_kind_and_shown_again_behind(caplog):
     """Those of one template are of one kind; a template that is a whole sentence, by its plain words without numbers."""
     log = logging.getLogger("sparsurf")
     before = log.handlers, log.propagate
@@ -147,7 +147,9 @@ def test_warnings_are_collected_by_their_kind_and_shown_again_behind():
     assert (log.handlers, log.propagate) == before
     with pytest.raises(KeyError), collected_warnings():
         raise KeyError
-    assert (log.handlers, log.propagate) == before
+    assert (log.handlers, log.propagate) == before and not caplog.records
+    log.warning("shown again")
+    assert caplog.messages == ["shown again"]
 
 
 def test_an_archive_is_read_by_name_and_refused_beyond_the_limit(monkeypatch):

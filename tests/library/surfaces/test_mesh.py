@@ -147,6 +147,8 @@ def test_threads_places_and_the_widest_step_of_a_grid(monkeypatch):
     assert moved.vertices.points - 64 == pytest.approx(one.vertices.points, abs=1e-9)
     one = np.zeros((1, 3)), np.array([1.5])
     assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
+    wide, fine = (len(molecular_mesh(*one, step=step).vertices) for step in (0.5, 0.25))
+    assert 3 < fine / wide < 5  # as the square of the step
     monkeypatch.setattr(meshes, "MAX_GRID_POINTS", 1000)
     with pytest.raises(InputError, match="Å would have"):
         molecular_mesh(ATOMS, RADII)
