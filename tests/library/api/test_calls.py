@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
@@ -166,6 +167,9 @@ def test_components_and_residues_of_the_dots_of_a_peptide(peptide):
     table = sparsurf.residues(peptide, kept=few)
     assert table["kept"].sum() == len(few) and table.equals(sparsurf.residues(peptide, kept=mask))
     assert sparsurf.residues(peptide, kept=np.zeros(len(peptide), bool))["kept"].sum() == 0
+    table = sparsurf.residues(peptide, kept=few[::-1], weight=np.arange(len(few)))  # in an order of its own
+    owner = peptide.origin.molecule.residue_index[peptide.atom[few[::-1]]]
+    assert table["weight"].tolist() == np.bincount(owner, np.arange(len(few)), len(table)).tolist()
 
 
 def test_a_sample_has_the_requested_number(ready):
@@ -205,6 +209,14 @@ def test_too_few_dots_are_reported_with_the_distance_of_the_worst(blob, ready, c
     assert caplog.messages == [words] and f"{far:.1f}" != f"{np.quantile(off, 0.95):.1f}"
     sparsurf.sample(ready, n_dots=600)
     assert len(caplog.messages) == 1
+    told, wide = [], []
+    for n in (14, 17, 20, 25, 60):
+        caplog.clear()
+        kept = sparsurf.sample(ready, n_dots=n)
+        off = distance_to_recovered(blob[0], blob[0][kept], blob[1][kept], 1)
+        told.append(len(caplog.messages))
+        wide.append(int(np.quantile(np.delete(off, kept), 0.99) > 1.4))  # Å, the radius of a water
+    assert told == wide and 0 < sum(wide) < 5
 
 
 def test_places_without_a_patch_are_reported(blob, caplog):
@@ -242,6 +254,8 @@ def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
     assert row["Z_mean_descriptor"] == pytest.approx(
         np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()
     )
+    published_tests = sparsurf.compare(ready, half, test_dots="published")  # one of 200 dots
+    pd.testing.assert_frame_equal(published_tests, sparsurf.compare(ready, half, test_dots=15))
     kept = sparsurf.compare(ready, half, reading="kept", test_dots=50)
     assert kept.loc["subset", "Z"] == pytest.approx(ready.distances([half], tests, z_tot, "kept")[0].mean())
 
@@ -541,6 +555,27 @@ def test_components_and_noise_floors_are_those_of_the_frame(two_frames):
     for frame in (0, 1):
         pd.testing.assert_frame_equal(sparsurf.components(dots[frame])[1], own[frame])
     assert own[0]["volume"][0] != own[1]["volume"][0]
+
+
+def test_points_of_a_frame_are_those_of_its_atoms(two_frames):
+    how = {"n_dots": 60, "fields": ["potential", "roughness"], "probe_radius": 1.6}
+    moved, alone = (sparsurf.points(two_frames, frame=1, **how), sparsurf.points(two_frames.frame(1), **how))
+    pd.testing.assert_frame_equal(moved.to_frame(), alone.to_frame())
+
+
+def test_the_roughness_of_a_vertex_is_that_of_the_nearest_dot():
+    """Placed by the same rules; of a mesh of few dots, that of the surface reconstructed from them."""
+    dots = sparsurf.surface(
+        sparsurf.read_molecule(PEPTIDE, residues="209-214"), probe_radius=2.0, radii="bondi"
+    )
+    few = sparsurf.minimal(dots, n_dots=150)
+    for source, dense in ((dots, dots), (few, sparsurf.recover((few.points, few.normals)))):
+        vertices = sparsurf.mesh(source, 200, fields="roughness").vertices
+        nearest = cKDTree(dense.points).query(vertices.points)[1]
+        wanted = sparsurf.roughness((dense.points, dense.normals))[nearest]
+        assert vertices.fields["roughness"] == pytest.approx(wanted, abs=1e-6)
+    nearest = cKDTree(few.points).query(vertices.points)[1]
+    assert (vertices.atom == few.surface.atom[nearest]).mean() > 0.99  # two dots may be as near
 
 
 @pytest.mark.parametrize(("cavities", "parts"), [("keep", 2), ("remove", 1)])

@@ -14,6 +14,7 @@ from conftest import ROOT
 from peptides import peptide, write
 from sparsurf.api import points as api_points
 from sparsurf.cli import command
+from sparsurf.cli import points as command_points
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 
@@ -223,9 +224,13 @@ def test_folders_of_structures(folder, tmp_path):
     assert table["name"].tolist() == [name for name, rows in expected for _ in rows]
 
 
-def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path):
+def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, monkeypatch):
     parquet = pytest.importorskip("pyarrow.parquet")
+    monkeypatch.setattr(
+        command_points, "ROWS_PER_GROUP", 50
+    )  # a group of two structures, and one of the last
     (tmp_path / "c.pdb").write_text("nothing")
+    (tmp_path / "d.pdb").write_text((folder / "b.pdb").read_text())
     for path in folder.iterdir():
         (tmp_path / path.name).write_text(path.read_text())
     for jobs in ("1", "2"):
@@ -233,10 +238,13 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path):
         assert command.main(["points", str(tmp_path), *words, "-o", str(tmp_path / f"{jobs}.parquet")]) == 0
     assert (tmp_path / "1.parquet").read_bytes() == (tmp_path / "2.parquet").read_bytes()
     table = pd.read_parquet(tmp_path / "1.parquet")
-    expected = [few.to_frame() for few in sparsurf.points_of(folder, 40, fields=["roughness", "hydropathy"])]
+    expected = [
+        few.to_frame() for few in sparsurf.points_of(tmp_path, 40, fields=["roughness", "hydropathy"])
+    ]
     pd.testing.assert_frame_equal(
         table.drop(columns="name"), pd.concat(expected, ignore_index=True), check_dtype=False
     )
+    assert table["name"].tolist() == [name for name in "abd" for _ in range(40)]
     failures = json.loads(parquet.read_metadata(tmp_path / "1.parquet").metadata[b"failures"])
     assert list(failures) == ["c"] and "c.pdb" in failures["c"]
 

@@ -17,7 +17,7 @@ import sparsurf
 from browser import Browser, programs
 from conftest import ROOT, ball
 from parsed_pages import Page
-from peptides import atom_line, peptide
+from peptides import atom_line, peptide, two_models, write
 from sparsurf.api import show
 from sparsurf.cli import command
 from sparsurf.errors import InputError
@@ -119,6 +119,11 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
         assert mark.value == value and mark.y == pytest.approx(
             profile.TOP + inner * (0.8 - value) / 0.5, abs=0.05
         )
+    level = {float(text): y for y, text in panel.levels}
+    assert [mark.y for mark in panel.marks] == pytest.approx([np.interp(v, sorted(level), [level[k] for k in sorted(level)])
+                                                              for v in known], abs=0.1)  # fmt: skip
+    across = {mark.label.split()[1]: mark.x for mark in panel.marks}
+    assert panel.ticks and all(across.get(text, x) == x for x, text in panel.ticks)
     assert panel.least.label == "ALA 7 A" and panel.most.label == "ALA 20 A"
     assert {text for _, text in panel.levels} == {"0.3", "0.4", "0.5", "0.6", "0.7", "0.8"}
     coded = table.assign(residue=["7", "7A", "7B", "8", "10", "11"], mean_roughness=0.5)
@@ -217,6 +222,25 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     assert (scale["low"], scale["high"]) == pytest.approx((low, high))
     component = next(one for one in header["values"] if one["symbol"] == "component")
     assert (component["low"], component["high"], component["low is"]) == (0, 1, "largest")
+
+
+def test_the_page_of_a_model_has_its_own_fields_and_residues(tmp_path):
+    """A field that the dots bring along is shown instead of the one of its name."""
+    path = write(tmp_path / "two.pdb", two_models())
+    dots = sparsurf.surface(path, frame=1)
+    own = replace(dots, fields={"hydropathy": np.arange(len(dots)) / 7})
+    for html, hydropathy in (
+        (sparsurf.show(path, frame=1, open_browser=False).html, sparsurf.fields(dots, "hydropathy")),
+        (sparsurf.show(own, open_browser=False).html, own.fields["hydropathy"]),
+    ):
+        values = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header_of(html)["values"]}
+        for name, of in (("hydropathy", hydropathy), ("potential", sparsurf.fields(dots, "potential"))):
+            assert values[name] == pytest.approx((np.min(of), np.max(of)))
+        rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")[1:]
+        area = sparsurf.residues(dots).set_index(["residue_name", "residue", "chain"])["area"]
+        assert {row[0]: row[2] for row in rows} == {
+            " ".join(key): f"{of:.0f}" for key, of in area.items() if of > 0
+        }
 
 
 def test_a_subset_is_shown_on_its_surface(tmp_path):

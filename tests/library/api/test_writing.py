@@ -108,6 +108,13 @@ def test_names_that_do_not_fit_are_a_sentence(mesh, tmp_path, names, words):
         sparsurf.write(mesh, tmp_path / "m.ply", names=names)
 
 
+def test_two_fields_may_change_their_names(mesh, tmp_path):
+    sparsurf.write(mesh, tmp_path / "m.npz", names={"hydropathy": "roughness", "roughness": "hydropathy"})
+    again = sparsurf.read_surface(tmp_path / "m.npz").fields
+    for name, other in (("hydropathy", "roughness"), ("roughness", "hydropathy")):
+        assert again[name] == pytest.approx(mesh.vertices.fields[other], rel=1e-6)
+
+
 def test_names_and_colours_are_about_fields(mesh, molecule, tmp_path):
     with pytest.raises(InputError, match="names and colours are about fields"):
         sparsurf.write(mesh.to_frame(), tmp_path / "t.csv", names={"a": "b"})

@@ -199,10 +199,11 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
 @pytest.mark.parametrize(
     ("words", "options"),
     [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
-     "radii": "bondi", "cavities": "remove"}), ("--fields hbond,roughness", {"fields": ["hbond", "roughness"]})],
+     "radii": "bondi", "cavities": "remove"}), ("--fields hbond,roughness", {"fields": ["hbond", "roughness"]}),
+     ("--frame 2 --probe-radius 1.7 --fields roughness", {"frame": 2, "probe_radius": 1.7, "fields": "roughness"})],
 )  # fmt: skip
 def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
-    path = TDP43 if words else folder / "protein.pdb"  # with a cavity
+    path = TDP43 if words and "--frame" not in words else folder / "models.pdb"  # the first has a cavity
     assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
     of_mesh = {key: options[key] for key in ("density", "fields") if key in options}
     dots = sparsurf.surface(path, **{key: value for key, value in options.items() if key not in of_mesh})
@@ -262,6 +263,9 @@ def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
         assert ended("surface", folder / "models.pdb", *call) == 0
         found.append(pd.read_csv(tmp_path / "dots.csv")["potential"])
     assert np.allclose(*found, rtol=2e-3, atol=1e-3)
+    assert ended("surface", folder / "models.pdb", "--frame", 2, "-o", tmp_path / "dots.dms") == 0
+    sparsurf.write(sparsurf.surface(folder / "models.pdb", frame=2), tmp_path / "own.dms")
+    assert (tmp_path / "own.dms").read_bytes() == (tmp_path / "dots.dms").read_bytes()
 
 
 def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
@@ -275,6 +279,9 @@ def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
             f"has 3 {what}; the first one is used, and --frame chooses another one."
             in capsys.readouterr().err
         )
+        for options in (["--frame", 0], ["--quiet"]):  # chosen, or nothing is to be said
+            assert ended("surface", name, *options, *call) == 0
+            assert "the first one" not in capsys.readouterr().err
 
 
 def test_the_kept_dots_stand_for_all(folder, tmp_path):
@@ -354,7 +361,8 @@ def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_pat
     """Their dots, roughness, descriptors and area are those of the surface of all atoms; a selection cuts it."""
     path, own = folder / "protein.pdb", ["--residues", "211-212"]
     dots = sparsurf.surface(path)
-    inside = np.flatnonzero(dots.to_frame()["residue"].isin(["211", "212"]))
+    frame = dots.to_frame()
+    inside = np.flatnonzero(frame["residue"].isin(["211", "212"]))
     for name in ("surface", "roughness", "descriptors", "residues"):
         options = ["--every", 50] if name == "descriptors" else []
         assert ended(name, path, *own, *options, "-o", tmp_path / f"{name}.csv") == 0
@@ -362,6 +370,12 @@ def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_pat
     assert np.allclose(of["surface"][["x", "y", "z"]], dots.points[inside], atol=1e-3)
     assert np.allclose(of["roughness"]["roughness"], sparsurf.roughness(dots)[inside], atol=1e-4)
     assert of["descriptors"]["dot"].tolist() == inside[::50].tolist()
+    assert np.allclose(of["descriptors"][["x", "y", "z"]], dots.points[inside[::50]], atol=1e-3)
+    for name in ("surface", "roughness"):  # each dot with its own labels
+        assert of[name]["residue"].astype(str).tolist() == frame["residue"][inside].tolist()
+        assert of[name]["atom_name"].tolist() == frame["atom_name"][inside].tolist()
+    assert np.allclose(of["surface"]["area"], dots.area[inside], atol=1e-4)
+    assert of["surface"]["kind"].tolist() == dots.kind[inside].tolist()
     table = pd.read_csv(tmp_path / "residues.csv")
     assert table["residue"].tolist() == [211, 212] and table["dots"].sum() == len(inside)
     assert np.isclose(table["area"].sum(), dots.area[inside].sum())

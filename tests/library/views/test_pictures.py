@@ -9,6 +9,7 @@ import sparsurf
 from conftest import ball
 from peptides import peptide
 from sparsurf import Surface
+from sparsurf.cli import command
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
 from sparsurf.views import layout, pictures, render
 
@@ -55,6 +56,17 @@ def test_a_surface_has_the_colours_of_its_roughness_on_the_scale_of_the_reports(
     for end in ends:
         assert min(np.abs(np.subtract(end, one)).max() for one in found) < 0.25
     assert len(found) == 2
+
+
+@pytest.mark.parametrize(("width", "length"), [(60, 10), (20, 5), (6, 2)])
+def test_a_scale_bar_is_as_long_as_it_says(width, length):
+    """At most 0.4 of a picture of 60, 20 or 6 Å, and at most 10 Å."""
+    ax = layout.constrained(50, 50).add_subplot()
+    camera = render.Camera(np.eye(3), np.zeros(3), 10.0, (40, 10 * width))
+    layout.show(ax, np.zeros((40, 10 * width, 3), np.uint8), camera)
+    (bar,), (words,) = ax.lines, ax.texts
+    assert np.ptp(bar.get_xdata()) == pytest.approx(length) and words.get_text() == f"{length} Å"
+    assert np.ptp(ax.images[0].get_extent()[:2]) == pytest.approx(width)
 
 
 def test_kinds_have_their_colours_and_their_names():
@@ -116,3 +128,14 @@ def test_each_result_has_its_own_picture(saved, tmp_path):
     changed = np.abs(picture - pale).max(axis=2) > 0.2
     assert 0.001 < changed.mean() < 0.2  # the dots, and nothing else
     assert len(profile.axes) == 1 and not profile.axes[0].images
+    assert (
+        command.main(
+            ["roughness", str(tmp_path / "ala.pdb"), "--residues", "2", "-o", str(tmp_path / "r.png")]
+        )
+        == 0
+    )
+    part = dots[dots.to_frame()["residue"].to_numpy() == "2"]
+    wanted = pictures.roughness_picture(
+        part, sparsurf.roughness(dots)[dots.to_frame()["residue"] == "2"], "ala"
+    )
+    assert np.array_equal(pixels_of(saved[-1]), pixels_of(wanted)) and len(saved[-1].axes) == 2
