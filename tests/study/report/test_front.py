@@ -11,6 +11,7 @@ import pytest
 from matplotlib.text import Text
 from PIL import Image
 
+from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.version import __version__
 from sparsurf.views import layout
@@ -240,6 +241,14 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     shown = [row for row in page.rows if row[0].startswith("A:")]
     assert [row[0] for row in shown[:2]] == ["A:GLY39 → ALA", "A:GLY38"] and len(shown) == 10
     assert shown[0][1:] == ["19.0", "38.00", "2.00", "1.00", "hydropathy, shape", "−1.3", "0.0"]
+    other = tmp_path / "changes" / "closing"
+    other.mkdir()
+    chained = table.assign(chain=np.where(table.index < 20, "", "B"), total=table["total"][::-1].to_numpy())
+    chained.assign(above_moved=table.index < 3).to_csv(other / "changes.csv", index=False)
+    both = [f"changes/{name}/changes.csv" for name in ("opening", "closing")]
+    answers = write_front(tmp_path / "index.html", both, {})
+    assert [answer.split(" residues")[0] for answer in answers] == ["opening: 35 of 39", "closing: 3 of 39"]
+    assert "Which residues of closing change most? GLY1, GLY2, GLY3 3 of 39" in text_of(tmp_path)
     table.loc[:10, ["total", "above_moved"]] = np.nan, False
     table.to_csv(folder / "changes.csv", index=False)
     answers = write_front(tmp_path / "index.html", ["changes/opening/changes.csv"], {})
@@ -350,13 +359,24 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
     places = pd.DataFrame(
         {"range": [1, 2, 3, 4], "d_inside": [1, 0, 0, 0], "Z_tS_inside": [1, 1, 0, 0], "n_runs": n_runs}
     )
-    places = places.assign(alpha=1.0, beta=0.0, gamma=6.0, delta=0.0, d_published=2.69)
+    places = places.assign(
+        alpha=1.0, beta=0.0, gamma=[6.0, 5, 4, 3], delta=0.0, d_published=[2.69, 1.5, -0.5, 0]
+    )
+    places = places[::-1]  # in whatever order
     tests = pd.DataFrame({"measure": ["d", "together"], "p": [0.5, p]})
     for name, table in (("paper_places.csv", places), ("paper_tests.csv", tests)):
         table.to_csv(tmp_path / name, index=False)
     answer = write_front(tmp_path / "index.html", [*files, "paper_places.csv", "paper_tests.csv"], {})[0]
     assert f"Is Table I of the paper reproduced? {word}" in text_of(tmp_path)
     assert "1 of 4 published values of d and 2 of 4" in text_of(tmp_path)
+    rows = [row[:3] for row in Page((tmp_path / "index.html").read_text()).rows if "to" in row[0]]
+    wanted = [
+        ("(1, 0, 6, 0)", "2.69"),
+        ("(1, 0, 5, 0)", "1.50"),
+        ("(1, 0, 4, 0)", "−0.50"),
+        ("(1, 0, 3, 0)", "0.00"),
+    ]
+    assert rows == [[f"{25 * k} to {25 * k + 25} %", *of] for k, of in enumerate(wanted)]
     starts = {
         "Yes": "Table I is reproduced",
         "No": "Table I is not reproduced",
@@ -372,6 +392,16 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
     frames = frames.assign(mean_roughness=[0.5, 0.52, 0.6], d_kept=[1.0, 2, 6], d_full=[-1.0, -2, -6])
     frames.to_csv(tmp_path / "p/ensemble.csv", index=False)
     files = ["p/ensemble.csv", "p/residues.csv", "p/figures/ensemble.png", "p/figures/residues.png"]
+    (tmp_path / "a").mkdir()
+    frames[:2].assign(n_S_percent=[20.0, 30]).to_csv(tmp_path / "a/ensemble.csv", index=False)
+    (_, other) = write_front(tmp_path / "index.html", [*files, "a/ensemble.csv"], {})
+    assert other == (
+        "a: over 2 frames, one combination keeps 25.0 % of the dots on average (20.0 to 30.0 %), and the mean roughness is"
+        " 0.51 (0.50 to 0.52)."
+    )
+    assert "43 % (40 to 48 %) in 3 frames" in text_of(
+        tmp_path
+    ) and "25 % (20 to 30 %) in 2 frames" in text_of(tmp_path)
     answers = write_front(tmp_path / "index.html", files, {})
     assert answers == [
         "p: over 3 frames, one combination keeps 43.0 % of the dots on average (40.0 to 48.0 %), and the mean roughness is"
@@ -492,6 +522,79 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
     assert "Which dots describe the surfaces of a and b?" in text
     captions = re.findall(r"with the best parameters keeps (\d+)\s+% of the dots", text)
     assert captions == ["43", "44"]
+
+
+def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path):
+    """Whatever the order of the rows of a table; names remain as they are."""
+    places = ["012/c1", "NA/c1"]
+    files = write_run(tmp_path, places, (0.02, 0.03))
+    for name in ("summary", "surfaces"):
+        table = pd.read_csv(tmp_path / f"{name}.csv", dtype={"protein": str}, keep_default_na=False)
+        table = table[table["protein"] == "NA"] if name == "summary" else table  # sampling: false of 012
+        table[::-1].to_csv(tmp_path / f"{name}.csv", index=False)
+    for k, place in enumerate(places):
+        rows = {"chain": ["B", "A"], "residue": ["7", "8"], "residue_name": "ALA", "area": 9.0, "dots": 70}
+        table = pd.DataFrame(rows).assign(mean_roughness=[0.5 + 0.1 * k, 0.3 + 0.1 * k])
+        table.to_csv(tmp_path / place / "residues.csv", index=False)
+        for name in ("roughness", "subsets"):
+            Image.new("RGB", (1600, 1400), "red").save(tmp_path / place / f"figures/{name}.png")
+        names = ("residues.csv", "minimal.csv", "figures/roughness.png", "figures/subsets.png")
+        files += [f"{place}/{name}" for name in names if k or name != "figures/subsets.png"]
+    write_front(tmp_path / "index.html", files, {})
+    html, text = (tmp_path / "index.html").read_text(), text_of(tmp_path)
+    page = Page(html)
+    rough = [[row[:2] for row in rows[1:]] for rows in page.tables if rows[0][0] == "roughest residues"]
+    assert rough == [[["ALA 8 A", "0.30"], ["ALA 7 B", "0.50"]], [["ALA 8 A", "0.40"], ["ALA 7 B", "0.60"]]]
+    shown = re.findall(r'<button class="zoom"[^>]*><img src="[^"]*" alt="([^"]*)"', html)
+    assert shown[:4] == [
+        "The surface of 012 in the colours of its roughness, with a mean of 0.60",
+        "The surface of NA in the colours of its roughness, with a mean of 0.70",
+        "The dots that the best parameters keep on NA: 43 % of all",
+        "The 50 dots of the minimal subset of NA",
+    ]
+    assert [each.split(": ")[0] for each in shown[-3:]] == [
+        "012",
+        "NA",
+        "NA",
+    ]  # one roughness and the subsets
+    assert re.findall(r'<div class="place (place-\d)">\s*<h3>NA</h3>\s*<div[^>]*"Best parameters', html) == [
+        "place-1"
+    ]
+    assert "was not applied to 012." in text and "not applied to NA" not in text
+    assert re.search(r"Yes, in all 4 size ranges (if|of 1)", text)  # of the sampled one alone
+    rows = [row[1:3] for row in page.rows if len(row) > 9 and row[1] in ("012", "NA")]
+    assert rows == [["012", "1,000"], ["NA", "2,000"]]
+    assert "Medians over 2 surfaces." in text and "6.0 % 0.30 per Å²" in text
+
+
+@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
+def test_a_table_of_surfaces_is_sorted_by_its_numbers_and_searched(tmp_path):
+    places = [f"{name}/c1" for name in ("b", "d", "a", "e", "c")]
+    errors = (0.02, 0.5, 0.03, 0.04, 0.01)
+    write_front(tmp_path / "index.html", write_run(tmp_path, places, errors), {})
+    browser = Browser(tmp_path)
+    try:
+        browser.open((tmp_path / "index.html").as_uri())
+        shown = "return [...document.querySelector('.sortable').tBodies[0].rows].filter(row => !row.hidden)"
+        shown += ".map(row => row.cells[1].textContent).join('')"
+        head = (
+            "[...document.querySelectorAll('.sortable th button')].find(b => b.textContent === '{}').click();"
+        )
+        for heading, clicks, order in (
+            ("area / Å²", 1, "ceadb"),  # 1,000 Å^2 and then 800
+            ("area / Å²", 1, "bdaec"),
+            ("surface", 1, "abcde"),
+            ("mean error / Å", 1, "deabc"),
+            ("surface", 2, "edcba"),
+        ):
+            assert browser.run(clicks * head.format(heading) + shown) == order
+        find = "const e = document.querySelector('[type=search]'); e.value = '{}'; e.dispatchEvent(new Event('input'));"
+        assert (
+            browser.run(find.format("0.500") + shown) == "d"
+            and browser.run(find.format("") + shown) == "edcba"
+        )
+    finally:
+        browser.close()
 
 
 def test_warnings_are_counted_and_alike_ones_stand_together(tmp_path):

@@ -21,6 +21,6 @@ for (const table of document.querySelectorAll("table.sortable")) {
   });
   table.parentElement.previousElementSibling.querySelector("input").addEventListener("input", event => {
     const words = event.target.value.toLowerCase();
-    for (const row of body.rows) row.hidden = !row.textContent.toLowerCase().includes(words);
+    for (const row of body.rows) row.hidden = ![...row.cells].some(cell => cell.textContent.toLowerCase().includes(words));
   });
 }
