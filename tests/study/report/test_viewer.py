@@ -31,6 +31,7 @@ from sparsurf_study.analysis import tables
 
 COMBINATIONS = [(1, 0, 6, 0), (0.2, 0.4, 2, 1), (0.6, 1, 0, 0), (1, 0.5, 10, 10)]
 MINIMAL = [5, 70, 2999]
+KINDS = [0, 2, -1]  # of every three dots; -1 is unknown
 RESIDUES = ["LEU 212 A", "HIS 256 A"]
 READY = "document.getElementById('shown').textContent.includes('dots (')"
 
@@ -40,7 +41,7 @@ def prepared(blob):
     """A bumpy surface whose places have three decimals, as those of a DMS file."""
     points, normals = blob[0].round(3), blob[1]
     n = len(points)
-    surface = Surface(points, normals, kind=np.arange(n) % 3, atom=np.arange(n) % 2)
+    surface = Surface(points, normals, kind=np.array(KINDS)[np.arange(n) % 3], atom=np.arange(n) % 2)
     return PreparedSurface(surface, Settings(patches={"d_link": 1.5}), streams=Streams(0, "blob"))
 
 
@@ -316,7 +317,7 @@ def test_other_samplers_show_the_number_that_is_asked_for(opened, order):
     assert len(again) == 1500 and again != first
 
 
-def test_the_nearest_combination_of_the_grid_is_shown_with_its_numbers(opened, grid):
+def test_the_nearest_combination_of_the_grid_is_shown_with_its_numbers(opened, grid, prepared):
     rows = (
         "return [...document.querySelectorAll('#nearest tr')].map(r => [...r.cells].map(c => c.textContent))"
     )
@@ -331,6 +332,23 @@ def test_the_nearest_combination_of_the_grid_is_shown_with_its_numbers(opened, g
         assert f"({', '.join(map(str, nearest))}), nS {row['n_S_percent']:.1f} %" in text_of(
             opened, "nearest"
         )
+    best = tables.best_combinations(*grid, 50)
+    height = prepared.points[np.arange(3000) % 7 > 0, 2]
+    choose(opened, colour=1)
+    for place, key in ((2, "under_max_n_S"), (1, "unrestricted")):  # of the kept dots
+        choose(opened, presets=place)
+        wanted = [best["kept"][key][name] for name in PARAMETERS]
+        assert opened.run("return LAW.map((name) => +element(name).value)") == wanted
+        law = ", ".join(f"{value:g}" for value in wanted)
+        said = opened.run("return caption()").replace("−", "-")  # below the saved picture
+        assert (
+            f"({law}); colour: height above the middle, dark {height.min():.2f} Å, bright {height.max():.2f} Å, grey unknown"
+            in said
+        )
+    opened.run(
+        "slide(element('alpha'), 0.0123); slide(element('gamma'), 12)"
+    )  # beyond ends and between steps
+    assert opened.run("return [+element('alpha').value, +element('gamma').value]") == [0.0123, 12]
     choose(opened, presets=0)  # the paper's best moves all sliders
     assert opened.run("return LAW.map((name) => element(name).value)") == ["1", "0", "6", "0"]
     assert "(1, 0, 6, 0)" in text_of(opened, "nearest")
@@ -357,7 +375,7 @@ def test_every_dot_has_the_colour_of_its_value(opened, prepared):
     assert np.array_equal(
         np.reshape(opened.run("return Array.from(painted)"), (-1, 3)), KIND_COLOURS[prepared.surface.kind]
     )
-    assert "contact" in text_of(opened, "legend")
+    assert text_of(opened, "legend") == "contactconcaveunknown kind"  # no dot is saddle-shaped
 
 
 def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
@@ -377,7 +395,8 @@ def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
         dot = opened.run("return view.picked")
         assert dot == np.argmax(np.where(hit, points[:, 2] - gap, -np.inf))  # the one in front
         said = text_of(opened, "picked")
-        assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, Ri = ")
+        kind = {0: "contact, ", 2: "concave, ", -1: ""}[KINDS[dot % 3]]
+        assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {kind}Ri = ")
         assert abs(float(said.split("Ri = ")[1][:4]) - prepared.roughness[dot]) < 0.008
     opened.point("#canvas", (0, 0), (60, 20))
     turned = np.reshape(opened.run("return view.turn"), (3, 3))
@@ -466,14 +485,17 @@ def test_a_small_screen_needs_no_sideways_scrolling(opened):
 
 def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
     """Numbers are those of the whole surface: of a dot, and of the share of the subset."""
-    x = prepared.points[:, 0]
+    x = 20 * prepared.points[:, 0]
     values = [viewer.Values("propensity", "propensity", "", x, "likely", "unlikely")]
     values += [viewer.Values("height", "z", " Å", np.full(3000, np.nan), "low", "high")]
     text = page_of(prepared, order[:1500], values=values, minimal=order[:90], opens=("all", 1))
     (tmp_path / "view.html").write_text(text)
     browser.open((tmp_path / "view.html").as_uri())
     browser.wait_for(READY)
-    assert "likely" in text_of(browser, "legend")  # what it was asked to open with
+    ends = f"propensity{x.min():.0f} likely{x.max():.0f} unlikely".replace(
+        "-", "−"
+    )  # without needless decimals
+    assert text_of(browser, "legend") == ends  # what it was asked to open with; the ends of all 3,000 dots
     assert text_of(browser, "shown").endswith("The page holds the first 1,500 of 3,000 dots.")
     browser.point("#canvas", (5, 5))
     dot = sorted(order[:1500])[browser.run("return view.picked")]
@@ -486,6 +508,12 @@ def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
         "90 of 3,000 dots (3.0 %)." in text_of(browser, "shown")
         and text_of(browser, "legend") == "heightunknown"
     )
+    text = page_of(prepared, order[:1500], minimal=order[1440:1560])
+    (tmp_path / "view.html").write_text(text)
+    browser.open((tmp_path / "view.html").as_uri())
+    browser.wait_for(READY)
+    choose(browser, sampler="minimal")  # only some of its dots are on the page
+    assert text_of(browser, "shown").startswith("60 of 1,500 dots (4.0 %).")
     choose(browser, sampler="paper")
     assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
     assert browser.complaints() == []
