@@ -1,7 +1,9 @@
 """The first page of a run: its answers and sections against its tables."""
 
+import base64
 import hashlib
 import html
+import io
 import json
 import re
 
@@ -524,46 +526,54 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
     assert captions == ["43", "44"]
 
 
-def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path):
+@pytest.mark.parametrize("name", ["NA", "07"])
+def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path, name):
     """Whatever the order of the rows of a table; names remain as they are."""
-    places = ["012/c1", "NA/c1"]
+    places = ["012/c1", f"{name}/c1"]
     files = write_run(tmp_path, places, (0.02, 0.03))
-    for name in ("summary", "surfaces"):
-        table = pd.read_csv(tmp_path / f"{name}.csv", dtype={"protein": str}, keep_default_na=False)
-        table = table[table["protein"] == "NA"] if name == "summary" else table  # sampling: false of 012
-        table[::-1].to_csv(tmp_path / f"{name}.csv", index=False)
+    for kind in ("summary", "surfaces"):
+        table = pd.read_csv(tmp_path / f"{kind}.csv", dtype={"protein": str}, keep_default_na=False)
+        table = table[table["protein"] == name] if kind == "summary" else table  # sampling: false of 012
+        table[::-1].to_csv(tmp_path / f"{kind}.csv", index=False)
     for k, place in enumerate(places):
         rows = {"chain": ["B", "A"], "residue": ["7", "8"], "residue_name": "ALA", "area": 9.0, "dots": 70}
         table = pd.DataFrame(rows).assign(mean_roughness=[0.5 + 0.1 * k, 0.3 + 0.1 * k])
         table.to_csv(tmp_path / place / "residues.csv", index=False)
-        for name in ("roughness", "subsets"):
-            Image.new("RGB", (1600, 1400), "red").save(tmp_path / place / f"figures/{name}.png")
+        for figure in ("roughness", "subsets"):
+            Image.new("RGB", (1600, 1400), ("red", "blue")[k]).save(
+                tmp_path / place / f"figures/{figure}.png"
+            )
         names = ("residues.csv", "minimal.csv", "figures/roughness.png", "figures/subsets.png")
-        files += [f"{place}/{name}" for name in names if k or name != "figures/subsets.png"]
+        files += [f"{place}/{each}" for each in names if k or each != "figures/subsets.png"]
     write_front(tmp_path / "index.html", files, {})
     html, text = (tmp_path / "index.html").read_text(), text_of(tmp_path)
     page = Page(html)
     rough = [[row[:2] for row in rows[1:]] for rows in page.tables if rows[0][0] == "roughest residues"]
     assert rough == [[["ALA 8 A", "0.30"], ["ALA 7 B", "0.50"]], [["ALA 8 A", "0.40"], ["ALA 7 B", "0.60"]]]
-    shown = re.findall(r'<button class="zoom"[^>]*><img src="[^"]*" alt="([^"]*)"', html)
+    pictures = re.findall(r'<button class="zoom"[^>]*><img src="[^"]*?base64,([^"]*)" alt="([^"]*)"', html)
+    shown = [alt for _, alt in pictures]
+    first, second = (
+        np.asarray(Image.open(io.BytesIO(base64.b64decode(data))))[9, 9] for data, _ in pictures[:2]
+    )
+    assert first.argmax() == 0 and second.argmax() == 2  # red, and blue
     assert shown[:4] == [
         "The surface of 012 in the colours of its roughness, with a mean of 0.60",
-        "The surface of NA in the colours of its roughness, with a mean of 0.70",
-        "The dots that the best parameters keep on NA: 43 % of all",
-        "The 50 dots of the minimal subset of NA",
+        f"The surface of {name} in the colours of its roughness, with a mean of 0.70",
+        f"The dots that the best parameters keep on {name}: 43 % of all",
+        f"The 50 dots of the minimal subset of {name}",
     ]
     assert [each.split(": ")[0] for each in shown[-3:]] == [
         "012",
-        "NA",
-        "NA",
+        name,
+        name,
     ]  # one roughness and the subsets
-    assert re.findall(r'<div class="place (place-\d)">\s*<h3>NA</h3>\s*<div[^>]*"Best parameters', html) == [
-        "place-1"
-    ]
-    assert "was not applied to 012." in text and "not applied to NA" not in text
+    assert re.findall(
+        rf'<div class="place (place-\d)">\s*<h3>{name}</h3>\s*<div[^>]*"Best parameters', html
+    ) == ["place-1"]
+    assert "was not applied to 012." in text and f"not applied to {name}" not in text
     assert re.search(r"Yes, in all 4 size ranges (if|of 1)", text)  # of the sampled one alone
-    rows = [row[1:3] for row in page.rows if len(row) > 9 and row[1] in ("012", "NA")]
-    assert rows == [["012", "1,000"], ["NA", "2,000"]]
+    rows = [row[1:3] for row in page.rows if len(row) > 9 and row[1] in ("012", name)]
+    assert rows == [["012", "1,000"], [name, "2,000"]]
     assert "Medians over 2 surfaces." in text and "6.0 % 0.30 per Å²" in text
 
 
