@@ -180,6 +180,10 @@ def test_a_sample_has_the_requested_number(ready):
         sparsurf.sample(ready, n_dots=50, sampler="uniform", seed=s).tolist() for s in (0, 0, 1)
     )
     assert first == again and len(set(first) & set(other)) < 10
+    own, prepared_for = (
+        sparsurf.sample(ready, n_dots=50, sampler="uniform", **seed) for seed in ({}, {"seed": 4})
+    )
+    assert np.array_equal(own, prepared_for)
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
     reseeded = ready.changed(stream=Streams(7))
     assert np.array_equal(kept, reseeded.pair((1, 0, 6, 0), 0)[0])

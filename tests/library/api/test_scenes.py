@@ -162,6 +162,12 @@ def test_dots_have_the_colour_of_their_kind_and_the_atoms_of_their_frame(tmp_pat
     for text in (loaded["structure"], (tmp_path / "dots.pdb").read_text()):
         atoms = [site.atom.pos.tolist() for site in gemmi.read_pdb_string(text)[0].all()]
         assert np.abs(np.array(atoms) - molecule.xyz[1]).max() < 0.001
+    sparsurf.write(sparsurf.minimal(dots, n_dots=20), tmp_path / "few.pml")
+    sparsurf.write(sparsurf.mesh(dots, 100), tmp_path / "mesh.pml")
+    for name in ("few", "mesh"):
+        text = in_pymol(tmp_path / f"{name}.pml")[0]["structure"]
+        atoms = [site.atom.pos.tolist() for site in gemmi.read_pdb_string(text)[0].all()]
+        assert np.abs(np.array(atoms) - molecule.xyz[1]).max() < 0.001
     sparsurf.write(molecule, tmp_path / "second.pdb", frame=1)
     atoms = [site.atom.pos.tolist() for site in gemmi.read_structure(str(tmp_path / "second.pdb"))[0].all()]
     assert np.abs(np.array(atoms) - molecule.xyz[1]).max() < 0.001

@@ -137,6 +137,20 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
     assert marked == [6, 4, 0]  # ten of all chains
 
 
+def test_every_chain_of_many_has_its_profile(tmp_path):
+    """In the order of the structure; those after the eighth are folded."""
+    table = pd.DataFrame(
+        {"chain": list("KABCDEFGHI"), "residue": "7", "residue_name": "ALA", "area": 5.0, "dots": 9}
+    )
+    sparsurf.write(table.assign(mean_roughness=np.linspace(0.3, 0.7, 10)), tmp_path / "x.html")
+    html = (tmp_path / "x.html").read_text(encoding="utf-8")
+    shown, folded = html.split("<summary>2 more chains</summary>")
+    for part, names in ((shown, "KABCDEFG"), (folded.split("</details>")[0], "HI")):
+        assert re.findall(r"<h3>Chain (\w)</h3>", part) == [*names]
+        said = re.findall(r"ranges from ([\d.]+) \((ALA 7 \w), the roughest", part)
+        assert [label[-1] for _, label in said] == [*names]
+
+
 def test_of_rough_residues_side_by_side_the_roughest_is_named():
     rough = np.full(200, 0.7)
     rough[100:102] = 0.4, 0.3
@@ -208,9 +222,24 @@ def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
 def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     (tmp_path / "far.pdb").write_text(peptide() + "TER\n" + peptide(chain="B", origin=(0, 40.0, 0)) + "END\n")
     dots = sparsurf.surface(tmp_path / "far.pdb", probe_radius=1.7)
-    dots = replace(dots, fields={"height": dots.points[:, 2]})
+    height = np.where(np.arange(len(dots)) % 5 == 0, np.nan, dots.points[:, 2])
+    dots = replace(dots, fields={"height": height})
     html = sparsurf.show(dots, open_browser=False).html
     text = Page(html).text.replace("\xa0", " ")
+    row = next(row for row in Page(html).rows if row[0] == "height")
+    known = [f"{of(height):.2f}".replace("-", "−") for of in (np.nanmin, np.nanmean, np.nanmax)]
+    assert row[1:] == known  # of the dots that have one
+    fields = {"height": height} | sparsurf.fields(dots).to_dict("series")
+    table = sparsurf.residues(replace(dots, fields=fields)).set_index(["residue_name", "residue", "chain"])
+    heads, *rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")
+    assert heads[4:] == [
+        "mean height",
+        "mean hydropathy, Kyte-Doolittle",
+        "mean electrostatic potential, kT/e",
+    ]
+    for name, *numbers in rows:
+        means = table.loc[tuple(name.split()), [f"mean_{field}" for field in fields]]
+        assert numbers[3:] == [f"{value:z.2f}".replace("-", "−") for value in means]
     assert "for a probe with a radius of 1.7 Å." in text
     assert "of 8 residues in 2 chains, of 40 atoms." in text and "Roughness along the chains" in text
     menu = re.search(r"The menu “Colour” shows ([^.]*)\.", text)[1]
@@ -219,8 +248,7 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     assert "Chain A" in text and "Chain B" in text
     header = header_of(html)
     scale = next(one for one in header["values"] if one["symbol"] == "height")
-    low, high = dots.points[:, 2].min(), dots.points[:, 2].max()
-    assert (scale["low"], scale["high"]) == pytest.approx((low, high))
+    assert (scale["low"], scale["high"]) == pytest.approx((np.nanmin(height), np.nanmax(height)))
     component = next(one for one in header["values"] if one["symbol"] == "component")
     assert (component["low"], component["high"], component["low is"]) == (0, 1, "largest")
 
