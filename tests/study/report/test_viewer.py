@@ -190,6 +190,11 @@ def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch)
     header, columns = unpacked(text)
     assert len(text.encode()) <= 60_000 and header["total"] == 3000
     assert 1000 < header["stored"] < 3000 and {*columns["index"]} == {*order[: header["stored"]]}
+    monkeypatch.undo()
+    apart = (
+        header["spacing"] / unpacked(page_of(prepared, order))[0]["spacing"]
+    )  # so that fewer dots are larger
+    assert apart == pytest.approx(np.sqrt(3000 / header["stored"]), rel=0.2) and apart > 1.1
 
 
 def test_distances_count_from_the_origin_of_a_patch(prepared):
@@ -402,6 +407,9 @@ def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
     turned = np.reshape(opened.run("return view.turn"), (3, 3))
     assert np.allclose(turned @ turned.T, np.eye(3)) and turned[0, 2] > 0.4  # the front went to the right
     assert opened.run("return view.picked") == dot  # a press that moved picks nothing
+    choose(opened, sampler="minimal")
+    assert dot not in MINIMAL and opened.run("return view.picked") == -1  # it is shown no longer
+    assert not text_of(opened, "picked").startswith("Dot")
 
 
 def test_keys_and_the_wheel(opened):
