@@ -403,10 +403,32 @@ def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
         kind = {0: "contact, ", 2: "concave, ", -1: ""}[KINDS[dot % 3]]
         assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {kind}Ri = ")
         assert abs(float(said.split("Ri = ")[1][:4]) - prepared.roughness[dot]) < 0.008
+    z = prepared.points[:, 2]
+    for other in (1, 2, 7):  # with one of each residue, an unknown kind and an unknown value
+        said = opened.run("pick(arguments[0]); return element('picked').textContent", other)
+        kind = {0: "contact, ", 2: "concave, ", -1: ""}[KINDS[other % 3]]
+        assert said.startswith(f"Dot {other}, {RESIDUES[other % 2]}, {kind}Ri = ")
+        shown = said.split("z = ")[1].replace("−", "-")
+        assert (
+            shown == "unknown."
+            if other == 7
+            else abs(float(shown.split(" Å.")[0]) - z[other]) < np.ptp(z) / 254
+        )
+    opened.run("pick(arguments[0])", int(dot))
     opened.point("#canvas", (0, 0), (60, 20))
     turned = np.reshape(opened.run("return view.turn"), (3, 3))
     assert np.allclose(turned @ turned.T, np.eye(3)) and turned[0, 2] > 0.4  # the front went to the right
     assert opened.run("return view.picked") == dot  # a press that moved picks nothing
+    opened.point("#canvas", (0, 0), (25, 10), held="\ue008")  # which moves it
+    for percent in (100, 10):  # also of some dots alone
+        shown = choose(opened, sampler="farthest", percent=percent)
+        disc, shift = opened.run("drawNow(); return [radius(), view.shift]")
+        places, seen = points @ turned.T, facing @ turned.T
+        gap = np.linalg.norm(places[:, :2] + shift - np.array([5, -5]) * sharp * pixel, axis=1)
+        hit = (gap < max(disc, 7 * pixel)) & (seen[:, 2] >= 0.1) & np.isin(np.arange(3000), shown)
+        opened.point("#canvas", (5, 5))
+        dot = opened.run("return view.picked")
+        assert hit.any() and dot == np.argmax(np.where(hit, places[:, 2] - gap, -np.inf))
     choose(opened, sampler="minimal")
     assert dot not in MINIMAL and opened.run("return view.picked") == -1  # it is shown no longer
     assert not text_of(opened, "picked").startswith("Dot")
@@ -419,6 +441,7 @@ def test_keys_and_the_wheel(opened):
         assert np.isclose(opened.run("return view.turn")[place], sign * step)
     for act, zoom in (
         (lambda: opened.press("#canvas", "+"), 1.15),
+        (lambda: opened.press("#canvas", "--"), 1.15**-2),
         (lambda: opened.wheel("#canvas", -100), np.exp(0.15)),
     ):
         opened.press("#canvas", "0")
@@ -516,6 +539,8 @@ def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
         "90 of 3,000 dots (3.0 %)." in text_of(browser, "shown")
         and text_of(browser, "legend") == "heightunknown"
     )
+    choose(browser, sampler="farthest", percent=10)
+    assert text_of(browser, "shown").startswith("150 of 1,500 dots (10.0 %).")
     text = page_of(prepared, order[:1500], minimal=order[1440:1560])
     (tmp_path / "view.html").write_text(text)
     browser.open((tmp_path / "view.html").as_uri())
