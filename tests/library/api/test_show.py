@@ -180,6 +180,10 @@ def test_what_was_left_out_stands_on_the_page_and_warnings_are_shown_once(tmp_pa
     assert (
         "<li>cut.pdb announces 3 models and holds 1: is it cut short?</li>" in html
     )  # its folder is nobody's business
+    parts = [peptide(chain=chain, first=1 + 4 * k, origin=(0, 9.0 * k, 0)) for k, chain in enumerate("ABA")]
+    write(tmp_path / "three.pdb", "TER\n".join(parts) + "END\n")
+    text = Page(sparsurf.show(tmp_path / "three.pdb", open_browser=False).html).text
+    assert "The surface is that of 12 residues in 2 chains, of 60 atoms." in text
     (tmp_path / "apo.pdb").write_text(peptide() + "END\n")
     page = Page(sparsurf.show(tmp_path / "apo.pdb", open_browser=False).html)
     assert "Nothing that stands in the file was left out of the molecule." in page.text

@@ -163,8 +163,10 @@ def test_the_largest_number_of_dots_belongs_to_no_range():
 def test_bias_is_the_winner_minus_its_true_value():
     winners = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(d=2.0, Z_tS=3.0, range=range(1, 11))
     truth = pd.DataFrame(PUBLISHED_ROWS, columns=PARAMETERS).assign(d_kept=1.5, Z_tS_kept=3.25)
-    bias = published_runs.selection_bias(pd.concat([winners, winners]), truth)
-    assert len(bias) == 10 and np.allclose(bias["d_bias"], 0.5) and np.allclose(bias["Z_tS_bias"], -0.25)
+    truth = truth.assign(d_kept=1.5 - np.arange(10))[::-1]  # each its own, and in another order
+    bias = published_runs.selection_bias(pd.concat([winners, winners.assign(d=3.0)]), truth)
+    assert bias["range"].tolist() == [*range(1, 11)] and np.allclose(bias["d_bias"], 1 + np.arange(10))
+    assert np.allclose(bias["Z_tS_bias"], -0.25)
 
 
 def test_bins_of_roughness_by_hand():
@@ -323,8 +325,13 @@ def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
 def test_the_curve_is_d_over_link_and_spacing(page):
     """Here with a spacing of 2 Å, so that an axis of links in Å would give other numbers."""
     links = pd.DataFrame({"d_link": [1.0, 2.0, 4.0], "row": 1, "d": [2.0, 1.0, -1.0]})
-    found = curve(links.assign(link_over_spacing=links["d_link"] / 2))
-    assert found["top"] == (0.5, 2.0) and found["crossing"] == (2.0, 2.0)
+    links = links.assign(link_over_spacing=links["d_link"] / 2)
+    other = links.assign(
+        row=2, d=[3.0, 0.5, -2.0], link_over_spacing=[0.25, 0.5, 1.0]
+    )  # of dots farther apart
+    found = curve(pd.concat([links, other[::-1], other.assign(row=3, d=1.0)]))
+    assert found["top"] == (0.25, 3.0) and found["crossing"] == (1.0, 2.0)  # the third stays above 0
+    assert [row for row, _ in found["lines"]] == [1, 2, 3]
     x, y = np.array([[float(v) for v in point.split(",")] for point in found["lines"][0][1].split()]).T
     places = (
         {value: place for place, value in found["ticks"]},
@@ -442,13 +449,17 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
     assert own.groupby("combination")["roughness"].apply(lambda of: of.is_monotonic_increasing).all()
 
 
-def test_links_keep_the_samplings_and_change_the_islands(page):
+def test_links_keep_the_samplings_and_change_the_islands(page, prepared):
     links = page["links"].set_index(["d_link", "row"])
     assert np.allclose(links.loc[0.8]["n_S_percent"], links.loc[1.2]["n_S_percent"])
     assert (links.loc[1.2]["median_patch_size"] >= links.loc[0.8]["median_patch_size"]).all()
     # at the surface's own d_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
+    linked = prepared.changed(index=build_index(prepared.points, prepared.normals, 1.2))
+    tests, pairs = prepared.draw_tests(20), [prepared.pair(PUBLISHED_ROWS[3], draw) for draw in range(2)]
+    z = [linked.distances(pair, tests, linked.describe(tests)[0], "kept")[0].mean(axis=1) for pair in pairs]
+    assert links.loc[(1.2, 4), ["Z_tS", "Z_tR"]].tolist() == pytest.approx(np.mean(z, axis=0), abs=1e-6)
     for name in ("n_S_percent", "link_over_spacing", "share_in_island"):
         assert np.allclose(links.loc[0.8][name], page["rows"][name])
     assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_kept"].tolist()
