@@ -585,6 +585,7 @@ def test_the_roughness_of_a_vertex_is_that_of_the_nearest_dot():
 @pytest.mark.parametrize(("cavities", "parts"), [("keep", 2), ("remove", 1)])
 def test_a_mesh_has_the_cavities_that_its_dots_have(cavities, parts):
     made = sparsurf.mesh(sparsurf.surface(PEPTIDE, cavities=cavities), density=1)
+    assert len(made.vertices) == pytest.approx(made.vertices.area.sum(), rel=0.05)  # 1 per Å^2
     n, ends = len(made.vertices), made.triangles[:, [0, 1, 2]].T
     links = coo_array((np.ones(2 * len(ends[0])), (np.r_[ends[0], ends[1]], np.r_[ends[1], ends[2]])), (n, n))
     assert connected_components(links, directed=False)[0] == parts

@@ -284,7 +284,11 @@ def test_a_subset_is_shown_on_its_surface(tmp_path):
     html = (tmp_path / "few.html").read_text(encoding="utf-8")
     header = header_of(html)
     assert (header["total"], header["minimal"], header["sampler"]) == (len(dots), len(few), "minimal")
-    assert f"{len(few):,} of {len(dots):,} dots are kept." in Page(html).text
+    page = Page(html)
+    assert f"{len(few):,} of {len(dots):,} dots are kept." in page.text
+    assert (
+        page.tables == Page(sparsurf.show(dots, open_browser=False).html).tables
+    )  # residues and values of all dots
 
 
 def test_a_title_is_text_and_no_html(tmp_path):
