@@ -271,6 +271,43 @@ def test_forms_are_listed_by_their_change_over_the_larger_floor(tmp_path):
     )  # 5 % of 29, not of 40
 
 
+def test_a_run_with_a_grid_and_forms_and_frames_answers_each_once(tmp_path):
+    """First the grid, then the subset, the forms and the frames, on the page as on the terminal."""
+    files = write_run(tmp_path)
+    (tmp_path / "changes/bend").mkdir(parents=True)
+    names = {"chain": "A", "residue": [7, 8], "residue_name": "GLY", "residue_name_second": "GLY"}
+    table = pd.DataFrame(names).assign(
+        total=[1.0, 3], total_floor=2.0, total_moved=1.0, above_moved=[False, True]
+    )
+    table = table.assign(potential_difference=0.0, hydropathy_difference=0.0)
+    table.to_csv(tmp_path / "changes/bend/changes.csv", index=False)
+    frames = pd.DataFrame(
+        {"N": [1000, 1100], "area": [200.0, 210], "n_S_percent": [40.0, 41], "mean_roughness": 0.5}
+    )
+    frames.to_csv(tmp_path / "p/ensemble.csv", index=False)
+    answers = write_front(tmp_path / "index.html", [*files, "changes/bend/changes.csv", "p/ensemble.csv"], {})
+    starts = [
+        "Best parameters",
+        "The sampling beats",
+        "The sampling beats",
+        "Smallest sufficient",
+        "bend: 1 of 2",
+        "p: over 2",
+    ]
+    assert [answer[: len(start)] for answer, start in zip(answers, starts, strict=True)] == starts
+    page = Page((tmp_path / "index.html").read_text())
+    shown = [row[0] for row in page.rows if row[0].startswith("A:") or row[0] == "mean roughness"]
+    assert shown == ["A:GLY8", "A:GLY7", "mean roughness"]
+    text = text_of(tmp_path)
+    heads = [
+        "Best parameters (α",
+        "How many dots are enough?",
+        "Which residues of bend",
+        "How many dots of p are kept",
+    ]
+    assert [text.count(head) for head in heads] == [1] * 4 and sorted(heads, key=text.index) == heads
+
+
 @pytest.mark.parametrize("touching", [0, 1, 2])
 def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
     rows = [
