@@ -245,6 +245,9 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, mon
         table.drop(columns="name"), pd.concat(expected, ignore_index=True), check_dtype=False
     )
     assert table["name"].tolist() == [name for name in "abd" for _ in range(40)]
+    assert command.main(["points", str(folder / "b.pdb"), *words[:4], "-o", str(tmp_path / "b.parquet")]) == 0
+    of_b = table[table["name"] == "b"].reset_index(drop=True)
+    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "b.parquet"), of_b)  # of one structure alone
     failures = json.loads(parquet.read_metadata(tmp_path / "1.parquet").metadata[b"failures"])
     assert list(failures) == ["c"] and "c.pdb" in failures["c"]
 

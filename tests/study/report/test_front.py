@@ -5,6 +5,7 @@ import hashlib
 import html
 import io
 import json
+import os
 import re
 
 import numpy as np
@@ -809,6 +810,7 @@ def test_what_is_finished_of_a_run_is_closed_by_its_config_and_older_than_its_re
     finished = Finished([], pairs, [], [*files, *(pair / "book.png" for pair in pairs)])
     for pair in pairs:
         Image.new("RGB", (200, 100), "red").save(pair / "book.png")
+    os.utime(files[0], (10**9, 10**9))  # of years before the other
     asked = []
     known = (config, run, {"pairs/lost": "no <atoms>"}, finished, [])
     assert close_partial_run(*known, lambda results: asked.extend(results) or [("p", "c1", "j", "a gap")])
