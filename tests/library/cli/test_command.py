@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -263,6 +264,20 @@ def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
         assert ended("surface", folder / "models.pdb", *call) == 0
         found.append(pd.read_csv(tmp_path / "dots.csv")["potential"])
     assert np.allclose(*found, rtol=2e-3, atol=1e-3)
+    dots = sparsurf.surface(folder / "models.pdb", frame=2)
+    dots = replace(dots, fields=sparsurf.fields(dots, ["potential", "hydropathy"]).to_dict("series"))
+    call = ["--frame", 2, "--fields", "hydropathy, potential", "-o", tmp_path / "x.csv"]
+    assert ended("minimal", folder / "models.pdb", "--percent", 5, *call) == 0
+    kept = pd.read_csv(tmp_path / "x.csv")
+    assert np.allclose(kept[["x", "y", "z"]], dots.points[kept["dot"]], atol=1e-3)
+    for name, values in dots.fields.items():
+        assert np.allclose(kept[name], values[kept["dot"]], rtol=1e-3, atol=1e-3)
+    assert ended("residues", folder / "models.pdb", "--residues", "214,211-212", *call) == 0
+    table, wanted = pd.read_csv(tmp_path / "x.csv", dtype={"residue": str}), sparsurf.residues(dots)
+    wanted = wanted[wanted["residue"].isin(table["residue"])]
+    assert table["residue"].tolist() == ["211", "212", "214"]  # in the order of the molecule
+    for name in ("area", "mean_roughness", "mean_hydropathy", "mean_potential"):
+        assert np.allclose(table[name], wanted[name], rtol=1e-6)
     assert ended("surface", folder / "models.pdb", "--frame", 2, "-o", tmp_path / "dots.dms") == 0
     sparsurf.write(sparsurf.surface(folder / "models.pdb", frame=2), tmp_path / "own.dms")
     assert (tmp_path / "own.dms").read_bytes() == (tmp_path / "dots.dms").read_bytes()

@@ -816,9 +816,8 @@ def test_what_is_finished_of_a_run_is_closed_by_its_config_and_older_than_its_re
     assert close_partial_run(*known, lambda results: asked.extend(results) or [("p", "c1", "j", "a gap")])
     assert {*asked} >= {*map(str, files)}
     scores = pd.read_csv(run / "pairs/pairs.csv")
-    assert scores.groupby("complex", sort=False)["auc"].mean().to_dict() == pytest.approx(
-        {"second": 0.7, "first": 0.6}
-    )
+    assert scores["complex"].unique().tolist() == ["second", "first"]
+    assert scores.groupby("complex", sort=False)["auc"].mean().tolist() == pytest.approx([0.7, 0.6])
     text, html = text_of(run), (run / "index.html").read_text()
     assert "1 part of this run could not be finished." in text and "pairs/lost: no <atoms>" in text
     assert "1 warning p/c1: a gap" in text and "AUC of 0.75" in text and "over 2 pairs" in text
