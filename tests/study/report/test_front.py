@@ -143,11 +143,16 @@ def test_subsets_that_fall_apart_are_marked_where_the_table_says_so(tmp_path):
 
 def test_a_page_says_what_the_run_was_started_with(tmp_path):
     (tmp_path / "p.pdb").write_text("a structure")
-    origin = Origin("make run CONFIG=mine.yaml", [str(tmp_path / "p.pdb")], 1)
+    (tmp_path / "q.pdb").write_text("another")
+    origin = Origin(
+        "make run CONFIG=mine.yaml", [str(tmp_path / f"{name}.pdb") for name in ("p", "gone", "q")], 3
+    )
     write_front(tmp_path / "index.html", write_run(tmp_path), {}, origin=origin)
     text = text_of(tmp_path) + (tmp_path / "index.html").read_text()
     assert "with make run CONFIG=mine.yaml" in text
-    assert hashlib.sha256(b"a structure").hexdigest() in text and __version__ in text
+    places = [text.rindex(hashlib.sha256(content).hexdigest()) for content in (b"a structure", b"another")]
+    assert text.rindex("p.pdb") < places[0] < text.rindex("q.pdb") < places[1]  # each beside its file
+    assert "gone.pdb" not in text and __version__ in text
 
 
 def test_the_origin_of_a_run_names_its_config_and_each_input_once(tmp_path, monkeypatch):

@@ -420,6 +420,8 @@ def test_a_dot_is_picked_and_the_surface_turned(opened, prepared):
     assert np.allclose(turned @ turned.T, np.eye(3)) and turned[0, 2] > 0.4  # the front went to the right
     assert opened.run("return view.picked") == dot  # a press that moved picks nothing
     opened.point("#canvas", (0, 0), (25, 10), held="\ue008")  # which moves it
+    opened.run("turn(2.5, 0.4)")  # so that the back is in front
+    turned = np.reshape(opened.run("return view.turn"), (3, 3))
     for percent in (100, 10):  # also of some dots alone
         shown = choose(opened, sampler="farthest", percent=percent)
         disc, shift = opened.run("drawNow(); return [radius(), view.shift]")
