@@ -320,10 +320,10 @@ def test_the_browser_opens_only_where_there_is_a_display(tmp_path, monkeypatch, 
 def test_a_file_that_is_no_page_of_ours_is_not_replaced_without_a_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
-    (tmp_path / "ala.html").write_text("<p>notes</p>")
+    (tmp_path / "ala.html").write_text("<p>notes on sparsurf</p>")
     assert ended("show", "ala.pdb") == 1
     assert "ala.html exists and was not written by sparsurf" in capsys.readouterr().err
-    assert (tmp_path / "ala.html").read_text() == "<p>notes</p>"
+    assert (tmp_path / "ala.html").read_text() == "<p>notes on sparsurf</p>"
     for name in (["-o", "ala.html"], []):  # named, and then as a page of this program
         assert ended("show", "ala.pdb", *name) == 0
     assert "The surface of ala" in (tmp_path / "ala.html").read_text(encoding="utf-8")

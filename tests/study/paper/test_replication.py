@@ -327,10 +327,10 @@ def test_the_curve_is_d_over_link_and_spacing(page):
     links = pd.DataFrame({"d_link": [1.0, 2.0, 4.0], "row": 1, "d": [2.0, 1.0, -1.0]})
     links = links.assign(link_over_spacing=links["d_link"] / 2)
     other = links.assign(
-        row=2, d=[3.0, 0.5, -2.0], link_over_spacing=[0.25, 0.5, 1.0]
+        row=2, d=[0.5, 3.0, -2.0], link_over_spacing=[0.25, 0.5, 1.0]
     )  # of dots farther apart
     found = curve(pd.concat([links, other[::-1], other.assign(row=3, d=1.0)]))
-    assert found["top"] == (0.25, 3.0) and found["crossing"] == (1.0, 2.0)  # the third stays above 0
+    assert found["top"] == (0.5, 3.0) and found["crossing"] == (1.0, 2.0)  # the third stays above 0
     assert [row for row, _ in found["lines"]] == [1, 2, 3]
     x, y = np.array([[float(v) for v in point.split(",")] for point in found["lines"][0][1].split()]).T
     places = (
@@ -355,6 +355,8 @@ def test_claims_follow_from_the_numbers(page):
     assert holds(rows=some)["positive"] == ("7 of 10", "0 of 10")
     assert holds(rows=rows)["table1"][1] == "no"  # eight published d are above 0
     assert holds(rows=rows.assign(d_published=-0.1))["table1"][1] == "yes"
+    above = rows.assign(d_published=-0.1, d_low_full=0.1, d_high_full=0.3)
+    assert holds(rows=above)["table1"][1] == "no"
     null = page["best"]["references"]["Z_mean_descriptor"]
     z = rows.assign(Z_tS_kept=null + 1, Z_tS_full=null - 0.1)
     assert holds(rows=z)["describe"] == ("0 of 10", "10 of 10")
@@ -371,6 +373,11 @@ def test_claims_follow_from_the_numbers(page):
         one.loc[rough, [f"d_low_{reading}", f"d_high_{reading}"]] = 0.5, 0.9
         one.loc[flat, [f"d_low_{reading}", f"d_high_{reading}"]] = -0.1, 0.2
     assert holds(bins=one)["rough"] == holds(bins=one)["flat"] == ("yes", "yes")
+    lower = one.assign(d_low_kept=one["d_low_kept"] - 0.9, d_high_kept=one["d_high_kept"] - 0.9)
+    assert holds(bins=lower)["rough"] == ("no", "yes")  # above the flatter half, but not above 0
+    around = one["around"] == one["around"].iloc[0]
+    split = one.assign(d_low_full=one["d_low_full"].mask(around & rough, -0.5))
+    assert holds(bins=split)["rough"] == ("yes", "no")  # not around the dots of the first kind
     one.loc[flat, ["d_low_kept", "d_high_kept"]] = 0.1, 0.2
     assert (holds(bins=one)["rough"], holds(bins=one)["flat"]) == (("yes", "yes"), ("no", "yes"))
     one.loc[bins["bin"] == "flatter half", ["d_low_kept", "d_high_kept"]] = -0.1, 0.7
@@ -401,6 +408,10 @@ def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
         pd.DataFrame(corrected).assign(sampling="x"),
     ]
     assert defects(pd.concat(table))["x"] == {"n_S_percent": 3.0, "d_kept": -0.25, "d_full": 0.5}
+    distances = np.linspace(0.5, 1.5, 11).round(1)
+    links = pd.DataFrame({"d_link": np.tile(distances, 10), "row": np.arange(1, 11).repeat(11), "d": 1.0})
+    shown = paper_page(page | {"links": links.assign(link_over_spacing=1.0)})["links"]
+    assert shown["distances"] == pytest.approx([0.5, 0.7, 0.9, 1.1, 1.3, 1.5])  # from the first to the last
     signs = page["signs"].head(3).assign(negative_from=[0.5, np.nan, np.nan])
     assert paper_page(page | {"signs": signs})["links"]["turned"] == 1
 
@@ -442,6 +453,10 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
     assert re.findall(r"[^<>]+(?=</td>)", shown) == ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
     even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
     assert even["holds"]["full"] == "no"
+    both = pd.concat([kept.assign(kept_percent=np.linspace(*ends, 10), combination=name)
+                      for name, ends in (("a", (60.0, 30.0)), ("b", (30.0, 60.0)))])  # fmt: skip
+    found = paper_page(page | {"gathering": both})
+    assert found["gather"]["holds"]["kept"] == found["fewer"]["holds"]["kept"] == "no"  # one of the two does
     # the blob: every tenth is a tenth of its dots, and together they are what is kept
     own = page["gathering"]
     means = own.groupby("combination")[["kept_percent", "uniform_percent"]].mean()
