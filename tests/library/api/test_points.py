@@ -224,7 +224,7 @@ def test_folders_of_structures(folder, tmp_path):
     assert table["name"].tolist() == [name for name, rows in expected for _ in rows]
 
 
-def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, monkeypatch):
+def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, monkeypatch, capfd):
     parquet = pytest.importorskip("pyarrow.parquet")
     monkeypatch.setattr(
         command_points, "ROWS_PER_GROUP", 50
@@ -236,6 +236,7 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, mon
     for jobs in ("1", "2"):
         words = ["-n", "40", "--fields", "roughness,hydropathy", "--jobs", jobs]
         assert command.main(["points", str(tmp_path), *words, "-o", str(tmp_path / f"{jobs}.parquet")]) == 0
+        assert ": 120 points on 3 structures; 1 structure left out\n" in capfd.readouterr().err
     assert (tmp_path / "1.parquet").read_bytes() == (tmp_path / "2.parquet").read_bytes()
     table = pd.read_parquet(tmp_path / "1.parquet")
     expected = [

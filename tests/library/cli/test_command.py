@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
-from peptides import peptide
+from peptides import atom_line, peptide
 from sparsurf.cli import command, surface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
@@ -266,7 +266,7 @@ def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
     assert np.allclose(*found, rtol=2e-3, atol=1e-3)
     dots = sparsurf.surface(folder / "models.pdb", frame=2)
     dots = replace(dots, fields=sparsurf.fields(dots, ["potential", "hydropathy"]).to_dict("series"))
-    call = ["--frame", 2, "--fields", "hydropathy, potential", "-o", tmp_path / "x.csv"]
+    call = ["--frame", 2, "--fields", "potential, hydropathy", "-o", tmp_path / "x.csv"]
     assert ended("minimal", folder / "models.pdb", "--percent", 5, *call) == 0
     kept = pd.read_csv(tmp_path / "x.csv")
     assert np.allclose(kept[["x", "y", "z"]], dots.points[kept["dot"]], atol=1e-3)
@@ -281,6 +281,17 @@ def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
     assert ended("surface", folder / "models.pdb", "--frame", 2, "-o", tmp_path / "dots.dms") == 0
     sparsurf.write(sparsurf.surface(folder / "models.pdb", frame=2), tmp_path / "own.dms")
     assert (tmp_path / "own.dms").read_bytes() == (tmp_path / "dots.dms").read_bytes()
+
+
+def test_several_ligands_are_taken_with_the_protein(tmp_path):
+    atoms = [("C1", "LIG", 7.0), ("C1", "OTH", 14.0), ("C1", "NOT", 21.0)]
+    text = peptide() + "".join(
+        atom_line(name, residue, "L", str(k), (0, y, 0), record="HETATM", element="C")
+        for k, (name, residue, y) in enumerate(atoms, 1)
+    )
+    (tmp_path / "holo.pdb").write_text(text + "END\n")
+    assert ended("surface", tmp_path / "holo.pdb", "--ligands", "LIG,OTH", "-o", tmp_path / "x.csv") == 0
+    assert {*pd.read_csv(tmp_path / "x.csv")["residue_name"]} == {"ALA", "LIG", "OTH"}
 
 
 def test_a_frame_of_several_is_the_first_with_a_word(folder, tmp_path, capsys):
