@@ -31,17 +31,20 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     (tmp_path / "a.pdb").write_bytes(TOPOLOGY.read_bytes())
     table = tmp_path / "proteins.csv"
     table.write_text(
-        "name,structure,chains,model,ligands,sampling\none,a.pdb,A B,2,TRUE,\ntwo,a.pdb,,,HEM XK2,false\n"
+        "name,structure,chains,model,ligands,sampling,assembly,plddt,trajectory\n"
+        "two,a.pdb,,,HEM XK2,false,,,t.xtc\none,a.pdb,A B,2,TRUE,,True,70,\n"
     )
+    (tmp_path / "t.xtc").write_text("")
     proteins = from_table(str(table))
     one = {"structure": str(tmp_path / "a.pdb"), "chains": ["A", "B"], "model": 2, "ligands": True}
-    assert proteins["one"] == one
+    assert proteins["one"] == one | {"assembly": True, "plddt": 70}
     assert proteins["two"] == {
         "structure": str(tmp_path / "a.pdb"),
+        "trajectory": str(tmp_path / "t.xtc"),
         "ligands": ["HEM", "XK2"],
         "sampling": False,
     }
-    assert set(check_config({"proteins": str(table)})["proteins"]) == {"one", "two"}
+    assert [*check_config({"proteins": str(table)})["proteins"]] == ["two", "one"]  # as in the table
 
 
 @pytest.mark.parametrize(
@@ -272,13 +275,13 @@ def folder(tmp_path):
 def test_pairs_come_from_a_table_or_a_folder(folder):
     head = "name,first,second,complex,chains_1,chains_2\n"
     (table := folder / "pairs.csv").write_text(
-        f"{head}one,both_r.pdb,both_l.pdb,,,\n two ,,,both.pdb, H L ,A\n"
+        f"{head} two ,,,both.pdb, H L ,A\none,both_r.pdb,both_l.pdb,,,\n"
     )
     found = pairs_from_table(str(table))
     assert found["one"] == {"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]}
     assert found["two"] == {"complex": str(folder / "both.pdb"), "chains": [["H", "L"], ["A"]]}
     assert pairs_from_folder(str(folder)) == {"both": found["one"]}
-    assert set(check_config({"pairs": str(table)})["pairs"]) == {"one", "two"}
+    assert [*check_config({"pairs": str(table)})["pairs"]] == ["two", "one"]  # as in the table
     assert set(check_config({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
 
 
