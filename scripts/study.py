@@ -44,12 +44,14 @@ MAX_CONTRADICTIONS = 10  # on the terminal; all are in checks.csv
 REPORTED_MEMORY = 2**30  # bytes that a grid needs before the terminal says so
 
 
-def main(path_to_config: str = "config.yaml", *options: str) -> int:
+def main(path_to_config: str | None = None, *options: str) -> int:
     """Run Snakemake and print a summary; return the exit code."""
     if path_to_config in ("-h", "--help"):
         print((__doc__ or "").strip())
         return 0
-    if path_to_config == "compare" or path_to_config.startswith("-"):
+    if path_to_config is None:
+        path_to_config = str(ROOT / "config.yaml")
+    elif path_to_config == "compare" or path_to_config.startswith("-"):
         path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
     open_closed_streams()
     ignore_numba_threads()

@@ -47,7 +47,8 @@ def checkout(tmp_path, monkeypatch):
 
     def play(root, files, *options, errors=None, wait=None):
         played_checkout.calls.append([*map(str, options)])
-        played_checkout.files = [path.name for path in files]
+        played_checkout.files, played_checkout.paths = [path.name for path in files], files
+        played_checkout.wait = wait
         if played_checkout.work:
             played_checkout.work.pop(0)()
         return played_checkout.codes.pop(0) if played_checkout.codes else 0
@@ -83,18 +84,71 @@ def test_a_study_ends_with_its_answers_and_where_to_look(checkout, capsys):
     assert "all results agree" in lines[4]
 
 
-def test_a_contradiction_among_the_results_reaches_the_terminal(checkout, capsys):
+@pytest.mark.parametrize(
+    "words", [[], ["-n"], ["--cores", "3"], ["compare"], ["mine.yaml"], ["sub/../mine.yaml", "-n"]]
+)
+def test_the_config_is_that_of_the_checkout_or_lies_where_the_command_was_given(checkout, capsys, words):
+    """And a run that was not closed says where its results so far are."""
+    own, named = Path(checkout.config()), [word for word in words if word.endswith(".yaml")]
+    (own.parent / "sub").mkdir()
+    assert study.main(*words) == 0
+    wanted = own if named else checkout.root / "config.yaml"
+    assert checkout.paths[0].resolve() == wanted and len(checkout.paths) == 1 + ("compare" in words)
+    options = [word for word in words if word.startswith("-") or word.isdigit()]
+    assert checkout.calls[0][len(checkout.calls[0]) - len(options) :] == options
+    run = "mine" if named else "default"
+    assert ("-n" in words) or capsys.readouterr().out == f"\nThe results so far are in results/{run}/.\n"
+
+
+@pytest.mark.parametrize("word", ["-h", "--help"])
+def test_help_starts_nothing(checkout, capsys, word):
+    assert study.main(word) == 0 and not checkout.calls
+    assert capsys.readouterr().out.startswith("Run a study: ")
+
+
+def test_the_comparison_with_the_paper_is_where_to_look_once_it_is_there(checkout, capsys):
+    config, files = checkout.config(paper="p"), ["index.html", "ro-crate-metadata.json"]
+    for file, page in (("index.html", "index"), ("verdict.html", "verdict")):
+        checkout.work = [lambda file=file: checkout.make(*files, file)]
+        assert study.main(config) == 0
+        assert f"Look at   results/mine/{page}.html\n" in capsys.readouterr().out
+
+
+def test_a_study_in_batches_says_how_many_structures_failed(checkout, capsys):
+    structures = {f"p{k}": STRUCTURE for k in range(12)}
+
+    def finish():
+        checkout.make("index.html", "ro-crate-metadata.json")
+        rows = "place,reason\np3,by hand\np7,no atoms\n"
+        (checkout.root / "results" / "mine" / "failures.csv").write_text(rows)
+
+    checkout.work = [finish] * 2
+    assert study.main(checkout.config(proteins=structures, sampling=False, exclude=["p3"])) == 0
+    assert "Failed    2 of 12 structures, see results/mine/failures.csv\n" in capsys.readouterr().out
+    assert (
+        study.main(
+            checkout.config(
+                exclude=["changes/x"], changes={"x": ["p", "q"]}, proteins={"p": STRUCTURE, "q": STRUCTURE}
+            )
+        )
+        == 0
+    )
+    assert "Failed" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("n", [1, 12])
+def test_contradictions_among_the_results_reach_the_terminal(checkout, capsys, n):
     def finish():
         checkout.make("warnings.csv", "index.html", "ro-crate-metadata.json")
-        rows = "file,sentence\np/c1/minimal.csv,its weights sum to 3\n"
+        rows = "file,sentence\n" + "".join(f"p/c{k}/minimal.csv,its weights sum to {k}\n" for k in range(n))
         (checkout.root / "results" / "mine" / "checks.csv").write_text(rows)
 
     checkout.work = [finish]
     assert study.main(checkout.config(), "--cores", "2") == 0
-    said = capsys.readouterr().out
-    assert (
-        "Checks    1 contradiction\n          results/mine/p/c1/minimal.csv: its weights sum to 3\n" in said
-    )
+    lines = capsys.readouterr().out.splitlines()
+    first = lines.index("Checks    1 contradiction" if n == 1 else "Checks    12 contradictions") + 1
+    shown = [f"          results/mine/p/c{k}/minimal.csv: its weights sum to {k}" for k in range(min(n, 10))]
+    assert lines[first : first + len(shown)] == shown and lines[first + len(shown)].startswith("Look at")
 
 
 def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
@@ -108,6 +162,8 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
     printed = capsys.readouterr().err
     assert "\nsnakemake: error: four is no number\n" in printed and "usage" not in printed
     assert "See results/mine/logs/snakemake.err and the newest file" in printed
+    checkout.codes = [1]  # the next run ends with nothing said: what an earlier one said is not repeated
+    assert study.main(checkout.config()) == 1 and "four is no number" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -183,8 +239,46 @@ def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     assert finished.pairs == [tmp_path / "pairs/left"] and not any(
         "lost" in path.parts for path in finished.files
     )
+    pending = of_earlier | {"pairs": {"left": {}, "pending": {}}}  # it has no table yet
+    assert running.finished_parts(pending, tmp_path, found).pairs == [tmp_path / "pairs/left"]
     nothing = running.finished_parts(config, tmp_path, failed := found | {"p/f20": "?"})
     assert not closing.close_partial_run(config, tmp_path, failed, nothing, [], list)
+
+
+def test_what_is_finished_stands_in_the_order_of_the_config_and_of_the_page(tmp_path):
+    """Proteins as listed, not by name; of the paper, what there is where its protein is finished."""
+    for name in ("q/c1/view.html", "q/c1/figures/subsets.png", "q/c1/figures/number_of_dots.png", "p/c1/view.html",
+                 "p/c1/.hidden", "p/structures/c1.pdb", "p/frames.csv", "paper_rows.csv", "verdict.html", "table1.png",
+                 "other.csv", "changes/x/changes.csv", "pairs/y/agreement.csv"):  # fmt: skip
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("conformation\nc1\n")
+    config = {"proteins": {"q": {"surface": "x"}, "p": {}}, "pairs": {"y": {}}, "changes": {"x": []}}
+    config |= {"exclude": {}, "sampling": {"run": False}, "paper": "q"}
+    of_q = ["q/c1/figures/number_of_dots.png", "q/c1/figures/subsets.png", "q/c1/view.html"]
+    of_p = ["p/frames.csv", "p/structures/c1.pdb", "p/c1/view.html"]
+    of_paper = ["verdict.html", "table1.png", "paper_rows.csv"]
+    last = ["changes/x/changes.csv"], ["pairs/y/agreement.csv"]
+    for failures, wanted in (
+        ({}, [*of_q, *of_p, *last[0], *of_paper, *last[1]]),
+        ({"q/c1": "?"}, [*of_p, *last[0], *last[1]]),
+    ):
+        found = running.finished_parts(config, tmp_path, failures)
+        assert [path.relative_to(tmp_path).as_posix() for path in found.files] == wanted
+        assert found.sampled == []
+
+
+def test_snakemake_is_given_all_configs_and_the_options(tmp_path, monkeypatch):
+    """A signal of the caller's own is heard again afterwards, and none is taken for an end."""
+    called = []
+    monkeypatch.setattr(running, "_start", lambda command, errors: called.append((command, errors)))
+    before, codes = signal.getsignal(signal.SIGTERM), [None, 5]
+    configs, errors = [tmp_path / "b.yaml", tmp_path / "a.yaml"], tmp_path / "errors"
+    assert running.run_snakemake(tmp_path, configs, "-n", errors=errors, wait=lambda *_: codes.pop(0)) == 5
+    assert called[0][0] == called[1][0] and signal.getsignal(signal.SIGTERM) is before
+    command = called[0][0]
+    place = command.index("--configfile")
+    assert command[place + 1 :] == [*map(str, configs), "-n"]
+    assert command[command.index("--directory") + 1] == str(tmp_path) and called[0][1].name == str(errors)
 
 
 @pytest.mark.parametrize("full", ["results/mine", ".snakemake"])
@@ -210,6 +304,7 @@ def test_a_disk_that_becomes_full_is_one_sentence(checkout, capsys, monkeypatch,
         ({"run": "README.md"}, [], "results/README.md is a file"),
         ({"minimal": {"sampler": "farthst", "n_dots": 3}}, [], "did you mean 'farthest'"),
         ({"sampling": False}, ["compare"], "sampling is false.* `compare`"),
+        ({"sampling": False, "compare": {"run": False}}, ["compare"], "sampling is false.* `compare`"),
         ({"compare": {"samplers": ["paper"]}}, ["compare"], "compare.samplers names paper alone"),
         (None, [], "no config file 'none.yaml'.* CONFIG="),
         (".snakemake", [], ".snakemake.* cannot be written"),
@@ -240,6 +335,8 @@ def test_a_comparison_is_added_to_the_study(checkout):
     assert "compare" not in checkout.calls[0] and checkout.files == ["mine.yaml", "compare.yaml"]
     assert yaml.safe_load(study.COMPARE.read_text()) == {"compare": {"run": True}}
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
+    assert study.main(checkout.config(compare={"run": False, "percents": [30]}), "compare") == 0
+    assert study.main(checkout.config(compare=False), "compare") == 0 and checkout.files[1] == "compare.yaml"
 
 
 def test_one_study_at_a_time(checkout, capsys):
@@ -285,6 +382,20 @@ def test_a_cluster_is_a_profile_of_snakemake(checkout, commands, word):
     prefix = ["--slurm-jobname-prefix", slurm.JOB_PREFIX]
     profile = ["--workflow-profile", str(checkout.root / "profiles" / "slurm")]
     assert checkout.calls == [[*profile, *prefix, "-n", "--max-threads", "2"]]  # Snakemake takes the last
+    for words, wait in ((word.split(), slurm.wait_on_slurm), ([], None)):
+        assert study.main(checkout.config(), *words) == 0 and checkout.wait is wait
+
+
+@pytest.mark.parametrize(
+    "words", ["-n --profile my/own --quiet", "-n --profile=my/own --quiet", "--profile {}/my/own -n --quiet"]
+)
+@pytest.mark.parametrize("file", ["config.yaml", "config.v8+.yaml"])
+def test_a_profile_lies_where_the_command_was_given(checkout, tmp_path, words, file):
+    """And is Snakemake's; a folder of that name in profiles/ is another."""
+    (tmp_path / "my" / "own").mkdir(parents=True)
+    (tmp_path / "my" / "own" / file).write_text("")
+    assert study.main(checkout.config(), *words.format(tmp_path).split()) == 0
+    assert checkout.calls == [["--workflow-profile", str(tmp_path / "my" / "own"), "-n", "--quiet"]]
 
 
 def test_a_slurm_without_accounts_and_with_small_nodes_is_used_as_it_is(commands, capsys, tmp_path):
@@ -296,6 +407,12 @@ def test_a_slurm_without_accounts_and_with_small_nodes_is_used_as_it_is(commands
     (tmp_path / "config.yaml").write_text("default-resources: {slurm_partition: short}")
     commands(sinfo="test $4 = --partition=short && printf '2 short\\n8 short\\n'")  # the default is another
     assert slurm.slurm_options(tmp_path)[-2:] == ["--max-threads", "8"]
+    for threads, given in ((8, False), (9, True)):  # of the profile itself, whose resources are a list
+        listed = f"{{default-resources: [mem_mb=5, slurm_partition=short], max-threads: {threads}}}"
+        (tmp_path / "config.yaml").write_text(listed)
+        assert ("--max-threads" in slurm.slurm_options(tmp_path)) == given
+    commands(sacct="exit 0")
+    assert "squeue" not in slurm.slurm_options(tmp_path)
     commands(sinfo="exit 1")
     with pytest.raises(InputError, match="sinfo does not answer"):
         slurm.slurm_options(ROOT / "profiles" / "slurm")
@@ -334,9 +451,11 @@ def test_a_slurm_that_does_not_answer_is_named_and_jobs_that_snakemake_lost_are_
     monkeypatch.setattr(slurm, "SECONDS_BETWEEN_QUESTIONS", 1)
     monkeypatch.setattr(slurm, "SECONDS_TO_ASK_AGAIN", 1)
     commands(squeue="echo >> asked; test $(wc -l < asked) -gt 2", scancel="exit 0")
-    wait = "import pathlib, time; pathlib.Path('.snakemake/log').mkdir(parents=True)\n"
+    wait = "import pathlib, time; pathlib.Path('.snakemake/log').mkdir()\n"
     wait += f"pathlib.Path('.snakemake/log/a.log').write_text({forgotten} * \"Falling back to 'sacct'\")\n"
+    wait += "pathlib.Path('.snakemake/tmp.new').mkdir()\n"
     wait += "time.sleep(60 if pathlib.Path('.snakemake/log/a.log').read_text() else 6)"
+    (tmp_path / ".snakemake" / "tmp.old").mkdir(parents=True)  # of another process
     heard = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
     process = subprocess.Popen([sys.executable, "-c", wait, "--slurm-status-command", "squeue"], **heard)
     assert slurm.wait_on_slurm(process, []) == (None if forgotten else 0)
@@ -344,18 +463,27 @@ def test_a_slurm_that_does_not_answer_is_named_and_jobs_that_snakemake_lost_are_
     words += ["Slurm answers again."]
     words += ["The jobs that ran when Slurm did not answer are started again."] * forgotten
     assert capsys.readouterr().out.splitlines() == words
+    assert [path.name for path in tmp_path.glob(".snakemake/tmp.*")] == ["tmp.old"]
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_folders_that_fail(tmp_path):
-    def make(*options, folder=ROOT):
+    def make(*options, folder=ROOT, targets=("run",)):
         ours = ("MAKEFLAGS", "CLUSTER", "CONFIG", "CORES")  # given to `make test`
         alone = {name: value for name, value in os.environ.items() if name not in ours}
-        command = ["make", "-n", "run", *options]
+        command = ["make", "-n", *targets, *options]
         return subprocess.run(command, cwd=folder, env=alone, capture_output=True, text=True, check=False)
 
     assert 'scripts/study.py "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
     assert "--cluster slurm" in make("CLUSTER=slurm").stdout
+    keys = ("CONFIG=my study.yaml", "PROFILE=my own", "CORES=3")
+    said = make(*keys, targets=("paper", "compare", "check")).stdout.splitlines()
+    assert [line.partition("bin/python ")[2] for line in said if "scripts/" in line] == [
+        'scripts/study.py studies/paper.yaml --profile "my own"',
+        'scripts/study.py "my study.yaml" --profile "my own" compare',
+        'scripts/check_run.py "my study.yaml"',
+    ]
+    assert "studies/paper.yaml --cores 3\n" in make("CORES=3", targets=("paper",)).stdout
     refused = make("CLUSTER=foo")
     assert refused.returncode and "CLUSTER is foo, but only CLUSTER=slurm is known" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
