@@ -9,6 +9,7 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
+from peptides import peptide, write
 from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import random_rotation
@@ -18,7 +19,10 @@ from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.recovery.recovering import dot_spacing
 from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.settings import Settings
+from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf_study.pairs import changes as module
+from sparsurf_study.pairs import residue_moments
 from sparsurf_study.pairs.changes import (
     Form,
     changes,
@@ -204,28 +208,33 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     drawn = []
 
     def noise(form, own, rng, moved, draws, threads):
-        drawn.append((moved, draws))
-        return np.full((draws, 30, 7), 0.02 + moved)
+        drawn.append((form.name, moved, draws))
+        of_residues = form.molecule.residues["residue"].to_numpy(float)[:, None] / 10_000  # 0.021 to 0.024
+        return np.full((draws, len(of_residues), 7), of_residues + moved)
 
     monkeypatch.setattr(module, "noise", noise)
     names = np.where(form.molecule.residue_index == LYSINE, "GLU", form.molecule.residue_name)
-    kept = form.molecule.take(form.molecule.residue_index != 29)
-    other = form_of(replace(kept, residue_name=names[form.molecule.residue_index != 29]), "two")
+    there = form.molecule.residue_index != 4  # so that later residues have another row in each form
+    other = form_of(replace(form.molecule, residue_name=names).take(there), "two")
     table = changes(form, other, np.random.default_rng(0))
-    assert len(table) == 29 and table["residue"].tolist() == [str(k) for k in range(209, 238)]
-    assert drawn == [(0.0, 5)] * 2 + [(0.3, 3)] * 2  # Å and draws, of each form
+    numbers, rows = [k for k in range(209, 239) if k != 213], np.delete(np.arange(30), 4)
+    assert table["residue"].tolist() == [*map(str, numbers)]
+    assert drawn == [(name, *of_floor) for of_floor in ((0.0, 5), (0.3, 3)) for name in ("one", "two")]
     both = own, describe_residues(other.surface, other.molecule, "two")
-    wanted = distances(own.moments[:29], both[1].moments)
+    wanted, floors = distances(own.moments[rows], both[1].moments), np.array(numbers) / 10_000
+    assert table["places_first"].tolist() == own.places[rows].tolist() != table["places_second"].tolist()
+    assert table["places_second"].tolist() == both[1].places.tolist()
     np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
     for above, key, floor in (
-        ("above", "total_floor", 0.02),
-        ("above_moved", "total_moved", 0.02 + module.RMS_DISPLACEMENT),
+        ("above", "total_floor", floors),
+        ("above_moved", "total_moved", floors + module.RMS_DISPLACEMENT),
     ):
         np.testing.assert_allclose(table[key], floor)
         assert (table[above] == (wanted[:, -1] > floor)).all()
     assert table["above"].sum() > table["above_moved"].sum() > 0
-    assert table["residue_name_second"][LYSINE] == "GLU" and table["residue_name"][LYSINE] == "LYS"
-    difference = both[1].fields - both[0].fields[:29]
+    lysine = table.set_index("residue").loc["224"]
+    assert lysine["residue_name_second"] == "GLU" and lysine["residue_name"] == "LYS"
+    difference = both[1].fields - both[0].fields[rows]
     np.testing.assert_allclose(table[[f"{field}_difference" for field in FIELDS]], difference)
 
 
@@ -248,6 +257,62 @@ def test_forms_share_residues_by_chain_and_number(form):
     assert (numbered_alike(two, molecule).chain == two.chain).all()
     with pytest.raises(InputError, match="one and two share 0 residues by chain and number"):
         common_residues(form, form._replace(name="two", molecule=two))
+
+
+def test_a_form_is_read_with_the_chain_of_the_first_and_named_where_residues_lack(tmp_path, caplog):
+    """The second file has another chain, and begins with another residue."""
+    files = {}
+    for name, chain, first in (("open", "A", 2), ("closed", "B", 1)):
+        path = write(
+            tmp_path / f"{name}.pdb", peptide(("ALA", "LYS", "SER", "VAL", "GLY"), chain, first) + "END\n"
+        )
+        write_npz(tmp_path / f"{name}.npz", sparsurf.surface(path))
+        files[name] = (tmp_path / f"{name}.npz", path)
+    forms = module.read_forms("x", files, Settings().surface, 0.5)
+    assert [form.name for form in forms] == ["open", "closed"]
+    assert [{*form.molecule.chain} for form in forms] == [{"A"}] * 2
+    for form, (surface, _) in zip(forms, files.values(), strict=True):
+        for dots in (form.surface, form.generate_surface(form.molecule.xyz[0])):
+            assert np.array_equal(dots.points, sparsurf.read_surface(surface).points)
+    assert module.warn_of_unmatched(*forms) == ("A:6", "A:1")
+    said = [record.getMessage() for record in caplog.records if "lacks" in record.getMessage()]
+    assert [text.partition(",")[0] for text in said] == [
+        "closed lacks residues A:6 of open",
+        "open lacks residues A:1 of closed",
+    ]
+    with pytest.raises(InputError, match=r"changes\.x: both names mean one conformation"):
+        module.read_forms("x", {"a": files["open"], "b": files["open"]}, Settings().surface, 0.5)
+
+
+@pytest.mark.parametrize("straight", [False, True])
+def test_forms_are_superposed_by_the_atoms_that_they_share(form, tmp_path, straight):
+    """The second is turned, lacks a residue and an atom, and has its atoms in another order; C-alpha atoms may lie on a line."""
+    text = peptide(("ALA", "LYS", "SER", "VAL", "GLY")) + "END\n"
+    first = sparsurf.read_molecule(write(tmp_path / "a.pdb", text)) if straight else form.molecule
+    there = (first.residue_index != 1) & ~((first.residue_index == 2) & (first.name == "CB"))
+    order = np.lexsort((first.name, first.residue_index))
+    order = order[there[order]]
+    turned = first.xyz @ random_rotation(np.random.default_rng(3)) + 30.0
+    second = replace(replace(first, xyz=turned).take(order), frame_number=np.zeros(1, int))
+    if not straight:  # what one C-alpha atom does, the others outweigh; side chains do not count
+        second.xyz[0][second.name == "CB"] += 5.0
+    back = module.superpose_forms(second, first).xyz[0]
+    same = second.name != "CB" if not straight else np.ones(len(order), bool)
+    np.testing.assert_allclose(back[same], first.xyz[0][order][same], atol=1e-6)
+    with pytest.raises(InputError, match="share 2 residues by chain and number, but need 3"):
+        module.superpose_forms(second.take(second.residue_index < 2), first)
+    if straight:
+        alpha = second.take(second.name == "CA")
+        with pytest.raises(InputError, match="lie on a line"):
+            module.superpose_forms(alpha, first)
+
+
+def test_residues_are_described_part_by_part_as_at_once(form, own, monkeypatch):
+    monkeypatch.setattr(residue_moments, "PLACES_AT_ONCE", 70)
+    parts = describe_residues(form.surface, form.molecule, "one", threads=2)
+    assert own.places.sum() % 70 and own.places.sum() > 140
+    for whole, of_parts in zip(own, parts, strict=True):
+        np.testing.assert_array_equal(whole, of_parts)
 
 
 def test_residues_of_one_form_only_are_ranges_that_select_them(form):

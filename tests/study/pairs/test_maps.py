@@ -139,5 +139,15 @@ def test_means_over_pairs_average_the_sides_first():
     half = t.ppf(0.975, 1) * np.std([0.5, 0.51], ddof=1) / np.sqrt(2)
     assert row[["mean", "low", "high"]].tolist() == pytest.approx([0.505, 0.505 - half, 0.505 + half])
     assert row["complexes"] == 2
+    two = pd.concat([table.assign(score="z", size=9), table.iloc[[3, 0]].assign(size=[2, 1], auc=[0.7, 0.3])])
+    found = means_over_pairs(two, ("score", "size"))
+    assert found[["score", "size", "complexes"]].to_numpy().tolist() == [
+        ["z", 9, 2],
+        ["s", 2, 1],
+        ["s", 1, 1],
+    ]
+    assert found["mean"].tolist() == pytest.approx(
+        [0.505, 0.7, 0.3]
+    )  # in order of appearance, each by itself
     far = means_over_pairs(table.assign(auc=[0.1, 0.3, 0.9, 0.9])).iloc[0]
     assert (far["low"], far["high"]) == (0, 1)

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.spatial.distance import cdist
 
-from conftest import make_blob
+from conftest import ball, make_blob
 from peptides import peptide, write
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
@@ -130,7 +130,10 @@ def test_best_pairs_are_ranked_and_apart(peptides):
         if not any(np.linalg.norm(at[0] - p) < 6 and np.linalg.norm(at[1] - q) < 6 for _, p, q, *_ in chosen):
             chosen.append((distance, *at, a, b))
     assert table[["dot_1", "dot_2"]].to_numpy().tolist() == [[a, b] for *_, a, b in chosen[:20]]
-    assert table["residue_1"].str.match(r"A:(ALA|LEU|LYS|GLY)[1-4]$").all()
+    names = ["ALA1", "LEU2", "LYS3", "GLY4"]
+    for side, chain in ((0, "A"), (1, "B")):
+        of_dots = [f"{chain}:{names[peptides[side].residue[dot]]}" for dot in table[f"dot_{side + 1}"]]
+        assert table[f"residue_{side + 1}"].tolist() == of_dots and len({*of_dots}) > 1
     assert matching.best_pairs(found, n=3).equals(table[:3])
 
 
@@ -160,6 +163,22 @@ def test_agreement_is_the_area_of_each_score(peptides, within):
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
     assert {*contact["pairs"]} == {min(500, (dots.query("partner == 1")["gap"] < within).sum())}
+
+
+def test_contacts_are_compared_with_any_dot_and_with_those_of_other_contacts():
+    """A ball in a shell, whose patches are alike everywhere, and a body beside the shell, whose patches are others."""
+    (inner, out), (outer, _), (points, normals) = ball(1500, 10.0), ball(1700, 12.0), make_blob(1700)
+    beside = points + np.array([40.0, 0, 0])
+    shell = Surface(np.vstack([beside, outer]), np.vstack([normals, -outer / 12]))
+    partners = [
+        partner_of(dots, name=name, d_link=1.6)
+        for name, dots in (("ball", Surface(inner, out)), ("shell", shell))
+    ]
+    table = matching.contacts(*partners).set_index("against")
+    assert (table["pairs"] == 500).all()  # of 1500
+    assert table["auc"]["exchanged"] == pytest.approx(0.5, abs=0.05)
+    assert table["auc"]["any pair"] == pytest.approx(0.75, abs=0.06)  # half of the dots are those of the body
+    assert (table["low"] <= table["auc"]).all() and (table["auc"] <= table["high"]).all()
 
 
 def test_partners_without_chains_or_contact():

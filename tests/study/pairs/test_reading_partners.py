@@ -1,5 +1,7 @@
 """Partners from the files of a study, and their centres by the config."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
@@ -41,6 +43,13 @@ def test_centres_follow_the_config():
     assert len(selected(percent=20, sampler="uniform")) == 180
     assert len(selected(n_dots=5000, sampler="farthest")) == 900
     assert len(selected(percent=0.01, sampler="farthest")) == 1
+    drawn = [
+        partners.select_centres(replace(partner, name=name), {"n_dots": 50, "sampler": "uniform"}, SETTINGS, seed).tolist()
+        for name, seed in (("one", 5), ("one", 6), ("two", 5), ("one", 5))
+    ]  # fmt: skip
+    assert (
+        drawn[0] == drawn[3] and len({*map(tuple, drawn)}) == 3
+    )  # each partner and seed has dots of its own
     points = partner.surface.points
     spacing = [
         pdist(points[selected(n_dots=50, sampler=sampler)]).min() for sampler in ("farthest", "uniform")
