@@ -209,7 +209,8 @@ def _dry_run(log, listed, options, all_jobs, edited):
         planned = {}
 
         def note(job, **_):
-            planned.update(dict.fromkeys(job.dag.jobs if all_jobs else [job]))
+            jobs = job.dag.jobs if all_jobs else [job]
+            planned.update((each, _description(each)) for each in jobs if each not in planned)
 
         Job.log_info = note  # of this fork
         from sparsurf_study.workflow import code_version
@@ -220,7 +221,7 @@ def _dry_run(log, listed, options, all_jobs, edited):
         try:
             main(options)
         finally:  # which ends the process
-            listed.write_bytes(pickle.dumps([*map(_description, planned)]))
+            listed.write_bytes(pickle.dumps([*planned.values()]))
 
 
 def _description(job):
@@ -230,7 +231,18 @@ def _description(job):
         "script": job.rule.script,
         "config": {"origin": job.rule.workflow.config["origin"]},
     }
-    return known | files | {"wildcards": job.wildcards, "params": job.params}
+    known["needs"] = [(each.rule.name, *each.wildcards[1:]) for each in job.dag.dependencies[job]]
+    return known | files | {"wildcards": job.wildcards, "params": job.params, "asks": _resources(job)}
+
+
+def _resources(job):
+    """Return the cores and the resources of the first and of the second attempt of a job."""
+    attempts, before = [], job.attempt
+    for attempt in (1, 2):
+        job.attempt = attempt  # which makes Snakemake ask again
+        attempts.append({name: job.resources.get(name) for name in ("_cores", "mem_mb", "runtime")})
+    job.attempt = before
+    return attempts
 
 
 def run_job(folder, job):

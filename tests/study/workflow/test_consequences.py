@@ -5,6 +5,7 @@ consequences.yaml holds the tables. Plans are dry runs of Snakemake; a job runs 
 
 import filecmp
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
+import sparsurf
 import warm_python
 from conftest import ROOT
 from peptides import peptide
@@ -119,20 +121,26 @@ def test_a_key_changes_its_outputs_and_no_others(study, config, given, finished,
     assert found == {rule: {*names.split()} for rule, names in expected.items()}
 
 
-def test_a_job_reads_its_inputs_and_nothing_else(study, given):
-    """As noted when the study ran. What it reads besides might be missing or old, and what it does not read be the wrong file."""
+def apart(paths, others):
+    """Those of some paths that are neither among others, nor in a folder or folders of them."""
+    whole = {str(part) for path in others for part in (path, *Path(path).parents)}
+    return {p for p in paths if p not in whole and not {*map(str, Path(p).parents)} & {*others}}
 
-    def apart(paths, others):
-        """Those of some paths that are neither among others, nor in a folder or folders of them."""
-        whole = {str(part) for path in others for part in (path, *Path(path).parents)}
-        return {p for p in paths if p not in whole and not {*map(str, Path(p).parents)} & {*others}}
 
+def opened_files(folder):
+    """Files below the folder of a study that each job has read, by its log."""
     opened = {}
-    for notes in (study / warm_python.OPENED).iterdir():
+    for notes in (folder / warm_python.OPENED).iterdir():
         rows = [line.split("\t") for line in notes.read_text().splitlines()]
         read, written = ({path for way, path in rows if way == mode} for mode in "rw")
         (log,) = (path for path in written if path.startswith("results/small/logs/"))
         opened[log] = apart(read - written, [".snakemake"])
+    return opened
+
+
+def test_a_job_reads_its_inputs_and_nothing_else(study, given):
+    """As noted when the study ran. What it reads besides might be missing or old, and what it does not read be the wrong file."""
+    opened = opened_files(study)
     assert opened.keys() == {job["log"][0] for job in given.values()}
     for job in given.values():
         read, inputs = opened[job["log"][0]], {*job["input"]}
@@ -279,36 +287,164 @@ def test_a_simulation_follows_the_keys_of_its_protein(folder, simulated, key, va
         assert before["simulate_stage", "water", stage]["input"][0].endswith(f"simulation/{earlier}")
 
 
+def test_a_simulation_reads_what_its_stages_wrote(folder, simulated):
+    """And its frames are those of its trajectory; a file alone would be a single structure."""
+    jobs = by_rule(planned_jobs(folder, simulated))
+    place = "results/small/water/simulation"
+    files = {job: [path.removeprefix(f"{place}/") for path in jobs[job]["input"]] for job in jobs}
+    assert files["prepare_system", "water"] == ["two.pdb"]
+    stages = ["minimise", "nvt", "npt", "production"]
+    assert files["judge_simulation", "water"] == ["system", *stages]
+    assert files["simulate_stage", "water", "minimise"] == ["system"]
+    assert all(files["simulate_stage", "water", stage][1] == "system" for stage in stages[1:])
+    assert files["choose_frames", "water"] == ["topology.pdb", "trajectory.xtc"]
+    for stage in stages:
+        given = jobs["simulate_stage", "water", stage]
+        assert given["params"].stage == stage and given["params"].unfinished == f"{place}/.running/{stage}"
+
+
+def test_the_page_of_a_simulation_lists_its_tables(folder, simulated, tmp_path):
+    """Where all of it is there, with frames that were chosen."""
+    folder = copy_of(folder, tmp_path / "own")
+    jobs = [job for job in planned_jobs(folder, simulated) if job["script"]]
+    for path in [path for job in jobs for path in job["output"]]:
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        if Path(path).suffix:
+            (folder / path).write_text("conformation\nf0000\n")
+        else:
+            (folder / path).mkdir(exist_ok=True)
+    config = simulated | {"ensemble": {"run": True}}
+    after = by_rule(planned_jobs(folder, config, "--rerun-triggers", "mtime"))
+    own = {path for path in after["close_run",]["input"] if path.startswith("results/small/water/")}
+    names = {path.removeprefix("results/small/water/") for path in own}
+    simulation = {f"simulation/{name}.csv" for name in ("energies", "motion", "quality")}
+    assert (
+        simulation | {"figures/simulation.png", "frames.csv", "structures", "ensemble.csv", "residues.csv"}
+        <= names
+    )
+    assert not {name for name in names if name.startswith("simulation/")} - simulation
+    assert ("follow_ensemble", "water") in after and "f0000/minimal.csv" in names
+
+
+def test_every_result_is_asked_for_beside_the_first_page(given, study, config):
+    """Where a job fails there is no first page, and what does not need the job must be there all the same."""
+    everything = planned_jobs(
+        study, config, "--rerun-triggers", "mtime", "--forcerun", "close_run", all_jobs=True
+    )
+    needs = {(job["rule"], *job["wildcards"][1:]): job["needs"] for job in everything}
+    (all_results,) = (job["needs"] for job in everything if job["rule"] == "all")
+    reached, waiting = set(), [job for job in all_results if job[0] != "close_run"]
+    while waiting:
+        if (job := waiting.pop()) not in reached:
+            reached.add(job)
+            waiting += needs[job]
+    over_all = {
+        "summarise_surfaces",
+        "summarise_best",
+        "summarise_comparison",
+        "summarise_pairs",
+        "close_run",
+    }
+    assert {job[0] for job in given.keys() - reached} == over_all
+
+
+def test_a_second_attempt_asks_for_more_memory_and_time_and_a_grid_for_that_of_its_distances(
+    study, config, given
+):
+    asks = {job: given[job]["asks"] for job in given}
+    for (rule, *_), (first, second) in asks.items():
+        for name in ("mem_mb", "runtime"):
+            if isinstance(first[name], int):
+                assert second[name] == pytest.approx(2 * first[name], abs=2), (rule, name)
+    known = {job[0] for job in asks if isinstance(asks[job][0]["mem_mb"], int)}
+    assert known >= rules_of(
+        "evaluate_grid tabulate_best compute_surface measure_floors follow_frames draw_view"
+    )
+    large = plan(study, changed(config, "evaluation.draws", 2002))
+    more = (
+        8 * 8 * 2000 * 20 * (2 + 4) / 1e6
+    )  # MB of 8 combinations, 2000 draws and 20 test dots, see workflow/memory.py
+    for rule in ("evaluate_grid", "tabulate_best"):
+        job = next(job for job in given if job[0] == rule)
+        assert large[job]["asks"][0]["mem_mb"] - asks[job][0]["mem_mb"] == pytest.approx(1.5 * more, abs=2)
+
+
 @pytest.fixture(scope="module")
 def analysed(folder, batch):
     """Folder of the finished batch, and its job."""
     jobs = {job["rule"]: job for job in planned_jobs(folder, batch) if job["script"]}
+    (folder / warm_python.OPENED).mkdir()
     for rule in ("analyse_batch", "summarise_batches"):
         process = run_job(folder, jobs[rule])
         assert process.returncode == 0, process.stderr
-    return folder, jobs["analyse_batch"]
+    opened = opened_files(folder)
+    (folder / warm_python.OPENED).rename(folder / ".opened_by_batch")
+    for rule in ("analyse_batch", "summarise_batches"):
+        jobs[rule]["read"] = {path for path in opened[jobs[rule]["log"][0]] if not path.startswith("job.p")}
+    return folder, jobs
 
 
-def job_of_batch(folder, config):
-    """Return what the batch is given with a config."""
+def jobs_of_batch(folder, config):
+    """Return what the batch and the job of its page are given with a config."""
     jobs = planned_jobs(folder, config, "--forcerun", "analyse_batch", "--rerun-triggers", "mtime")
-    return next(job for job in jobs if job["rule"] == "analyse_batch")
+    return {job["rule"]: job for job in jobs if job["script"]}
+
+
+def test_a_batch_reads_its_inputs_and_nothing_else(analysed):
+    _, jobs = analysed
+    assert {*jobs["analyse_batch"]["input"]} == {"still.pdb", "scores.csv", "complex.pdb"}
+    for job in (jobs["analyse_batch"], jobs["summarise_batches"]):
+        assert not apart(job["read"] - {"still.pdb", "scores.csv", "complex.pdb"}, job["input"])
+    unread = apart(jobs["analyse_batch"]["input"], jobs["analyse_batch"]["read"])
+    assert not unread and {*jobs["summarise_batches"]["input"]} == {*jobs["analyse_batch"]["output"]}
+
+
+def test_a_table_of_a_finished_batch_that_is_deleted_is_made_again(analysed, batch, tmp_path):
+    """Nothing but the end of the run asks for it: the page was written from it before."""
+    folder = copy_of(analysed[0], tmp_path / "own")
+    options = ("--rerun-triggers", "mtime")
+    assert not [job for job in planned_jobs(folder, batch, *options) if job["script"]]
+    for table, rules in (
+        ("dots/0001.parquet", {"analyse_batch", "summarise_batches"}),
+        ("checks.csv", {"summarise_batches"}),
+    ):
+        shutil.move(folder / "results/small" / table, folder / "away")
+        assert {job["rule"] for job in planned_jobs(folder, batch, *options) if job["script"]} == rules
+        shutil.move(folder / "away", folder / "results/small" / table)
+
+
+def test_values_of_a_batch_are_those_of_its_structures_and_their_own_tables(analysed):
+    """Of two structures, one has a table of scores: residues 2 and 5 of `still` have 1 and 0."""
+    folder, _ = analysed
+    results = folder / "results/small"
+    dots, residues = (read_parquet(results, name) for name in ("dots", "residues"))
+    for name, file in (("still", "still.pdb"), ("both", "complex.pdb")):
+        own = sparsurf.fields(sparsurf.surface(folder / file), ["hydropathy"])["hydropathy"]
+        of_one = dots[dots["protein"] == name]
+        assert len(of_one) == 60 and np.allclose(of_one["hydropathy"], own[of_one["dot"]], atol=1e-5)
+        mean = residues[residues["protein"] == name].set_index(["chain", "residue"])["mean_score"]
+        assert (mean["A"]["2"] > 0.8 and mean["A"]["5"] < 0.2) if name == "still" else mean.isna().all()
+        assert of_one["score"].isna().all() == (name == "both")
 
 
 @pytest.mark.parametrize("key", BATCH)
 def test_a_key_changes_its_tables_of_a_batch_and_no_others(analysed, batch, tmp_path, key):
+    """The page of the run says how subsets and patches were chosen."""
     folder, before = analysed
-    after = job_of_batch(folder, changed(batch, key, BATCH[key]["value"]))
-    assert rules_given_something_else({("batch",): before}, {("batch",): after})
-    assert outputs_that_differ(folder, tmp_path / "after", after) == {*BATCH[key]["outputs"].split()}
+    after = jobs_of_batch(folder, changed(batch, key, BATCH[key]["value"]))
+    of_page = {"summarise_batches"} if key.startswith("minimal.") or key == "patches.r_patch" else set()
+    found = rules_given_something_else(*({(rule,): jobs[rule] for rule in jobs} for jobs in (before, after)))
+    assert found == {"analyse_batch"} | of_page
+    differ = outputs_that_differ(folder, tmp_path / "after", after["analyse_batch"])
+    assert differ == {*BATCH[key]["outputs"].split()}
 
 
 @pytest.mark.parametrize(
     ("key", "value"), [("evaluation.draws", 3), ("sampling.alpha", [1.0]), ("tables.ranges", 5)]
 )
 def test_a_batch_does_not_follow_the_keys_of_the_grid(analysed, batch, key, value):
-    after = job_of_batch(analysed[0], changed(batch, key, value))
-    assert not rules_given_something_else({("batch",): analysed[1]}, {("batch",): after})
+    after = jobs_of_batch(analysed[0], changed(batch, key, value))["analyse_batch"]
+    assert not rules_given_something_else({("batch",): analysed[1]["analyse_batch"]}, {("batch",): after})
 
 
 def test_the_page_of_a_batch_has_the_share_of_all_dots(analysed):
