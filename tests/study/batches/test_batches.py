@@ -141,6 +141,15 @@ def test_export_writes_the_files_of_one_structure(many, tmp_path, monkeypatch, c
     assert np.allclose(molecule.b_factor, roughness, atol=0.006)
     assert len(sparsurf.read_surface("out/minimal.ply")) == len(kept)
     assert "structure_roughness.pdb" in (tmp_path / "out/open.pml").read_text()
+    assert export.main(str(many / "results/many"), "p03") == 0
+    assert Path("p03/minimal.csv").read_bytes() == Path("out/minimal.csv").read_bytes()
+    assert capsys.readouterr().out.splitlines()[1].startswith("p03/: ")
+    assert [export.main(*words) for words in (["-h"], ["--help"], ["results"], list("abcd"))] == [
+        0,
+        0,
+        2,
+        2,
+    ]
     for folder in ("out", "new/folder"):  # one that is there, and one in another that is not
         assert export.main(str(many / "results/many"), "p03", folder) == 0
     assert Path("new/folder/minimal.csv").read_bytes() == Path("out/minimal.csv").read_bytes()
@@ -328,6 +337,15 @@ def test_two_structures_of_one_name_are_refused(tmp_path):
     with pytest.raises(InputError) as error:
         check_config(config_of(tmp_path, proteins={"folder": str(folder)}))
     assert str(error.value).count("have one name; rename or remove one of the two files.") == 1
+    (tmp_path / "other").mkdir()
+    (folder / "a.cif").rename(tmp_path / "other" / "a.cif")  # of another folder
+    proteins = {
+        k: {"structure": str(path)}
+        for k, path in (("x", folder / "a.pdb"), ("y", tmp_path / "other" / "a.cif"))
+    }
+    for keys, subset in (({}, "farthest"), ({"minimal": {"sampler": "uniform"}}, "uniform")):
+        checked = check_config(config_of(tmp_path, proteins=proteins, **keys))
+        assert checked["minimal"] == {"sampler": subset, "percent": 10}
 
 
 def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, monkeypatch, caplog):

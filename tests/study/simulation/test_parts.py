@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from peptides import atom_line, peptide, write
+from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.simulation import gromacs, protocol, quality, stages, system
@@ -181,6 +182,79 @@ def test_a_system_is_built_by_the_keys_of_its_protein(asked, monkeypatch, tmp_pa
     assert read_molecule(tmp_path / "protein.pdb").n_atoms == protein.n_atoms
 
 
+def test_the_jobs_of_a_simulation_follow_its_keys(asked, monkeypatch, tmp_path):
+    """From a file with more than is chosen, to the folder of a finished stage, and its means against their targets."""
+    monkeypatch.setattr(gromacs, "version", lambda: "2025")
+    monkeypatch.setattr(gromacs, "force_field_folder", lambda name: tmp_path)
+    monkeypatch.setattr(system, "with_chains", lambda path, given: given)
+    counted = {"atoms": 9, "protein_atoms": 5, "waters": 1, "ions": 1}
+    monkeypatch.setattr(system, "count_molecules", lambda folder: counted)
+    write(tmp_path / "a.rtp", "[ ALA ]\n")
+    path = str(write(tmp_path / "in.pdb", peptide(("ALA", "ALA", "ALA")) + "END\n"))
+    made = {"system": str(tmp_path / "system"), "contents": str(tmp_path / "system.json")}
+    params = {"simulate": {"water": "tip4p"}, "structure_options": {"residues": "2-3"}, "seed": 11}
+    run_script("prepare_system", tmp_path, {"structure": path}, made, params, protein="p")
+    options = {words[0]: dict(pairwise(words)) for words, _ in asked}
+    assert options["pdb2gmx"]["-water"] == "tip4p" and options["genion"]["-seed"] == 11
+    assert {*read_molecule(tmp_path / "system" / "protein.pdb").residue} == {"2", "3"}
+    assert json.loads((tmp_path / "system.json").read_text()) == counted | {"gromacs": "2025"}
+
+    (before := tmp_path / "minimise").mkdir()
+    for place in (before / "final.gro", tmp_path / "system" / "topol.top"):
+        write(place, "x")
+    params = {
+        "simulate": {"temperature": 310.0},
+        "stage": "nvt",
+        "unfinished": str(tmp_path / "running"),
+        "seed": 11,
+    }
+    inputs = {"system": made["system"], "before": str(before)}
+    run_script("simulate_stage", tmp_path, inputs, {"folder": str(tmp_path / "nvt")}, params, protein="p")
+    wanted = protocol.parameters("nvt", protocol.DEFAULTS | {"temperature": 310.0}, 11)
+    assert (tmp_path / "nvt" / "stage.mdp").read_text() == wanted and not (tmp_path / "running").exists()
+    assert (tmp_path / "nvt" / "final.gro").is_file()
+
+
+def test_a_simulation_is_judged_by_its_own_targets(monkeypatch, tmp_path):
+    text = "".join(f"MODEL     {k:4d}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in (1, 2)) + "END\n"
+    monkeypatch.setattr(stages, "extract_protein", lambda *_: None)
+    means = {"temperature_K": 310.0, "pressure_bar": 40.0, "density_kg_m3": 1006.0}
+    rows = pd.DataFrame(
+        means | {"potential_kJ_mol": -5.0, "total_energy_kJ_mol": -3.0, "stage": ["production"] * 60}
+    )
+    given = []
+    monkeypatch.setattr(
+        quality, "energies", lambda folders: given.append(folders) or rows.assign(time_ps=np.arange(60.0))
+    )
+    topology = write(tmp_path / "topology.pdb", text)
+    moving = read_molecule(topology)
+    monkeypatch.setattr("sparsurf.molecules.read_molecule.read_molecule", lambda *_: moving)
+    inputs = {"system": "system"} | {stage: f"of/{stage}" for stage in protocol.STAGES}
+    names = {"topology": "topology.pdb", "trajectory": "t.xtc", "png": "simulation.png"}
+    names |= {name: f"{name}.csv" for name in ("energies", "motion", "quality")}
+    outputs = {name: str(tmp_path / file) for name, file in names.items()}
+    run_script(
+        "judge_simulation", tmp_path, inputs, outputs, {"simulate": {"temperature": 310.0}}, protein="p"
+    )
+    assert given == [{stage: f"of/{stage}" for stage in protocol.STAGES}]
+    judged = pd.read_csv(outputs["quality"]).set_index("quantity")
+    assert judged["near"].to_dict() == {"temperature_K": True, "pressure_bar": False, "density_kg_m3": True}
+    assert judged.loc["temperature_K", "target"] == 310
+    assert len(pd.read_csv(outputs["energies"])) == 60 and len(pd.read_csv(outputs["motion"])) == 2
+    said = (tmp_path / "judge_simulation.log").read_text()
+    assert said.count("WARNING ") == 1 and "WARNING the mean pressure_bar of the production is 40 " in said
+
+
+@pytest.mark.parametrize(("program", "option"), [("gmx", "-nt"), ("gmx_mpi", "-ntomp")])
+def test_threads_are_given_to_either_program(asked, monkeypatch, tmp_path, program, option):
+    monkeypatch.setattr(gromacs, "program", lambda: f"/opt/{program}")
+    (tmp_path / "system").mkdir()
+    write(tmp_path / "system" / "system.gro", "x")
+    stages.run_stage("minimise", tmp_path / "system", None, protocol.DEFAULTS, 3, tmp_path / "own", 6)
+    options = dict(pairwise(asked[-1][0]))
+    assert options[option] == 6 and not {"-x", "-cpo"} & options.keys()
+
+
 def test_energies_are_those_that_a_stage_has(monkeypatch, tmp_path):
     """A minimisation has the potential alone, and only a barostat gives a density."""
     for stage in protocol.STAGES:
@@ -226,6 +300,13 @@ def test_a_mean_off_its_target_is_reported_where_there_are_fifty_values(column, 
     judged = quality.judge(pd.concat([before, table]), protocol.DEFAULTS).set_index("quantity")
     assert judged["near"].to_dict() == dict.fromkeys(means, True) | {column: near}
     assert len(quality.warnings(judged.reset_index())) == (not near)
+    others = protocol.DEFAULTS | {"temperature": off if column == "temperature_K" else 300.0}
+    others["pressure"] = (
+        off if column == "pressure_bar" else 1.0
+    )  # targets of the config; the density has none
+    judged = quality.judge(table, others).set_index("quantity")
+    assert judged["near"].all() == (near or column != "density_kg_m3")
+    assert judged.loc[column, "mean"] == pytest.approx(off)
     short = quality.judge(table.head(49), protocol.DEFAULTS)
     assert short["near"].isna().all() and not quality.warnings(short)
 
@@ -237,16 +318,18 @@ def test_a_mean_that_is_uncertain_may_be_near():
 
 
 def test_the_radius_of_gyration_is_that_of_the_heavy_atoms():
-    xyz = np.array([[[0.0, 0, 0], [4, 0, 0], [0, 50, 0]], [[0, 0, 0], [8, 0, 0], [0, 50, 0]]])
+    """The C-alpha atoms move, and come back; an oxygen stays in their middle, and a hydrogen does not count."""
+    xyz = np.array([[[0.0, 0, 0], [x, 0, 0], [x / 2, 0, 0], [0, 50, 0]] for x in (4.0, 8.0, 4.0)])
     moving = SimpleNamespace(
         xyz=xyz,
-        name=np.array(["CA", "CA", "H"]),
-        heavy=np.array([True, True, False]),
-        time_ps=np.array([0.0, 1]),
+        name=np.array(["CA", "CA", "O", "H"]),
+        heavy=np.array([True, True, True, False]),
+        time_ps=np.array([0.0, 1, 2]),
     )
     table = quality.motion(moving)
-    assert table["radius_of_gyration"].tolist() == pytest.approx([2, 4])
-    assert table["rmsd"].tolist() == pytest.approx([0, 2])  # each 2 Å off, with equal middles
+    assert table["radius_of_gyration"].tolist() == pytest.approx(np.array([2, 4, 2]) * (2 / 3) ** 0.5)
+    assert table["rmsd"].tolist() == pytest.approx([0, 2, 0])  # each 2 Å off, with equal middles
+    assert table["time_ps"].tolist() == [0, 1, 2]
 
 
 def test_an_old_gromacs_is_refused(monkeypatch):

@@ -19,7 +19,7 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.surfaces import formats
 from sparsurf.surfaces.read_surface import FORMATS
 from sparsurf_study.workflow import config_reference, memory, names
-from sparsurf_study.workflow.config import check_config, read_config
+from sparsurf_study.workflow.config import Protein, check_config, read_config, with_absolute_paths
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
 
@@ -59,10 +59,46 @@ def test_a_config_without_proteins_changes_the_default_study(tmp_path, monkeypat
     whole = check_config(given, home=ROOT)
     assert whole["minimal"]["n_dots"] == 100 and whole["evaluation"]["test_dots"] == 200
     assert whole["proteins"]["tdp43"]["structure"] == str(ROOT / "data" / "tdp43" / "topology.pdb")
+    for own in (False, True):  # a file that lies in both places is that of the working folder
+        (tmp_path / "README.md").write_text("") if own else None
+        ready = check_config({"proteins": {"a": {"surface": "README.md"}}}, home=ROOT)["proteins"]["a"]
+        assert ready["surface"] == ("README.md" if own else str(ROOT / "README.md"))
     (tmp_path / "config.yaml").write_text("run: own\nproteins: {a: {pdb: 1ubi}}\n")
     own = check_config({"seed": 5})
     assert (own["run"], own["proteins"], own["seed"]) == ("own", {"a": {"pdb": "1ubi"}}, 5)
     assert check_config({"proteins": {"b": {"pdb": "1fas"}}}, home=ROOT)["run"] == "default"
+
+
+def test_a_prefix_of_another_workflow_leaves_all_input_files_where_they_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    files = {"structure": "a.pdb", "trajectory": "in/a.xtc", "table": "a.csv"}
+    config = {
+        "proteins": {"a": files | {"residues": "1-3"}, "b": {"surface": "/data/b.npz"}, "c": {"pdb": "1ubi"}}
+    }
+    config["pairs"] = {
+        "p": {"files": ["a.pdb", "b.pdb"]}, "q": {"complex": "q.pdb", "chains": [["A"], ["B"]]}, "r": {"proteins": ["a", "b"]}
+    }  # fmt: skip
+    found = with_absolute_paths(config | {"seed": 3})
+    absolute = {key: str(tmp_path / path) for key, path in files.items()}
+    proteins = {"a": absolute | {"residues": "1-3"}, "b": {"surface": "/data/b.npz"}, "c": {"pdb": "1ubi"}}
+    pairs = config["pairs"] | {"p": {"files": [str(tmp_path / "a.pdb"), str(tmp_path / "b.pdb")]}}
+    pairs["q"] = config["pairs"]["q"] | {"complex": str(tmp_path / "q.pdb")}
+    assert found == {"proteins": proteins, "pairs": pairs, "seed": 3}
+
+
+def test_an_id_of_the_pdb_is_the_address_of_its_mmcif_file():
+    own, other = Protein(pdb="1ubi"), Protein(url="https://a.org/x/b.pdb?c=1")
+    assert own.source == "https://files.rcsb.org/download/1UBI.cif.gz" and own.download == "1UBI.cif.gz"
+    assert (other.source, other.download) == ("https://a.org/x/b.pdb?c=1", "b.pdb")
+    local = Protein(
+        structure="a.pdb", chains=["B"], ligands=True, hydrogens="remove", sampling=False, table="t.csv"
+    )
+    assert local.source is local.download is None and local.keys_of_atoms == []
+    assert local.file_options == {"chains": ["B"], "ligands": True, "hydrogens": "remove"}  # no others
+    assert {*Protein(surface="a.npz", chains=["B"], table="t", sampling=True).keys_of_atoms} == {
+        "chains",
+        "table",
+    }
 
 
 def test_a_section_that_runs_or_not_may_be_true_or_false():

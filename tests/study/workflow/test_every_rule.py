@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 import sparsurf
+from peptides import peptide, write
 from small_study import run_script, unpacked
 from sparsurf.evaluation.statistics import mean_interval
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
@@ -39,6 +40,7 @@ from sparsurf_study.workflow.config import check_config
 
 CONFORMATIONS = ("moving/f0000", "moving/f0700", "still/f0", "loaded/f0", "ready/c1")
 MOLECULES = CONFORMATIONS[:4]
+KINDS = ("surface", "npz"), ("structure", "pdb")  # of files of a partner
 SAMPLED = [place for place in CONFORMATIONS if place != "loaded/f0"]
 
 
@@ -404,6 +406,68 @@ def test_the_table_of_pairs_is_of_those_that_touch(run):
         "<[^>]+>", "", page
     )
     assert "over 3 pairs that touch" in page
+
+
+@pytest.mark.parametrize("pair", ["half", "files"])
+def test_the_page_of_a_pair_shows_each_partner_by_its_own_ranks(run, pair):
+    """Dots of both partners, the second after the first, each with its rank among its own, its gap and its residue."""
+    header, columns = unpacked((run / "pairs" / pair / "view.html").read_text(encoding="utf-8"))
+    dots = pd.read_csv(run / "pairs" / pair / "propensity.csv", low_memory=False)
+    assert header["total"] == len(dots)
+    ranks = dots.groupby("partner")["propensity_smoothed"].rank(pct=True) * 100
+    for name, wanted in (("rank", ranks), ("gap", dots["gap"])):
+        (k,) = (k for k, scale in enumerate(header["values"]) if scale["symbol"] == name)
+        scale = header["values"][k]
+        shown = scale["low"] + columns[f"value {k}"] / 254 * (scale["high"] - scale["low"])
+        inside = np.clip(wanted, scale["low"], scale["high"])
+        assert np.abs(shown - inside).max() < 0.02 * (scale["high"] - scale["low"]), name
+    labels = np.array([*header["residues"], ""])[columns["residue"]]
+    for side in (1, 2) if pair == "files" else (1,):  # the second of `half` has no residues
+        of_side = (dots["partner"] == side).to_numpy()
+        assert all(label.endswith(f", partner {side}") for label in labels[of_side])
+        numbers = [re.search(r"\d+", label)[0] for label in labels[of_side]]
+        assert numbers == dots["residue"][of_side].astype(float).astype(int).astype(str).tolist()
+
+
+def test_residues_of_partners_with_the_same_names_are_kept_apart(study, tmp_path):
+    """Both have a chain A with residues 2 and 3; the other residues have no dots."""
+    dots = pd.DataFrame(
+        {"partner": [1, 1, 2, 2], "chain": "A", "residue": ["2", "3", "2", "3"], "residue_name": "X"}
+    )
+    dots["propensity_smoothed"] = [1.0, 2.0, 30.0, 40.0]
+    for name in ("propensity_k_smoothed", "similarity_smoothed", "interface"):
+        dots[name] = 0.0
+    dots.to_csv(tmp_path / "dots.csv", index=False)
+    inputs = {"dots": tmp_path / "dots.csv"} | {f"structure_{side}": study / "one.pdb" for side in (1, 2)}
+    files = {"residues": "residues.csv", "pml": "a.pml", "cxc": "a.cxc", "pdb_1": "1.pdb", "pdb_2": "2.pdb"}
+    run_script(
+        "tabulate_pair_residues", tmp_path, inputs, {name: tmp_path / file for name, file in files.items()}
+    )
+    for side, values in ((1, [1.0, 2.0]), (2, [30.0, 40.0])):
+        written = read_study_structure(tmp_path / f"{side}.pdb")
+        own = [written.b_factor[written.residue == str(number)] for number in range(1, 5)]
+        assert [{*each} for each in own] == [{-1.0}, *({value} for value in values), {-1.0}]
+    low, high = np.quantile([1, 2, 30, 40], [0.05, 0.95])
+    for name in ("a.pml", "a.cxc"):
+        text = (tmp_path / name).read_text()
+        assert f"{low:.3f}" in text and f"{high:.3f}" in text and not re.search("%(LOW|HIGH)%", text)
+
+
+def test_a_partner_of_a_complex_has_all_of_its_chains(tmp_path):
+    parts = [("C", ("ALA",)), ("A", ("ALA", "LYS")), ("B", ("ALA", "LYS", "SER"))]
+    texts = [peptide(names, chain, origin=(0, 9.0 * k, 0)) for k, (chain, names) in enumerate(parts)]
+    path = write(tmp_path / "three.pdb", "TER\n".join(texts) + "END\n")
+    outputs = {
+        f"{kind}_{side}": str(tmp_path / f"{kind}{side}.{end}") for kind, end in KINDS for side in (1, 2)
+    }
+    params = {"pair": {"complex": "three.pdb", "chains": [["B", "C"], ["A"]]}}
+    params |= {"surface": {"density": 6.0}, "d_link": 0.5}
+    run_script("compute_partner_surfaces", tmp_path, {"files": str(path)}, outputs, params, pair="p")
+    for side, chains in ((1, {"B", "C"}), (2, {"A"})):
+        structure = read_study_structure(outputs[f"structure_{side}"])
+        dots = read_npz(outputs[f"surface_{side}"])
+        assert {*structure.chain} == chains == {*structure.chain[dots.atom]}
+        assert len(dots) / dots.area.sum() == pytest.approx(6.0, rel=0.15)
 
 
 def test_the_interface_is_drawn_in_vermillion(run):
