@@ -163,6 +163,31 @@ def test_a_key_adds_and_leaves_out_its_rules_and_no_others(study, config, given,
     assert rules_given_something_else(given, after) == rules_of(SWITCHES[key]["rules"])
 
 
+def test_a_whole_protein_or_what_is_over_its_frames_is_left_out(study, config, given):
+    """Its conformations, and pairs and changes of them, stay where only the latter is excluded."""
+    after = plan(study, config | {"exclude": {"moving/*": "by hand", "loaded": "by hand"}})
+    of_frames = {"draw_frames", "draw_ensemble", "follow_frames", "follow_ensemble"}
+    gone = {job for job in given if "loaded" in job or ("moving" in job and job[0] in of_frames)}
+    assert {*given} - {*after} == gone and len(gone) > 10 and not {*after} - {*given}
+    assert rules_given_something_else(given, after) == {"summarise_surfaces", "close_run"}
+    reasons = after["close_run",]["params"].exclude
+    assert reasons == {"moving/*": "by hand", "loaded": "by hand"}
+
+
+@pytest.mark.parametrize(
+    ("names", "cores"), [("still", 7), ("still ready", 3), ("still moving", 2), ("still loaded", 7)]
+)
+def test_grids_share_the_cores_of_this_machine(folder, names, cores):
+    """Of 7 cores; `moving` has two conformations, and `loaded` has no grid."""
+    proteins = {"still": {"structure": "still.pdb"}, "ready": {"surface": "ready.npz"}}
+    proteins["moving"] = {"structure": "topology.pdb", "trajectory": "trajectory.xtc"}
+    proteins["loaded"] = {"structure": "loaded.pdb", "sampling": False}
+    config = SETTINGS | {"proteins": {name: proteins[name] for name in names.split()}}
+    jobs = planned_jobs(folder, config, "--forceall", "--cores", "7")
+    job = next(job for job in jobs if job["rule"] == "evaluate_grid" and "still" in job["wildcards"])
+    assert job["asks"][0]["_cores"] == cores
+
+
 def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path):
     folder = copy_of(study, tmp_path / "own")
     frames = folder / "results/small/moving/frames.csv"
