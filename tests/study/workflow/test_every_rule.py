@@ -5,6 +5,7 @@ import io
 import itertools
 import json
 import re
+from dataclasses import replace
 from urllib.parse import unquote
 
 import numpy as np
@@ -524,6 +525,27 @@ def test_pages_of_two_forms_show_them_superposed_with_what_changes_in_front(run)
             assert shown[0][most, 2].mean() > shown[0][:, 2].mean()
     apart = [np.median(cKDTree(one).query(other)[0]) for one, other in (shown, as_given)]
     assert apart[0] < 0.9 * apart[1]
+
+
+def test_a_form_with_another_chain_is_drawn_in_the_colours_of_its_change(run, tmp_path, monkeypatch, ready):
+    """As in the table, whose residues have the chain of the first form."""
+    monkeypatch.setattr(layout, "save", lambda *_: None)
+    inputs = {"changes": run / "changes/bend/changes.csv"}
+    for side, form in ((1, "f0700"), (2, "f0000")):
+        structure = read_study_structure(run / f"moving/{form}/structure.pdb")
+        chain = np.full_like(structure.chain, "Y") if side == 2 else structure.chain
+        replace(structure, chain=chain).write_pdb(tmp_path / f"{side}.pdb")
+        inputs |= {
+            f"surface_{side}": run / f"moving/{form}/surface.npz",
+            f"structure_{side}": tmp_path / f"{side}.pdb",
+        }
+    outputs = {"png": "x.png"} | {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
+    params = {"forms": ["moving/f700", "moving/f0"], "patches": ready[0]["patches"], "seed": ready[0]["seed"]}
+    run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")
+    for side in (1, 2):
+        paths = (tmp_path / f"{side}.html", run / f"changes/bend/view_{side}.html")
+        ours, of_study = (unpacked(path.read_text(encoding="utf-8"))[1]["value 1"] for path in paths)
+        assert np.array_equal(ours, of_study) and len(np.unique(ours)) > 2
 
 
 def test_a_comparison_of_samplers_names_its_surface(run, tmp_path, monkeypatch, ready):
