@@ -160,6 +160,8 @@ def closed(config: dict, run: Path, failures: dict[str, str], files: Sequence[Pa
 
     closing = SimpleNamespace(rule="close_run", log=[run / "logs" / "close_run.log"])
     tables = [f"{run}/{name}/{batch}.parquet" for batch in batches_of(config) for name in TABLES]
+    if not all(Path(table).is_file() for table in tables):
+        return False  # the job of a batch was killed, and nothing is known of its structures
     warnings_of = partial(collected_warnings, logs=run / "logs", jobs=[""])  # of all jobs
     try:
         with job(closing):

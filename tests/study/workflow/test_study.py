@@ -19,6 +19,7 @@ import yaml
 import study
 from conftest import ROOT
 from sparsurf.errors import InputError
+from sparsurf_study.batches import assignment
 from sparsurf_study.report import closing
 from sparsurf_study.workflow import job_logs, memory, running, slurm
 
@@ -134,6 +135,29 @@ def test_a_study_in_batches_says_how_many_structures_failed(checkout, capsys):
         == 0
     )
     assert "Failed" not in capsys.readouterr().out
+
+
+def test_a_run_is_not_closed_without_the_tables_of_a_batch(checkout, capsys, monkeypatch):
+    """One of two jobs was killed, as was that of a page: structures without a row are neither surfaces nor failures."""
+    size = os.path.getsize(STRUCTURE["structure"])
+    monkeypatch.setattr(assignment, "BATCH_BYTES", 6 * size)  # of twelve structures
+    structures = {f"p{k}": STRUCTURE for k in range(12)}
+
+    def fail():
+        for log in ("p3/c1/draw_view", "analyse_batch_0001"):
+            checkout.make(f"logs/{log}.log")
+            with open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
+                stream.write(f"results/mine/logs/{log}.log\n")
+        checkout.make(*(f"{table}/0002.parquet" for table in assignment.TABLES))
+
+    checkout.codes, checkout.work = [1], [fail]
+    config = checkout.config(proteins=structures, sampling=False, pages=["p3"])
+    assert study.main(config) == 1
+    said = capsys.readouterr()
+    assert "The results so far are in results/mine/.\n" in said.out
+    results = checkout.root / "results" / "mine"
+    assert not (results / "index.html").exists() and not (results / "logs" / "close_run.log").exists()
+    assert "- p3/c1/draw_view: " in said.err and "- analyse_batch_0001: " in said.err
 
 
 @pytest.mark.parametrize("n", [1, 12])
