@@ -244,6 +244,7 @@ def with_items(text, column, change):
     """Change the values of one column of the _atom_site loop of gemmi's mmCIF."""
     block = gemmi.cif.read_string(text).sole_block()
     values = block.find_loop(f"_atom_site.{column}")
+    assert len(values)
     for k in range(len(values)):
         values[k] = change(k, values[k])
     return block.as_string()
@@ -599,7 +600,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a name that changes within cysteine.pdb": (
         peptide(["CYS"] * 3).replace("CB  CYS ", "CB  DISU") + "END\n", {}, "1 15 3 ~ 3 residues lack heavy atoms"),
     "a name that changes within the residue.cif": (
-        with_items(CIF, "auth_comp_id", lambda k, value: "GLH" if 2 < k < 7 else value), {}, WHOLE),
+        with_items(CIF, "label_comp_id", lambda k, value: "GLH" if 2 < k < 7 else value), {}, WHOLE),
+    "some names of authors unknown.cif": (
+        TINY.replace("_atom_site.Cartn_x", "_atom_site.label_comp_id\n_atom_site.Cartn_x").replace(" A 1 ", " A 1 ALA ").replace(
+            "CA ALA", "CA ."), {}, "1 2 1 ~ lacks heavy atoms, the first is ALA 1 A"),
     "a phosphate of the number of its serine.pdb": (
         end(HEAVY[:36], atoms("PO4", "212", {"P": (47.5, 37.9, 9), "O1": (48.9, 37.9, 9), "O2": (46.2, 37, 9)}), HEAVY[36:]),
         {}, f"{WHOLE} ~ left out 1 PO4"),
@@ -677,7 +681,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         "".join(f"ATOM {k} {name} ALA A {k} {x:.3f} {y:.3f} {z:.3f} -0.30 1.85\n"
                 for k, (name, (x, y, z)) in enumerate(ALANINE.items())), {}, "! as words between blanks, like a PQR file"),
     "names with blanks in quotes.cif": (
-        with_items(with_items(CIF, "auth_asym_id", lambda k, _: "' A'"), "auth_comp_id", lambda k, value: f"'{value} '"),
+        with_items(with_items(CIF, "auth_asym_id", lambda k, _: "' A'"), "label_comp_id", lambda k, value: f"'{value} '"),
         {"chains": "A"}, WHOLE),
     "a backbone of glycine.pdb": (end(glycines(HEAVY)), {}, "1 56 14 ~ all its 14 residues are glycines"),
     "a backbone of glycine but for one residue.pdb": (

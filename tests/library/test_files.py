@@ -116,8 +116,8 @@ def test_a_path_is_a_string_or_a_path_and_its_checksum_that_of_its_bytes(tmp_pat
 @pytest.mark.parametrize(
     ("content", "name", "words"),
     [
-        (gzip.compress(b"a"), "a.pdb", r"a\.pdb is compressed with gzip: add \.gz"),
-        (gzip.compress(b"a"), "a.PDB.GZ", "is compressed twice"),
+        (gzip.compress(b"a", mtime=0), "a.pdb", r"a\.pdb is compressed with gzip: add \.gz"),
+        (gzip.compress(b"a", mtime=0), "a.PDB.GZ", "is compressed twice"),
         ("a".encode("utf-16-le"), "a.pdb", "null bytes"),
         (b"\xff\xfea\0", "a.pdb", "is stored as UTF-16"),
         (b"\xfe\xff\0a", "a.pdb", "is stored as UTF-16"),

@@ -116,6 +116,16 @@ def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surfac
     assert np.allclose(prepared.distances(subsets, tests, whole, "recovered", many=True)[0][1], wanted)
 
 
+def test_many_test_dots_and_sizes_equal_each_size_alone(prepared):
+    """So many that they are described in several parts."""
+    tests, sizes = np.arange(0, len(prepared), 40), np.arange(300, 320)
+    whole = prepared.describe(tests)[0]
+    together, _ = prepared.compare_uniform(1, sizes, tests, ("kept",), whole)
+    for k in (0, 19):
+        alone, _ = prepared.compare_uniform(1, sizes[[k]], tests, ("kept",), whole)
+        assert np.allclose(together[0][k], alone[0][0], rtol=0, atol=1e-9)
+
+
 def test_draws_come_from_streams_of_their_own(prepared):
     combination = (0.5, 0.2, 2.0, 1.0)
     keys = (500_000, 200_000, 2_000_000, 1_000_000)

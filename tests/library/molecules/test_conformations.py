@@ -237,6 +237,11 @@ def test_up_to_eleven_clusters_are_tried_also_where_they_lie_near():
     table, (label, chosen, _) = conformations._cluster(apart, "auto", rng)
     assert table.K.tolist() == list(range(2, 12)) and len(chosen) == 11
     assert np.bincount(label)[1:].tolist() == 11 * [3] and chosen.tolist() == list(range(1, 33, 3))
+    for seed in range(6):  # whatever the order in which k-means numbers them
+        sizes = np.random.default_rng(seed).permutation(4) + 2
+        apart = np.array([[100.0 * k, y] for k, size in enumerate(sizes) for y in range(size)])
+        _, (label, chosen, _) = conformations._cluster(apart, 4, np.random.default_rng(seed))
+        assert np.bincount(label)[1:].tolist() == [5, 4, 3, 2] and label[chosen].tolist() == [1, 2, 3, 4]
     near = np.array([[x, y] for x in (0.0, 0.4) for y in (0.0, 0.01)])  # Å
     assert len(conformations._cluster(near, "auto", rng)[1][1]) == 2
 

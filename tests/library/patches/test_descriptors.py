@@ -121,6 +121,22 @@ def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
         assert np.array_equal(counted, sizes) and np.array_equal(together[2][:, 2 * k : 2 * k + 2], sizes)
 
 
+def test_patches_that_neighbouring_test_dots_share_have_a_distance_for_each(blob, index):
+    """Of a sparse subset two test dots side by side have the same dots, and not the same distance."""
+    points, _ = blob
+    rng = np.random.default_rng(8)
+    tests = points[np.argsort(np.linalg.norm(points - points[0], axis=1))[:10]]
+    subsets = [np.flatnonzero(rng.random(len(points)) < 0.02) for _ in range(70)]
+    words = np.stack([descriptors.pack_subsets(index, some) for some in (subsets[:64], subsets[64:])])
+    z_tot, _ = descriptors.describe(index, tests)
+    for reading in ("kept", "full"):
+        found, _ = descriptors.compare_many(index, tests, words, 70, (reading,), z_tot)
+        for word, some in ((words[0], slice(64)), (words[1], slice(64, 70))):
+            n = len(subsets[some])
+            _, alone, _ = descriptors.compare(index, tests, word, n, (reading,), z_tot)
+            assert np.allclose(found[0, some], alone.T, rtol=0, atol=1e-9)
+
+
 def test_the_whole_surface_is_at_distance_zero(blob, index):
     points, _ = blob
     z_tot, _ = descriptors.describe(index, points[:20])

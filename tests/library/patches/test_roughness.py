@@ -42,11 +42,13 @@ def test_equals_the_plain_formula(blob):
         assert values[i] == pytest.approx(naive.roughness(points, normals, i, 3.0, 0.8), abs=1e-12)
 
 
-@pytest.mark.parametrize(("n", "d_link"), [(63, 1.2), (500, 0.9), (900, 0.75)])
-def test_patches_in_pieces_equal_the_plain_formula(n, d_link):
+@pytest.mark.parametrize(
+    ("n", "d_link", "side"), [(63, 1.2, 7), (500, 0.9, 7), (900, 0.75, 7), (150, 6.0, 18)]
+)
+def test_patches_in_pieces_equal_the_plain_formula(n, d_link, side):
     """Scattered dots: some largest islands hold less than half of their ball, and not every dot is in its own patch."""
     rng = np.random.default_rng(n)
-    points, normals = rng.uniform(0, 7, (n, 3)), rng.normal(size=(n, 3))
+    points, normals = rng.uniform(0, side, (n, 3)), rng.normal(size=(n, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     values = roughness(build_index(points, normals, d_link), 3.0)
     expected = [naive.roughness(points, normals, i, 3.0, d_link) for i in range(n)]

@@ -61,6 +61,9 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
     folder, config = tmp_path / "results" / "mine", tmp_path / "mine.yaml"
     config.write_text("run: mine\n")
     assert check_run.main(config) == 2 and "There is no " in capsys.readouterr().err
+    config.write_text("seed: 1\n")
+    assert check_run.name_of_run(config) == "default"
+    config.write_text("run: mine\n")
     folder.mkdir(parents=True)
     files = [folder / name for name in ("a b.csv", "grid.csv", "roughness.csv", "view.html")]
     for path in files:
