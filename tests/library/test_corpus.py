@@ -1322,6 +1322,8 @@ DOTS = {
     "nothing": (lambda p, n: (p, n), ""),
     "turned": (lambda p, n: (p[:, [2, 0, 1]] + 3000, n[:, [2, 0, 1]]), ""),
     "columns of normals exchanged": (lambda p, n: (p, n[:, [1, 0, 2]]), UPRIGHT),
+    "columns of normals exchanged, few dots": (
+        lambda p, n: some(0.06)(p, n[:, [1, 0, 2]]), r"! not perpendicular .*dots 0\.4\d\)"),
     "one axis mirrored": (lambda p, n: (p, n * [1, 1, -1]), UPRIGHT),
     "points inexact": (
         lambda p, n: (p + np.random.default_rng(0).normal(0, 0.5, p.shape), n), r"! not perpendicular .*dots 0\.49\)"),

@@ -250,6 +250,8 @@ def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folde
     for radius, name in ((6, "first.csv"), *((3, f"second.{end}") for end in ends)):
         own = folder / "protein.pdb" if radius == 6 else tmp_path / "first.csv"
         assert ended("roughness", own, "--r-patch", radius, "-o", tmp_path / name) == 0
+    assert ended("roughness", tmp_path / "first.csv", "--r-patch", 3, "-o", tmp_path / "second.html") == 0
+    assert "within 3&nbsp;Å" in (tmp_path / "second.html").read_text(encoding="utf-8")
     first, second = (pd.read_csv(tmp_path / f"{name}.csv")["roughness"] for name in ("first", "second"))
     assert abs(first - second).mean() > 0.01
     with np.load(tmp_path / "second.npz") as held:
@@ -510,6 +512,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
     ("surface protein.pdb --probe-radius 11 -o x.csv", 2, "--probe-radius: '11' is invalid"),
     ("roughness dots.csv -o x.csv --output y.csv", 2, "--output is given twice; give it once"),
+    ("surface protein.pdb --probe-radius 1.4 --probe-radius 2 -o x.csv", 2, "--probe-radius is given twice"),
     ("roughness dots.csv --d-link inf -o x.csv", 2, "--d-link: 'inf' is invalid"),
     ("descriptors dots.csv --every 0 -o x.csv", 2, "--every: '0' is invalid"),
     ("minimal dots.csv --percent 101 -o x.csv", 2, "--percent: '101' is invalid"),

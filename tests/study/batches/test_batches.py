@@ -527,7 +527,9 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
     ]
     rows = {
         "surfaces": surfaces,
-        "warnings": pd.DataFrame({"protein": ["b", "a", "a"], "sentence": ["it lacks atoms"] * 3}),
+        "warnings": pd.DataFrame(
+            {"protein": ["b", "a", "a", "a"], "sentence": ["it lacks atoms"] * 3 + ["it has two models"]}
+        ),
         "failures": pd.DataFrame({"protein": [f"x{k:02d}" for k in range(23)], "reason": "holds no atoms."}),
     }
     for name, table in rows.items():
@@ -537,7 +539,10 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
     paths = [str(run / name / "0001.parquet") for name in rows]
     close_batches(paths, [], [], {}, files)
     listed = pd.read_csv(files["warnings"])
-    assert listed["protein"].tolist() == ["a", "b"] and listed["job"].unique().tolist() == ["analyse_batch"]
+    assert listed["sentence"].tolist() == ["it lacks atoms", "it has two models", "it lacks atoms"]
+    assert listed["protein"].tolist() == ["a", "a", "b"] and listed["job"].unique().tolist() == [
+        "analyse_batch"
+    ]
     page = " ".join(Path(files["page"]).read_text().split())
     assert "x19 and 3 more" in page and "x20" not in page  # 23 failed, and 20 are named
     assert len(pd.read_csv(files["failures"])) == 23

@@ -159,7 +159,12 @@ def test_agreement_is_the_area_of_each_score(peptides, within):
         assert {*of_side["interface"]} == {truth.sum()} and {*of_side["dots"]} == {len(centres)}
         blocks = matching.blocks_of(partner, centres)
         assert of_side.loc["propensity", "blocks"] == len(np.unique(blocks)) > 1
-    contact = matching.contacts(*peptides, within)
+    resampled, bootstrap = [], matching.bootstrap_auc
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(matching, "bootstrap_auc", lambda *given: resampled.append(given) or bootstrap(*given))
+        contact = matching.contacts(*peptides, within)
+    for _, native, block, _ in resampled:  # a native pair and the pair beside it are drawn together
+        assert np.array_equal(block[native], block[~native]) and len(np.unique(block)) >= (within > 3) + 1
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
     assert {*contact["pairs"]} == {min(500, (dots.query("partner == 1")["gap"] < within).sum())}

@@ -136,13 +136,13 @@ def test_frames_are_drawn_where_their_tables_say():
     projection = pd.DataFrame(
         {"frame": number, "pc1": plane[:, 0], "pc2": plane[:, 1], "cluster": number // 200}
     )
-    chosen = pd.DataFrame({"conformation": ["f0030", "f0200"], "frame": [30, 200]})
+    chosen = pd.DataFrame({"conformation": ["f0200", "f0030"], "frame": [200, 30]})
     silhouette = pd.DataFrame({"K": [3, 2], "silhouette": [0.3, 0.7]})
     explained = pd.DataFrame({"explained": [0.6, 0.25, 0.1]})
     figure = frames.figure_of_tables(chosen, silhouette, projection, explained, "p")
     plot, variance, clusters = figure.axes
     every, ringed = plot.collections
-    assert np.array_equal(every.get_offsets(), plane) and np.array_equal(ringed.get_offsets(), plane[[3, 20]])
+    assert np.array_equal(every.get_offsets(), plane) and np.array_equal(ringed.get_offsets(), plane[[20, 3]])
     colours = every.get_facecolors()[:, :3]
     assert len(np.unique(colours[:20], axis=0)) == 1 != len(np.unique(colours, axis=0))
     named = {text.get_text(): text.xy for text in plot.texts}

@@ -294,6 +294,14 @@ def test_every_rule_follows_from_the_code_of_its_script(study, config, folder, s
     assert found.keys() == {*rules} - {"all", "complete_protein", "fetch_structure"}
 
 
+def test_what_is_downloaded_is_checked_however_it_is_named(tmp_path):
+    named = {"pdb": "1ubi"}, {"url": "https://example.org/a.pdb"}
+    proteins = {f"p{k}": given | {"sha256": f"{k}" * 64} for k, given in enumerate(named)}
+    jobs = planned_jobs(tmp_path, {"run": "new", "proteins": proteins, "sampling": False})
+    asked = {job["wildcards"][1]: job["params"].sha256[0] for job in jobs if job["rule"] == "fetch_structure"}
+    assert asked == {"p0": "0", "p1": "1"}
+
+
 @pytest.mark.parametrize(
     ("key", "value", "rules"),
     [

@@ -500,6 +500,9 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
 
     assert 'scripts/study.py "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
     assert "--cluster slurm" in make("CLUSTER=slurm").stdout
+    for cluster in ((), ("CLUSTER=slurm",)):  # into a folder where nothing is set up
+        said = make(f"VENV={tmp_path / 'none'}", *cluster).stdout
+        assert ("requirements-slurm.txt" in said) == bool(cluster)
     keys = ("CONFIG=my study.yaml", "PROFILE=my own", "CORES=3")
     said = make(*keys, targets=("paper", "compare", "check")).stdout.splitlines()
     assert [line.partition("bin/python ")[2] for line in said if "scripts/" in line] == [
