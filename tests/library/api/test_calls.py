@@ -404,7 +404,7 @@ def test_a_part_of_the_dots_and_moved_ones_are_no_whole_surface(peptide):
 def test_what_minimal_gave_is_taken_for_its_dots(blob):
     few = sparsurf.minimal(blob, percent=20, d_link=D_LINK)
     own = {"own": np.linspace(0, 1, len(few.points)), "component": np.arange(len(few.points)) % 2}
-    fields = sparsurf.recover(Surface(few.points, few.surface.normals[few.dots], fields=own)).fields
+    fields = sparsurf.recover(replace(few.surface, fields=own)).fields
     assert [*fields] == ["own"]  # nothing lies between two components
     dense = sparsurf.recover(few)
     assert np.array_equal(dense.points, sparsurf.recover(few.surface).points) and len(dense) > 2 * len(

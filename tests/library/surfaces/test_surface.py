@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from conftest import make_blob
+from conftest import ball, make_blob
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces import plausibility
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import read_npz, with_fields, write_npz
@@ -573,3 +574,16 @@ def test_areas_of_dots_that_stand_for_several_are_not_compared_with_their_spacin
     np.savez(tmp_path / "few.npz", **{name: getattr(dots, name) for name in FIELDS}, weight=dots.area)
     assert read_surface(tmp_path / "few.npz").area.sum() == 30_000
     assert area_of(Surface(points, normals, np.zeros(300)))[1]  # a surface of no area has an estimate
+
+
+def test_of_few_dots_each_counts_once_for_the_winding_number():
+    points, normals = ball(400, 6.0)
+    some = np.arange(0, 400, 29)
+    distances, around = plausibility._surrounding(plausibility._tree(points), some)
+    behind, before = plausibility._windings(points, normals, some, distances, around)
+    reach = distances[:, plausibility.N_BESIDE - 1]
+    area = np.median(np.pi * reach**2 / plausibility.N_BESIDE)
+    for found, side in ((behind, -1), (before, 1)):
+        rays = points - (points[some] + side * reach[:, None] * normals[some])[:, None]
+        angle = (rays * normals).sum(axis=2) / np.linalg.norm(rays, axis=2) ** 3
+        assert found == pytest.approx(angle.sum(axis=1) * area / (4 * np.pi))

@@ -420,7 +420,7 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         alpha=1.0, beta=0.0, gamma=[6.0, 5, 4, 3], delta=0.0, d_published=[2.69, 1.5, -0.5, 0]
     )
     places = places[::-1]  # in whatever order
-    tests = pd.DataFrame({"measure": ["d", "together"], "p": [0.5, p]})
+    tests = pd.DataFrame({"measure": ["d", "together"], "p": [p / 2, p]})
     for name, table in (("paper_places.csv", places), ("paper_tests.csv", tests)):
         table.to_csv(tmp_path / name, index=False)
     answer = write_front(tmp_path / "index.html", [*files, "paper_places.csv", "paper_tests.csv"], {})[0]

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
@@ -79,6 +80,15 @@ def test_values_beyond_their_limits_are_at_the_ends():
     values = np.array([-1.0, 0.0, 0.5, 2.0, np.nan])
     assert packing.in_steps(values, 0.0, 1.0).tolist() == [0, 0, 127, 254, 255]
     assert packing.in_steps(values[1:2], 0.0, 0.0).tolist() == [0]
+
+
+def test_dots_without_an_atom_have_no_residue(prepared, order):
+    atom = np.where(np.arange(len(prepared)) % 3, prepared.surface.atom, -1)
+    settings = Settings(patches={"d_link": 1.5})
+    some = PreparedSurface(replace(prepared.surface, atom=atom), settings, streams=Streams(0, "blob"))
+    header, columns = unpacked(page_of(some, order, None, None, RESIDUES))
+    names = [None if k < 0 else header["residues"][k] for k in columns["residue"]]
+    assert names == [None if k < 0 else RESIDUES[k] for k in atom]
 
 
 @pytest.mark.parametrize("place", ["moving/f0000", "ready/c1"])

@@ -30,6 +30,7 @@ from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.views import layout
 from sparsurf.views.numbers import interval
 from sparsurf_study.analysis.comparison import select_methods
+from sparsurf_study.analysis.ensemble import evaluate_frames
 from sparsurf_study.analysis.grid import add_scaled_link
 from sparsurf_study.analysis.islands import add_islands
 from sparsurf_study.analysis.tables import read_prepared, read_table
@@ -37,6 +38,7 @@ from sparsurf_study.pairs.changes import read_forms
 from sparsurf_study.pairs.ranking import auc
 from sparsurf_study.pairs.residue_moments import CHANNELS, FIELDS, describe_residues, distances
 from sparsurf_study.report.figures import subsets
+from sparsurf_study.settings import Settings as StudySettings
 from sparsurf_study.workflow.config import check_config
 
 CONFORMATIONS = ("moving/f0000", "moving/f0700", "still/f0", "loaded/f0", "ready/c1")
@@ -240,8 +242,18 @@ def test_figures_over_frames_show_their_tables(run, tmp_path, monkeypatch):
     assert "α = 0.5, β = 0, γ = 6, δ = 2" in words["ensemble"]
 
 
-def test_an_ensemble_has_the_frames_of_all_its_jobs(run):
+def test_an_ensemble_has_the_frames_of_all_its_jobs(run, study, ready):
+    """With the random numbers that they have in one job."""
     table = pd.read_csv(run / "moving/ensemble.csv")
+    files = study / "topology.pdb", study / "trajectory.xtc"
+    molecule, streams = (
+        read_molecule(*files, stride=500, residues="209-216"),
+        Streams(ready[0]["seed"], "moving"),
+    )
+    last = evaluate_frames(molecule, StudySettings.of(ready[0]), streams, 1, part=(3, 3))
+    assert last["frame"].tolist() == [1000] and last["d_kept"][0] == pytest.approx(
+        table["d_kept"][2], abs=0.006
+    )
     assert table["frame"].to_list() == [0, 500, 1000]
     first = pd.read_csv(run / "surfaces.csv").query("conformation == 'f0000'").iloc[0]
     assert table["N"][0] == first["N"] and table["mean_roughness"][0] == pytest.approx(
