@@ -12,10 +12,11 @@ from sparsurf.files import checksum, open_closed_streams
 from sparsurf_study.workflow.models import NAME_OF_FOLDER, Config
 from sparsurf_study.workflow.yaml_file import read_config
 
-RESULTS = Path(__file__).resolve().parents[1] / "results"
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "results"
 
 
-def main(path_to_config: str = "config.yaml") -> int:
+def main(path_to_config: str = str(ROOT / "config.yaml")) -> int:
     """Print a sentence for each file that differs or is missing; return the exit code."""
     open_closed_streams()
     try:

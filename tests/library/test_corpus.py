@@ -461,10 +461,10 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "no-end of two chains.pdb": (
         SEQUENCE + SEQUENCE.replace("A    9", "B    6").replace(" ALA\n", "\n", 1) + peptide()
         + peptide(["ALA"] * 2, "B", origin=(0, 30, 0)), {}, "! 6 of the 17 residues"),
-    "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), {}, "! 20% of the heavy atoms"),
+    "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), {}, "! 20 % of the heavy atoms"),
     "backbone.pdb": (
         "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line), {},
-        "! 50% of the heavy atoms"),
+        "! 50 % of the heavy atoms"),
     "two C-alpha.pdb": (atom_line() + atom_line(residue="2", place=(3.8, 0, 0)), {}, 
                          "1 2 2 ~ 2 residues lack heavy atoms, the first is ALA 1 A"),
     "ions.pdb": (
@@ -693,7 +693,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "residues in another order, five bonds lost.pdb": (
         reordered(20, [1, 0, 2, 4, 3, *range(5, 20)]), {},
         "1 100 20 ~ 5 peptide bonds are missing, the first between ALA 2 A and ALA 3 A, 4.9 Å"),
-    "ten atoms apart.pdb": (spread(10), {}, "! only 0% of the bonds that its names imply"),
+    "ten atoms apart.pdb": (spread(10), {}, "! only 0 % of the bonds that its names imply"),
     "two chains of a crystal.pdb": (peptide() + peptide(chain="B", origin=(0, 300, 0)), {}, "1 40 8"),
 }  # fmt: skip
 
@@ -707,7 +707,7 @@ def test_structures(tmp_path, caplog, name):
 
 
 SHARED = {  # of the reference data: the file, its trajectory, and the outcome without what is said of good files
-    "bad/1ubi_CAonly.pdb": "! 13% of the heavy atoms .*C-alpha",
+    "bad/1ubi_CAonly.pdb": "! 13 % of the heavy atoms .*C-alpha",
     "bad/3enl_TRUNCATED_at60000bytes.pdb": "! cut short: it stops in the middle of an atom",
     "bad/header_only.pdb": "! holds no atoms",
     "bad/adk_notop_BAD.psf": "! cannot be read .* damaged",
@@ -928,8 +928,8 @@ GEOMETRY = {
         bond(4, (214, "N"), (214, "CA"), 1.9), "~ bond N-CA of TYR 214 is 1.9 Å long instead of 1.5 Å in frame 4"),
     "a bond of the backbone 1.2 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.75), "~ 1.05 times as long as usual along one direction"),
-    "atoms of a residue exchanged": (mixed, "! only 0% of the bonds that its names imply"),
-    "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0, and half of them differ by 25%"),
+    "atoms of a residue exchanged": (mixed, "! only 0 % of the bonds that its names imply"),
+    "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0, and half of them differ by 25 %"),
     "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
     "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
     "1.17 times as long": (scale(1.17), "! backbone are 1.17 times as long"),
@@ -978,7 +978,7 @@ GEOMETRY = {
     "a copy that is mirrored later": (doubled((60, 0, 0), lambda a, b, k: b * [1, 1, -1]), "~ B is a mirror image.* in frame 1"),
     "a copy that shrinks later": (
         doubled((60, 0, 0), lambda a, b, k: b.mean(axis=0) + 0.3 * (b - b.mean(axis=0))),
-        r"! 0\.64 times as long as usual in frame 1, and half of them differ by 37%"),
+        r"! 0\.64 times as long as usual in frame 1, and half of them differ by 37 %"),
     "a copy laid on the first later": (
         doubled((60, 0, 0), lambda a, b, k: a + 0.05), r"~ SD of MET 218 B and SD of MET 218 A lie 0\.1 Å apart in frame 1"),
     "all elements C": (lambda m: replace(m, element=np.full(m.n_atoms, "C")), "! N of GLU 209 has the element C; 145 atoms"),
@@ -1330,11 +1330,11 @@ DOTS = {
     "normals of the next row": (lambda p, n: (p, np.roll(n, -1, axis=0)), "! fit the dots 1 row further down"),
     "normals two rows before": (lambda p, n: (p, np.roll(n, 2, axis=0)), "! fit the dots 2 rows further up"),
     "normals three rows before": (lambda p, n: (p, np.roll(n, 3, axis=0)), "! fit the dots 3 rows further up"),
-    "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! 2[68]% {OPPOSE}"),
+    "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! 2[68] % {OPPOSE}"),
     "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), r"~ 1\.3 times as far apart along one direction"),
-    "every 10th flipped": (flipped(0.1), f"! 20% {OPPOSE}: give outward normals"),
-    "every 4th flipped": (flipped(0.25), f"! 39% {OPPOSE}: give outward normals"),
-    "every 5th random": (random_normals(0.2), f"! 19% {OPPOSE}"),
+    "every 10th flipped": (flipped(0.1), f"! 20 % {OPPOSE}: give outward normals"),
+    "every 4th flipped": (flipped(0.25), f"! 39 % {OPPOSE}: give outward normals"),
+    "every 5th random": (random_normals(0.2), f"! 19 % {OPPOSE}"),
     "the last inward": (last(0.05, normals_times=-1), r"~ some dots around (line 6247|dot 6246) point"),
     "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
     "the last in nm": (last(0.1, points_times=0.1), r"~ dots around (line 6247|dot 6246) lie 9\.[345] times as close"),
@@ -1370,7 +1370,7 @@ DOTS = {
         lambda *_: (ball(2002, 5.0, 1001)()[0], -ball(2002, 5.0, 1001)()[1]), r"~ ^[^\n]* normals point inwards; [^\n]*$"),
     "half a ball": (ball(2002, 5.0, 1001), r"~ do not close .*\(50 % of"),
     "normals of 170 dots flipped": (lambda *_: flipped(0.5)(*ball(170, 9.0)()), ""),
-    "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! 53% {OPPOSE}"),
+    "normals of 400 dots flipped": (lambda *_: flipped(0.5)(*ball(400, 9.0)()), f"! 53 % {OPPOSE}"),
     "a plane": (
         lambda *_: (np.column_stack([*np.divmod(np.arange(100.0), 10), np.zeros(100)]), np.tile([0, 0, 1.0], (100, 1))), ""),
 }  # fmt: skip

@@ -318,7 +318,7 @@ def structures_in(folder: str | Path) -> dict[str, Path]:
     if not Path(folder).is_dir():
         raise InputError(f"{folder} is not a folder; name a folder of structures.")
     files: dict[str, Path] = {}
-    for path in sorted(Path(folder).iterdir()):
+    for path in sorted(Path(folder).iterdir(), key=lambda path: (stem(path), path.name)):
         if suffix(path) in STRUCTURES and path.is_file():
             name = stem(path)
             if name in files:

@@ -430,7 +430,7 @@ def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, 
     share = present.sum() / max(expected.sum(), 1)
     if (expected > 0).sum() >= MIN_RESIDUES_TO_JUDGE and share < MIN_HEAVY_ATOM_SHARE:
         raise InputError(
-            f"{path} has {share:.0%} of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
+            f"{path} has {100 * share:.0f} % of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
             "give a structure with all atoms."
         )
     first = np.unique(touched.residue_index, return_index=True)[1]

@@ -169,7 +169,7 @@ def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator
     yield _in_first(
         1 - bonded_share,
         1 - MIN_BONDED_SHARE,
-        f"only {bonded_share:.0%} of the bonds that its names imply exist in frame 0; {again}",
+        f"only {100 * bonded_share:.0f} % of the bonds that its names imply exist in frame 0; {again}",
         refuse=True,
     )
     yield from _checks_of_lengths(molecule, remedy)
@@ -272,9 +272,9 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
         deviations,
         DEVIATION_TO_REFUSE,
         "bonds of the backbone are {ratio:.2f} times as long as usual in frame {frame}, and half of them differ by "
-        f"{{value:.0%}} or more; {remedy}",
+        f"{{percent:.0f}} % or more; {remedy}",
         refuse=True,
-        more=lambda found: {"ratio": np.median(ratios(found.xyz[None]))},
+        more=lambda found: {"ratio": np.median(ratios(found.xyz[None])), "percent": 100 * found.value},
     )
     yield Check(
         lambda xyz: 100 * deviations(xyz),

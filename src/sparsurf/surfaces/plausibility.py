@@ -74,7 +74,7 @@ class Sample:
         self.angle = math.acos(min(1.0, float(np.median(cosine[:, 0]))))  # between normals of neighbours
         self.radius = self.spacing / self.angle if self.angle > 0 else math.inf  # of curvature, Å
         self.alike_nearest, self.alike = float((cosine[:, 0] > 0).mean()), float((cosine > 0).mean())
-        self.opposing = 1 - min(self.alike_nearest, self.alike)
+        self.opposing = 100 * (1 - min(self.alike_nearest, self.alike))  # %
         self.opposing_beside = 100 * (1 - self.alike)  # % of all pairs
         convex = float(((turns * steps).sum(axis=2) > 0).mean())
         self.molecular = SHARE_OF_CONVEX[0] < convex < SHARE_OF_CONVEX[1] and self.angle < MEDIUM_ANGLE
@@ -122,7 +122,7 @@ CHECKS = (  # in the order in which they count
             (s.spacing < NEIGHBOUR_DISTANCE and s.alike_nearest < MIN_SHARE_OF_ALIKE_NORMALS)
             or (s.angle < DENSE_ANGLE and s.alike < MIN_ALIKE_OF_DENSE)
         ),
-        "{s.opposing:.0%} of neighbouring dots have normals that oppose each other: give outward normals",
+        "{s.opposing:.0f} % of neighbouring dots have normals that oppose each other: give outward normals",
         refuse=True,
     ),
     Check(
