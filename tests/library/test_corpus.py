@@ -929,7 +929,7 @@ GEOMETRY = {
     "a bond of the backbone 1.2 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.75), "~ 1.05 times as long as usual along one direction"),
     "atoms of a residue exchanged": (mixed, "! only 0 % of the bonds that its names imply"),
-    "1.25 times as long": (scale(1.25), r"! backbone are 1.25 times as long as usual in frame 0, and half of them differ by 25 %"),
+    "1.25 times as long": (scale(1.25), "! 1.25 times as long as usual in frame 0, and half of them differ by 25 %"),
     "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
     "1.1 times as long": (scale(1.1), "~ differ by 10 % from their usual length in frame 0"),
     "1.17 times as long": (scale(1.17), "! backbone are 1.17 times as long"),

@@ -454,7 +454,12 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
     files = ["p/ensemble.csv", "p/residues.csv", "p/figures/ensemble.png", "p/figures/residues.png"]
     (tmp_path / "a").mkdir()
     frames[:2].assign(n_S_percent=[20.0, 30]).to_csv(tmp_path / "a/ensemble.csv", index=False)
-    (_, other) = write_front(tmp_path / "index.html", [*files, "a/ensemble.csv"], {})
+    (_, other) = write_front(
+        tmp_path / "index.html", [*files, "a/ensemble.csv", "p/residues_over_time.csv"], {}
+    )
+    lines = text_of(tmp_path)
+    assert "residues_over_time.csv: each residue in each frame" in lines
+    assert "residues.csv: each residue over the frames" in lines
     assert other == (
         "a: over 2 frames, one combination keeps 25.0 % of the dots on average (20.0 to 30.0 %), and the mean roughness is"
         " 0.51 (0.50 to 0.52)."
