@@ -34,6 +34,7 @@ from sparsurf_study.analysis.ensemble import evaluate_frames
 from sparsurf_study.analysis.grid import add_scaled_link
 from sparsurf_study.analysis.islands import add_islands
 from sparsurf_study.analysis.tables import read_prepared, read_table
+from sparsurf_study.pairs import changes
 from sparsurf_study.pairs.changes import read_forms
 from sparsurf_study.pairs.ranking import auc
 from sparsurf_study.pairs.residue_moments import CHANNELS, FIELDS, describe_residues, distances
@@ -519,6 +520,27 @@ def test_two_forms_are_compared_residue_by_residue(run):
     assert np.allclose(changes[[*CHANNELS, "total"]], own, rtol=1e-4)
     difference = described[1].fields - described[0].fields
     assert np.allclose(changes[[f"{name}_difference" for name in FIELDS]], difference, rtol=1e-3, atol=1e-6)
+
+
+def test_a_residue_without_a_change_has_the_b_factor_of_buried_ones(run, ready, tmp_path, monkeypatch):
+    compare = changes.changes
+    unknown = {"total": np.nan, "total_floor": np.nan, "total_moved": np.nan}
+    monkeypatch.setattr(
+        changes,
+        "changes",
+        lambda *given: (t := compare(*given)).where(t["residue"] != "210", t.assign(**unknown)),
+    )
+    names = {"surface": "surface.npz", "structure": "structure.pdb"}
+    places = {1: run / "moving/f0700", 2: run / "moving/f0000"}
+    inputs = {f"{key}_{side}": place / names[key] for side, place in places.items() for key in names}
+    outputs = {"changes": "changes.csv", "pdb_1": "1.pdb", "pdb_2": "2.pdb"}
+    outputs = {key: str(tmp_path / name) for key, name in outputs.items()}
+    params = {"forms": ["moving/f700", "moving/f0"], "seed": 0, "d_link": ready[0]["patches"]["d_link"]}
+    params |= {"surface": ready[0]["surface"]}
+    run_script("compare_forms", tmp_path, inputs, outputs, params, comparison="bend")
+    for side in (1, 2):
+        written = read_molecule(outputs[f"pdb_{side}"])
+        assert {*written.residue[written.b_factor == -1]} == {"210"}
 
 
 def test_pages_of_two_forms_show_them_superposed_with_what_changes_in_front(run):
