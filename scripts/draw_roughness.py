@@ -29,7 +29,7 @@ with job(snakemake) as s:
             molecule.xyz[0],
             settings.surface,
             settings.patches.d_link,
-            radii(molecule, settings.surface.radii),
+            radii(molecule),
         )
         dots = replace(dots, origin=Origin.of_atoms(molecule, 0, *atoms))
     about = About(s.params.title, patches=settings.patches, roughness=roughness, links=LINKS)
