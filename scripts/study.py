@@ -44,18 +44,16 @@ MAX_CONTRADICTIONS = 10  # on the terminal; all are in checks.csv
 REPORTED_MEMORY = 2**30  # bytes that a grid needs before the terminal says so
 
 
-def main(path_to_config: str | None = None, *options: str) -> int:
-    """Run Snakemake and print a summary; return the exit code."""
-    if path_to_config in ("-h", "--help"):
+def main(*arguments: str) -> int:
+    """Run Snakemake and print a summary; return the exit code. The first argument may name a config, the others are options."""
+    if arguments and arguments[0] in ("-h", "--help"):
         print((__doc__ or "").strip())
         return 0
-    if path_to_config is None:
-        path_to_config = str(ROOT / "config.yaml")
-    elif path_to_config == "compare" or path_to_config.startswith("-"):
-        path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
+    is_named = bool(arguments) and arguments[0] != "compare" and not arguments[0].startswith("-")
+    path_to_config, *words = arguments if is_named else (str(ROOT / "config.yaml"), *arguments)
     open_closed_streams()
     ignore_numba_threads()
-    here, path, words = Path.cwd(), Path(path_to_config).resolve(), list(options)
+    here, path = Path.cwd(), Path(path_to_config).resolve()
     os.chdir(ROOT)
     try:
         for option in words:

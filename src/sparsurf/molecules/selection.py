@@ -325,7 +325,7 @@ def _inventory(molecule: Atoms) -> str:
     )
     counts = Counter(names[first].tolist()).most_common(8)
     listed = ", ".join(f"{count} {name}" for name, count in counts)
-    names = np.unique(molecule.chain).tolist()
-    if names == [""]:
+    chains = np.unique(molecule.chain).tolist()
+    if chains == [""]:
         return f"one chain without a name with {listed}"
-    return f"{'chains' if len(names) > 1 else 'chain'} {_chains(molecule)} with {listed}"
+    return f"{'chains' if len(chains) > 1 else 'chain'} {_chains(molecule)} with {listed}"

@@ -117,6 +117,7 @@ def read_frames(
     store, before, n_read = FrameStore(path), np.empty((0, 0, 3)), 0
     keep: list[bool] = []
     time_parts: list[np.ndarray] = []
+    number_parts: list[np.ndarray] = []
     for part in iterate_frames(path, n_atoms, np.asarray(atoms)[order], stride, only=only):
         n_read += len(part[0])
         raw, time, box = (array[: max(0, n_usable - len(keep))] for array in part)
@@ -135,12 +136,13 @@ def read_frames(
         store.append(xyz)
         keep += moved.tolist()
         time_parts.append(time)
+        number_parts.append(numbers)
     if times is None:
         if suffix(path) == ".dcd":
             check_dcd(path, n_atoms, n_read, stride)
         if complete and complete[1]:
             report_cut(path, complete[0], n_read, stride)
-        time_ps, number = np.concatenate(time_parts), stride * np.arange(len(keep))
+        time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
     xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
         message = "%s: %s the one before, the first is frame %d: left out"
