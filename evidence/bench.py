@@ -27,7 +27,7 @@ import numpy as np
 import yaml
 from threadpoolctl import threadpool_limits
 
-from measures.protocols import msms_program
+from measures.points import msms_program
 from measures.timing import Table, machine, peak_memory, timed
 from sparsurf.api.points import points
 from sparsurf.api.surfaces import mesh

@@ -5,10 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from measures.proteins import prepare_proteins
+from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
 from sparsurf.sampling.samplers import get_samplers, nearest_kept
 from sparsurf_study.analysis.relation import with_interval
+from sparsurf_study.workflow.jobs import Job
 
 UNIFORM = "uniform"
 
@@ -73,3 +76,13 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
         row |= with_interval("more_than_uniform", more)
         rows.append(row | {"n_below": int((more < 0).sum()), "n_above": int((more > 0).sum())})
     return pd.DataFrame(rows)
+
+
+def measure_centres(job: Job) -> None:
+    """Tabulate kept dots as centres of patches, over proteins."""
+    params, out, found = job.params, job.output, []
+    for name, prepared in prepare_proteins(params, "centres", job.threads):
+        design = params.samplers, params.percents, params.test_dots, params.draws
+        found.append(centres_table(prepared, *design).assign(protein=name))
+    table = pd.concat(found).set_index("protein").reset_index()
+    write_tables({out.table: table, out.means: means(table)})

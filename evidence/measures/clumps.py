@@ -6,12 +6,15 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from measures.proteins import prepare_proteins
+from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf_study.analysis.relation import with_interval
+from sparsurf_study.workflow.jobs import Job
 
 PAPER, UNIFORM, FARTHEST = "paper", "uniform", "farthest"
 
@@ -92,3 +95,13 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
         z_of_paper = of_paper.loc[pd.MultiIndex.from_frame(part[keys])].to_numpy()
         out.append(found | {"n_below_paper": int((part["Z"].to_numpy() < z_of_paper).sum())})
     return pd.DataFrame(out)
+
+
+def measure_clumps(job: Job) -> None:
+    """Tabulate Z of random clumps and of other subsets of the same size, on several surfaces."""
+    params, out, found = job.params, job.output, []
+    for name, prepared in prepare_proteins(params, "clumps", job.threads):
+        of_surface = clumps_table(prepared, params.rows, params.radii, params.test_dots, params.draws)
+        found.append(of_surface.assign(surface=name))
+    table = pd.concat(found).set_index("surface").reset_index()
+    write_tables({out.table: table, out.means: means(table)})

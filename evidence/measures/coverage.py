@@ -13,17 +13,25 @@ from numpy.typing import ArrayLike
 from scipy.stats import norm
 
 from measures.over_proteins import median_interval, spearman
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import cross_validated, estimate, mean_interval, winners_outside
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.streams import Streams, stream
+from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.best_set import best_set
 from sparsurf_study.analysis.relation import rho_interval
 from sparsurf_study.analysis.tables import d_values, range_index, range_limits
+from sparsurf_study.workflow.jobs import Job
 
 CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
 N_RANGES = 10
 CORRELATIONS = (0.0, 0.5)  # Spearman's, of normal values
+NUMBERS = ["fixed_t", "fixed_normal", "winner", "cv", "cv_winner", "best_in_set"]
+NUMBERS += ["selected_bias", "cv_bias", "half_width", "set_size"]
+DESIGN = ["reading", "draws", "test_dots"]
 
 
 def pool(
@@ -159,3 +167,48 @@ def _of_correlation(rho: float, n: int, replicates: int, rng: np.random.Generato
     x = rng.standard_normal((2, replicates, n))
     x[1] = pearson * x[0] + np.sqrt(1 - pearson**2) * x[1]
     return _share(np.transpose(rho_interval(spearman(*x), n)), rho)
+
+
+def pool_coverage(job: Job) -> None:
+    """Compute many draws of the combinations of one surface that may be the best: the population that intervals are tested on."""
+    prepared = PreparedSurface(
+        read_npz(job.input.surface),
+        roughness=pd.read_csv(job.input.roughness)["roughness"].to_numpy(),
+        streams=Streams(1, f"coverage of {job.wildcards.protein}"),
+        threads=job.threads,
+    )
+    table, params = pd.read_csv(job.input.grid), job.params
+    d, member = pool(prepared, table, GRID_READINGS, params.draws, params.test_dots)
+    np.savez(job.output.pool, d=d, member=member)
+
+
+def measure_coverage(job: Job) -> None:
+    """Measure how often the intervals of a study contain the truth on one surface, over replicates of several designs."""
+    protein, n_replicates = job.wildcards.protein, job.params.replicates
+    with np.load(job.input.pool) as arrays:
+        d, member = arrays["d"], arrays["member"]
+    tables = []
+    for r, reading in enumerate(GRID_READINGS):
+        for draws, test_dots in job.params.designs:
+            rng = stream(0, "coverage", protein, r, draws)
+            with_sets = [draws, test_dots] == job.params.default  # they take long
+            shares = replicates(d[r], member, draws, test_dots, n_replicates, rng, with_sets)
+            keys = {"surface": protein, "reading": reading, "draws": draws, "test_dots": test_dots}
+            tables.append(pd.DataFrame(keys | {"replicates": n_replicates} | shares.to_dict("series")))
+    pd.concat(tables).to_csv(job.output.table, index=False)
+
+
+def tabulate_coverage(job: Job) -> None:
+    """Tabulate how often intervals contain the truth, over several surfaces: all rows, and means over the ranges of n_S."""
+    rows = read_tables(job.input.tables).round(4)
+    params = job.params
+    means = of_means(params.numbers, params.replicates, stream(params.seed, "coverage of means"))
+    by_surface = rows.groupby(["surface", *DESIGN], sort=False)
+    write_tables(
+        {
+            job.output.coverage: rows,
+            job.output.coverage_surfaces: by_surface[NUMBERS].mean().reset_index(),
+            job.output.coverage_designs: rows.groupby(DESIGN, sort=False)[NUMBERS].mean().reset_index(),
+            job.output.coverage_means: means,
+        }
+    )

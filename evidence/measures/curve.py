@@ -8,12 +8,15 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from measures import fragments
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf_study.paper.replication import sweep_links
 from sparsurf_study.report.numbers import FRAGMENTED_BELOW
+from sparsurf_study.workflow.jobs import Job
 
 # Filling factor at which discs placed at random in the plane percolate: Quintanilla and Ziff, Phys. Rev. E 76, 051115 (2007).
 # Discs of radius r touch within 2 r, so that n pi r^2 per area becomes a distance in units of 1 / sqrt(n).
@@ -181,3 +184,20 @@ def draw(table: pd.DataFrame, marked: str) -> Figure:
     title = f"Table I on {marked},\nlink {PUBLISHED_LINK:g} Å"
     ax.legend(loc="center right", title=title, title_fontsize=7, ncols=2)
     return layout.fix_layout(figure)
+
+
+def measure_curve(job: Job) -> None:
+    """Measure d of the published combinations and the share in islands on one surface, by the link in spacings."""
+    name, params = job.wildcards.protein, job.params
+    prepared = fragments.prepare(job.input.structure, params, f"links {name}", job.threads)
+    table = curve_table(prepared, params.links, params.test_dots, params.draws)
+    table.insert(0, "surface", name)
+    table.to_csv(job.output.curve, index=False)
+
+
+def tabulate_curve(job: Job) -> None:
+    """Tabulate and draw d over the link in spacings of the kept dots, over several surfaces."""
+    table, out = read_tables(job.input.curves), job.output
+    write_tables({out.table: table, out.numbers: numbers(table)})
+    write_tables({out.shares: by_share(table), out.signs: signs(table)})
+    draw(table, job.params.marked).savefig(out.figure, dpi=200, metadata={"Software": None})

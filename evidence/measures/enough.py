@@ -3,9 +3,12 @@
 import numpy as np
 import pandas as pd
 
+from measures import fragments
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.subset_search import smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import (
     DENSITY_FOR_ERRORS,
     EVERYWHERE,
@@ -14,6 +17,7 @@ from sparsurf.recovery.errors import (
     error_table,
 )
 from sparsurf.streams import Streams
+from sparsurf_study.workflow.jobs import Job
 
 SAMPLER = "farthest"
 
@@ -53,3 +57,25 @@ def coverage_of_error(
         "coverage": float(np.mean((low <= truth) & (truth <= high))),
         "width_percent": 100 * float(np.mean((high - low) / n)),
     }
+
+
+def measure_enough(job: Job) -> None:
+    """Measure how many dots of one surface are enough for an error in Å, and the coverage of the interval of that number."""
+    name, params = job.wildcards.protein, job.params
+    prepared = fragments.prepare(job.input.structure, params, f"enough {name}", job.threads)
+    hydrogens = not read_molecule(job.input.structure).heavy.all()
+    table = enough_table(prepared, params.error, hydrogens)
+    covered = coverage_of_error(prepared, params.error, hydrogens, params.seeds)
+    table.insert(0, "surface", name)
+    table.to_csv(job.output.table, index=False)
+    pd.DataFrame([{"surface": name} | covered]).to_csv(job.output.coverage, index=False)
+
+
+def tabulate_enough(job: Job) -> None:
+    """Tabulate how many dots are enough on several surfaces, and the coverage of the interval."""
+    write_tables(
+        {
+            job.output.table: read_tables(job.input.tables),
+            job.output.coverage: read_tables(job.input.coverage),
+        }
+    )

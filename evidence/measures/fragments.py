@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import cross_validated, estimate
 from sparsurf.molecules.read_molecule import read_molecule
@@ -18,9 +19,13 @@ from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
+from sparsurf.views import layout
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.best_set import best_set
-from sparsurf_study.analysis.grid import Grid
+from sparsurf_study.analysis.grid import Grid, evaluate_grid
+from sparsurf_study.paper.replication import gathering_by_roughness
+from sparsurf_study.report.figures.table1 import table1_figure
+from sparsurf_study.workflow.jobs import Job, reporter
 
 FROM_FILE = "file"  # the dots are those of the file
 PUBLISHED_BEST = 5  # row of Table I with the highest d, (1, 0, 6, 0)
@@ -226,3 +231,47 @@ def surfaces_of(rows: pd.DataFrame, choices: pd.DataFrame) -> pd.DataFrame:
         table[f"{column}_best"] = best[column]
     of_surface = rows.drop_duplicates("surface").set_index("surface")[OF_SURFACE]
     return table.reset_index().merge(of_surface, on="surface", how="left")
+
+
+def measure_fragments(job: Job) -> None:
+    """Measure Table I on one surface: its combinations, the repeated choice of each range, and where the kept dots lie."""
+    name, params, output = job.wildcards.surface, job.params, job.output
+    prepared = prepare(job.input.structure, params, f"fragment {name}", job.threads)
+    of_surface, of_rows, of_grid = (
+        surface_row(prepared),
+        params.rows_evaluation,
+        params.grid_evaluation,
+    )
+    ten = evaluate_grid(prepared, PUBLISHED_ROWS, of_rows["test_dots"], of_rows["draws"])
+    combinations = published_grid(params.sampling)
+    grid = evaluate_grid(
+        prepared, combinations, of_grid["test_dots"], of_grid["draws"], progress=reporter(name)
+    )
+    tables: dict[str, pd.DataFrame] = {
+        output.rows: rows_table(ten).assign(**of_surface),
+        output.choices: choices_table(grid),
+        output.gathering: gathering_by_roughness(prepared, of_rows["draws"]),
+    }
+    for path, table in tables.items():
+        table.insert(0, "surface", name)
+        table.to_csv(path, index=False)
+
+
+def tabulate_fragments(job: Job) -> None:
+    """Tabulate the published values of Table I next to ours on all surfaces of the paper, and whether its choices carry over."""
+    output = job.output
+    rows, choices = read_tables(job.input.rows), read_tables(job.input.choices)
+    places = pd.read_csv(job.input.places)
+    of_study = rows_of_study(pd.read_csv(job.input.paper_rows))  # of `make paper`
+    drawn = table1_figure(places, rows_to_draw(rows, job.params.repeated))
+    layout.save(drawn, output.figure)
+    write_tables(
+        {
+            output.rows: rows,
+            output.table1: table1_of(rows),
+            output.inside: inside_of(pd.concat([rows, of_study], ignore_index=True)),
+            output.choices: choices,
+            output.surfaces: surfaces_of(rows, choices),
+            output.gathering: pd.read_csv(job.input.gathering),
+        }
+    )

@@ -5,10 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from measures.proteins import prepare_proteins
+from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.readings import FULL_READING
 from sparsurf.sampling.samplers import get_samplers, nearest_kept
+from sparsurf_study.workflow.jobs import Job
 
 from .clumps import clumps
 
@@ -88,3 +91,13 @@ def fits(table: pd.DataFrame) -> pd.DataFrame:
             row |= {"residual_lowest": min(single), "residual_highest": max(single)}
             rows.append(row | {"Z_se_percent": 100 * np.sqrt(((part["Z_se"] / part["Z"]) ** 2).mean())})
     return pd.DataFrame(rows)
+
+
+def measure_holes(job: Job) -> None:
+    """Tabulate Z on the full surface against the holes and the number of dots of a subset, on several surfaces."""
+    params, out, found = job.params, job.output, []
+    for name, prepared in prepare_proteins(params, "holes", job.threads):
+        design = params.samplers, params.percents, params.test_dots, params.draws
+        found.append(holes_table(prepared, *design).assign(surface=name))
+    table = pd.concat(found).set_index("surface").reset_index()
+    write_tables({out.table: table, out.fits: fits(table)})

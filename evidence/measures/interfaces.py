@@ -5,18 +5,22 @@ they belong to. A fixed classifier learns from some complexes and scores the res
 """
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 
 import numpy as np
 import pandas as pd
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_limits
 
 import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.analysis.relation import with_interval
 from sparsurf_study.pairs.ranking import auc
+from sparsurf_study.workflow.jobs import Job
 
 CONTACT = 5.0  # Å between heavy atoms of an interface
 AROUND = (6.0, 10.0)  # Å, of the points that a descriptor sees
@@ -121,3 +125,19 @@ def areas(rows: pd.DataFrame) -> pd.DataFrame:
         row |= {"points": found[density], "residues": int((rows["density"] == density).sum())}
         result.append(row | {"complexes": len(table)})
     return pd.DataFrame(result)
+
+
+@threadpool_limits.wrap(limits=1)
+def measure_interfaces(job: Job) -> None:
+    """Measure the AUC of interface residues from points of several densities, over many complexes; needs scikit-learn."""
+    seed, tables, table = job.params.seed, [], pd.DataFrame(columns=["density", *MEASURES])
+    if find_spec("sklearn") is None:
+        print("scikit-learn is not installed: nothing is measured (pip install scikit-learn).")
+    else:
+        for name, paths in job.params.complexes.items():
+            pair = [read_molecule(path) for path in paths]
+            for side in (0, 1):
+                rows = residues_of(pair[side], pair[1 - side], job.params.densities, seed)
+                tables.append(rows.assign(complex=name, partner=side))
+        table = areas(pd.concat(tables, ignore_index=True))
+    table.to_csv(job.output.table, index=False, float_format="%.4f")

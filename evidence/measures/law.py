@@ -7,12 +7,18 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
+import sparsurf
+from measures.molecules import first_model
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import KINDS
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_recovered, kept_out
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
+from sparsurf_study.workflow.jobs import Job, reporter
 
 CHAINS, HYDROGENS = "chains", "with hydrogens"
 ERRORS = ("mean", "high_99")
@@ -236,3 +242,31 @@ def draw(table: pd.DataFrame) -> Figure:
     layout.panel_title(left, "a", "Error by density")
     layout.panel_title(right, "b", "Error × density by size")
     return layout.fix_layout(figure)
+
+
+def measure_law(job: Job) -> None:
+    """Measure the errors of the surfaces reconstructed from few dots of several structures, by the density of the kept dots."""
+    params, errors, parts, progress = job.params, [], [], reporter("The law", "surfaces")
+    for k, (name, path) in enumerate(params.structures.items()):
+        molecule = first_model(name, path, params.hydrogens)
+        if molecule is None:
+            continue
+        streams = Streams(params.seed, f"law {name}")
+        prepared = PreparedSurface(sparsurf.surface(molecule), Settings(), None, streams)
+        found = errors_by_density(prepared, params.densities)
+        known = {"group": params.group, "structure": name, "atoms": molecule.n_atoms, "area": prepared.area}
+        for tables, table in zip((errors, parts), found, strict=True):
+            tables.append(pd.DataFrame(known | table.to_dict("series")))
+        progress(k + 1, len(params.structures))
+    pd.concat(errors).to_csv(job.output.errors, index=False)
+    pd.concat(parts).to_csv(job.output.parts, index=False)
+
+
+def tabulate_law(job: Job) -> None:
+    """Tabulate and draw the law of the error by density."""
+    table, out = in_order(read_tables(job.input.errors)), job.output
+    fitted_law = fits(table)
+    write_tables({out.table: table, out.fits: fitted_law, out.by_density: by_density(table)})
+    parts = by_part(read_tables(job.input.parts))
+    write_tables({out.required: required(table, fitted_law), out.by_part: parts})
+    draw(table).savefig(out.figure, dpi=200, metadata={"Software": None})

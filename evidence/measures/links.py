@@ -6,6 +6,8 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
+from measures import fragments
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING, KEPT_READING, SCALED_LINK, SCALED_READING
 from sparsurf.sampling.combination import PUBLISHED_ROWS, Combination
@@ -16,6 +18,7 @@ from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf_study.analysis import grid, tables
 from sparsurf_study.paper import replication
+from sparsurf_study.workflow.jobs import Job
 
 COLUMNS = ["reading", "d_link", "row", "n_S_percent", "d", "d_low", "d_high"]
 N_SHOWN = 5  # rows of Table I in the figure, every second one
@@ -117,3 +120,19 @@ def draw(table: pd.DataFrame) -> Figure:
 def _error(rows: pd.DataFrame) -> np.ndarray:
     """Return the lengths of the error bars."""
     return np.array([rows["d"] - rows["d_low"], rows["d_high"] - rows["d"]])
+
+
+def measure_links(job: Job) -> None:
+    """Measure d of the published combinations on one surface by linking distance and reading."""
+    name, params = job.wildcards.protein, job.params
+    prepared = fragments.prepare(job.input.structure, params, f"links {name}", job.threads)
+    table = links_table(prepared, params.links, params.test_dots, params.draws)
+    table.insert(0, "surface", name)
+    table.to_csv(job.output.links, index=False)
+
+
+def tabulate_links(job: Job) -> None:
+    """Tabulate and draw d of the published combinations by linking distance and reading, over several surfaces."""
+    table = read_tables(job.input.links)
+    write_tables({job.output.table: table, job.output.readings: readings_table(table)})
+    draw(table).savefig(job.output.figure, dpi=200, metadata={"Software": None})

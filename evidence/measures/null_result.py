@@ -7,18 +7,23 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import KEPT_READING
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.settings import Settings
+from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import Streams
+from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import evaluate_grid
 from sparsurf_study.analysis.relation import with_interval
+from sparsurf_study.workflow.jobs import Job
 
 OWN, MEAN = "R", "mean of R"
 IN_PLACE: dict[str, Callable[[np.ndarray, np.random.Generator], np.ndarray]] = {
@@ -148,3 +153,23 @@ def draw(table: pd.DataFrame, paper: str) -> Figure:
     ax.set_ylabel("d with R of each patch")
     ax.legend(loc="upper left", ncols=2)
     return layout.fix_layout(figure)
+
+
+def measure_null_result(job: Job) -> None:
+    """Measure d of the published combinations on one protein with R and with other values in its place, at equal draws."""
+    name, params, threads = job.wildcards.protein, job.params, job.threads
+    molecule = read_molecule(job.input.structure, model=1, hydrogens=params.hydrogens)
+    settings = Settings(patches=params.patches)
+    rules = SurfaceSettings(**params.surface)
+    surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name, 0)
+    streams = Streams(params.seed, f"null result {name}")
+    table = differences(surface, settings, streams, params.readings, params.test_dots, params.draws, threads)
+    table.insert(0, "protein", name)
+    table.to_csv(job.output.table, index=False)
+
+
+def tabulate_null_result(job: Job) -> None:
+    """Tabulate and draw what roughness contributes to d of Table I over proteins."""
+    table, out, paper = read_tables(job.input.tables), job.output, job.params.paper
+    write_tables({out.table: table, out.means: means(table, paper)})
+    draw(table, paper).savefig(out.figure, dpi=200, metadata={"Software": None})

@@ -12,9 +12,11 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from measures.molecules import dotted_surface
+from measures import rebuilding, recovery
+from measures.molecules import atoms_of, dotted_surface
 from measures.rebuilding import Rebuilder, Simplifier
 from measures.recovery import Truth, angles, nearest, truth
+from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
@@ -26,6 +28,7 @@ from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
+from sparsurf_study.workflow.jobs import Job
 
 DOT, VERTEX, TRIANGLE, ATOM = 24, 12, 6, 16  # bytes
 CANDIDATES = 8  # positions on a mesh per dot that is placed on it
@@ -40,6 +43,9 @@ KEPT, UNIFORM, MESH, CORNERS, ATOMS = (
 )
 SIDES = ("there", "there_99", "there_most", "back", "back_99", "back_most")
 MEASURES = ("bytes", "Z", "steady_over_floor", "distance", "distance_99", "largest", "angle", *SIDES)
+MAX_ATOMS_FOR_MESHES = 3_000  # meshes of larger structures take minutes each
+COMPARED = (UNIFORM, MESH, CORNERS, *rebuilding.rebuilders())
+PAIRED = ("Z", "distance", "distance_99", "largest", "back_most", "angle")
 # A way to keep a surface: its name, number of dots or corners, bytes, a function (density) -> dense dots, and how many
 # of these are kept ones, which come first
 Way = tuple[str, int, int, Callable[[float], tuple[np.ndarray, np.ndarray]], int]
@@ -250,3 +256,37 @@ def dots_on(
         index, np.arange(len(points)), MIN_SEPARATION / np.sqrt(density), len(points), 0
     )
     return points[chosen], normals[chosen]
+
+
+def measure_opponents(job: Job) -> None:
+    """Measure other ways to store the surface of one structure in as many bytes; meshes need the package pymeshlab."""
+    xyz, radii = atoms_of(job.input.structure)
+    meshes = len(xyz) <= MAX_ATOMS_FOR_MESHES and rebuilding.installed()
+    simplify, methods = (rebuilding.simplify, rebuilding.rebuilders()) if meshes else (None, {})
+    measure(
+        job.wildcards.protein,
+        xyz,
+        radii,
+        simplify,
+        methods,
+        job.params.test_dots,
+        job.params.percents,
+        job.params.seed,
+        job.threads,
+    ).to_csv(job.output.table, index=False)
+
+
+def tabulate_opponents(job: Job) -> None:
+    """Tabulate other ways to store a surface over all structures: means with intervals, and pairs."""
+    rows = read_tables(job.input.opponents)
+    common = in_common(rows)
+    atoms = rows[rows["sampler"] == ATOMS].assign(percent=0)  # another share on each structure
+    measured = set(common["sampler"])
+    pairs = [recovery.paired(common, way, KEPT, PAIRED) for way in COMPARED if way in measured]
+    write_tables(
+        {
+            job.output.recover_opponents: rows,
+            job.output.recover_opponents_means: recovery.means(pd.concat([common, atoms]), MEASURES),
+            job.output.recover_opponents_pairs: pd.concat(pairs, ignore_index=True),
+        }
+    )

@@ -3,13 +3,20 @@
 from collections.abc import Iterator
 from typing import Any
 
+import pandas as pd
+
+from measures.protein_figures import FIGURES
+from measures.protein_tables import tables_of
+from measures.studies import read_study, sizes
+from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.settings import Settings
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
-from sparsurf_study.workflow.jobs import reporter
+from sparsurf_study.workflow.jobs import Job, reporter
 
 
 def prepare_proteins(params: Any, study: str, threads: int) -> Iterator[tuple[str, PreparedSurface]]:
@@ -22,3 +29,27 @@ def prepare_proteins(params: Any, study: str, threads: int) -> Iterator[tuple[st
         surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name)
         yield name, PreparedSurface(surface, settings, None, Streams(params.seed, f"{study} {name}"), threads)
         progress(k, len(params.structures))
+
+
+def tabulate_proteins(job: Job) -> None:
+    """Tabulate and draw the study of many proteins."""
+    params, output = job.params, job.output
+    summary = pd.read_csv(job.input.summary)
+    summary["best_set"] = summary["best_set"].fillna("")
+    relation = pd.read_csv(job.input.relation)
+    surfaces = pd.read_csv(job.input.surfaces).merge(sizes(params.run, params.proteins))
+    surfaces = surfaces.assign(hydrogens=params.hydrogens)
+    tables = tables_of(
+        read_study(params.run, params.proteins),
+        summary,
+        relation,
+        surfaces,
+        read_study(params.run_recovered, params.recovered, RECOVERED),
+    )
+    write_tables({output[name]: table for name, table in tables.items()})
+    stored = {name: pd.read_csv(output[name]) for name in tables}
+    of_study = {"summary": summary, "relation": relation, "surfaces": surfaces}
+    write_tables({output[name]: table for name, table in of_study.items()})
+    stored |= {name: pd.read_csv(output[name]) for name in of_study}
+    for name, draw in FIGURES.items():
+        draw(stored).savefig(output[f"figure_{name}"], dpi=200, metadata={"Software": None})

@@ -7,8 +7,17 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from measures.molecules import atoms_of
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.recovery.recovering import recover
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.surface import Surface
+from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
+from sparsurf_study.report.figures import subsets
+from sparsurf_study.workflow.jobs import Job
 
 TRUE_DENSITY = 60.0  # dots per Å^2 of the true surface that errors are measured from
 
@@ -77,3 +86,19 @@ def paired(table: pd.DataFrame, first: str, second: str, measures: Sequence[str]
                 | {"n": int(change.notna().sum())}
             )
     return pd.DataFrame(rows)
+
+
+def draw_recovery(job: Job) -> None:
+    """Draw the dots of the embedded example, a tenth of them, and the surface reconstructed from these."""
+    atoms = atoms_of(job.input.structure)
+    prepared = PreparedSurface(molecular_surface(*atoms), streams=Streams(1, "example"), threads=job.threads)
+    dots = SAMPLERS["farthest"](prepared, len(prepared.points) // 10, prepared.stream("figure"))
+    subset = prepared.points[dots], prepared.normals[dots]
+    recovered = recover(*subset, threads=job.threads)
+    distance = distances(recovered[0], truth(*atoms))
+    figure = subsets.figure(
+        Surface(prepared.points, prepared.normals),
+        [("a tenth of them, with normals", Surface(*subset), layout.DARK)],
+        ("the surface reconstructed from these", Surface(*recovered), distance),
+    )
+    figure.savefig(job.output.figure, dpi=200, metadata={"Software": None})

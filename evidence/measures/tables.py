@@ -4,6 +4,8 @@ from collections.abc import Iterable
 
 import pandas as pd
 
+GZIP = {"method": "gzip", "mtime": 0}  # the same bytes for the same table
+
 
 def read_tables(paths: Iterable[str]) -> pd.DataFrame:
     """Read several tables and put one below the other; names such as 1E96 stay strings."""
@@ -14,4 +16,5 @@ def read_tables(paths: Iterable[str]) -> pd.DataFrame:
 def write_tables(tables: dict[str, pd.DataFrame], float_format: str = "%.5g") -> None:
     """Write tables by their paths."""
     for path, table in tables.items():
-        table.to_csv(path, index=False, float_format=float_format)
+        compression = GZIP if path.endswith(".gz") else None
+        table.to_csv(path, index=False, float_format=float_format, compression=compression)

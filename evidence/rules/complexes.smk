@@ -1,7 +1,7 @@
 # docs/side_studies.md: how well complementarity finds the interface of many complexes.
 
 
-rule measure_complex:
+rule measure_complexes:
     input:
         partners=ancient(lambda wildcards: [structure_file(name) for name in COMPLEXES[wildcards.pair]]),
     output:
@@ -14,7 +14,7 @@ rule measure_complex:
     message:
         "Complementarity of {wildcards.pair}"
     script:
-        "../measure_complex.py"
+        "../measure.py"
 
 
 rule tabulate_complexes:
@@ -30,4 +30,4 @@ rule tabulate_complexes:
     message:
         "Tables and figure over many complexes"
     script:
-        "../tabulate_complexes.py"
+        "../measure.py"

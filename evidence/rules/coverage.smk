@@ -3,7 +3,7 @@
 COVERED = names_in_set(STRUCTURES, "coverage")
 
 
-rule pool_draws:
+rule pool_coverage:
     input:
         surface=f"{RESULTS}_proteins/{{protein}}/c1/surface.npz",
         roughness=f"{RESULTS}_proteins/{{protein}}/c1/roughness.csv",
@@ -19,7 +19,7 @@ rule pool_draws:
     message:
         "Many draws of the best combinations on {wildcards.protein}"
     script:
-        "../pool_draws.py"
+        "../measure.py"
 
 
 rule measure_coverage:
@@ -36,7 +36,7 @@ rule measure_coverage:
     message:
         "How often intervals contain the truth on {wildcards.protein}"
     script:
-        "../measure_coverage.py"
+        "../measure.py"
 
 
 rule tabulate_coverage:
@@ -57,4 +57,4 @@ rule tabulate_coverage:
     message:
         "Tables of coverage"
     script:
-        "../tabulate_coverage.py"
+        "../measure.py"

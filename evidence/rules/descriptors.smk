@@ -17,7 +17,7 @@ rule measure_descriptors:
     message:
         "Descriptors of {wildcards.protein}, rotated and with fresh dots"
     script:
-        "../measure_descriptors.py"
+        "../measure.py"
 
 
 rule tabulate_descriptors:
@@ -33,4 +33,4 @@ rule tabulate_descriptors:
     message:
         "Table and figure of the descriptors"
     script:
-        "../tabulate_descriptors.py"
+        "../measure.py"

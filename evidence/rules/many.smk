@@ -16,4 +16,4 @@ rule measure_batch:
     message:
         "Costs of structures in a batch"
     script:
-        "../measure_batch.py"
+        "../measure.py"

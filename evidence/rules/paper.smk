@@ -9,7 +9,7 @@ def fragment(wildcards):
     return structure_file(FRAGMENTS[wildcards.surface]["structure"])
 
 
-rule measure_fragment:
+rule measure_fragments:
     input:
         structure=ancient(fragment),
     output:
@@ -32,10 +32,10 @@ rule measure_fragment:
     message:
         "Table I on {wildcards.surface}"
     script:
-        "../measure_fragment.py"
+        "../measure.py"
 
 
-rule repeat_table1:
+rule measure_repeated:
     input:
         structure=ancient(structure_file(FRAGMENTS[config["fragments"]["repeated"]]["structure"])),
     output:
@@ -53,7 +53,7 @@ rule repeat_table1:
     message:
         "Table I as published, {params.runs} times"
     script:
-        "../repeat_table1.py"
+        "../measure.py"
 
 
 rule measure_links:
@@ -75,7 +75,7 @@ rule measure_links:
     message:
         "Linking distances on {wildcards.protein}"
     script:
-        "../measure_links.py"
+        "../measure.py"
 
 
 rule tabulate_links:
@@ -91,7 +91,7 @@ rule tabulate_links:
     message:
         "d against the linking distance"
     script:
-        "../tabulate_links.py"
+        "../measure.py"
 
 
 rule measure_rules:
@@ -113,7 +113,7 @@ rule measure_rules:
     message:
         "Rules of the authors' code, one by one"
     script:
-        "../measure_rules.py"
+        "../measure.py"
 
 
 rule tabulate_repeated:
@@ -129,7 +129,7 @@ rule tabulate_repeated:
     message:
         "Places of the published values among runs made as published"
     script:
-        "../tabulate_repeated.py"
+        "../measure.py"
 
 
 rule tabulate_fragments:
@@ -155,7 +155,7 @@ rule tabulate_fragments:
     message:
         "Table I on all surfaces of the paper"
     script:
-        "../tabulate_fragments.py"
+        "../measure.py"
 
 
 rule tabulate_figures:
@@ -181,7 +181,7 @@ rule tabulate_figures:
     message:
         "The paper's Figures 1 to 4 and the numbers of its statements"
     script:
-        "../tabulate_figures.py"
+        "../measure.py"
 
 
 rule draw_gathering:
@@ -199,4 +199,4 @@ rule draw_gathering:
     message:
         "Figure 5 of the paper"
     script:
-        "../draw_gathering.py"
+        "../measure.py"

@@ -3,7 +3,7 @@
 CHAINS = names_in_set(STRUCTURES, "chains")
 
 
-rule measure_protocol:
+rule measure_points:
     input:
         structures=ancient([structure_file(name) for name in CHAINS]),
     output:
@@ -21,7 +21,7 @@ rule measure_protocol:
     message:
         "Points by {wildcards.protocol}"
     script:
-        "../measure_protocol.py"
+        "../measure.py"
 
 
 rule tabulate_points:
@@ -35,7 +35,7 @@ rule tabulate_points:
     message:
         "Table of protocols for points"
     script:
-        "../tabulate_points.py"
+        "../measure.py"
 
 
 rule measure_interfaces:
@@ -52,4 +52,4 @@ rule measure_interfaces:
     message:
         "Interface residues from points, by their density"
     script:
-        "../measure_interfaces.py"
+        "../measure.py"

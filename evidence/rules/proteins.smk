@@ -35,4 +35,4 @@ rule tabulate_proteins:
     message:
         "Tables and figures over many proteins"
     script:
-        "../tabulate_proteins.py"
+        "../measure.py"

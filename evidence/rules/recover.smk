@@ -15,7 +15,7 @@ rule measure_opponents:
     message:
         "Other ways to store {wildcards.protein} in as many bytes"
     script:
-        "../measure_opponents.py"
+        "../measure.py"
 
 
 rule tabulate_opponents:
@@ -34,7 +34,7 @@ rule tabulate_opponents:
     message:
         "Tables of other ways to store a surface"
     script:
-        "../tabulate_opponents.py"
+        "../measure.py"
 
 
 rule measure_enough:
@@ -56,7 +56,7 @@ rule measure_enough:
     message:
         "How many dots of {wildcards.protein} are enough"
     script:
-        "../measure_enough.py"
+        "../measure.py"
 
 
 rule tabulate_enough:
@@ -72,7 +72,7 @@ rule tabulate_enough:
     message:
         "Tables of how many dots are enough"
     script:
-        "../tabulate_enough.py"
+        "../measure.py"
 
 
 rule draw_recovery:
@@ -86,4 +86,4 @@ rule draw_recovery:
     message:
         "Figure of a recovered surface"
     script:
-        "../draw_recovery.py"
+        "../measure.py"

@@ -20,7 +20,7 @@ rule measure_curve:
     message:
         "d over link / spacing on {wildcards.protein}"
     script:
-        "../measure_curve.py"
+        "../measure.py"
 
 
 rule tabulate_curve:
@@ -40,7 +40,7 @@ rule tabulate_curve:
     message:
         "d over link / spacing"
     script:
-        "../tabulate_curve.py"
+        "../measure.py"
 
 
 PAPERS = config["links"]["surfaces"][0]  # the paper's protein: hydrogens and dots as published
@@ -69,7 +69,7 @@ rule measure_null_result:
     message:
         "Other values in the place of R on {wildcards.protein}"
     script:
-        "../measure_null_result.py"
+        "../measure.py"
 
 
 rule tabulate_null_result:
@@ -87,7 +87,7 @@ rule tabulate_null_result:
     message:
         "What roughness contributes to d"
     script:
-        "../tabulate_null_result.py"
+        "../measure.py"
 
 
 LAW_CHAINS = names_in_set(STRUCTURES, "chains")[:: config["why"]["every"]]
@@ -115,7 +115,7 @@ rule measure_law:
     message:
         "Errors of reconstructed surfaces by density: {wildcards.part}"
     script:
-        "../measure_law.py"
+        "../measure.py"
 
 
 rule tabulate_law:
@@ -135,7 +135,7 @@ rule tabulate_law:
     message:
         "The law of the error by density"
     script:
-        "../tabulate_law.py"
+        "../measure.py"
 
 
 def structures_of(names):
@@ -171,7 +171,7 @@ rule measure_clumps:
     message:
         "Z of random clumps"
     script:
-        "../measure_clumps.py"
+        "../measure.py"
 
 
 rule measure_holes:
@@ -196,7 +196,7 @@ rule measure_holes:
     message:
         "Z on the full surface by the holes of a subset"
     script:
-        "../measure_holes.py"
+        "../measure.py"
 
 
 rule measure_centres:
@@ -221,7 +221,7 @@ rule measure_centres:
     message:
         "Kept dots as centres of patches"
     script:
-        "../measure_centres.py"
+        "../measure.py"
 
 
 SETTINGS_GROUPS = {
@@ -249,4 +249,4 @@ rule measure_law_settings:
     message:
         "The law of the error at other settings of the surface"
     script:
-        "../measure_law_settings.py"
+        "../measure.py"

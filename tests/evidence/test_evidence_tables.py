@@ -1,7 +1,9 @@
 """Every committed table and figure of the evidence is requested and written by a rule, and the reverse."""
 
+import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -36,3 +38,16 @@ def test_every_requested_figure_is_committed(requested: set[str]):
     for path in others:
         folder, _, name = path.partition("/")
         assert (ROOT / COMMITTED[folder] / name).is_file(), path
+
+
+def test_every_rule_has_its_function():
+    """A rule of the evidence finds its measurement by its own name."""
+    rules = [
+        text
+        for path in (ROOT / "evidence" / "rules").glob("*.smk")
+        for text in re.split(r"^rule ", path.read_text(encoding="utf-8"), flags=re.M)[1:]
+    ]
+    names = [text.split(":")[0] for text in rules if '"../measure.py"' in text]
+    assert len(names) == len(rules) > 30
+    for name in names:
+        assert callable(getattr(import_module(f"measures.{name.split('_', 1)[1]}"), name))

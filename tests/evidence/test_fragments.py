@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from measures import fragments
-from measures.paper_figures import ranges_of
+from measures.figures import ranges_of
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1
 from sparsurf.settings import Settings

@@ -15,7 +15,7 @@ from sparsurf.surfaces.radii import radii
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import write_parquet
 from sparsurf_study.workflow.config import check_config
-from sparsurf_study.workflow.jobs import job
+from sparsurf_study.workflow.jobs import Job
 from sparsurf_study.workflow.yaml_file import read_config
 
 
@@ -29,10 +29,11 @@ def cpu_of_placing(path: str, settings: Settings) -> float:
     return time.process_time() - start
 
 
-with job(snakemake):
-    config = check_config(read_config(snakemake.input.study), home=Path(__file__).resolve().parents[1])
+def measure_batch(job: Job) -> None:
+    """Measure CPU, memory and disk of the structures of a batch, and the CPU of placing their dots once."""
+    config = check_config(read_config(job.input.study), home=Path(__file__).resolve().parents[1])
     settings = Settings.of(config)
-    paths = snakemake.params.structures
+    paths = job.params.structures
     start = time.process_time()
     tables = analyse_batch(
         [Structure(name, path, None, {"model": 1}) for name, path in paths.items()], settings, config["seed"]
@@ -53,4 +54,4 @@ with job(snakemake):
         "memory_MB": peak_memory() / 1e6,
         "disk_kB": disk / 1e3 / len(paths),
     }
-    pd.DataFrame([row]).to_csv(snakemake.output.table, index=False)
+    pd.DataFrame([row]).to_csv(job.output.table, index=False)

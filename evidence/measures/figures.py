@@ -1,8 +1,13 @@
 """Numbers behind the statements on the paper's Figures 1 to 5, and the best combination of each range."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
+from PIL import Image
 
+from measures.tables import write_tables
 from sparsurf.patches.readings import GRID_READINGS, SCALED_READING
 from sparsurf.sampling.combination import (
     PARAMETERS,
@@ -11,7 +16,9 @@ from sparsurf.sampling.combination import (
     combination_labels,
     split_combinations,
 )
+from sparsurf_study.workflow.jobs import Job
 
+WIDTH = 1400  # pixels of a figure in the book
 HALVES = {"rougher half": "rough_half", "flatter half": "flat_half"}
 FULL_ALPHA = 1.0
 PUBLISHED_BEST = (1, 0, 6, 0)
@@ -79,3 +86,28 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
     held_out = ranges[["d_cv", "d_cv_low", "d_cv_high", "n_best_set", *scaled]]
     table = limits.assign(row=row + 1, published=published, best=combination_labels(ranges))
     return table.join(held_out).assign(published_may_be_best=may_be)
+
+
+def reduce_figure(path: str, copy: str, colours: int = 0) -> None:
+    """Copy a PNG for the book, at most `WIDTH` pixels wide, in a number of colours unless 0."""
+    image = Image.open(path).convert("RGB")
+    if image.width > WIDTH:
+        image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
+    (image.quantize(colours) if colours else image).save(copy, optimize=True)
+
+
+def tabulate_figures(job: Job) -> None:
+    """Write the paper's Figures 1 to 4 from A1, the numbers behind their statements, and the best combination of each range."""
+    paths, output = job.input, job.output
+    bins = pd.read_csv(paths.bins)
+    of_statements = numbers(
+        pd.read_csv(paths.grid),
+        json.loads(Path(paths.best).read_text(encoding="utf-8")),
+        pd.read_csv(paths.roughness)["roughness"],
+        bins,
+        pd.read_csv(paths.gathering),
+    )
+    ranges = ranges_of(pd.read_csv(paths.ranges))
+    write_tables({output.table: of_statements, output.bins: bins, output.ranges: ranges})
+    for figure, copy in zip(paths.figures, output.figures, strict=True):
+        reduce_figure(figure, copy)

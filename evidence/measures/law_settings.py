@@ -1,4 +1,4 @@
-"""Errors of reconstructed surfaces by density, at other settings of the full surface: tables."""
+"""The law of the error at other settings of the full surface."""
 
 import pandas as pd
 
@@ -10,10 +10,12 @@ from sparsurf.settings import Settings
 from sparsurf.settings import Surface as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
-from sparsurf_study.workflow.jobs import job, reporter
+from sparsurf_study.workflow.jobs import Job, reporter
 
-with job(snakemake):
-    params, out, found = snakemake.params, snakemake.output, []
+
+def measure_law_settings(job: Job) -> None:
+    """Tabulate the errors of reconstructed surfaces by density, at other settings of the full surface."""
+    params, out, found = job.params, job.output, []
     structures = [(group, *pair) for group, paths in params.structures.items() for pair in paths.items()]
     progress = reporter("The law by settings", "surfaces")
     for k, (group, name, path) in enumerate(structures, 1):

@@ -7,11 +7,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+from measures.molecules import atoms_of
+from measures.tables import read_tables, write_tables
 from sparsurf.patches.descriptors import DESCRIPTORS, describe
 from sparsurf.patches.index import D_LINK, build_index
+from sparsurf.streams import stream
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 from sparsurf.views.layout import COLUMN, PALETTE, axes, legend, sheet, styled
 from sparsurf_study.analysis.relation import with_interval
+from sparsurf_study.workflow.jobs import Job
 
 CHANGES = ("turned", "fresh dots", "turned, fresh dots")
 TURNS = 5
@@ -107,3 +111,25 @@ def draw(means: pd.DataFrame) -> Figure:
     ax.set_ylabel("change / difference of two patches")
     legend(figure, 14, 61, ax.get_legend_handles_labels()[0], ncols=2)
     return figure
+
+
+def measure_descriptors(job: Job) -> None:
+    """Measure how far a rotation and fresh dots change each descriptor on one structure."""
+    protein, seed = job.wildcards.protein, job.params.seed
+    xyz, radii = atoms_of(job.input.structure)
+    points = molecular_surface(xyz, radii).points
+    tests = points[stream(seed, protein, "tests").permutation(len(points))[: job.params.test_dots]]
+    tables = [
+        steadiness(xyz, radii, tests, stream(seed, protein, "turns"), density, job.threads)
+        for density in job.params.densities
+    ]
+    pd.concat(tables).assign(surface=protein).to_csv(job.output.changes, index=False)
+
+
+def tabulate_descriptors(job: Job) -> None:
+    """Tabulate and draw how far position and dots change both descriptors, over several structures."""
+    changes = read_tables(job.input.changes)
+    over_structures = means(changes, ["density", "descriptor", "change"])
+    write_tables({job.output.changes: changes, job.output.changes_means: over_structures})
+    at_lowest = over_structures[over_structures["density"] == over_structures["density"].min()]
+    draw(at_lowest).savefig(job.output.figure, dpi=200, metadata={"Software": None})

@@ -1,17 +1,19 @@
-"""Figure 5 of the paper from A1: the surface, two combinations of the paper, and uniform subsets of the same size."""
+"""Where the dots that the paper's sampling keeps lie: Figure 5 of the paper."""
 
 from measures import fragments
-from measures.pictures import reduce_figure
+from measures.figures import reduce_figure
 from sparsurf.sampling.combination import Combination
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.paper.replication import GATHERED
 from sparsurf_study.report.figures import subsets
-from sparsurf_study.workflow.jobs import job
+from sparsurf_study.workflow.jobs import Job
 
-with job(snakemake):
-    params, path = snakemake.params, snakemake.output.figure
-    prepared = fragments.prepare(snakemake.input.structure, params, "gathering", snakemake.threads)
+
+def draw_gathering(job: Job) -> None:
+    """Draw Figure 5 of the paper from A1: the surface, two combinations of the paper, and random subsets of the same size."""
+    params, path = job.params, job.output.figure
+    prepared = fragments.prepare(job.input.structure, params, "gathering", job.threads)
     cells = []
     for combination in GATHERED:
         name = str(Combination(*combination))

@@ -17,18 +17,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 import sparsurf
 from measures import rebuilding
+from measures.molecules import atoms_of
 from measures.opponents import corner_normals
 from measures.recovery import Truth, angles, nearest
+from measures.tables import read_tables, write_tables
+from sparsurf.errors import InputError
 from sparsurf.recovery.errors import TAIL_QUANTILE
 from sparsurf.surfaces.decimation import sized_mesh
 from sparsurf.surfaces.mesh import molecular_mesh, widest_step
 from sparsurf.surfaces.radii import PROBE_RADIUS
+from sparsurf_study.workflow.jobs import Job
 
 TRUE_DENSITY = 40.0  # dots per Å^2 of the surface that errors are measured from
 LONGEST = 300  # s, of MSMS
@@ -36,6 +41,9 @@ SHORT = 0.3  # of the median side of a mesh
 OF_RUN = ["failed", "reason", "points", "cpu_s", "open", "short", "topology_changed"]
 OF_ERRORS = ["density", "distance", "distance_99", "largest", "angle", "differs"]
 MEASURES = OF_RUN + OF_ERRORS
+COLUMNS = ["protocol", "chain", *MEASURES]
+COUNTS = ["failed", "open", "topology_changed", "differs"]
+MEANS = ["density", "distance", "distance_99", "largest", "angle", "cpu_s", "short"]
 # points, normals, triangles, and Euler's number of the surface before it was made coarser; the last two may be None
 Points = tuple[np.ndarray, np.ndarray, np.ndarray | None, int | None]
 
@@ -168,3 +176,35 @@ def short_sides(points: np.ndarray, triangles: np.ndarray) -> float:
     """Return the share of sides shorter than `SHORT` of the median."""
     side = np.linalg.norm(points[triangles] - points[np.roll(triangles, -1, axis=1)], axis=2)
     return float((side < SHORT * np.median(side)).mean())
+
+
+def measure_points(job: Job) -> None:
+    """Measure failures, topology and CPU of the points of many chains by one protocol; on every n-th chain also errors."""
+    name, every, rows = job.wildcards.protocol, job.params.every, []
+    step = job.params.every_fast if name in job.params.fast else every
+    chains = job.params.structures if installed(name) else {}
+    for path in list(chains.values())[:1]:
+        PROTOCOLS[name].run(*atoms_of(path))  # loads kernels and programs
+    for k, (chain, path) in enumerate(chains.items()):
+        if k % step:
+            continue
+        try:
+            atoms = atoms_of(path)
+        except InputError as error:
+            print(f"{chain} takes no part: {error}")
+            continue
+        row = measure(name, *atoms, k % every == 0, k % (every * job.params.again) == 0)
+        rows.append({"protocol": name, "chain": chain} | row)
+    pd.DataFrame(rows, columns=COLUMNS).to_csv(job.output.table, index=False)
+
+
+def tabulate_points(job: Job) -> None:
+    """Tabulate protocols for points on a surface, over all chains: counts and means."""
+    rows = read_tables(job.input.tables).astype(dict.fromkeys([*COUNTS, *MEANS], float))
+    by = rows.groupby("protocol", sort=False)
+    table = pd.DataFrame({"chains": by.size(), "measured": by["distance"].count()})
+    table[COUNTS] = by[COUNTS].sum(min_count=1)
+    table["repeated"] = by["differs"].count()
+    table[MEANS] = by[MEANS].mean()
+    table["short_most"] = by["short"].max()
+    write_tables({job.output.protocols: table.reset_index()})

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from measures import interfaces, protocols
+from measures import interfaces
+from measures.points import euler, is_closed
 
 
 def test_descriptors_are_means_over_the_points_around():
@@ -25,8 +26,8 @@ def test_descriptors_are_means_over_the_points_around():
 
 def test_a_mesh_is_closed_if_each_edge_has_two_triangles_and_each_vertex_one_fan():
     tetrahedron = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
-    assert protocols.is_closed(tetrahedron) and protocols.euler(tetrahedron) == 2
-    assert not protocols.is_closed(tetrahedron[:3])
-    assert not protocols.is_closed(np.vstack([tetrahedron[:3], [[0, 2, 3]]]))  # one is turned over
+    assert is_closed(tetrahedron) and euler(tetrahedron) == 2
+    assert not is_closed(tetrahedron[:3])
+    assert not is_closed(np.vstack([tetrahedron[:3], [[0, 2, 3]]]))  # one is turned over
     touching = np.where(tetrahedron == 0, 0, tetrahedron + 3)
-    assert not protocols.is_closed(np.vstack([tetrahedron, touching]))  # two fans at vertex 0
+    assert not is_closed(np.vstack([tetrahedron, touching]))  # two fans at vertex 0
