@@ -33,6 +33,7 @@ Warnings = list[tuple[str, str, str, str]]
 COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
+FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
 CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
 PAGES = {"page": "index.html", "failures": "failures.csv", "warnings": "warnings.csv", "checks": "checks.csv"}
 PAGES["crate"] = CRATE
@@ -50,17 +51,18 @@ def close_run(
 ) -> None:
     """Check a run with the files and folders `results`, and write its pages and tables; `exclude` has reasons by place."""
     folder = Path(outputs["page"]).parent
-    pd.DataFrame(warnings, columns=COLUMNS).to_csv(outputs["warnings"], index=False)
     files = [Path(path).relative_to(folder).as_posix() for path in results]
-    broken = broken_invariants(folder, files)
-    answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
-    if missing := numbers_missing_on_page(folder, files):
-        broken += missing
-        write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
-    pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
-    write_table(outputs["failures"], pd.DataFrame(exclude.items(), columns=["place", "reason"]))
-    pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
-    write_crate([*results, *pages], outputs["crate"], answers)
+
+    def write_page() -> tuple[list[str], list[tuple[str, str]]]:
+        broken = broken_invariants(folder, files)
+        answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
+        if missing := numbers_missing_on_page(folder, files):
+            broken += missing
+            write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
+        return answers, broken
+
+    failures = pd.DataFrame(exclude.items(), columns=FAILURE_COLUMNS)
+    _write_pages(results, outputs, failures, pd.DataFrame(warnings, columns=COLUMNS), write_page)
 
 
 def close_batches(
@@ -85,11 +87,11 @@ def close_batches(
     surfaces = read_parquet(run, "surfaces").sort_values("protein", ignore_index=True)
     failed = read_parquet(run, "failures").sort_values("protein", ignore_index=True)
     excluded = pd.DataFrame(exclude.items(), columns=["protein", "reason"])
-    write_table(outputs["failures"], pd.concat([excluded, failed]).set_axis(["place", "reason"], axis=1))
+    failures = pd.concat([excluded, failed]).set_axis(FAILURE_COLUMNS, axis=1)
     listed = read_parquet(run, "warnings").sort_values("protein", kind="stable")
-    listed = listed.assign(conformation="", job=JOB)[["protein", "conformation", "job", "sentence"]]
-    listed = pd.concat([listed, pd.DataFrame(warnings, columns=list(listed))])
-    write_table(outputs["warnings"], listed.drop_duplicates(["protein", "sentence"]))
+    listed = listed.assign(conformation="", job=JOB)[COLUMNS]
+    listed = pd.concat([listed, pd.DataFrame(warnings, columns=COLUMNS)])
+    listed = listed.drop_duplicates(["protein", "sentence"])
     layout.save(distributions.figure(measures(surfaces)), outputs["png"])
     batches = {
         "surfaces": surfaces,
@@ -98,11 +100,32 @@ def close_batches(
         "n_batches": len({Path(path).name for path in tables}),
     }
     files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
-    broken = [*broken_batches(run), *broken_invariants(run, files)]
-    answers = write_front(outputs["page"], files, dict(exclude), batches, lengths, broken, origin, minimal)
-    pd.DataFrame(broken, columns=CHECK_COLUMNS).to_csv(outputs["checks"], index=False)
+
+    def write_page() -> tuple[list[str], list[tuple[str, str]]]:
+        broken = [*broken_batches(run), *broken_invariants(run, files)]
+        page = outputs["page"]
+        return write_front(page, files, dict(exclude), batches, lengths, broken, origin, minimal), broken
+
+    _write_pages([*tables, outputs["png"], *studied], outputs, failures, listed, write_page)
+
+
+def _write_pages(
+    results: Sequence[str],
+    outputs: Mapping[str, str],
+    failures: pd.DataFrame,
+    warnings: pd.DataFrame,
+    write_page: Callable[[], tuple[list[str], list[tuple[str, str]]]],
+) -> None:
+    """Write failures, warnings, the first page, checks and the crate of a run.
+
+    `write_page` writes the page, which quotes the warnings, and returns its answers and what contradicts itself in the results.
+    """
+    write_table(outputs["failures"], failures)
+    write_table(outputs["warnings"], warnings)
+    answers, broken = write_page()
+    write_table(outputs["checks"], pd.DataFrame(broken, columns=CHECK_COLUMNS))
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
-    write_crate([*tables, outputs["png"], *studied, *pages], outputs["crate"], answers)
+    write_crate([*results, *pages], outputs["crate"], answers)
 
 
 def close_partial_run(
