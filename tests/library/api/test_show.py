@@ -78,7 +78,7 @@ def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
         in page.text
     )
     low, high = (table["mean_roughness"].agg(end) for end in ("min", "max"))
-    said = re.search(r'<svg[^>]*role="img" aria-label="([^"]*)"', html)[1]
+    said = page.find("svg")[0].attributes["aria-label"]
     assert f"from {low:.2f} ({names[0]}, the roughest) to {high:.2f} (" in said
 
 
@@ -143,12 +143,17 @@ def test_every_chain_of_many_has_its_profile(tmp_path):
         {"chain": list("KABCDEFGHI"), "residue": "7", "residue_name": "ALA", "area": 5.0, "dots": 9}
     )
     sparsurf.write(table.assign(mean_roughness=np.linspace(0.3, 0.7, 10)), tmp_path / "x.html")
-    html = (tmp_path / "x.html").read_text(encoding="utf-8")
-    shown, folded = html.split("<summary>2 more chains</summary>")
-    for part, names in ((shown, "KABCDEFG"), (folded.split("</details>")[0], "HI")):
-        assert re.findall(r"<h3>Chain (\w)</h3>", part) == [*names]
-        said = re.findall(r"ranges from ([\d.]+) \((ALA 7 \w), the roughest", part)
-        assert [label[-1] for _, label in said] == [*names]
+    page = Page((tmp_path / "x.html").read_text(encoding="utf-8"))
+    assert "2 more chains" in [summary.text for summary in page.find("summary")]
+    heads = [head for head in page.find("h3") if head.text.startswith("Chain ")]
+    drawings = [drawing for drawing in page.find("svg") if "the roughest" in drawing.attributes["aria-label"]]
+    for name, head, drawing in zip("KABCDEFGHI", heads, drawings, strict=True):
+        assert (
+            head.text == f"Chain {name}"
+            and f"(ALA 7 {name}, the roughest" in drawing.attributes["aria-label"]
+        )
+        for each in (head, drawing):
+            assert any(around.is_of("details") for around in each.around) == (name in "HI")
 
 
 def test_of_rough_residues_side_by_side_the_roughest_is_named():
@@ -176,10 +181,9 @@ def test_what_was_left_out_stands_on_the_page_and_warnings_are_shown_once(tmp_pa
     left_out = [record.getMessage() for record in caplog.records if "left out" in record.getMessage()]
     assert len(left_out) == 1 and "HEM" in left_out[0]  # water is a note, which the page alone has
     (tmp_path / "cut.pdb").write_text("NUMMDL    3\n" + peptide() + "END\n")
-    html = sparsurf.show(tmp_path / "cut.pdb", open_browser=False).html
-    assert (
-        "<li>cut.pdb announces 3 models and holds 1: is it cut short?</li>" in html
-    )  # its folder is nobody's business
+    page = Page(sparsurf.show(tmp_path / "cut.pdb", open_browser=False).html)
+    told = "cut.pdb announces 3 models and holds 1: is it cut short?"  # its folder is nobody's business
+    assert told in [item.text for item in page.find("li")]
     parts = [peptide(chain=chain, first=1 + 4 * k, origin=(0, 9.0 * k, 0)) for k, chain in enumerate("ABA")]
     write(tmp_path / "three.pdb", "TER\n".join(parts) + "END\n")
     text = Page(sparsurf.show(tmp_path / "three.pdb", open_browser=False).html).text
@@ -294,8 +298,8 @@ def test_a_subset_is_shown_on_its_surface(tmp_path):
 def test_a_title_is_text_and_no_html(tmp_path):
     path = tmp_path / "<b>&.pdb"
     path.write_text(peptide() + "END\n")
-    html = sparsurf.show(path, open_browser=False).html
-    assert "<title>The surface of &lt;b&gt;&amp;</title>" in html and "<b>" not in html
+    page = Page(sparsurf.show(path, open_browser=False).html)
+    assert page.find("title")[0].text == "The surface of <b>&" and not page.find("b")
 
 
 def test_the_browser_opens_only_where_there_is_a_display(tmp_path, monkeypatch, opened, capsys):
