@@ -3,6 +3,7 @@
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make check   compare the files of a run with the checksums that it wrote, and name those that were changed or are missing
 # make test    set up, run every check and test
+# make test-fast  the tests without those that run whole studies, Slurm, a browser, a package or a recipe: after each edit
 # make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs
 # make evidence  compute the tables and figures of docs/ that are missing or older than their inputs (evidence/README.md). QUICK=1 runs
 #              all rules on small pieces, -n only lists the jobs, EVIDENCE_DATA=folder reads structures from a folder, and RULES=name
@@ -69,7 +70,7 @@ endif
 # The numba kernels, compiled once, and again when a source was edited: numba notices no edit in another file than the kernel's
 KERNELS := .cache/kernels-compiled
 
-.PHONY: evidence setup setup-test setup-docs run paper compare check test bench docs package lock schema
+.PHONY: evidence setup setup-test setup-docs run paper compare check test test-fast bench docs package lock schema
 
 setup: $(READY) $(KERNELS) $(EXTRA)
 
@@ -96,6 +97,10 @@ test: setup-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal # on two cores: some tests wait for a study or for Slurm
+
+test-fast: setup-test
+	$(BIN)/ruff check .
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m "not slow" -n 2 --dist worksteal
 
 setup-docs: $(READY) $(FOR_TEST) $(FOR_DOCS)
 

@@ -20,6 +20,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 ROOT = Path(__file__).resolve().parents[1]
+SLOW_FIXTURES = {"study", "many", "browser"}  # whole studies, and a browser: their tests are marked slow
 
 
 @pytest.fixture(scope="session")
@@ -93,6 +94,7 @@ def make_blob(n, seed=5):
     return points[order], normals[order]
 
 
+@pytest.hookimpl(tryfirst=True)  # before -m selects
 def pytest_collection_modifyitems(items):
     """Whole studies first, and before them the one that mostly waits; what reads the finished small study last.
 
@@ -106,6 +108,9 @@ def pytest_collection_modifyitems(items):
         return len(first) + ("study" in item.fixturenames)
 
     items.sort(key=place)
+    for item in items:
+        if not SLOW_FIXTURES.isdisjoint(item.fixturenames):
+            item.add_marker(pytest.mark.slow)
 
 
 def pytest_collection_finish():

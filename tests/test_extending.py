@@ -14,6 +14,8 @@ import yaml
 from conftest import ROOT
 from peptides import peptide, write
 
+pytestmark = pytest.mark.slow
+
 TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^## (An? .*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
 BLOCK = r"\n\n```\w+\n(?P<block>.*?)```"

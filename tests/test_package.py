@@ -17,6 +17,8 @@ import yaml
 import sparsurf
 from conftest import ROOT
 
+pytestmark = pytest.mark.slow
+
 USE = """
 import sys, sparsurf
 sys.modules |= dict.fromkeys(["jinja2", "matplotlib", "snakemake", "tables", "yaml"])  # of the study

@@ -13,6 +13,8 @@ from browser import Browser, programs
 from conftest import ROOT
 from parsed_pages import Page
 
+pytestmark = pytest.mark.slow
+
 BOOK = ROOT / "docs" / "_build" / "html"
 built = pytest.mark.skipif(not BOOK.is_dir(), reason="make docs has not been run")
 PAGES = ("index", "method", "_gallery/index")

@@ -14,6 +14,8 @@ import sparsurf
 from conftest import ROOT
 from sparsurf_study.workflow.config import check_config, read_config
 
+pytestmark = pytest.mark.slow
+
 
 def page(name):
     """The source of a page of the book."""

@@ -394,6 +394,7 @@ def test_the_roughness_of_the_page_follows_the_options(tmp_path, monkeypatch):
     assert f"a mean roughness of {mean:.2f}" in page.text and "within 6 Å of a dot" in page.text
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
 def test_a_browser_draws_the_page_on_a_telephone_and_on_paper(molecule, tmp_path):
     path = tmp_path / "page.html"

@@ -454,6 +454,7 @@ def test_the_page_says_the_share_of_all_dots_and_the_residues_left_out(tmp_path)
     assert "sufficient" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
 def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
     known = {"atoms": [999, 12000, 1500], "minimal_n_S": 5, "masked_residues": None, "residues": 9}

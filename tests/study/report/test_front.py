@@ -655,6 +655,7 @@ def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path, name
     assert "Medians over 2 surfaces." in text and "6.0 % 0.30 per Å²" in text
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
 def test_a_table_of_surfaces_is_sorted_by_its_numbers_and_searched(tmp_path):
     places = [f"{name}/c1" for name in ("b", "7", "a", "e", "c")]

@@ -99,6 +99,7 @@ def test_no_page_shows_a_value_of_the_program(shown):
         assert not re.search(r"\b(nan|None|inf|NaN)\b|\{\{|\bTrue\b|<[a-z]", page.text), path
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
 def test_a_page_that_was_sent_alone_enlarges_its_figures(run, tmp_path):
     (sent := tmp_path / "sent.html").write_bytes((run / "index.html").read_bytes())

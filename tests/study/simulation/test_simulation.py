@@ -19,6 +19,8 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.simulation import gromacs, protocol, quality, stages, system
 from sparsurf_study.workflow.models import Simulate
 
+pytestmark = pytest.mark.slow
+
 SHORT_KEYS = {"ns": 0.0004, "nvt_ns": 0.0002, "npt_ns": 0.0002, "save_ps": 0.1}
 SHORT = protocol.DEFAULTS | SHORT_KEYS
 needs_gromacs = pytest.mark.skipif(

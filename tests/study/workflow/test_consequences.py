@@ -26,6 +26,8 @@ from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.models import Config, Pair, Protein
 
+pytestmark = pytest.mark.slow
+
 TABLES = yaml.safe_load(Path(__file__).with_name("consequences.yaml").read_text(encoding="utf-8"))
 KEYS, SWITCHES, BATCH = (TABLES[name] for name in ("keys", "switches", "batch"))
 WITHOUT_PAPER = (

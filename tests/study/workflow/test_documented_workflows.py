@@ -15,6 +15,8 @@ from conftest import ROOT
 from peptides import peptide, write
 from small_study import output
 
+pytestmark = pytest.mark.slow
+
 TEXT = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
 WORKFLOWS = dict(re.findall(r"<!-- workflow: (\w+) -->\n\n```python\n(.*?)```", TEXT, re.S))
 STUDY = """\

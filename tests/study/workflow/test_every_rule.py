@@ -42,6 +42,8 @@ from sparsurf_study.report.figures import subsets
 from sparsurf_study.settings import Settings as StudySettings
 from sparsurf_study.workflow.config import check_config
 
+pytestmark = pytest.mark.slow
+
 CONFORMATIONS = ("moving/f0000", "moving/f0700", "still/f0", "loaded/f0", "ready/c1")
 MOLECULES = CONFORMATIONS[:4]
 KINDS = ("surface", "npz"), ("structure", "pdb")  # of files of a partner

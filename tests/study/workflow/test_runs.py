@@ -29,6 +29,8 @@ from small_study import (
     write_study,
 )
 
+pytestmark = pytest.mark.slow
+
 IMPORTING = """
 configfile: "config.yaml"
 

@@ -16,6 +16,8 @@ from conftest import ROOT
 from peptides import peptide, write
 from small_study import SEQUENCE
 
+pytestmark = pytest.mark.slow
+
 MOST_SECONDS = 600  # of a run; three minutes where nothing else runs
 SECONDS_TO_STOP = 60  # half where nothing else runs
 
