@@ -1,19 +1,18 @@
 """Version of the code that a script calls, as a parameter of its rule: Snakemake runs a job again when that code has changed."""
 
+import ast
 import hashlib
-import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]  # of the checkout
 SOURCES = ROOT / "src"
-IMPORT_OF_ANY = re.compile(r'import_module\(f"([\w.]+)\.\{')  # a module of a package, by a name
 PACKAGES = ("sparsurf", "sparsurf_study")
 NO_RESULTS = (
     "sparsurf_study/workflow/",
     "sparsurf_study/columns.",
 )  # frames of jobs, names of columns: no number follows
-IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n#]+)|import\s+([\w.]+))", re.MULTILINE)
 
 
 @cache
@@ -46,22 +45,58 @@ def sources_of(script: Path) -> set[Path]:
 def needed_by(path: Path) -> frozenset[Path]:
     """Return the modules of this project that a Python file imports, and the data beside it that it names in quotes."""
     text = path.read_text(encoding="utf-8")
-    modules = set()
-    for package, names, module in IMPORT.findall(text):
-        if (package or module).partition(".")[0] in PACKAGES:
-            modules |= {module or package}
-            modules |= {
-                f"{package}.{name.split()[0]}" for name in re.split(r"[(),\n]", names) if name.strip()
-            }
-    files = {file for module in modules for file in files_of_module(module)}
-    for package in IMPORT_OF_ANY.findall(text):
-        files |= {*SOURCES.joinpath(*package.split(".")).glob("*.py")}
+    tree = ast.parse(text, str(path))
+    names = {name for node in statements(tree) for name in imported_names(node, path)}
+    files = {file for name in names if name.partition(".")[0] in PACKAGES for file in files_of_module(name)}
+    if "import_module(" in text:  # the only expression that imports; a walk over all of them takes long
+        files |= {file for node in ast.walk(tree) for file in imported_by_name(node)}
     return frozenset(
         files
         | {file for data in path.parent.iterdir() if f'"{data.name}"' in text for file in all_files(data)}
     )
 
 
+def statements(tree: ast.Module) -> Iterator[ast.AST]:
+    """Yield all statements of a file, also those within functions and conditions, whose imports a job may reach as well."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for block in ("body", "orelse", "handlers", "finalbody", "cases"):
+            inner = getattr(node, block, ())
+            waiting += inner if isinstance(inner, list) else ()  # that of a lambda is an expression
+
+
+def imported_names(statement: ast.AST, path: Path) -> Iterator[str]:
+    """Yield the full names that a statement of a file imports: modules, and what it takes from them, which may be modules."""
+    if isinstance(statement, ast.Import):
+        yield from (alias.name for alias in statement.names)
+    elif isinstance(statement, ast.ImportFrom):
+        module = [statement.module] if statement.module else []
+        if statement.level:  # a relative import, counted from the package that holds the file
+            module = [*path.relative_to(SOURCES).parts[: -statement.level], *module]
+        yield ".".join(module)
+        yield from (".".join([*module, alias.name]) for alias in statement.names)
+
+
+def imported_by_name(node: ast.AST) -> list[Path]:
+    """Return the modules that a call of import_module may import: one, or for f"package.{name}" all of a package."""
+    if not (isinstance(node, ast.Call) and node.args):
+        return []
+    function = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", None)
+    name = node.args[0]
+    first = name.values[0] if isinstance(name, ast.JoinedStr) else name
+    if function != "import_module" or not isinstance(first, ast.Constant):
+        return []
+    package, _, module = str(first.value).rpartition(".")
+    if package.partition(".")[0] not in PACKAGES:
+        return []
+    if first is name:
+        return files_of_module(f"{package}.{module}")
+    return [*SOURCES.joinpath(*package.split(".")).glob(f"{module}*.py")]
+
+
+@cache
 def files_of_module(name: str) -> list[Path]:
     """Return the file of a module and the __init__.py of its packages, but not that of the root, which loads lazily."""
     parts = name.split(".")

@@ -15,9 +15,28 @@ FILES = {
     "src/sparsurf/patches/other.csv": "1",
     "src/sparsurf/patches/other.py": "",
     "src/sparsurf/patches/icons/dot.svg": "",
+    "src/sparsurf/views/__init__.py": "",
+    "src/sparsurf/views/nested.py": (
+        "class A:\n    def f(self):\n        if self:\n            pass\n"
+        "        else:\n            import os, sparsurf.views.second\n"
+    ),
+    "src/sparsurf/views/second.py": "try:\n    from . import relative\nexcept ImportError:\n    from .. import bits\n",
+    "src/sparsurf/views/relative.py": "if True: from .deep.inner import name\n",
+    "src/sparsurf/views/deep/__init__.py": "",
+    "src/sparsurf/views/deep/inner.py": (
+        "import importlib\nfrom importlib import import_module\n\ndef lazy(name):\n"
+        "    return import_module(f'sparsurf.tables.{name}'), importlib.import_module('sparsurf.named')\n"
+    ),
+    "src/sparsurf/tables/one.py": "",
+    "src/sparsurf/named.py": "",
+    "src/sparsurf/bits.py": "",
+    "src/sparsurf/quoted.py": "",
     "src/sparsurf_study/__init__.py": "",
     "src/sparsurf_study/analysis/__init__.py": "",
-    "src/sparsurf_study/analysis/grid.py": "def f():\n    from sparsurf_study.workflow.jobs import job\n",
+    "src/sparsurf_study/analysis/grid.py": (
+        "def f():\n    from sparsurf_study.workflow.jobs import job\n    from sparsurf.views import nested\n\n"
+        'TEXT = """\nimport sparsurf.quoted\n"""\n'
+    ),
     "src/sparsurf_study/workflow/__init__.py": "",
     "src/sparsurf_study/workflow/jobs.py": "from sparsurf import settings",
 }
@@ -39,6 +58,7 @@ def version():
     """The version of the script, read anew."""
     code_version.code_of.cache_clear()
     code_version.needed_by.cache_clear()
+    code_version.files_of_module.cache_clear()
     return code_version.code_of("measure")
 
 
@@ -52,6 +72,13 @@ def version():
         ("src/sparsurf/streams.py", True),
         ("src/sparsurf/settings.py", True),  # through an import of the workflow, which does not count itself
         ("src/sparsurf_study/analysis/grid.py", True),
+        ("src/sparsurf/views/second.py", True),  # in a branch of a method of a class
+        ("src/sparsurf/views/relative.py", True),
+        ("src/sparsurf/bits.py", True),
+        ("src/sparsurf/views/deep/inner.py", True),
+        ("src/sparsurf/tables/one.py", True),
+        ("src/sparsurf/named.py", True),
+        ("src/sparsurf/quoted.py", False),  # the text of a string
         ("src/sparsurf/patches/other.py", False),
         ("src/sparsurf/patches/other.csv", False),
         ("src/sparsurf/__init__.py", False),
