@@ -43,7 +43,6 @@ from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.settings import Patches
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
@@ -146,7 +145,7 @@ def measure_descriptors(
     subset = tests[: max(1, n_tests // 8)]
     z_tot, robust = (
         prepared.describe(tests)[0],
-        prepared.changed(patches=Patches(descriptor="rotation_robust")).describe(subset)[0],
+        prepared.with_descriptor("rotation_robust").describe(subset)[0],
     )
     for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)

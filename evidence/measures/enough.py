@@ -46,7 +46,7 @@ def coverage_of_error(
     """Measure how often the interval of the n_S for an error holds the mean over seeds, each with its own order of choice."""
     found = []
     for seed in range(seeds):
-        of_seed = prepared.changed(stream=Streams(seed, prepared.name))
+        of_seed = prepared.with_streams(Streams(seed, prepared.name))
         kept, interval = smallest_subset_of_error(Trials(of_seed, SAMPLER, 2), error, hydrogens)
         found.append((len(kept), *(interval or (np.nan, np.nan))))
     n, low, high = np.array(found).T

@@ -22,7 +22,7 @@ from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.settings import Patches, Settings
+from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
@@ -90,7 +90,7 @@ def measure(
     component = components_of(surface, xyz, radii)
     outside = ~table_of_components(surface, component)["cavity"].to_numpy()[component]
     at = cKDTree(surface.points).query(true.points)[1]  # the dot of the surface next to each dense one
-    steady = prepared.changed(patches=Patches(descriptor=STEADY))
+    steady = prepared.with_descriptor(STEADY)
     z_steady, _ = steady.describe(tests[:STEADY_TESTS])
     outer = outside[at]
 

@@ -166,7 +166,7 @@ def sample(
     """
     prepared = prepare(surface)
     if seed is not None:
-        prepared = prepared.changed(stream=replace(prepared.stream, seed=SEED.check(seed, "seed")))
+        prepared = prepared.with_streams(replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
     if combination is not None:
         kept = _draw_combination(prepared, combination, sampler, sizes)

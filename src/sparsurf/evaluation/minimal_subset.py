@@ -175,7 +175,7 @@ def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) 
     """Compute Z of the surface reconstructed from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
     out = {}
     for name in DESCRIPTORS:
-        view = prepared.changed(patches=prepared.patches.model_copy(update={"descriptor": name}))
+        view = prepared.with_descriptor(name)
         z = view.distances([dots], tests, view.describe(tests)[0], RECOVERED)[0]
         out[f"Z_{name}"] = float(z.mean())
     return out

@@ -3,9 +3,9 @@
 Source: paper, 'Optimization of the sampling parameters'.
 """
 
-import copy
 from collections.abc import Sequence
-from functools import cache, cached_property
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -18,7 +18,7 @@ from sparsurf.patches.roughness import roughness as local_roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.settings import Settings
+from sparsurf.settings import Patches, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.threads import parallel_map
@@ -28,8 +28,45 @@ MIN_NESTED = 16  # subsets of one order; fewer are faster one by one
 DOTS_PER_PUBLISHED_TEST = 200  # the authors test N / 200 dots
 
 
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """What the published sampling needs of the dots: each value is computed at most once, for all copies that share it."""
+
+    index: PatchIndex
+    settings: Settings
+    given_roughness: np.ndarray | None
+    threads: int
+
+    @cached_property
+    def roughness(self) -> np.ndarray:
+        """R_i of every dot."""
+        if self.given_roughness is not None:
+            return self.given_roughness
+        patches = self.settings.patches
+        return local_roughness(self.index, patches.r_patch, self.threads, patches.roughness)
+
+    @cached_property
+    def cover(self) -> published.Cover:
+        """The patches of the published sampling, with the two rules of the settings."""
+        rules = self.settings.sampling
+        return self.cover_by(rules.distance_from_moved_centre, rules.chance_in_every_patch)
+
+    @cached_property
+    def corrected_cover(self) -> published.Cover:
+        """The patches without the two defects of the published sampling."""
+        return self.cover_by(False, False)
+
+    def cover_by(self, *rules: bool) -> published.Cover:
+        """Return the patches of the published sampling with two rules, see `published.build_cover`."""
+        return published.build_cover(self.index, self.roughness, self.settings.patches.r_patch, *rules)
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class PreparedSurface:
     """A surface prepared for many evaluations: its index is built, and roughness and cover are computed at most once.
+
+    It cannot be changed. `with_dots`, `with_link`, `with_cover`, `with_descriptor`, `with_streams` and `with_threads` return a
+    copy in which one thing differs, together with everything that follows from it.
 
     Parameters
     ----------
@@ -43,6 +80,14 @@ class PreparedSurface:
     threads : int
     """
 
+    surface: Any
+    settings: Settings
+    stream: Streams
+    threads: int
+    index: PatchIndex
+    sampling: Sampling
+    given_cover: published.Cover | None
+
     def __init__(
         self,
         surface: Any,
@@ -51,24 +96,16 @@ class PreparedSurface:
         streams: Streams = Streams(),  # noqa: B008, frozen
         threads: int = 1,
     ) -> None:
-        self.points: np.ndarray = surface.points
-        self.normals: np.ndarray = surface.normals
-        self.surface, self.patches = surface, settings.patches
-        self.stream, self.threads = streams, threads
-        radius, rules = self.patches.r_patch, settings.sampling
-        self.index: PatchIndex = build_index(surface.points, surface.normals, self.patches.d_link)
-        index, kind = self.index, self.patches.roughness
-
-        @cache  # also of copies that are made before it is asked for
-        def roughness_of_dots() -> np.ndarray:
-            return local_roughness(index, radius, threads, kind) if roughness is None else roughness
-
-        @cache
-        def published_cover() -> published.Cover:
-            moved, in_every_patch = rules.distance_from_moved_centre, rules.chance_in_every_patch
-            return published.build_cover(index, roughness_of_dots(), radius, moved, in_every_patch)
-
-        self._roughness, self._cover = roughness_of_dots, published_cover
+        index = build_index(surface.points, surface.normals, settings.patches.d_link)
+        self._set(
+            surface=surface,
+            settings=settings,
+            stream=streams,
+            threads=threads,
+            index=index,
+            sampling=Sampling(index, settings, roughness, threads),
+            given_cover=None,
+        )
 
     def __repr__(self) -> str:
         return f"PreparedSurface of {len(self):,} dots"
@@ -76,20 +113,35 @@ class PreparedSurface:
     def __len__(self) -> int:
         return len(self.points)
 
-    @cached_property
-    def roughness(self) -> np.ndarray:
-        """R_i of all dots, (N,) float64, computed when it is first asked for."""
-        return self._roughness()
+    @property
+    def points(self) -> np.ndarray:
+        """Positions of the dots, (N, 3), Å."""
+        return self.surface.points
 
-    @cached_property
+    @property
+    def normals(self) -> np.ndarray:
+        """Outward unit normals of the dots, (N, 3)."""
+        return self.surface.normals
+
+    @property
+    def patches(self) -> Patches:
+        """Radii of the patches, the link, and how a patch is described."""
+        return self.settings.patches
+
+    @property
+    def roughness(self) -> np.ndarray:
+        """R_i of all dots, (N,) float64, computed when it is first read."""
+        return self.sampling.roughness
+
+    @property
     def cover(self) -> published.Cover:
         """The cover of the published sampling."""
-        return self._cover()
+        return self.sampling.cover if self.given_cover is None else self.given_cover
 
-    @cached_property
+    @property
     def corrected_cover(self) -> published.Cover:
         """The cover without the two defects of the published sampling."""
-        return published.build_cover(self.index, self.roughness, self.patches.r_patch, False, False)
+        return self.sampling.corrected_cover
 
     @cached_property
     def area(self) -> float:
@@ -217,7 +269,7 @@ class PreparedSurface:
         many: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compare subsets that each form a surface of their own."""
-        single = self.changed(threads=1)
+        single = self.with_threads(1)
         build = (many and reading.build_index_fast) or reading.build_index
         assert build is not None
 
@@ -256,11 +308,46 @@ class PreparedSurface:
         _, z, sizes = descriptors.compare(*patches, **self._kernel)
         return z[:, 0], sizes[:, 0]
 
-    def changed(self, **changes: Any) -> Self:
-        """Return a copy with some attributes changed."""
-        other = copy.copy(self)
-        vars(other).update(changes)
+    def with_dots(self, surface: Any) -> Self:
+        """Return other dots prepared in the same way; their index, roughness, cover and area are computed from them."""
+        return type(self)(surface, self.settings, None, self.stream, self.threads)
+
+    def with_link(self, d_link: float) -> Self:
+        """Return a copy whose islands are linked below another distance, Å; it is sampled as before, from the same cover."""
+        return self._with(
+            settings=self._settings_with(d_link=d_link), index=build_index(self.points, self.normals, d_link)
+        )
+
+    def with_cover(self, cover: published.Cover) -> Self:
+        """Return a copy that is sampled from another cover of the same dots."""
+        return self._with(given_cover=cover)
+
+    def with_descriptor(self, name: str) -> Self:
+        """Return a copy whose patches are described by another descriptor."""
+        return self._with(settings=self._settings_with(descriptor=name))
+
+    def with_streams(self, streams: Streams) -> Self:
+        """Return a copy with other random streams."""
+        return self._with(stream=streams)
+
+    def with_threads(self, threads: int) -> Self:
+        """Return a copy that is evaluated by another number of threads."""
+        return self._with(threads=threads)
+
+    def _settings_with(self, **of_patches: Any) -> Settings:
+        """Return the settings with some keys of the patches replaced."""
+        patches = self.patches.model_copy(update=of_patches)
+        return self.settings.model_copy(update={"patches": patches})
+
+    def _with(self, **changes: Any) -> Self:
+        """Return a copy with some fields replaced, without what was computed from the former ones."""
+        other = object.__new__(type(self))
+        other._set(**{field.name: getattr(self, field.name) for field in fields(self)} | changes)
         return other
+
+    def _set(self, **values: Any) -> None:
+        """Set the fields of a new object, which is frozen from then on."""
+        vars(self).update(values)
 
 
 def number_of_tests(requested: int | str, n_dots: int) -> int:

@@ -43,7 +43,7 @@ def find_subset(
     n_dots = len(prepared.points)
     if combination is not None:
         if sampler == "paper_corrected":
-            prepared = prepared.changed(cover=prepared.corrected_cover)
+            prepared = prepared.with_cover(prepared.corrected_cover)
         subset = prepared.pair(combination, 0)[0]
     elif z is not None:
         if not z >= 0:

@@ -44,11 +44,25 @@ class SampledSurface(Protocol):
         Patches of the published sampling, and those without its two defects.
     """
 
-    points: np.ndarray
-    normals: np.ndarray
-    index: PatchIndex
-    roughness: np.ndarray
-    cover: Cover
+    @property
+    def points(self) -> np.ndarray:
+        """Positions of the dots."""
+
+    @property
+    def normals(self) -> np.ndarray:
+        """Outward unit normals of the dots."""
+
+    @property
+    def index(self) -> PatchIndex:
+        """Index of the neighbours of each dot."""
+
+    @property
+    def roughness(self) -> np.ndarray:
+        """R_i of every dot."""
+
+    @property
+    def cover(self) -> Cover:
+        """Patches of the published sampling."""
 
     @property
     def corrected_cover(self) -> Cover:

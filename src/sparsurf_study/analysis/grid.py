@@ -137,7 +137,7 @@ def _evaluate_with_own_tests(
 ) -> None:
     """Fill a Grid whose combinations each have their own test dots and random subsets, as published, a thread each."""
     k, draws = out.n_s.shape
-    single, finished = prepared.changed(threads=1), []
+    single, finished = prepared.with_threads(1), []
 
     def fill_one(i: int, _: int) -> None:
         _fill(single, out, i, tests[i])

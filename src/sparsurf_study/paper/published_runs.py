@@ -35,7 +35,7 @@ def runs_as_published(
     combinations = np.asarray(combinations, float)
     tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
-        renamed = prepared.changed(stream=replace(prepared.stream, name=f"{prepared.name} selection {run}"))
+        renamed = prepared.with_streams(replace(prepared.stream, name=f"{prepared.name} selection {run}"))
         result = grid.evaluate_grid(renamed, combinations, tests, 1, (KEPT_READING,), shared=False)
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts

@@ -9,12 +9,12 @@ import pandas as pd
 from sparsurf.evaluation.floors import random_rotation, rotate
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.statistics import estimate
-from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.sampling.samplers import tune_alpha
 from sparsurf.settings import Settings
+from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis import grid, tables
 from sparsurf_study.analysis.islands import compare_islands, link_over_spacing, measure_islands
 from sparsurf_study.paper import published_runs
@@ -74,8 +74,7 @@ def turned_z(prepared: PreparedSurface, n_tests: int) -> float:
     for _ in range(TURNS):
         rotation = random_rotation(rng)
         points, normals = rotate(prepared.points, rotation), rotate(prepared.normals, rotation)
-        index = build_index(points, normals, prepared.patches.d_link)
-        turned = prepared.changed(points=points, normals=normals, index=index)
+        turned = prepared.with_dots(Surface(points, normals))
         z.append(np.linalg.norm(turned.describe(tests)[0] - z_tot, axis=1).mean())
     return float(np.mean(z))
 
@@ -98,7 +97,7 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
     shape = (len(PUBLISHED_ROWS), draws, len(tests))
     out = []
     for link in links:
-        linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
+        linked = prepared.with_link(link)
         z_tot, _ = linked.describe(tests)
         sampled, uniform = (
             [values.reshape(shape) for values in compare_islands(linked, subsets, tests, z_tot)]
@@ -154,7 +153,7 @@ def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.D
     out = []
     for name, rules in DEFECTS.items():
         cover = published.build_cover(prepared.index, prepared.roughness, prepared.patches.r_patch, *rules)
-        result = grid.evaluate_grid(prepared.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
+        result = grid.evaluate_grid(prepared.with_cover(cover), PUBLISHED_ROWS, n_tests, draws)
         table = tables.grid_table(result)
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
         part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots

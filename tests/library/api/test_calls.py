@@ -164,11 +164,11 @@ def test_a_sample_has_the_requested_number(ready):
     )
     assert np.array_equal(own, prepared_for)
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
-    reseeded = ready.changed(stream=Streams(7))
+    reseeded = ready.with_streams(Streams(7))
     assert np.array_equal(kept, reseeded.pair((1, 0, 6, 0), 0)[0])
     assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
     other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
-    corrected = reseeded.changed(cover=ready.corrected_cover)
+    corrected = reseeded.with_cover(ready.corrected_cover)
     assert np.array_equal(other, corrected.pair((1, 0, 6, 0), 0)[0]) and len(other) != len(kept)
     assert np.array_equal(
         sparsurf.sample(ready, n_dots=9), sparsurf.sample(ready, n_dots=9, sampler="farthest")

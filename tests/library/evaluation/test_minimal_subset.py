@@ -93,9 +93,7 @@ def test_errors_are_those_of_the_dots_that_are_not_kept(found, dots):
     assert len(tests) == 20
     z, _ = found.trials.prepared.distances([few.dots], tests, found.trials._z_tot, "recovered")
     assert row["Z_published"] == pytest.approx(z.mean())
-    robust = found.trials.prepared.changed(
-        patches=Settings(patches={"descriptor": "rotation_robust"}).patches
-    )
+    robust = found.trials.prepared.with_descriptor("rotation_robust")
     z, _ = robust.distances([few.dots], tests, robust.describe(tests)[0], "recovered")
     assert row["Z_rotation_robust"] == pytest.approx(z.mean())
     assert table.loc[1:, ["n_S_percent", "density", "Z_published"]].isna().all(axis=None)

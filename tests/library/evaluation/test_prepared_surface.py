@@ -1,5 +1,7 @@
 """Everything that is computed of a prepared surface follows its settings, its roughness and its seed."""
 
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
 
@@ -138,5 +140,32 @@ def test_draws_come_from_streams_of_their_own(prepared):
     sampled, random = prepared.pair(combination, 3)
     assert np.array_equal(sampled, together)
     assert np.array_equal(random, np.sort(prepared.stream("uniform", 3).permutation(3000)[: len(sampled)]))
-    changed = prepared.changed(threads=3)
-    assert (changed.threads, prepared.threads) == (3, 1) and changed.index is prepared.index
+
+
+def test_a_copy_differs_in_one_thing_and_what_follows_from_it(prepared, surface, index):
+    """Other dots have an index, a roughness, a cover and an area of their own; another link changes the islands alone."""
+    with pytest.raises(FrozenInstanceError):
+        prepared.threads = 2
+    threaded, reseeded = prepared.with_threads(3), prepared.with_streams(Streams(6, "p/c"))
+    assert (threaded.threads, prepared.threads) == (3, 1) and threaded.index is prepared.index
+    assert not np.array_equal(reseeded.uniform(9, 0), prepared.uniform(9, 0))
+    half = surface[::2]
+    other, fresh = prepared.with_dots(half), PreparedSurface(half, Settings(patches=PATCHES))
+    assert (prepared.area, other.area, other.density) == (
+        pytest.approx(AREA),
+        pytest.approx(AREA / 2),
+        fresh.density,
+    )
+    assert np.array_equal(other.roughness, fresh.roughness) and same(other.cover, fresh.cover)
+    tests = prepared.draw_tests(6)
+    linked, wanted = prepared.with_link(0.5), build_index(surface.points, surface.normals, 0.5)
+    assert np.array_equal(
+        linked.describe(tests)[0], descriptors.describe(wanted, surface.points[tests], **KEYS)[0]
+    )
+    assert not np.array_equal(linked.describe(tests)[0], prepared.describe(tests)[0])
+    assert linked.cover is prepared.cover and linked.patches.d_link == 0.5
+    published_kind = prepared.with_descriptor("published").describe(tests)[0]
+    assert np.array_equal(published_kind, descriptors.describe(index, surface.points[tests], 5.0)[0])
+    corrected = linked.with_cover(prepared.corrected_cover)
+    assert corrected.cover is prepared.corrected_cover and linked.cover is prepared.cover
+    assert corrected.index is linked.index

@@ -94,7 +94,7 @@ def test_the_grid_takes_it_beside_the_others(prepared):
         assert np.array_equal(found[1], getattr(plain, name)[0]), name
     sampled, random = prepared.pair(combinations[1], 1)
     z, _ = prepared.distances([sampled, random], both.tests, both.z_tot, "recovered", many=True)
-    more = grid.evaluate_grid(prepared.changed(threads=2), combinations, 12, 2, ("recovered", "full"))
+    more = grid.evaluate_grid(prepared.with_threads(2), combinations, 12, 2, ("recovered", "full"))
     assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
     assert np.array_equal(both.median_patch_size, more.median_patch_size)
     assert both.z_ts[0, 1, 1] == pytest.approx(z[0], rel=1e-5)

@@ -181,7 +181,7 @@ def test_all_dots_have_no_error(prepared):
 
 def test_cores_change_nothing_but_the_time(prepared, surface):
     drawers = [
-        comparison.select_methods(e, ["paper", "farthest"]) for e in (prepared, prepared.changed(threads=2))
+        comparison.select_methods(e, ["paper", "farthest"]) for e in (prepared, prepared.with_threads(2))
     ]
     one, two = (comparison.compare_samplers(prepared, d, (10,), n_tests=30, draws=2) for d in drawers)
     same = one["measure"] != "seconds"
@@ -309,9 +309,7 @@ def test_minimal_has_the_requested_size_in_order_of_choice(prepared):
         assert name.startswith("paper") or len(dots) == 300
     short, long = (find_subset(prepared, "farthest", n)[0] for n in (100, 300))
     assert np.array_equal(short, long[:100])
-    published, corrected = (
-        prepared.changed(cover=each) for each in (prepared.cover, prepared.corrected_cover)
-    )
+    published, corrected = (prepared.with_cover(each) for each in (prepared.cover, prepared.corrected_cover))
     for name, own in (("paper", published), ("paper_corrected", corrected)):
         dots, weight = find_subset(prepared, name, combination=(1.0, 0.0, 6.0, 0.0))
         assert dots.tolist() == own.pair((1.0, 0.0, 6.0, 0.0), 0)[0].tolist() and weight.sum() == 3000

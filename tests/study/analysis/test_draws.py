@@ -145,7 +145,7 @@ def test_equal_patches_are_described_once_with_the_distances_of_each(prepared, n
     found = prepared.compare_words(words, n, tests, ("kept", "full"), z_tot)
     np.testing.assert_allclose(found[0], expected, rtol=0, atol=1e-13)
     assert np.array_equal(found[1], sizes)
-    threaded = prepared.changed(threads=2).compare_words(words, n, tests, ("kept", "full"), z_tot)
+    threaded = prepared.with_threads(2).compare_words(words, n, tests, ("kept", "full"), z_tot)
     assert np.array_equal(threaded[0], found[0])
 
 

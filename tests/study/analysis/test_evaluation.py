@@ -82,7 +82,7 @@ def test_nested_subsets_are_those_that_are_measured_one_by_one(nested):
         assert np.array_equal(sizes[r], counts)
         assert np.allclose(z[r], distances, rtol=0, atol=1e-9)
     few = np.array([40, 400, 2000])  # alone, with other threads
-    again = plain.changed(threads=2).compare_uniform(1, few, tests, ("full",), z_tot)[0][0]
+    again = plain.with_threads(2).compare_uniform(1, few, tests, ("full",), z_tot)[0][0]
     assert np.allclose(again, plain.distances([plain.uniform(n, 1) for n in few], tests, z_tot, "full")[0])
 
 

@@ -50,7 +50,8 @@ def test_a_patch_without_kept_dots_has_no_share(prepared):
     _, size, share = islands.compare_islands(prepared, [far], np.array([0, far[0]]), None)
     assert size[0, 0] == 0 and np.isnan(share[0, 0]) and share[0, 1] > 0
     patches = prepared.patches.model_copy(update={"r_zernike": 1.2})  # few of them hold a kept dot
-    narrow, tests = prepared.changed(patches=patches), prepared.draw_tests(40)
+    narrow = PreparedSurface(prepared.surface, Settings(patches=patches), streams=prepared.stream)
+    tests = prepared.draw_tests(40)
     subsets = [narrow.pair(FEW, draw)[0] for draw in range(2)]
     _, _, share = islands.compare_islands(narrow, subsets, tests, None)
     found = islands.measure_islands(narrow, [FEW], 40, 2)["share_in_island"][0]

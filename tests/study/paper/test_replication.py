@@ -471,7 +471,7 @@ def test_links_keep_the_samplings_and_change_the_islands(page, prepared):
     # at the surface's own d_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
-    linked = prepared.changed(index=build_index(prepared.points, prepared.normals, 1.2))
+    linked = prepared.with_link(1.2)
     tests, pairs = prepared.draw_tests(20), [prepared.pair(PUBLISHED_ROWS[3], draw) for draw in range(2)]
     z = [linked.distances(pair, tests, linked.describe(tests)[0], "kept")[0].mean(axis=1) for pair in pairs]
     assert links.loc[(1.2, 4), ["Z_tS", "Z_tR"]].tolist() == pytest.approx(np.mean(z, axis=0), abs=1e-6)
