@@ -64,6 +64,7 @@ rule draw_changes:
     params:
         forms=lambda wildcards: CHANGES[wildcards.comparison],
         patches=config["patches"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],
         code=code_of("draw_changes"),
     message:

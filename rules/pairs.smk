@@ -110,6 +110,7 @@ rule draw_pair:
         "../envs/study.yaml"
     params:
         patches=config["patches"],
+        sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],
         code=code_of("draw_pair"),
     message:

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
-from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
 from sparsurf.views.viewer.page import Values, coloured_page
@@ -20,7 +19,7 @@ MEANING = "at its floor", "changed", "below it, or buried"
 
 with job(snakemake) as s:
     name, table = s.wildcards.comparison, read_residues(s.input.changes)
-    settings = Settings(patches=s.params.patches)
+    settings = s.settings
     table["over_floor"] = over_floor(table)
     structures = [s.input.structure_1, s.input.structure_2]
     reference, drawn = read_study_structure(structures[0]), []

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import residue_labels
-from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
 from sparsurf.views.viewer.page import Values, coloured_page
@@ -27,6 +26,6 @@ with job(snakemake) as s:
     pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
     both = side_by_side(surfaces, pages, [len(names) for names in labels])
     words = [f"{label}, partner {side}" for side, names in enumerate(labels, 1) for label in names]
-    settings = Settings(patches=s.params.patches)
+    settings = s.settings
     text = coloured_page(name, both, settings, s.streams(name), values, words)
     Path(s.output.view).write_text(text, encoding="utf-8")

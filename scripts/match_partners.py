@@ -1,6 +1,5 @@
 """Match both partners of a pair: propensity of every dot, best-matching patches, agreement with the interface."""
 
-from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
 from sparsurf_study.pairs.partners import read_partners, select_centres
@@ -8,7 +7,7 @@ from sparsurf_study.rounding import write_table
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
-    settings, seed, within = Settings(patches=s.params.patches), s.params.seed, s.params.interface
+    settings, seed, within = s.settings, s.params.seed, s.params.interface
     partners = read_partners(
         s.input.surface_1, s.input.surface_2, s.input.get("structure_1"), s.input.get("structure_2"),
         settings.patches.d_link, s.wildcards.pair,

@@ -4,8 +4,8 @@ The config of a study has the same sections (`sparsurf_study.settings` adds thos
 hold stand here, so that planning a study imports no numpy; a test compares them with the library.
 """
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, TypeVar, get_args
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -99,6 +99,26 @@ class Section(BaseModel):
     """A mapping of the config: unknown keys and values of other types are refused."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+    if not TYPE_CHECKING:  # else a type checker takes every name for a key
+
+        def __getattr__(self, name: str) -> Any:
+            """Refuse to read a key that a rule does not pass, see `Settings.of`: a default would stand in for the config."""
+            if name not in type(self).model_fields:
+                return super().__getattr__(name)
+            section = "" if isinstance(self, Settings) else f"{type(self).__name__.lower()}."
+            raise AttributeError(
+                f"{section}{name} was read, but the rule of this job does not pass it; add it to the params of the rule"
+            )
+
+    def only(self, keys: Collection[str]) -> Self:
+        """Return a copy with these keys, and those that are optional; reading another one is an error."""
+        fields = type(self).model_fields
+        copy = self.model_copy()
+        for key in fields.keys() - set(keys):
+            if fields[key].default is not None:
+                del vars(copy)[key]
+        return copy
 
     @model_validator(mode="after")
     def _defaults_as_written(self) -> "Section":
@@ -248,6 +268,11 @@ class Settings(Section):
 
     @classmethod
     def of(cls, params: Mapping[str, Any]) -> Self:
-        """Return the sections among the params of a rule; the others are None, so that no default stands in for them."""
+        """Return the sections among the params of a rule, with the keys that the rule passes.
+
+        Reading another section or key is an error, since a default would stand in for what the config says.
+        """
         given = {key: value for key, value in params.items() if key in cls.model_fields}
-        return cls(**given).model_copy(update=dict.fromkeys(cls.model_fields.keys() - given.keys()))
+        settings = cls(**given).only(given)
+        sections = {key: value for key, value in vars(settings).items() if isinstance(value, Section)}
+        return settings.model_copy(update={key: value.only(given[key]) for key, value in sections.items()})

@@ -1,5 +1,7 @@
 """Settings of the library: each key has limits of its own, and what follows from what was given."""
 
+import pickle
+
 import pytest
 from pydantic import ValidationError
 
@@ -50,10 +52,30 @@ def test_a_default_that_is_written_out_is_the_default():
     assert repr(Patches(r_patch=5).r_patch) == "5"
 
 
-def test_sections_that_a_rule_lacks_have_no_defaults():
-    found = Settings.of({"patches": {"d_link": 0.8}, "threads": 2})
-    assert found.patches == Patches(d_link=0.8)
-    assert found.surface is found.sampling is found.evaluation is found.minimal is found.fields is None
+def test_what_a_rule_does_not_pass_cannot_be_read():
+    """Neither a section nor a key of a section gets its default; keys that a config may lack are None."""
+    passed = {"patches": {"d_link": 0.8, "descriptor": "published"}, "minimal": {"percent": 5}, "threads": 2}
+    found = Settings.of(passed)
+    assert (found.patches.d_link, found.patches.descriptor) == (0.8, "published")
+    assert (found.minimal.percent, found.minimal.error, found.minimal.combination) == (5, None, None)
+    for read in (
+        lambda: found.patches.r_zernike,
+        lambda: found.patches.model_copy(update={"d_link": 0.9}).r_zernike,
+        lambda: pickle.loads(pickle.dumps(found)).patches.r_zernike,
+    ):
+        with pytest.raises(
+            AttributeError, match=r"patches\.r_zernike was read, but the rule .* does not pass it"
+        ):
+            read()
+    for name in ("surface", "sampling", "evaluation", "fields"):
+        with pytest.raises(AttributeError, match=f"^{name} was read"):
+            getattr(found, name)
+    with pytest.raises(AttributeError, match="sampler was read"):
+        _ = found.minimal.sampler
+    with pytest.raises(AttributeError, match="object has no attribute 'r_zernicke'"):
+        _ = found.patches.r_zernicke
+    whole = Settings().model_dump(exclude_none=True)
+    assert Settings.of(whole) == Settings(**whole)
 
 
 def test_a_scaled_link_is_no_reading_of_the_grid():

@@ -19,6 +19,7 @@ from matplotlib.text import Text
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
 from sparsurf.sampling.combination import Combination
+from sparsurf.settings import Settings
 from sparsurf.views import layout, render
 from sparsurf_study.report.figures import (
     d_over_grid,
@@ -91,13 +92,8 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
     inputs |= {"surface": folder / "surface.npz", "best": folder / "best.json"}
     outputs = {name: tmp_path / f"{name}.png" for name in ("required_dots", "rough_and_flat", "subsets")}
     outputs |= {"svg": [], "bins": tmp_path / "bins.csv"}
-    params = {
-        "patches": {},
-        "evaluation": {"test_dots": 20, "draws": 2},
-        "minimal": {},
-        "sampling": {},
-        "seed": 20261120,
-    }
+    params = Settings().model_dump(include={"patches", "minimal", "sampling"})
+    params |= {"evaluation": {"test_dots": 20}, "seed": 20261120}
     run_script("draw_figures", tmp_path, inputs, outputs, params, protein="still", conformation="f0")
     best = json.loads(inputs["best"].read_text())
     winner = best["kept"]["unrestricted"]

@@ -477,7 +477,7 @@ def test_a_partner_of_a_complex_has_all_of_its_chains(tmp_path):
         f"{kind}_{side}": str(tmp_path / f"{kind}{side}.{end}") for kind, end in KINDS for side in (1, 2)
     }
     params = {"pair": {"complex": "three.pdb", "chains": [["B", "C"], ["A"]]}}
-    params |= {"surface": {"density": 6.0}, "d_link": 0.5}
+    params |= {"surface": Settings(surface={"density": 6.0}).surface.model_dump(), "d_link": 0.5}
     run_script("compute_partner_surfaces", tmp_path, {"files": str(path)}, outputs, params, pair="p")
     for side, chains in ((1, {"B", "C"}), (2, {"A"})):
         structure = read_study_structure(outputs[f"structure_{side}"])
@@ -577,7 +577,8 @@ def test_a_form_with_another_chain_is_drawn_in_the_colours_of_its_change(run, tm
             f"structure_{side}": tmp_path / f"{side}.pdb",
         }
     outputs = {"png": "x.png"} | {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
-    params = {"forms": ["moving/f700", "moving/f0"], "patches": ready[0]["patches"], "seed": ready[0]["seed"]}
+    params = {name: ready[0][name] for name in ("patches", "sampling", "seed")}
+    params["forms"] = ["moving/f700", "moving/f0"]
     run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")
     for side in (1, 2):
         paths = (tmp_path / f"{side}.html", run / f"changes/bend/view_{side}.html")
@@ -592,7 +593,11 @@ def test_a_comparison_of_samplers_names_its_surface(run, tmp_path, monkeypatch, 
     inputs = {name: str(run / f"ready/c1/{name}.csv") for name in ("roughness", "ranges", "floors")}
     inputs["surface"] = str(run / "ready/c1/surface.npz")
     params = {name: config[name] for name in ("patches", "sampling", "seed")}
-    params |= {"evaluation": {"test_dots": 5, "draws": 1}, "title": "mine", "percents": [30]}
+    params |= {
+        "evaluation": {"test_dots": 5, "draws": 1, "readings": ["kept", "full"]},
+        "title": "mine",
+        "percents": [30],
+    }
     params["samplers"] = ["uniform", "farthest"]
     outputs = {"table": str(tmp_path / "compare.csv"), "png": "compare.png"}
     run_script("compare_samplers", tmp_path, inputs, outputs, params, protein="ready", conformation="c1")
