@@ -8,7 +8,6 @@ import json
 import multiprocessing
 import os
 import pickle
-import runpy
 import shutil
 import subprocess
 import sys
@@ -27,9 +26,7 @@ from snakemake.rules import Namedlist  # where every version since 9.0 has it
 import warm_python
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf.errors import InputError
-from sparsurf_study import columns
-from sparsurf_study.workflow.job_logs import failure
+from sparsurf_study import columns, debug
 
 TDP43 = ROOT / "data" / "tdp43"
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
@@ -128,14 +125,11 @@ def command(folder, config, *options, root=ROOT, python=sys.executable):
 
 
 def run_script(name, folder, inputs, outputs, params=(), **wildcards):
-    """Run a script of a rule in this process, with its log in a folder; raise InputError with the sentence of an error."""
+    """Run a script of a rule in this process, with its log in a folder; its error is raised."""
     files = [Namedlist(fromdict=files) for files in (inputs, outputs, dict(params), wildcards)]
     given = dict(zip(("input", "output", "params", "wildcards"), files, strict=True))
     snakemake = SimpleNamespace(**given, log=[folder / f"{name}.log"], rule=name, threads=1)
-    try:
-        runpy.run_path(ROOT / "scripts" / f"{name}.py", {"snakemake": snakemake})
-    except SystemExit:
-        raise InputError(failure(snakemake.log[0])) from None
+    debug.run_script(ROOT / "scripts" / f"{name}.py", snakemake)
 
 
 def output(process):

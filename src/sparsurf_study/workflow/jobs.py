@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
 
 
+RAISE = "raises_errors"  # attribute of the object `snakemake` that sparsurf_study.debug hands to a script
+
+
 class Job:
     """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake."""
 
@@ -75,6 +78,8 @@ def job(snakemake: Any) -> Iterator[Job]:
                 print(f"{ERROR}{sentence}", file=log)
             if sentence == STOPPED:
                 raise KeyboardInterrupt from None
+            if getattr(snakemake, RAISE, False):
+                raise
             print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
