@@ -140,6 +140,7 @@ def test_what_the_registries_touch_passes_after_the_recipes(extended):
     files = (
         "library/sampling/test_samplers.py", "library/patches/test_descriptors.py", "library/cli/test_options.py",
         "study/test_columns.py", "study/workflow/test_config.py", "test_architecture.py", "docs/test_table_numbers.py",
+        "study/workflow/test_consequences.py::test_every_key_of_the_config_has_its_consequences",
     )  # fmt: skip
     paths = [f"tests/{name}" for name in files]
     chosen = (

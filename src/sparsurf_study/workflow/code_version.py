@@ -68,7 +68,7 @@ def statements(tree: ast.Module) -> Iterator[ast.AST]:
 
 
 def imported_names(statement: ast.AST, path: Path) -> Iterator[str]:
-    """Yield the full names that a statement of a file imports: modules, and the names within them, which are modules as well or not."""
+    """Yield the full names that a statement of a file imports: modules, and the names within them."""
     if isinstance(statement, ast.Import):
         yield from (alias.name for alias in statement.names)
     elif isinstance(statement, ast.ImportFrom):
