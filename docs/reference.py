@@ -57,8 +57,15 @@ def _option(action: Action) -> str:
     few = len(action.choices or ()) in (1, 2)
     value = f"{{{','.join(action.choices)}}}" if few else action.metavar or action.dest.upper()
     names = [f"{name}{f' {value}' * (action.nargs != 0)}" for name in action.option_strings] or [value]
-    meaning = (action.help or "").replace("%%", "%").replace("|", "\\|").replace("<", "&lt;")
-    meaning += "" if few or not action.choices else f": {', '.join(action.choices)}"
+    listed = "%(choices)s" in (action.help or "")
+    meaning = (
+        (action.help or "")
+        .replace("%(choices)s", ", ".join(action.choices or ()))
+        .replace("%%", "%")
+        .replace("|", "\\|")
+        .replace("<", "&lt;")
+    )
+    meaning += "" if few or listed or not action.choices else f": {', '.join(action.choices)}"
     return f"| {', '.join(f'`{name}`' for name in names)} | {meaning} |\n"
 
 

@@ -42,7 +42,6 @@ from sparsurf.patches.roughness import roughness
 from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
-from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
@@ -327,7 +326,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> list[str]:
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
         theirs = table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
         prepared, rng = PreparedSurface(surface, streams=Streams(name="bench")), np.random.default_rng(0)
-        ours = partial(SAMPLERS["farthest"], prepared, keep, rng)
+        ours = partial(farthest, prepared, keep, rng)
         compare_with(table, "fpsample", theirs, "the same here", ours, repeats, n)
     image = np.random.default_rng(0).random((PIXELS, PIXELS))
     images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))

@@ -4,7 +4,7 @@ import re
 from dataclasses import astuple
 
 from sparsurf_study.batches.assignment import batched_structures, batches_of
-from sparsurf.settings import SAMPLERS_OF_COMBINATIONS
+from sparsurf import kinds
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
@@ -175,7 +175,7 @@ def if_sampled(file):
 
 def ranges_of_paper_sampler(wildcards):
     """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
-    takes_them = config["minimal"]["sampler"] in SAMPLERS_OF_COMBINATIONS
+    takes_them = config["minimal"]["sampler"] in kinds.samplers_of_combinations()
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 

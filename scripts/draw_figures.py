@@ -4,7 +4,8 @@ import json
 from importlib import import_module
 from pathlib import Path
 
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.patches.readings import words_of
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.surfaces.surface import Surface
@@ -29,7 +30,7 @@ with job(snakemake) as s:
     )
     around = kept_and_any(prepared, combination, readings, s.settings.evaluation.test_dots)
     write_table(s.output.bins, table_of_bins(around))
-    words = f"the paper's sampling, highest d {READINGS[readings[0]].words}, {combination}"
+    words = f"the paper's sampling, highest d {words_of(readings[0])}, {combination}"
     results = Results(
         name=s.place,
         surface=prepared.surface,
@@ -37,7 +38,7 @@ with job(snakemake) as s:
         best=best,
         subsets=[
             (words, sampled, layout.SAMPLED),
-            ("random subset of the same size", uniform, layout.LINES["uniform"][0]),
+            ("random subset of the same size", uniform, layout.RANDOM),
             (f"minimal subset, {sampler_label(s.settings.minimal.sampler)}", minimal, layout.DARK),
         ],
         recovered=subsets.recovered_from(prepared, minimal, s.threads),

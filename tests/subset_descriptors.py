@@ -18,7 +18,7 @@ def evaluate(
     descriptor="published",
 ):
     """Descriptors (T, B, width) and numbers of dots (T, B) of the patches of B subsets at `tests`."""
-    kind = descriptors.DESCRIPTORS[descriptor]
+    kind = descriptors.descriptor_of(descriptor)
     out = np.empty((len(tests), n_subsets, kind.width))
 
     def store(a, b, z):

@@ -12,7 +12,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling.combination import PUBLISHED_ROWS
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import get_sampler
 from sparsurf_study.analysis.relation import with_interval
 from sparsurf_study.workflow.jobs import Job
 
@@ -47,7 +47,7 @@ def clumps_table(
     draws and test dots, and d (Z of the uniform subset less Z, paired by draw and test dot) with its 95 % interval
     """
     methods: dict[str, Callable[[int, np.random.Generator], np.ndarray]] = {
-        FARTHEST: lambda n, rng: SAMPLERS[FARTHEST](prepared, n, rng)
+        FARTHEST: lambda n, rng: get_sampler(FARTHEST)(prepared, n, rng)
     }
     for radius in radii:
         methods[f"clumps of {radius:g} Å"] = lambda n, rng, radius=radius: clumps(

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from measures.molecules import atoms_of
 from measures.tables import read_tables, write_tables
-from sparsurf.patches.descriptors import DESCRIPTORS, describe
+from sparsurf import kinds
+from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.streams import stream
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
@@ -67,11 +68,11 @@ def steadiness(
     descriptors = {}
     for change, points, normals, places in poses(xyz, radii, tests, density, rng):
         index = build_index(points, normals, D_LINK)
-        for name in DESCRIPTORS:
+        for name in kinds.TABLE["descriptor"]:
             z, _ = describe(index, places, threads=threads, descriptor=name)
             descriptors.setdefault((name, change), []).append(z)
     rows = []
-    for name in DESCRIPTORS:
+    for name in kinds.TABLE["descriptor"]:
         z = descriptors[name, ""][0]
         apart = np.linalg.norm(z - np.roll(z, 1, axis=0), axis=1).mean()  # tests stand in random order
         for change in CHANGES:

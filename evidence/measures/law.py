@@ -13,7 +13,7 @@ from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import KINDS
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_recovered, kept_out
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.views import layout
@@ -47,7 +47,7 @@ def errors_by_density(
     errors, those in this part)
     """
     n = np.round(np.asarray(densities) * prepared.area).astype(int)
-    order = SAMPLERS[SAMPLER](prepared, int(n.max()), prepared.stream("law"))
+    order = get_sampler(SAMPLER)(prepared, int(n.max()), prepared.stream("law"))
     rows, rows_of_parts = [], []
     for requested, n_kept in zip(densities, n, strict=True):
         kept = order[:n_kept]

@@ -21,7 +21,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import components_of, table_of_components
@@ -184,7 +184,7 @@ def _of_size(
         return name, len(dots[0]), DOT * len(dots[0]), partial(recover, *dots), len(dots[0])
 
     def chosen(sampler: str) -> tuple[np.ndarray, np.ndarray]:
-        subset = SAMPLERS[sampler](prepared, n, stream(sampler))
+        subset = get_sampler(sampler)(prepared, n, stream(sampler))
         return points[subset], normals[subset]
 
     kept = chosen("farthest")

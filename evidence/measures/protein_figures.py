@@ -7,14 +7,15 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
-from sparsurf.recovery.readings import READINGS, RECOVERED
+from sparsurf import kinds
+from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, words_of
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.views import layout
-from sparsurf.views.layout import LINES, PALETTE, styled
+from sparsurf.views.layout import PALETTE, styled
 
 COLOURS = {FULL_READING: PALETTE[0], KEPT_READING: PALETTE[5], RECOVERED: PALETTE[2]}
-WORDS = {reading: READINGS[reading].words for reading in GRID_READINGS} | {
+WORDS = {reading: words_of(reading) for reading in GRID_READINGS} | {
     RECOVERED: "reconstructed, a quarter of the grid"
 }
 READINGS_SHOWN = [name for name in GRID_READINGS if name in COLOURS]
@@ -59,7 +60,7 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     for k, reading in enumerate((FULL_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
-            colour, width, marker = LINES[sampler]
+            colour, width, marker = kinds.TABLE["sampler"][sampler].line
             ax.fill_between(
                 rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0
             )

@@ -12,8 +12,9 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
-surface is sampled and compared many times. A molecule is a path, a `Molecule`, or atoms of mdtraj, biotite, MDAnalysis, gemmi
-or Biopython. A wrong input raises `InputError` with one sentence.
+surface is sampled and compared many times, and `register` adds a sampler, descriptor, roughness or field of your own. A molecule
+is a path, a `Molecule`, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython. A wrong input raises `InputError` with one
+sentence.
 
 Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
 
@@ -69,6 +70,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.writing import write
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.evaluation.prepared_surface import PreparedSurface
+    from sparsurf.kinds import register
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.recovery.law import density_for, error_at
@@ -100,6 +102,7 @@ FUNCTIONS = {
     "residues": "api.fields",
     "write": "api.writing",
     "show": "api.show",
+    "register": "kinds",
 }
 CLASSES = {
     "Molecule": "molecules.molecule",
@@ -133,6 +136,7 @@ __all__ = [
     "read_molecule",
     "read_surface",
     "recover",
+    "register",
     "residues",
     "roughness",
     "sample",

@@ -104,6 +104,38 @@ def check_flag(value: Any, name: str) -> None:
         raise InputError(f"{name} is {value!r}; it must be True or False.")
 
 
+def checked_result(
+    values: Any, name: str, shape: tuple[int | None, ...], allow_nan: bool = False
+) -> np.ndarray:
+    """Return the numbers, float64, that a function of the user returned; raise InputError for others.
+
+    `name` is that of the function, and `shape` what the numbers must have; None stands for any length of 1 or more.
+    """
+    import numpy as np
+
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        array = np.asarray(None)  # rows of unequal lengths
+    words = " x ".join("any number" if length is None else f"{length:,}" for length in shape)
+    is_number = array.dtype.kind in "biuf"
+    if not is_number or array.ndim != len(shape):
+        what = (
+            f"an array of {array.dtype} and shape {array.shape}"
+            if array.ndim
+            else f"a {type(values).__name__}"
+        )
+        raise InputError(f"{name} returns {what}; it must return {words} numbers.")
+    if any(
+        n != wanted if wanted is not None else n < 1 for n, wanted in zip(array.shape, shape, strict=True)
+    ):
+        raise InputError(f"{name} returns an array of shape {array.shape}; it must return {words} numbers.")
+    array = array.astype(np.float64)
+    if np.isinf(array).any() or (np.isnan(array).any() and not allow_nan):
+        raise InputError(f"{name} returns NaN or infinity; it must return finite numbers.")
+    return array
+
+
 def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
     """Return the user's values as one array: of whole numbers if empty, of dots if they are a mask of all `n_dots`.
 

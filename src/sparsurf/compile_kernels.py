@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
+from sparsurf import kinds
+
 BALL_DOTS = 300
 
 
@@ -47,7 +49,7 @@ def compile_patches() -> None:
     tests = prepared.draw_tests(4)
     subsets = list(prepared.pair((0.5, 0.5, 1.0, 1.0), 0))
     prepared.distances(subsets, tests, prepared.describe(tests)[0], FULL_READING)
-    for choose in samplers.SAMPLERS.values():
+    for choose in samplers.get_samplers(kinds.TABLE["sampler"], "sampler").values():
         choose(prepared, 20, np.random.default_rng(0))
 
 

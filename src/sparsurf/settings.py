@@ -1,11 +1,10 @@
 """Settings of the functions that compute: sections with a type, limits, a default and a meaning for each key.
 
-The config of a study has the same sections (`sparsurf_study.settings` adds those that only a study has). Names that a key may
-hold stand here, so that planning a study imports no numpy; a test compares them with the library.
+The config of a study has the same sections (`sparsurf_study.settings` adds those that only a study has).
 """
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -13,18 +12,14 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    WithJsonSchema,
     WrapValidator,
     model_validator,
 )
+from pydantic_core import PydanticKnownError
 
-from sparsurf import arguments
+from sparsurf import arguments, kinds
 
-Sampler = Literal["paper", "paper_corrected", "uniform", "poisson", "farthest"]
-Roughness = Literal["published"]
-Descriptor = Literal["published", "rotation_robust"]
-Reading = Literal["kept", "full", "kept_scaled", "recovered"]
-SAMPLERS, ROUGHNESSES, DESCRIPTORS = map(get_args, (Sampler, Roughness, Descriptor))
-SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
 # `minimal` takes exactly one of them
 REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 
@@ -42,6 +37,24 @@ def _as_written(value: Any, validate: Any) -> Any:
     """Check a number and keep it as it is: 2 stays an integer, 2.0 a float."""
     validate(value)
     return value
+
+
+def _one_of(kind: str, built_in: bool = False) -> Any:
+    """Return the type of a key that names one choice of a kind; its schema lists those of the library.
+
+    Unless it must be `built_in`, names that installed packages add are taken as well.
+    """
+
+    def check(value: Any) -> Any:
+        if isinstance(value, str) and (
+            value in kinds.TABLE[kind] or (not built_in and kinds.has(kind, value))
+        ):
+            return value
+        listed = [*kinds.TABLE[kind]] if built_in else kinds.names(kind)
+        raise PydanticKnownError("literal_error", {"expected": ", ".join(map(repr, listed))})
+
+    schema = WithJsonSchema({"enum": [*kinds.TABLE[kind]], "type": "string"})
+    return Annotated[str, BeforeValidator(check), schema]
 
 
 def without_repeats(values: list) -> list:
@@ -63,6 +76,14 @@ def _bounds(limits: arguments.Limits) -> dict[str, float]:
 
 
 INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
+if TYPE_CHECKING:  # for a type checker, a name is a string
+    Sampler: TypeAlias = str
+    Roughness: TypeAlias = str
+    Descriptor: TypeAlias = str
+    Reading: TypeAlias = str
+else:
+    Sampler, Roughness, Descriptor = map(_one_of, ("sampler", "roughness", "descriptor"))
+    Reading = _one_of("reading", built_in=True)  # whose columns the tables of a study describe
 Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
 Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
 TestDots = Literal["published"] | Annotated[int, Field(**_bounds(arguments.TEST_DOTS)), INTEGER]

@@ -11,8 +11,10 @@ from typing import Any
 
 import yaml
 
+from sparsurf import kinds
+
 PLACEHOLDERS = {
-    "<reading>": "(?:kept|kept_scaled|full|recovered)",
+    "<reading>": f"(?:{'|'.join(kinds.TABLE['reading'])})",
     "<residue>": r"[^:]*:\w+",
     "<n>": r"\d+",
     "<m>": r"\d+",

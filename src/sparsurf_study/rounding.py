@@ -7,6 +7,8 @@ import re
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from sparsurf import kinds
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -14,7 +16,7 @@ DIGITS = 6  # of numbers without an error
 DIGITS_OF_ERROR = 2
 STANDARD_ERRORS_PER_INTERVAL = 4  # of 95 %
 MAX_DECIMALS = 12
-ENDING = re.compile(r"_(?:kept|kept_scaled|full|recovered)$")
+ENDING = re.compile(f"_(?:{'|'.join(kinds.TABLE['reading'])})$")
 VALUES = ("Z", "value", "auc", "mean", "difference", "factor")  # whose error is called se, low and high
 
 

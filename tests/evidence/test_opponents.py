@@ -9,7 +9,7 @@ from measures.recovery import truth
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces.mesh import molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -53,7 +53,7 @@ def test_errors_of_both_sides_by_hand():
 
 def test_surfaces_through_the_same_dots_by_pymeshlab(ball):
     pytest.importorskip("pymeshlab")
-    keep = SAMPLERS["farthest"](PreparedSurface(ball.vertices), 200, np.random.default_rng(0))
+    keep = farthest(PreparedSurface(ball.vertices), 200, np.random.default_rng(0))
     dots = ball.vertices.points[keep], ball.vertices.points[keep] / 4
     for name, rebuild in rebuilding.rebuilders().items():
         corners, triangles = rebuild(*dots)
@@ -88,7 +88,7 @@ def test_bytes_and_errors():
     )  # Euler: two triangles a vertex, but for four
     surface = molecular_surface(ATOMS, RADII)
     prepared = PreparedSurface(surface, streams=Streams(20261120, "three atoms"))
-    chosen = SAMPLERS["farthest"](prepared, kept["n_S"], prepared.stream("recovery", "farthest"))
+    chosen = farthest(prepared, kept["n_S"], prepared.stream("recovery", "farthest"))
     true, few = truth(ATOMS, RADII), (surface.points[chosen], surface.normals[chosen])
     dense = [each[len(chosen) :] for each in recover(*few, DENSITY_FOR_ERRORS)]  # without the kept dots
     wanted = opponents.two_sided(*dense, true, np.full(len(true.points), True))

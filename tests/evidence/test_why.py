@@ -13,7 +13,7 @@ from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.farthest_point import farthest_point_sampling
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
@@ -230,7 +230,7 @@ def test_holes_are_the_distances_to_the_nearest_kept_dot(prepared):
         ["sampler", "percent"]
     )
     points, n = prepared.points, round(0.2 * len(prepared))
-    far = SAMPLERS["farthest"](prepared, n, prepared.stream("holes", "farthest", n, 0))
+    far = farthest(prepared, n, prepared.stream("holes", "farthest", n, 0))
     cut = clumps.clumps(points, n, holes.CLUMP_RADIUS, prepared.stream("holes", "clumps", n, 0))
     for name, kept in (("farthest", far), ("clumps", cut)):
         distance = np.linalg.norm(points[:, None] - points[kept][None], axis=2).min(axis=1)
@@ -261,7 +261,7 @@ def test_the_measure_that_z_follows_has_the_smallest_residual():
 def test_the_patch_of_a_dot_is_compared_with_that_of_the_nearest_centre(prepared):
     found = centres.centres_table(prepared, ["uniform", "farthest"], [5], 8, 1).set_index("sampler")
     points, normals, n = prepared.points, prepared.normals, round(0.05 * len(prepared))
-    kept = SAMPLERS["farthest"](prepared, n, prepared.stream("centres", "farthest", n, 0))
+    kept = farthest(prepared, n, prepared.stream("centres", "farthest", n, 0))
     tests = prepared.draw_tests(8)
 
     def described(i):

@@ -5,19 +5,18 @@ import pytest
 
 from conftest import ROOT
 from small_study import table_of
+from sparsurf import kinds
 from sparsurf.cli import command
-from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.errors import InputError
-from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.surfaces.surface import RESERVED_COLUMNS
 from sparsurf_study import columns
 from sparsurf_study.analysis.tables import read_table
 from sparsurf_study.pairs import residue_moments
 
 NAMES = {
-    *FIELDS,
+    *kinds.TABLE["field"],
     *residue_moments.FIELDS,
-    *SAMPLERS,
+    *kinds.TABLE["sampler"],
     "score",
 }  # of fields and samplers; the small study has a field called score
 PLACES = ("<field>", "<sampler>", "<floor>")

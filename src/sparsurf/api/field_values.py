@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.api.inputs import field_names
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_PATCH, build_index
@@ -15,46 +16,51 @@ from sparsurf.suggestions import did_you_mean
 from sparsurf.surfaces.spacing import refuse_sparse
 
 if TYPE_CHECKING:
+    from sparsurf.dot_fields.registry import FieldLike
     from sparsurf.surfaces.surface import Surface
 
 ROUGHNESS = "roughness"
 
 
-def check_fields(names: str | Sequence[str], function: str) -> tuple[str, ...]:
-    """Return names of fields that points and vertices can have; raise InputError, in the name of a function, for others."""
-    from sparsurf.dot_fields.registry import FIELDS  # here: few ask for fields
-
-    chosen, known = field_names(names, "fields"), (ROUGHNESS, *FIELDS)
-    for name in chosen:
-        if name not in known:
-            hint = did_you_mean(name, known) or f"; the fields are {', '.join(known)}."
-            raise InputError(f"{function}: there is no field {name!r}{hint}")
+def check_fields(fields: FieldLike | Sequence[FieldLike], function: str) -> tuple[FieldLike, ...]:
+    """Return fields that points and vertices can have; raise InputError, in the name of a function, for others."""
+    chosen = field_names(fields, "fields")
+    for field in chosen:
+        if not callable(field) and field != ROUGHNESS and not kinds.has("field", field):
+            listed = (ROUGHNESS, *kinds.names("field"))
+            hint = did_you_mean(field, listed) or f"; the fields are {', '.join(listed)}."
+            raise InputError(f"{function}: there is no field {field!r}{hint}")
+        if callable(field) and kinds.name_of("field", field, "fields") == ROUGHNESS:
+            raise InputError(f"{function}: {ROUGHNESS} is a field already; rename your function.")
     return chosen
 
 
 def with_fields(
-    surface: Surface, names: Sequence[str], dense: Callable[[], Surface], function: str, threads: int
+    surface: Surface, fields: Sequence[FieldLike], dense: Callable[[], Surface], function: str, threads: int
 ) -> Surface:
     """Return a surface with fields of the molecule that it carries.
 
     `dense` places the dots whose roughness counts: a point has that of the nearest of them.
     """
     values: dict[str, np.ndarray] = {}
-    if not names:
+    if not fields:
         return surface
-    from sparsurf.dot_fields.registry import FIELDS, compute_fields  # here: few ask for fields
+    from sparsurf.dot_fields.registry import compute_fields, takes_dots  # here: few ask for fields
 
-    values |= {
-        name: FIELDS[name].function(surface) for name in names if name in FIELDS and FIELDS[name].of_dots
+    names = {
+        field if field == ROUGHNESS else kinds.name_of("field", field, "fields"): field for field in fields
     }
-    if of_atoms := [name for name in names if name in FIELDS and name not in values]:
-        if surface.origin is None or surface.origin.molecule is None:
+    origin = surface.origin
+    molecule = None if origin is None or origin.molecule is None else origin.molecule.frame(origin.frame)
+    for name, field in names.items():
+        if field == ROUGHNESS:
+            continue
+        if molecule is None and not takes_dots(field):
             raise InputError(
-                f"{function}: the field {of_atoms[0]} follows from residues and charges, which are unknown here; give a "
+                f"{function}: the field {name} follows from residues and charges, which are unknown here; give a "
                 "structure or a molecule."
             )
-        table = compute_fields(of_atoms, surface.origin.molecule.frame(surface.origin.frame), surface.points)
-        values |= {str(name): table[name].to_numpy() for name in table}
+        values[name] = compute_fields([field], molecule, surface.points, dots=surface)[name].to_numpy()
     if ROUGHNESS in names:
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 

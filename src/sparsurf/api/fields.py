@@ -23,7 +23,7 @@ from sparsurf.api.inputs import (
 from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import index_array
-from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.dot_fields.registry import FieldLike, compute_fields
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
     from sparsurf.surfaces.mesh import Mesh
 
-FIELDS = ("hydropathy", "potential")
+DEFAULT_FIELDS = ("hydropathy", "potential")
 
 
 @public(of_dots=True)
 def fields(
     molecule: MoleculeLike | Surface | Points | Mesh,
     dots: Any = None,
-    names: str | Sequence[str] = FIELDS,
+    names: FieldLike | Sequence[FieldLike] = DEFAULT_FIELDS,
     *,
     frame: int = 0,
     charges: str | Path = "table",
@@ -58,13 +58,14 @@ def fields(
         Dots from `surface`, points from `points` or a mesh, which carry their molecule, may take its place.
     dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
-    names : str or sequence of str
+    names : str, callable, or sequence of these
         hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
         over 2.5 Å), mean_curvature (1/Å), gaussian_curvature (1/Å^2) and shape_index (-1 to 1) of the sphere or torus that
         a dot of `surface` or `points` lies on, exact and positive where the surface is convex, hbond, or columns of `table`.
         hbond is (donated - accepted) / (donated + accepted) hydrogen bonds of the atom that the dot belongs to, by the names
         of residue and atom: 1 a donor, -1 an acceptor, 0 neither or both alike. It needs no hydrogens. It is no energy and
-        has no direction, and it does not say whether a bond is formed.
+        has no direction, and it does not say whether a bond is formed. A function (molecule, points) that returns (N,)
+        numbers, or a name given to `register`, may take the place of these names.
     frame : int
         Position of the frame, from 0.
     charges : str
@@ -76,7 +77,7 @@ def fields(
     Returns
     -------
     DataFrame, (N, F)
-        One column per name.
+        One column per name; that of a function is called by its `__name__`.
 
     Examples
     --------

@@ -119,10 +119,10 @@ def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
     return subset.astype(np.int64)
 
 
-def field_names(names: Any, key: str) -> tuple[str, ...]:
-    """Return names of fields from one name or several; `key` names the argument in the error."""
+def field_names(names: Any, key: str) -> tuple[Any, ...]:
+    """Return fields, names or functions, from one or several; `key` names the argument in the error."""
     result = (names,) if isinstance(names, str) or not hasattr(names, "__iter__") else tuple(names)
-    if not all(isinstance(name, str) for name in result):
+    if not all(isinstance(name, str) or callable(name) for name in result):
         raise InputError(f"{key} is {names!r}; it must be names such as ('hydropathy', 'potential').")
     return result
 

@@ -28,7 +28,7 @@ from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
-from sparsurf.sampling.samplers import get_samplers
+from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import Minimal, Patches, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
@@ -60,7 +60,7 @@ def minimal(
     density: float | None = None,
     error: float | None = None,
     max_z: float | None = None,
-    sampler: str = "farthest",
+    sampler: SamplerLike = "farthest",
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
 ) -> Subset:
@@ -85,8 +85,8 @@ def minimal(
         hydrogens.
     max_z : float, optional
         Largest Z (see `compare`) of the dots as they are, without reconstruction.
-    sampler : str
-        How the dots are chosen, as in `sample` (default 'farthest', farthest-point sampling).
+    sampler : str or callable
+        How the dots are chosen, by name or by a function, as in `sample` (default 'farthest', farthest-point sampling).
     d_link : float
         Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int
@@ -124,7 +124,7 @@ def minimal(
 
 
 def represented(
-    source: SurfaceLike, sizes: dict[str, Any], sampler: str, seed: int, d_link: float
+    source: SurfaceLike, sizes: dict[str, Any], sampler: SamplerLike, seed: int, d_link: float
 ) -> Representation:
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
     request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
-from sparsurf.api.fields import FIELDS
+from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -92,7 +92,7 @@ def with_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, l
     if molecule is None or surface.origin is None:
         return surface, missing
     fields = dict(surface.fields)
-    for name in FIELDS:
+    for name in DEFAULT_FIELDS:
         try:
             table = compute_fields((name,), molecule.frame(surface.origin.frame), surface.points)
         except InputError:

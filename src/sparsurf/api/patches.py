@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index
-from sparsurf.arguments import LENGTH, check_choice, check_flag, index_array
+from sparsurf.arguments import LENGTH, check_flag, index_array
 from sparsurf.errors import InputError
-from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED, describe
+from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
+from sparsurf.patches.roughness import RoughnessFunction
 from sparsurf.patches.roughness import roughness as roughness_of_dots
 from sparsurf.suggestions import public
 from sparsurf.threads import available_cores
@@ -24,7 +26,13 @@ log = logging.getLogger("sparsurf")
 
 
 @public(of_dots=True)
-def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float = D_LINK) -> np.ndarray:
+def roughness(
+    surface: SurfaceLike,
+    *,
+    r_patch: float = R_PATCH,
+    d_link: float = D_LINK,
+    roughness: str | RoughnessFunction = PUBLISHED,
+) -> np.ndarray:
     """Compute the local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
 
     Parameters
@@ -37,6 +45,9 @@ def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float =
     d_link : float
         Distance below which two dots are linked, Å (default 0.5). A patch is the largest linked island of dots within
         `r_patch`.
+    roughness : str or callable
+        Definition of the roughness (default 'published', that of the paper): a name, also one given to `register`, or a
+        function (index, radius, threads) of a PatchIndex, Å and a number, which returns (N,) numbers from 0 (rough) to 1.
 
     Returns
     -------
@@ -67,7 +78,8 @@ def roughness(surface: SurfaceLike, *, r_patch: float = R_PATCH, d_link: float =
     True
     """
     r_patch = LENGTH.check(r_patch, "r_patch")
-    return roughness_of_dots(as_index(surface, d_link), r_patch, available_cores())
+    kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
+    return roughness_of_dots(as_index(surface, d_link), r_patch, available_cores(), roughness)
 
 
 @public(of_dots=True)
@@ -78,7 +90,7 @@ def descriptors(
     r_zernike: float = R_ZERNIKE,
     up: bool = True,
     d_link: float = D_LINK,
-    descriptor: str = PUBLISHED,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> np.ndarray:
     """Compute the 2D Zernike descriptors of patches.
 
@@ -94,14 +106,15 @@ def descriptors(
         Whether the mean normal of a patch is turned to +z (default True) or to -z, as for the partner in a complex.
     d_link : float
         Distance below which two dots of a patch are linked, Å (default 0.5). A patch is the linked island of its centre.
-    descriptor : {'published', 'rotation_robust'}
+    descriptor : {'published', 'rotation_robust'}, or callable
         Kind of descriptor (default 'published'). 'rotation_robust' changes little when the molecule is rotated; a `d_link`
-        of 0.6 Å suits it best.
+        of 0.6 Å suits it best. A function (patches) of `Patches`, or a name given to `register`, may take the place of these
+        names; it returns numbers (P, width).
 
     Returns
     -------
     (T, 121) float64
-        ``|c_nm|`` in the order of n, then m. A centre without a patch has zeros, and a warning says so.
+        ``|c_nm|`` in the order of n, then m; (T, width) of a function. A centre without a patch has zeros, and a warning says so.
 
     Raises
     ------
@@ -128,13 +141,18 @@ def descriptors(
     """
     r_zernike = LENGTH.check(r_zernike, "r_zernike")
     check_flag(up, "up")
-    check_choice(descriptor, list(DESCRIPTORS), "descriptor")
+    kinds.load("descriptor", descriptor, "descriptor")  # refused before dots are placed
     index = as_index(surface, d_link)
     return describe_points(index, _points_at(index, at), r_zernike, bool(up), "at", descriptor)
 
 
 def describe_points(
-    index: PatchIndex, points: np.ndarray, radius: float, up: bool, name: str, descriptor: str = PUBLISHED
+    index: PatchIndex,
+    points: np.ndarray,
+    radius: float,
+    up: bool,
+    name: str,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> np.ndarray:
     """Return descriptors (T, 121) of the patches around points (T, 3), called `name`; warn of points without a patch."""
     z, sizes = describe(index, points, radius, up, available_cores(), descriptor)

@@ -37,6 +37,8 @@ from sparsurf.threads import available_cores
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sparsurf.dot_fields.registry import FieldLike
+
 log = logging.getLogger("sparsurf")
 
 N_POINTS = 1024
@@ -54,7 +56,7 @@ class Request(NamedTuple):
     density: float | None
     seed: int
     rules: Rules
-    fields: tuple[str, ...]
+    fields: tuple[FieldLike, ...]
 
 
 @public()
@@ -63,7 +65,7 @@ def points(
     n_dots: int | None = None,
     *,
     density: float | None = None,
-    fields: str | Sequence[str] = (),
+    fields: FieldLike | Sequence[FieldLike] = (),
     seed: int = DEFAULT_SEED,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
@@ -83,7 +85,7 @@ def points(
         Number of points (default 1024, unless `density` is given).
     density : float, optional
         Instead of `n_dots`, the number of points per Å^2.
-    fields : str or sequence of str
+    fields : str, callable, or sequence of these
         Values at the points (default none): 'roughness', that of the dense surface at the same place, and any name that
         `fields` accepts, such as 'hydropathy'.
     seed : int
@@ -131,7 +133,7 @@ def points(
 def _checked(
     n_dots: int | None,
     density: float | None,
-    fields: str | Sequence[str],
+    fields: FieldLike | Sequence[FieldLike],
     seed: int,
     probe_radius: float,
     radii: str,
@@ -250,7 +252,7 @@ def points_of(
     n_dots: int | None = None,
     *,
     density: float | None = None,
-    fields: str | Sequence[str] = (),
+    fields: FieldLike | Sequence[FieldLike] = (),
     seed: int = DEFAULT_SEED,
     probe_radius: float = PROBE_RADIUS,
     radii: str = "dms",
@@ -267,7 +269,7 @@ def points_of(
         Number of points on each structure, as for `points` (default 1024, unless `density` is given).
     density : float, optional
         Instead of `n_dots`, the number of points per Å^2.
-    fields : str or sequence of str
+    fields : str, callable, or sequence of these
         Values at the points, as for `points` (default none).
     seed : int
         Seed for the choice of each first point (default 20261120).

@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import encode_label
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.surface import Surface
 
-SCENES = (".pml", ".pdb", ".bild")  # of one file; .cxc has two files next to it
+# Of one file, which shows colours and stores no numbers; .cxc has two files next to it
+SCENES = tuple(name for name in kinds.suffixes("colours") if name not in kinds.suffixes("fields"))
 DOT_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
 MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters

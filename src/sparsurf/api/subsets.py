@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from sparsurf import kinds
 from sparsurf.api.inputs import SurfaceLike, subset_indices
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
@@ -21,20 +22,21 @@ from sparsurf.arguments import (
     SEED,
     TEST_DOTS,
     Limits,
-    check_choice,
 )
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.statistics import mean_and_error, reference_values
 from sparsurf.evaluation.subset_search import draw_subset, find_subset
+from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
+from sparsurf.patches.readings import ReadingLike, reading_of
+from sparsurf.patches.roughness import RoughnessFunction
 from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_recovered, kept_out
-from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.sampling.samplers import get_samplers
-from sparsurf.settings import SAMPLERS_OF_COMBINATIONS, Patches, Settings
+from sparsurf.sampling.samplers import SamplerLike, get_samplers
+from sparsurf.settings import Patches, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -60,6 +62,8 @@ def prepare(
     r_zernike: float = R_ZERNIKE,
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
+    roughness: str | RoughnessFunction = PUBLISHED,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> PreparedSurface:
     """Prepare a surface for many calls of `sample` and `compare`, which otherwise prepare it each time.
 
@@ -76,6 +80,10 @@ def prepare(
         Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int
         Seed for every random choice (default 20261120).
+    roughness : str or callable
+        Definition of the roughness, as in `roughness` (default 'published'). The paper's sampling follows it.
+    descriptor : str or callable
+        Descriptor of a patch, as in `descriptors` (default 'published'). `compare` uses it.
 
     Returns
     -------
@@ -95,16 +103,20 @@ def prepare(
     [100, 200]
     """
     if isinstance(surface, PreparedSurface):
-        if (r_patch, r_zernike, d_link, seed) != (R_PATCH, R_ZERNIKE, D_LINK, DEFAULT_SEED):
+        defaults = (R_PATCH, R_ZERNIKE, D_LINK, DEFAULT_SEED, PUBLISHED, PUBLISHED)
+        if (r_patch, r_zernike, d_link, seed, roughness, descriptor) != defaults:
             raise InputError(
                 "prepare: this surface is prepared already; give its dots to prepare it with other settings."
             )
         return surface
     r_patch, r_zernike = LENGTH.check(r_patch, "r_patch"), LENGTH.check(r_zernike, "r_zernike")
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
+    kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
+    kinds.load("descriptor", descriptor, "descriptor")
     dots = as_surface(surface, d_link)
     refuse_sparse(dots.points, d_link, "surface")
     patches = Patches(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
+    patches = patches.model_copy(update={"roughness": roughness, "descriptor": descriptor})
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 
@@ -114,7 +126,7 @@ def sample(
     *,
     percent: float | None = None,
     n_dots: int | None = None,
-    sampler: str | None = None,
+    sampler: SamplerLike | None = None,
     combination: Sequence[float] | None = None,
     seed: int | None = None,
 ) -> np.ndarray:
@@ -131,9 +143,11 @@ def sample(
         number that is asked for.
     n_dots : int, optional
         Number of dots.
-    sampler : str, optional
-        How the dots are chosen, one of the names in `sparsurf.sampling.samplers.SAMPLERS`: 'farthest' (default) chooses dots
-        that are as far from one another as possible, 'uniform' a random subset, and 'paper' the sampling of the paper.
+    sampler : str or callable, optional
+        How the dots are chosen: 'farthest' (default) chooses dots that are as far from one another as possible, 'poisson'
+        dots at random but no closer than a certain distance, 'uniform' a random subset, 'paper' the sampling of the paper, and
+        'paper_corrected' the same with distances from the dot itself and one chance for each dot. A function (prepared, n,
+        rng) that returns the indices (n,) of dots, or a name given to `register`, may take the place of these names.
     combination : (alpha, beta, gamma, delta), optional
         Parameters of one draw of the paper's sampling, or of the sampler 'paper_corrected'.
     seed : int, optional
@@ -198,17 +212,18 @@ def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None
 
 
 def _draw_combination(
-    prepared: PreparedSurface, combination: Sequence[float], sampler: str | None, sizes: list[str]
+    prepared: PreparedSurface, combination: Sequence[float], sampler: SamplerLike | None, sizes: list[str]
 ) -> np.ndarray:
     """Return one draw of the paper's sampling by a combination."""
     if sizes:
         raise InputError(
             f"sample: a combination leaves the number of dots to chance; leave out {sizes[0]} or the combination."
         )
-    if sampler not in (None, *SAMPLERS_OF_COMBINATIONS):
-        names = " and ".join(SAMPLERS_OF_COMBINATIONS)
+    samplers = kinds.samplers_of_combinations()
+    if sampler is not None and sampler not in samplers:
+        names = " and ".join(samplers)
         raise InputError(f"sample: {names} draw by a combination, not {sampler!r}; leave out one of the two.")
-    sampler = sampler or SAMPLERS_OF_COMBINATIONS[0]
+    sampler = sampler or samplers[0]
     return find_subset(prepared, sampler, combination=_combination(combination))[0]
 
 
@@ -217,7 +232,7 @@ def compare(
     surface: PreparedLike,
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],
     *,
-    reading: str = "full",
+    reading: ReadingLike = "full",
     test_dots: int | str = DEFAULT_TEST_DOTS,
 ) -> pd.DataFrame:
     """Compare the descriptors of subsets with those of the whole surface, beside random subsets of the same sizes.
@@ -229,10 +244,11 @@ def compare(
     subsets : (n,) int, (N,) bool, Subset, or dict of these by name
         Kept dots: their indices, a mask of all N dots, or a Subset from `minimal` of the same dots. The names of a dict
         become the index of the table.
-    reading : {'full', 'kept', 'kept_scaled', 'recovered'}
+    reading : {'full', 'kept', 'kept_scaled', 'recovered'}, or callable
         From which dots the patches of a subset are cut (default 'full'): from the island of the full surface, from the
         island among the kept dots alone ('kept'), from the same with a link that grows with their spacing ('kept_scaled'),
-        or from the surface that is reconstructed from the kept dots ('recovered').
+        or from the surface that is reconstructed from the kept dots ('recovered'). A function (points, normals, d_link, area,
+        density) returns the PatchIndex of a surface of the kept dots.
     test_dots : int or 'published'
         Number of dots whose patches are compared (default 200), the same for all subsets; 'published' is the authors'
         choice of dots.
@@ -269,7 +285,7 @@ def compare(
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
     if not by_name:
         raise InputError("subsets: there are none; give at least one.")
-    check_choice(reading, list(READINGS), "reading")
+    reading_of(reading)  # names an unknown one
     test_dots, n = TEST_DOTS.check(test_dots, "test_dots", "published"), len(prepared.points)
     kept = [subset_indices(name, subset, n) for name, subset in by_name.items()]
     for (name, subset), dots in zip(by_name.items(), kept, strict=True):

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import ArrayLike
 
+    from sparsurf.dot_fields.registry import FieldLike
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Rules
 
@@ -182,7 +183,7 @@ def mesh(
     n_vertices: int | None = None,
     *,
     density: float | None = None,
-    fields: str | Sequence[str] = (),
+    fields: FieldLike | Sequence[FieldLike] = (),
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface reconstructed from a few dots.
 
@@ -198,7 +199,7 @@ def mesh(
     density : float, optional
         Instead of `n_vertices`, the fineness of the triangles, as the number of dots per Å^2 that are as fine (default 5.35).
         Below 2.73 (with a probe of 1.4 Å) a finer mesh is reduced to as many vertices per Å^2.
-    fields : str or sequence of str
+    fields : str, callable, or sequence of these
         Fields of the vertices (default none): 'roughness', taken from the nearest dot of the dense surface, and any name
         that `fields` accepts.
 
@@ -246,7 +247,7 @@ def mesh(
     return mesh_of_atoms(origin, n_vertices, density, names)
 
 
-def _mesh_of_dots(few: Surface, n_vertices: int | None, density: float, names: Sequence[str]) -> Mesh:
+def _mesh_of_dots(few: Surface, n_vertices: int | None, density: float, names: Sequence[FieldLike]) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
     from sparsurf.recovery.mesh import recovered_mesh
     from sparsurf.recovery.recovering import recover
@@ -278,7 +279,9 @@ def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
     return replace(made, vertices=replace(made.vertices, fields=between | made.vertices.fields))
 
 
-def mesh_of_atoms(origin: Origin, n_vertices: int | None, density: float, names: Sequence[str] = ()) -> Mesh:
+def mesh_of_atoms(
+    origin: Origin, n_vertices: int | None, density: float, names: Sequence[FieldLike] = ()
+) -> Mesh:
     """Return the mesh of the atoms of an origin, which its vertices carry; its size and its fields are as in `mesh`."""
     made = _mesh_of_spheres(origin.xyz, origin.radii, origin.rules, n_vertices, density)
 

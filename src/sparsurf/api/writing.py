@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
@@ -34,10 +35,10 @@ if TYPE_CHECKING:
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
 
-MESHES = (".ply", ".npz")
-NUMBERS = (".csv", ".npz", ".ply")  # which have room for numbers at the dots
+NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
+MESHES = tuple(suffix for suffix in NUMBERS if suffix in kinds.suffixes("triangles"))
 DOTS_ALONE = (*NUMBERS, *SCENES)
-DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
+DOTS = kinds.suffixes("dots")  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")
 PAGES = (".html", ".png")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")

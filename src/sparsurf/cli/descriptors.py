@@ -9,7 +9,7 @@ from sparsurf.api import writing
 from sparsurf.api.patches import descriptors
 from sparsurf.arguments import LENGTH, Limits
 from sparsurf.cli import options, outputs
-from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED
+from sparsurf.patches.descriptors import PUBLISHED
 from sparsurf.patches.index import R_ZERNIKE
 from sparsurf.patches.zernike.polynomials import indices
 
@@ -51,9 +51,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--descriptor",
-        choices=DESCRIPTORS,
+        choices=options.Names("descriptor"),
+        metavar="DESCRIPTOR",
         default=PUBLISHED,
-        help="rotation_robust changes very little when the molecule is rotated (default published)",
+        help="numbers that describe a patch: %(choices)s (default published); rotation_robust changes very little when the "
+        "molecule is rotated",
     )
     options.add_d_link(parser)
     options.add_molecule(parser)

@@ -2,12 +2,12 @@
 
 import argparse
 
+from sparsurf import kinds
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
-from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import number, share
 
@@ -43,7 +43,7 @@ examples:
 
 HELP = {
     "percent": "share of all dots to keep, %%",
-    "n_dots": "number of dots to keep (approximate for paper and paper_corrected)",
+    "n_dots": f"number of dots to keep (approximate for {' and '.join(kinds.samplers_of_combinations())})",
     "density": "number of dots to keep per Å^2; 0.6 dots give a mean error of about 0.02 Å",
     "error": "keep the fewest dots from which the surface is reconstructed with this mean error, Å (default 0.02)",
     "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this value",
@@ -60,10 +60,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         size.add_argument(option, type=options.number(limits), help=HELP[name])
     parser.add_argument(
         "--sampler",
-        choices=SAMPLERS,
+        choices=options.Names("sampler"),
         metavar="SAMPLER",
         default="farthest",
-        help=f"method that chooses the dots: {', '.join(SAMPLERS)} (default farthest)",
+        help="method that chooses the dots: %(choices)s (default farthest)",
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser)

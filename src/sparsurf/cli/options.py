@@ -3,12 +3,13 @@
 import argparse
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.api.about import About, heard
 from sparsurf.api.inputs import check_frame, is_structure
 from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, PROBE, PROBE_RADIUS, SEED, Limits
@@ -22,6 +23,22 @@ from sparsurf.surfaces.surface import Surface
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly")
 STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
+
+
+class Names(Container[str]):
+    """The names of a kind, as choices of an option: installed packages are asked only for help and for an unknown name."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __contains__(self, name: object) -> bool:
+        return kinds.has(self.kind, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(kinds.names(self.kind))
+
+    def __len__(self) -> int:
+        return len(kinds.names(self.kind))
 
 
 def number(limits: Limits) -> Callable[[str], float]:
@@ -88,10 +105,7 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
 
 def add_fields(parser: argparse._ActionsContainer) -> None:
     """Add the option that chooses the fields of the dots."""
-    words = (
-        "values at the dots: hydropathy, potential, bfactor, mean_curvature, gaussian_curvature, shape_index, hbond, "
-        "with commas between"
-    )
+    words = f"values at the dots: {', '.join(kinds.TABLE['field'])}, with commas between"
     parser.add_argument("--fields", metavar="NAMES", help=words)
 
 

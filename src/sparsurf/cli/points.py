@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from sparsurf import kinds
 from sparsurf.api.inputs import is_structure
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import parse_output, write, write_file
@@ -54,10 +55,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
     options.add_probe_radius(parser)
-    words = (
-        "values at the points: roughness (of the dense surface), hydropathy, potential, bfactor, mean_curvature, "
-        "gaussian_curvature, shape_index, hbond, with commas between"
-    )
+    listed = ", ".join(kinds.TABLE["field"])
+    words = f"values at the points: roughness (of the dense surface), {listed}, with commas between"
     parser.add_argument("--fields", metavar="NAMES", help=words)
     parser.add_argument(
         "--jobs", type=options.number(JOBS), default=1, help="number of processes for a folder (default 1)"

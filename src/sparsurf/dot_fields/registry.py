@@ -1,18 +1,20 @@
 """Fields by name: a number at each dot, from the molecule.
 
-To add a field, write a function (molecule, points) -> (N,) with the decorator `@field(label, unit)`. A field that follows from
-where the dots were placed or from the atom of each dot has the decorator `@field_of_dots(label, unit)` and takes the dots.
+`kinds` lists them. A field is a function (molecule, points) -> (N,) float64 of the molecule's first frame, NaN where there is no
+value. One that follows from where the dots were placed or from the atom of each dot is a function (dots) -> (N,).
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import pandas as pd
 
+from sparsurf import kinds
+from sparsurf.arguments import checked_result
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.curvature import principal_curvatures
@@ -26,8 +28,7 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
-OfDots: TypeAlias = "Callable[[Surface | None], np.ndarray]"
-FIELDS: dict[str, Field] = {}
+FieldLike: TypeAlias = "str | Callable[..., np.ndarray]"
 # Kyte & Doolittle, J. Mol. Biol. 157:105, 1982
 HYDROPATHY = {
     "ILE": 4.5, "VAL": 4.2, "LEU": 3.8, "PHE": 2.8, "CYS": 2.5, "MET": 1.9, "MSE": 1.9, "ALA": 1.8, "GLY": -0.4,
@@ -36,52 +37,12 @@ HYDROPATHY = {
 }  # fmt: skip
 
 
-class Field(NamedTuple):
-    """A field.
-
-    Attributes
-    ----------
-    function : callable
-        (molecule, points, **options) -> (N,) float64, from the molecule's first frame; NaN where there is no value. Of dots:
-        (dots) -> (N,) float64, from a Surface whose origin is known.
-    label, unit : str
-        For figures and pages.
-    of_dots : bool
-        Whether it is a field of dots.
-    """
-
-    function: Callable[..., np.ndarray]
-    label: str
-    unit: str
-    of_dots: bool = False
-
-
-def field(label: str, unit: str) -> Callable[[Callable[..., np.ndarray]], Callable[..., np.ndarray]]:
-    """Register a function as a field under its name."""
-
-    def register(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-        FIELDS[function.__name__] = Field(function, label, unit)
-        return function
-
-    return register
-
-
-def field_of_dots(label: str, unit: str) -> Callable[[OfDots], OfDots]:
-    """Register a function of dots as a field under its name."""
-
-    def register(function: OfDots) -> OfDots:
-        FIELDS[function.__name__] = Field(function, label, unit, of_dots=True)
-        return function
-
-    return register
-
-
 def label_and_unit(name: str) -> tuple[str, str]:
     """Return the name of a field for people and its unit; those of a column of a table are its own."""
-    return (FIELDS[name].label, FIELDS[name].unit) if name in FIELDS else (name.replace("_", " "), "")
+    choice = kinds.describe("field", name)
+    return (choice.label, choice.unit) if choice else (name.replace("_", " "), "")
 
 
-@field("hydropathy", "Kyte-Doolittle")
 def hydropathy(molecule: Molecule, points: np.ndarray) -> np.ndarray:
     """Average Kyte and Doolittle's hydropathy of nearby amino acids, 4.5 (hydrophobic) to -4.5."""
     return mean_of_residues(HYDROPATHY, molecule, points)
@@ -94,7 +55,6 @@ def mean_of_residues(scale: dict[str, float], molecule: Molecule, points: np.nda
     return gaussian_mean(of_name[inverse], molecule.xyz[0], points)
 
 
-@field("electrostatic potential", "kT/e")
 def potential(
     molecule: Molecule, points: np.ndarray, charges: str | os.PathLike[str] = "table"
 ) -> np.ndarray:
@@ -108,7 +68,6 @@ def potential(
     return potential_of_charges(positions, values, points)
 
 
-@field("B factor", "Å^2")
 def bfactor(molecule: Molecule, points: np.ndarray) -> np.ndarray:
     """Average the B factors of nearby atoms; there is no value if all are 0."""
     return gaussian_mean(
@@ -116,21 +75,18 @@ def bfactor(molecule: Molecule, points: np.ndarray) -> np.ndarray:
     )
 
 
-@field_of_dots("mean curvature", "1/Å")
 def mean_curvature(dots: Surface | None) -> np.ndarray:
     """Return the mean of the two principal curvatures, positive where the surface is convex."""
     larger, smaller = _curvatures(dots)
     return (larger + smaller) / 2
 
 
-@field_of_dots("Gaussian curvature", "1/Å^2")
 def gaussian_curvature(dots: Surface | None) -> np.ndarray:
     """Return the product of the two principal curvatures, negative on saddles."""
     larger, smaller = _curvatures(dots)
     return larger * smaller
 
 
-@field_of_dots("shape index", "")
 def shape_index(dots: Surface | None) -> np.ndarray:
     """Return the shape index, 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.
 
@@ -140,7 +96,6 @@ def shape_index(dots: Surface | None) -> np.ndarray:
     return 2 / np.pi * np.arctan2(larger + smaller, larger - smaller)
 
 
-@field_of_dots("hydrogen-bond donor (1) or acceptor (−1)", "")
 def hbond(dots: Surface | None) -> np.ndarray:
     """Return 1 at dots of atoms that only donate hydrogen bonds, -1 of those that only accept, 0 of those that do neither.
 
@@ -164,14 +119,14 @@ def _curvatures(dots: Surface | None) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compute_fields(
-    names: Sequence[str],
-    molecule: Molecule,
+    fields: Sequence[FieldLike],
+    molecule: Molecule | None,
     points: np.ndarray,
     charges: str | os.PathLike[str] = "table",
     table: str | os.PathLike[str] | None = None,
     dots: Surface | None = None,
 ) -> pd.DataFrame:
-    """Compute fields of a molecule's first frame at points (Å), one column per name of `FIELDS` or of the CSV `table`.
+    """Compute fields of a molecule's first frame at points (Å), one column per name or function, or column of the CSV `table`.
 
     `dots` are the points as they were placed, which fields of dots need.
     """
@@ -180,20 +135,35 @@ def compute_fields(
             f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
         )
     out, columns = {}, columns_of(table) if table is not None else []
-    for name in names:
-        if name in FIELDS and name in columns:
-            raise InputError(
-                f"{table} has the column {name!r}, which is the name of a built-in field; rename the column."
-            )
-        if name in FIELDS and FIELDS[name].of_dots:
-            out[name] = FIELDS[name].function(dots)
-        elif name in FIELDS:
-            options = {"charges": charges} if name == "potential" else {}
-            out[name] = FIELDS[name].function(molecule, points, **options)
-        elif table is not None:
+    for field in fields:
+        if table is not None and isinstance(field, str) and not kinds.has("field", field):
+            assert molecule is not None  # of the table
+            name = field
             out[name] = gaussian_mean(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
         else:
-            raise InputError(f"fields: there is no field {name!r}; the fields are {', '.join(FIELDS)}.")
+            choice, function = kinds.load("field", field, "fields")
+            name = choice.name
+            if name in columns:
+                whose = "a built-in field" if choice.is_built_in else "a field"
+                raise InputError(
+                    f"{table} has the column {name!r}, which is the name of {whose}; rename the column."
+                )
+            options = {"charges": charges} if name == "potential" else {}
+            values = function(dots) if choice.takes_dots else function(molecule, points, **options)
+            if not choice.is_built_in:
+                values = checked_result(values, f"the field {name!r}", (len(points),), allow_nan=True)
+            out[name] = values
         if not np.isfinite(out[name]).any():
             raise InputError(f"fields: {name} has no value at any dot; leave it out.")
     return pd.DataFrame(out)
+
+
+def names_of_fields(fields: Sequence[FieldLike], key: str) -> list[str]:
+    """Return the names of fields that a user gave as `key`, by name or as functions."""
+    return [kinds.name_of("field", field, key) for field in fields]
+
+
+def takes_dots(field: FieldLike) -> bool:
+    """Return whether a field follows from the dots as they were placed; not a column of a table."""
+    is_field = callable(field) or kinds.has("field", field)
+    return is_field and kinds.load("field", field, "fields")[0].takes_dots

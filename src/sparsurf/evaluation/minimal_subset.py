@@ -8,14 +8,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import DTypeLike
 
-from sparsurf.dot_fields.registry import FIELDS, compute_fields
+from sparsurf import kinds
+from sparsurf.dot_fields.registry import compute_fields, takes_dots
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.evaluation.subset_search import find_subset, smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
 from sparsurf.recovery.fields import recovery_table
 from sparsurf.recovery.readings import RECOVERED
@@ -26,6 +26,8 @@ from sparsurf.settings import Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Origin, Surface
+
+DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +144,11 @@ def represent(
     `roughness` (N,) is given if known, and `choices` is for the paper's sampler. The subset does not depend on the name in
     `streams`.
     """
-    if molecule is not None and (names := [name for name in settings.fields if table or name in FIELDS]):
+    if molecule is not None and (
+        names := [name for name in settings.fields if table or kinds.has("field", name)]
+    ):
         placed = surface
-        if surface.origin is None and any(name in FIELDS and FIELDS[name].of_dots for name in names):
+        if surface.origin is None and any(map(takes_dots, names)):
             placed = _on_molecule(surface, molecule, settings)
         computed = compute_fields(names, molecule, surface.points, table=table, dots=placed)
         fields = {str(name): computed[name].to_numpy() for name in computed}
@@ -172,9 +176,9 @@ def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surfa
 
 
 def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:
-    """Compute Z of the surface reconstructed from some dots, at test dots, by each descriptor: the columns Z_<descriptor>."""
+    """Compute Z of the surface reconstructed from some dots, at test dots, by two descriptors: the columns Z_<descriptor>."""
     out = {}
-    for name in DESCRIPTORS:
+    for name in DESCRIPTORS_OF_ERRORS:
         view = prepared.with_descriptor(name)
         z = view.distances([dots], tests, view.describe(tests)[0], RECOVERED)[0]
         out[f"Z_{name}"] = float(z.mean())

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import PatchIndex, build_index
-from sparsurf.patches.readings import Reading
+from sparsurf.patches.readings import Reading, ReadingLike, reading_of
 from sparsurf.patches.roughness import roughness as local_roughness
-from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import Patches, Settings
@@ -201,7 +200,7 @@ class PreparedSurface:
         subsets: Sequence[np.ndarray],
         tests: np.ndarray,
         z_tot: np.ndarray,
-        reading: str,
+        reading: ReadingLike,
         weights: np.ndarray | None = None,
         many: bool = False,
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -213,7 +212,7 @@ class PreparedSurface:
         self,
         subsets: Sequence[np.ndarray],
         tests: np.ndarray,
-        readings: Sequence[str],
+        readings: Sequence[ReadingLike],
         z_tot: np.ndarray | None = None,
         weights: np.ndarray | None = None,
         many: bool = False,
@@ -225,8 +224,8 @@ class PreparedSurface:
         surface only. `many` takes the faster variant of a reading. Subsets that are `packed` into words, and their number, are
         needed again only by readings in which each forms a surface of its own.
         """
-        together = tuple(reading for reading in readings if READINGS[reading].build_index is None)
-        found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        together = tuple(reading for reading in readings if reading_of(reading).build_index is None)
+        found: dict[ReadingLike, tuple[np.ndarray, np.ndarray]] = {}
         if together:
             z_tot, z, sizes = self._compare_together(subsets, tests, together, z_tot, weights, packed)
             found = dict(zip(together, zip(z, sizes, strict=True), strict=True))
@@ -234,7 +233,7 @@ class PreparedSurface:
             z_tot = self.describe(tests)[0]
         for reading in readings:
             if reading not in found:
-                found[reading] = self._compare_alone(subsets, tests, z_tot, READINGS[reading], many)
+                found[reading] = self._compare_alone(subsets, tests, z_tot, reading_of(reading), many)
         z, sizes = (np.stack([found[reading][k] for reading in readings]) for k in (0, 1))
         return z_tot, z, sizes
 
@@ -242,7 +241,7 @@ class PreparedSurface:
         self,
         subsets: Sequence[np.ndarray],
         tests: np.ndarray,
-        readings: Sequence[str],
+        readings: Sequence[ReadingLike],
         z_tot: np.ndarray | None,
         weights: np.ndarray | None,
         packed: tuple[np.ndarray, int] | None,
@@ -283,14 +282,24 @@ class PreparedSurface:
         return np.array(z), np.array(sizes)
 
     def compare_words(
-        self, words: np.ndarray, n_subsets: int, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
+        self,
+        words: np.ndarray,
+        n_subsets: int,
+        tests: np.ndarray,
+        readings: Sequence[ReadingLike],
+        z_tot: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute distances and patch sizes, (R, B, T), of any number of subsets B as `SubsetsOfDraw.words`, by position."""
         patches = (self.index, self.points[tests], words, n_subsets, readings, z_tot)
         return descriptors.compare_many(*patches, **self._kernel)
 
     def compare_uniform(
-        self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
+        self,
+        draw: int,
+        sizes: np.ndarray,
+        tests: np.ndarray,
+        readings: Sequence[ReadingLike],
+        z_tot: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute distances and patch sizes, (R, S, T), of the random subsets of one draw with `sizes` dots, ascending."""
         order = self.uniform_order(draw)

@@ -13,7 +13,7 @@ from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
 from sparsurf.evaluation.trials import MIN_DOTS, MeasuredError, Trials
 from sparsurf.recovery.law import density_for
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.samplers import get_samplers, subset_weights
+from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
 
 log = logging.getLogger("sparsurf")
 
@@ -27,7 +27,7 @@ MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by m
 
 def find_subset(
     prepared: PreparedSurface,
-    sampler: str = "farthest",
+    sampler: SamplerLike = "farthest",
     n_s: int | None = None,
     z: float | None = None,
     combination: Sequence[float] | None = None,
@@ -39,7 +39,7 @@ def find_subset(
     `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `full` is used. `combination` is one
     draw of the paper's sampling, or of paper_corrected if that is the sampler. Dots are in the order of choice.
     """
-    get_samplers([sampler], "minimal.sampler", choices)  # raises if it is unknown
+    get_samplers([sampler], "minimal.sampler", choices)  # raises if it cannot be used
     n_dots = len(prepared.points)
     if combination is not None:
         if sampler == "paper_corrected":
@@ -59,12 +59,12 @@ def find_subset(
 
 
 def draw_subset(
-    prepared: PreparedSurface, sampler: str, n_s: int, choices: Choices = PUBLISHED_CHOICES
+    prepared: PreparedSurface, sampler: SamplerLike, n_s: int, choices: Choices = PUBLISHED_CHOICES
 ) -> np.ndarray:
     """Draw about `n_s` dots with a sampler, from the random stream of the minimal subset; warn if the number differs."""
-    function = get_samplers([sampler], "minimal.sampler", choices)[sampler]
-    subset = function(prepared, n_s, prepared.stream("minimal", sampler))
-    warn_if_number_differs(sampler, n_s, len(subset))
+    ((name, function),) = get_samplers([sampler], "minimal.sampler", choices).items()
+    subset = function(prepared, n_s, prepared.stream("minimal", name))
+    warn_if_number_differs(name, n_s, len(subset))
     return subset
 
 

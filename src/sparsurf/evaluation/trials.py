@@ -9,7 +9,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, kept_out
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.samplers import get_samplers, nearest_kept
+from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 
 MIN_DOTS = 12  # no surface can be recovered from fewer
 
@@ -25,11 +25,15 @@ class Trials:
     """Subsets of one sampler on one surface, from the random stream of the minimal subset, and what was measured of them."""
 
     def __init__(
-        self, prepared: PreparedSurface, sampler: str, n_tests: int, choices: Choices = PUBLISHED_CHOICES
+        self,
+        prepared: PreparedSurface,
+        sampler: SamplerLike,
+        n_tests: int,
+        choices: Choices = PUBLISHED_CHOICES,
     ) -> None:
-        self.prepared, self.sampler = prepared, sampler
+        self.prepared = prepared
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
-        self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
+        ((self.sampler, self._sampler),) = get_samplers([sampler], "minimal.sampler", choices).items()
         self._z: dict[int, float] = {}  # requested n_S -> Z
         self._errors: dict[int, MeasuredError] = {}
 

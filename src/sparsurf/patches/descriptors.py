@@ -1,7 +1,6 @@
 """Descriptors of patches, for many subsets of one surface in one pass.
 
-`subset_patches` decides which dots a patch holds, and one of `DESCRIPTORS` which numbers describe them. To add a
-descriptor, write one file like `zernike/published.py` and enter it here.
+`subset_patches` decides which dots a patch holds, and a descriptor of `kinds` which numbers describe them.
 """
 
 from __future__ import annotations
@@ -9,13 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
+from sparsurf import kinds
+from sparsurf.arguments import checked_result
 from sparsurf.kernels import njit
-from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound
-from sparsurf.patches.readings import READINGS
+from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound, build_index
+from sparsurf.patches.readings import ReadingLike, reading_of
 from sparsurf.patches.subset_patches import (
     MAX_SUBSETS,
     add_subset,
@@ -25,20 +25,19 @@ from sparsurf.patches.subset_patches import (
     pack_subsets,
     patches_of,
 )
-from sparsurf.patches.zernike import published, rotation_robust
-from sparsurf.patches.zernike.images import Patches
+from sparsurf.patches.zernike import rotation_robust
+from sparsurf.patches.zernike.images import Descriptor, Patches
 from sparsurf.threads import parallel_map
 
 __all__ = [
-    "DESCRIPTORS",
     "MAX_SUBSETS",
     "PUBLISHED",
-    "Descriptor",
     "add_subset",
     "compare",
     "compare_many",
     "compare_nested",
     "describe",
+    "descriptor_of",
     "pack_subsets",
 ]
 
@@ -47,18 +46,31 @@ TESTS_PER_SLICE = 4  # of many subsets
 PUBLISHED = "published"
 
 
-class Descriptor(NamedTuple):
-    """One way to describe patches by numbers."""
+DescriptorLike = str | Callable[[Patches], np.ndarray]
+PROBE_DOTS, PROBE_RADIUS = (
+    12,
+    2.0,
+)  # side of the flat patch, and Å: they show how many numbers a function returns
 
-    width: int  # numbers per patch
-    order: Callable[[], np.ndarray]  # (width,) int, the element for users that each column of the kernel is
-    describe: Callable[[Patches], np.ndarray]  # (P, width) float64, zero for a patch without a descriptor
 
+def descriptor_of(value: DescriptorLike) -> Descriptor:
+    """Return the descriptor of a name or a function; raise InputError if it returns no table of numbers."""
+    choice, found = kinds.load("descriptor", value, "descriptor")
+    if isinstance(found, Descriptor):
+        return found
+    name = f"the descriptor {choice.name!r}"
+    side = np.linspace(-PROBE_RADIUS, PROBE_RADIUS, PROBE_DOTS)
+    flat = np.zeros((PROBE_DOTS**2, 3))
+    flat[:, :2] = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    index = build_index(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), PROBE_RADIUS)
+    ids, start = np.arange(len(flat), dtype=np.int32), np.array([0, len(flat)])
+    probe = Patches(index, ids, start, np.zeros((1, 3)), np.empty(0), PROBE_RADIUS, True)
+    width = checked_result(found(probe), name, (1, None)).shape[1]
 
-DESCRIPTORS = {
-    PUBLISHED: Descriptor(published.N_Z, published.order, published.describe),
-    "rotation_robust": Descriptor(rotation_robust.N_Z, rotation_robust.order, rotation_robust.describe),
-}
+    def describe_patches(patches: Patches) -> np.ndarray:
+        return checked_result(found(patches), name, (len(patches.centres), width))
+
+    return Descriptor(width, lambda: np.arange(width), describe_patches)
 
 
 def describe(
@@ -67,10 +79,10 @@ def describe(
     radius: float = R_ZERNIKE,
     up: bool = True,
     threads: int = 1,
-    descriptor: str = PUBLISHED,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute descriptors (T, width) of patches at `tests` (T, 3), Å, turned to +z (`up`) or -z; and the dots in each, (T,)."""
-    kind = DESCRIPTORS[descriptor]
+    kind = descriptor_of(descriptor)
     z, sizes = _describe_whole(kind, index, tests, radius, up, threads)
     return _in_order(kind, z), sizes
 
@@ -107,20 +119,20 @@ def compare(
     tests: np.ndarray,
     words: np.ndarray,
     n_subsets: int,
-    readings: Sequence[str],
+    readings: Sequence[ReadingLike],
     z_tot: np.ndarray | None = None,
     weights: np.ndarray | None = None,
     radius: float = R_ZERNIKE,
     up: bool = True,
     threads: int = 1,
-    descriptor: str = PUBLISHED,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute distances of patches of subsets to those of the whole surface, whose weights are 1, under R readings in one pass.
 
     The B <= 64 subsets are `words` of `pack_subsets`, with `weights` (B, N) by position, and `tests` (T, 3) in Å. Returns z_tot,
     (T, width), which is computed if not given; the distances |z_tot - z|, reading by reading, and the dots, (T, R B).
     """
-    kind, n_whole = DESCRIPTORS[descriptor], int(z_tot is None)
+    kind, n_whole = descriptor_of(descriptor), int(z_tot is None)
     out = np.empty((len(tests), len(readings) * n_subsets))
     known = np.empty((len(tests), kind.width)) if z_tot is None else z_tot[:, kind.order()]
     target = np.ascontiguousarray(known)
@@ -142,19 +154,19 @@ def compare_nested(
     tests: np.ndarray,
     order: np.ndarray,
     n_kept: np.ndarray,
-    readings: Sequence[str],
+    readings: Sequence[ReadingLike],
     z_tot: np.ndarray,
     radius: float = R_ZERNIKE,
     threads: int = 1,
-    descriptor: str = PUBLISHED,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute distances to the whole surface, and dots in patches, (R, S, T), of the first `n_kept` (S,) dots of `order`."""
     tests, radius = np.ascontiguousarray(tests, np.float64), float(radius)
-    n_kept, kind = np.ascontiguousarray(n_kept, np.int64), DESCRIPTORS[descriptor]
+    n_kept, kind = np.ascontiguousarray(n_kept, np.int64), descriptor_of(descriptor)
     rank = np.empty(len(order), np.int64)
     rank[index.position[order]] = np.arange(len(order))
     target = np.ascontiguousarray(z_tot[:, kind.order()])
-    among_kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
+    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
     buffer_size = ball_bound(index, tests, radius) + 1
     shape = (len(readings), len(n_kept), len(tests))
     z, sizes = np.empty(shape), np.empty(shape, np.int32)
@@ -183,20 +195,20 @@ def compare_many(
     tests: np.ndarray,
     words: np.ndarray,
     n_subsets: int,
-    readings: Sequence[str],
+    readings: Sequence[ReadingLike],
     z_tot: np.ndarray,
     radius: float = R_ZERNIKE,
     threads: int = 1,
-    descriptor: str = PUBLISHED,
+    descriptor: DescriptorLike = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute distances to the whole surface, and dots in patches, (R, B, T), of any number of subsets B.
 
     Row w of `words`, (B / 64, N) uint64, holds subsets 64 w to 64 w + 63 as `pack_subsets` does. Subsets that share most dots
     have many equal patches: each distinct patch of a test is described once.
     """
-    tests, radius, kind = np.ascontiguousarray(tests, np.float64), float(radius), DESCRIPTORS[descriptor]
+    tests, radius, kind = np.ascontiguousarray(tests, np.float64), float(radius), descriptor_of(descriptor)
     target = np.ascontiguousarray(z_tot[:, kind.order()])
-    among_kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
+    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
     buffer_size, hashes = (
         ball_bound(index, tests, radius) + 1,
         hashes_of_dots(max(len(index.dot), len(tests))),
@@ -248,7 +260,7 @@ def _describe_slices(
     tests: np.ndarray,
     words: np.ndarray,
     n_subsets: int,
-    readings: Sequence[str],
+    readings: Sequence[ReadingLike],
     whole: bool,
     radius: float,
     up: bool,
@@ -260,7 +272,7 @@ def _describe_slices(
     tests = np.ascontiguousarray(tests, np.float64)
     radius = float(radius)  # an int would compile the kernels again
     weights = np.empty((0, 0)) if weights is None else weights
-    among_kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
+    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
     buffer_size = ball_bound(index, tests, radius) + 1
     sizes = np.empty((len(tests), int(whole) + len(readings) * n_subsets), np.int32)
     idle_buffers: list[tuple[np.ndarray, np.ndarray]] = []  # of threads that wait

@@ -1,21 +1,24 @@
 """Readings of the paper's instruction that 'the points not connected are removed'.
 
 Most readings decide which dots of the one surface form a patch's island. A reading with `build_index` makes a separate
-surface from the kept dots only, and its whole patches are described. To add a reading, write one entry here, or in
-`recovery.readings`, which has all of them, if it needs recovery.
+surface from the kept dots only, and its whole patches are described. `kinds` lists all readings, and `recovery.readings` holds
+the one that reconstructs a surface.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+
+from sparsurf import kinds
 
 if TYPE_CHECKING:
     from sparsurf.patches.index import PatchIndex
 
+ReadingLike: TypeAlias = "str | Callable[..., PatchIndex]"
 # A subset is fragmented if the island of its median patch has less than this share of the kept dots.
 FRAGMENTED_BELOW = 0.5
 SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spacings of the kept dots
@@ -25,7 +28,6 @@ SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spac
 class Reading:
     """One reading of the removal of islands."""
 
-    words: str  # its name in tables and figures
     among_kept: bool = False  # islands are removed among the kept dots; otherwise once, on the full surface
     # From points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2, dots per Å^2) to
     # the index of the surface that the kept dots form by themselves; `fast`: with a larger error, for a grid's thousands
@@ -46,12 +48,24 @@ def linked_by_spacing(
     return build_index(points, normals, max(d_link, SCALED_LINK * np.sqrt(area / len(points))))
 
 
-READINGS = {
-    "kept": Reading("among the kept dots", among_kept=True),
-    "kept_scaled": Reading("among the kept dots, scaled link", build_index=linked_by_spacing),
-    "full": Reading("on the full surface"),
-}
+AMONG_KEPT = Reading(among_kept=True)
+SCALED = Reading(build_index=linked_by_spacing)
+ON_FULL = Reading()
 KEPT_READING = "kept"  # of the authors' code, and of Table I
 SCALED_READING = "kept_scaled"
 FULL_READING = "full"
-GRID_READINGS = tuple(name for name, reading in READINGS.items() if not reading.build_index)  # share one pass
+GRID_READINGS = (
+    KEPT_READING,
+    FULL_READING,
+)  # decide which dots of one surface form a patch, and share one pass
+
+
+def reading_of(value: ReadingLike) -> Reading:
+    """Return the reading of a name, or of a function like `build_index`."""
+    _, reading = kinds.load("reading", value, "reading")
+    return reading if isinstance(reading, Reading) else Reading(build_index=reading)
+
+
+def words_of(name: str) -> str:
+    """Return the name of a reading in tables and figures."""
+    return kinds.label("reading", name)

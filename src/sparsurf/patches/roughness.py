@@ -1,7 +1,4 @@
-"""Local roughness R_i of every dot: the published one (paper, eq. 1), and a registry for others.
-
-To add one, write a function like `published` with `@registered` above it.
-"""
+"""Local roughness R_i of every dot: the published one (paper, eq. 1), or another definition of `kinds`."""
 
 from __future__ import annotations
 
@@ -10,7 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sparsurf import kinds
+from sparsurf.arguments import checked_result
 from sparsurf.bits import lowest_bit
+from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.patches.index import (
     ALL_BITS,
@@ -30,23 +30,28 @@ PUBLISHED = "published"
 N_SUMS, COUNT = 8, 6
 SLICES_PER_THREAD = 4
 RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
-ROUGHNESS = dict[str, RoughnessFunction]()
-
-
-def registered(function: RoughnessFunction) -> RoughnessFunction:
-    """Register a roughness, a function of (index, radius, threads), under its name."""
-    ROUGHNESS[function.__name__] = function
-    return function
 
 
 def roughness(
-    index: PatchIndex, radius: float = R_PATCH, threads: int = 1, roughness_kind: str = PUBLISHED
+    index: PatchIndex,
+    radius: float = R_PATCH,
+    threads: int = 1,
+    definition: str | RoughnessFunction = PUBLISHED,
 ) -> np.ndarray:
     """Compute the roughness of the patch of every dot, (N,): 1 is flat, 0 is rough."""
-    return ROUGHNESS[roughness_kind](index, float(radius), threads)  # an int would compile the kernels again
+    choice, function = kinds.load("roughness", definition, "roughness")
+    values = function(index, float(radius), threads)  # an int would compile the kernels again
+    if choice.is_built_in:
+        return values
+    values = checked_result(values, f"the roughness {choice.name!r}", (len(index.dot),))
+    if not 0 <= values.min() <= values.max() <= 1:
+        raise InputError(
+            f"the roughness {choice.name!r} returns {values.min():g} to {values.max():g}; it must return numbers from 0 "
+            "(rough) to 1 (flat)."
+        )
+    return values
 
 
-@registered
 def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
     """Compute the mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
     out, order = np.empty(len(index.dot)), compact_groups(index.xyz)

@@ -1,4 +1,4 @@
-"""All readings: those of `patches.readings`, and `recovered`, which recovers a dense surface from the kept dots."""
+"""The reading `recovered`, which reconstructs a dense surface from the kept dots, and the readings that a table has."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.arguments import D_LINK
-from sparsurf.patches import readings
+from sparsurf.patches.readings import Reading
 from sparsurf.surfaces.surface import DENSITY
 
 if TYPE_CHECKING:
@@ -49,15 +50,11 @@ def comparable_density(density: float, d_link: float = D_LINK) -> float:
     return density if density > DENSITY_TOLERANCE * least else least
 
 
-READINGS = readings.READINGS | {
-    RECOVERED: readings.Reading(
-        "recovered",
-        build_index=recovered_index,
-        build_index_fast=partial(recovered_index, close=CLOSE_SPACINGS),
-    )
-}
+ON_RECOVERED = Reading(
+    build_index=recovered_index, build_index_fast=partial(recovered_index, close=CLOSE_SPACINGS)
+)
 
 
 def readings_of_columns(names: Container[str], start: str = "") -> list[str]:
     """Return the readings, in their order, for which `names` contains `start` followed by the reading."""
-    return [reading for reading in READINGS if start + reading in names]
+    return [reading for reading in kinds.TABLE["reading"] if start + reading in names]

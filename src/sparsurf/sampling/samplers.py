@@ -1,24 +1,26 @@
 """Samplers with one interface: (prepared surface, n, rng) -> n dots in the order of choice.
 
-To add a sampler, write one function with `@sampler(...)` above it; `Sampler` explains the options. Every sampler keeps
-exactly n dots, except those of the paper, whose n_S is random.
+`kinds` lists them. Every sampler of the library keeps exactly n dots, except those of the paper, whose n_S is random.
 """
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.patches.index import select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.published import SampledSurface
-from sparsurf.suggestions import did_you_mean
 
 MAX_SURPLUS = 0.005  # largest accepted share of dots above n; the surplus is discarded at random
+
+
+SamplerLike = str | Callable[..., np.ndarray]
 
 
 class Sampler(NamedTuple):
@@ -27,55 +29,66 @@ class Sampler(NamedTuple):
     Attributes
     ----------
     function : (prepared, n, rng) -> (n,) int64 dots
-    label : str, its name in figures and on pages
     nested : bool, whether smaller subsets are the beginnings of larger ones (from the same random stream)
-    choosing : bool, whether the function also takes the paper's `choices`
     """
 
     function: Callable[..., np.ndarray]
-    label: str
     nested: bool = False
-    choosing: bool = False
 
-    def __call__(self, *args: Any, **options: Any) -> np.ndarray:
-        return self.function(*args, **options)
-
-
-SAMPLERS = dict[str, Sampler]()
-
-
-def sampler(label: str, nested: bool = False, choosing: bool = False) -> Callable:
-    """Register the decorated function under its name; see `Sampler` for the options."""
-
-    def register(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-        SAMPLERS[function.__name__] = Sampler(function, label, nested, choosing)
-        return function
-
-    return register
+    def __call__(self, prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+        return self.function(prepared, n, rng)
 
 
 def sampler_label(name: str) -> str:
     """Return how figures and pages call a sampler of a table; the name itself if it is not registered."""
-    return SAMPLERS[name].label if name in SAMPLERS else name
+    return kinds.label("sampler", name)
 
 
-def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CHOICES) -> dict[str, Sampler]:
-    """Return the samplers called `names`, by name; an error names the config `key` that gives the names."""
+def get_samplers(
+    values: Iterable[SamplerLike], key: str, choices: Choices = PUBLISHED_CHOICES
+) -> dict[str, Sampler]:
+    """Return the samplers of names or functions, by name; an error names the config `key` that gives them."""
     samplers = {}
-    for name in names:
-        if name not in list(SAMPLERS):  # a list: a user's value may be unhashable
-            hint = did_you_mean(str(name), SAMPLERS) or "."
-            raise InputError(
-                f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}{hint}"
-            )
-        chosen = SAMPLERS[name]
-        if chosen.choosing:
-            chosen = chosen._replace(function=partial(chosen.function, choices=choices))
-        samplers[name] = chosen
+    for value in values:
+        choice, function = kinds.load("sampler", value, key)
+        if choice.takes_combinations:
+            function = partial(function, choices=choices)
+        elif not choice.is_built_in:
+            function = partial(_checked, function, choice.name)
+        samplers[choice.name] = Sampler(function, choice.nested)
     return samplers
 
 
-@sampler("paper's sampling", choosing=True)
+def get_sampler(value: SamplerLike) -> Sampler:
+    """Return the sampler of a name or function."""
+    return next(iter(get_samplers([value], "sampler").values()))
+
+
+def _checked(
+    function: Callable[..., np.ndarray],
+    name: str,
+    prepared: SampledSurface,
+    n: int,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Call a sampler of the user; raise InputError unless it returns dots of the surface, each once."""
+    returned, n_dots = function(prepared, n, rng), len(prepared.points)
+    dots = np.asarray(returned) if np.iterable(returned) else np.empty((0, 0))
+    if dots.ndim != 1 or dots.dtype.kind not in "iu" or not len(dots):
+        what = (
+            f"an array of {dots.dtype} and shape {dots.shape}"
+            if dots.size
+            else f"a {type(returned).__name__}"
+        )
+        raise InputError(f"the sampler {name!r} returns {what}; it must return the indices (n,) of dots.")
+    if not 0 <= dots.min() <= dots.max() < n_dots or len(np.unique(dots)) < len(dots):
+        raise InputError(
+            f"the sampler {name!r} must return different dots between 0 and {n_dots - 1}; it returns {dots.min()} to "
+            f"{dots.max()}, {len(dots) - len(np.unique(dots))} of them twice."
+        )
+    return dots.astype(np.int64)
+
+
 def paper(
     prepared: SampledSurface, n: int, rng: np.random.Generator, choices: Choices = PUBLISHED_CHOICES
 ) -> np.ndarray:
@@ -86,7 +99,6 @@ def paper(
     return _sample_about(prepared.cover, choices, n, rng)
 
 
-@sampler("paper's, corrected", choosing=True)
 def paper_corrected(
     prepared: SampledSurface, n: int, rng: np.random.Generator, choices: Choices = PUBLISHED_CHOICES
 ) -> np.ndarray:
@@ -113,13 +125,11 @@ def tune_alpha(cover: published.Cover, combination: Iterable[float], n: float) -
     return (high, *exponents)
 
 
-@sampler("random subset", nested=True)
 def uniform(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Draw n dots at random; every subset of n dots is equally likely."""
     return rng.permutation(len(prepared.points))[:n]
 
 
-@sampler("Poisson disk")
 def poisson(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Visit the dots in random order and keep those outside a radius of earlier ones, as large as n allows (Poisson disk)."""
     order = rng.permutation(len(prepared.points))
@@ -151,7 +161,6 @@ def _at_largest_length(
     return rng.permutation(best)[:n]
 
 
-@sampler("farthest point", nested=True)
 def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Add the dot farthest from all chosen dots, starting from a random dot (farthest-point sampling, Gonzalez 1985)."""
     return farthest_point_sampling(prepared.index, n, rng)

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import read_bytes
-from sparsurf.surfaces.formats import csv, dms, npz, ply
+from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.surface import Format, Surface
 
-# All surface formats. The first that recognises the start of a file reads it.
-FORMATS = (npz.FORMAT, csv.FORMAT, dms.FORMAT, ply.FORMAT)
 BYTES_TO_RECOGNISE = 100_000  # from the start of a file
 
 
@@ -57,10 +56,29 @@ def read_points(path: Path | str) -> np.ndarray:
 def _recognised(path: Path | str) -> tuple[bytes, Format]:
     """Return the unpacked bytes of a file of dots, and its format."""
     content = read_bytes(path)
-    for surface_format in FORMATS:
+    for name in kinds.formats_read():
+        surface_format = _format_of(name)
         if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
     raise InputError(
         f"{path} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz. The command "
         "`sparsurf surface` places dots on a structure."
     )
+
+
+def _format_of(name: str) -> Format:
+    """Return the format of a name: how its files are recognised and read."""
+    choice, found = kinds.load("format", name, "format")
+    if isinstance(found, Format):
+        return found
+    assert choice.sniff is not None  # `register` asks for it
+
+    def read(content: bytes, path: Path | str) -> Surface:
+        dots = found(content, path)
+        if not isinstance(dots, Surface):
+            raise InputError(
+                f"the surface format {name!r} returns a {type(dots).__name__}; it must return a Surface."
+            )
+        return dots
+
+    return Format(choice.sniff, read)

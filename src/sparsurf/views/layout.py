@@ -43,14 +43,6 @@ SAMPLED, RANDOM, WHOLE = "#D55E00", "#000000", "#4D4D4D"  # vermillion of Okabe 
 DARK, PALE = PALETTE[0], "#B9D3E6"  # blue, and the same lighter
 RECOVERED = "#08306B"  # dark blue, a surface that was reconstructed
 GREY = "#4D4D4D"
-# Samplers: colour, line width and marker; the three of the ranking are bold
-LINES = {
-    "farthest": ("#0072B2", 1.6, "o"),
-    "uniform": ("#000000", 1.6, "s"),
-    "paper": ("#D55E00", 1.6, "D"),
-    "paper_corrected": ("#CC79A7", 0.8, "^"),
-    "poisson": ("#56B4E9", 0.8, "P"),
-}
 SPARE = ["#332288", "#888888", "#F0E442"]  # colours of other samplers
 HALO = [patheffects.withStroke(linewidth=2, foreground="white")]  # of words that a line may cross
 STYLE: dict[str, Any] = {

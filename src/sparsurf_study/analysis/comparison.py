@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sparsurf import kinds
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
 from sparsurf.patches.readings import FRAGMENTED_BELOW
@@ -48,7 +49,7 @@ def select_methods(
 ) -> dict[str, Method]:
     """Select samplers, all by default: functions (n, rng) -> dots by name, the paper's with winners of `ranges` or of Table I."""
     chosen = samplers.get_samplers(
-        names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
+        names or kinds.TABLE["sampler"], "compare.samplers", choices_from_ranges(ranges)
     )
     return {name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()}
 

@@ -89,7 +89,7 @@ def _empty_grid(
         n_s=np.empty((k, draws), np.int64),
         n_s_expected=published.expected_n_s(prepared.cover, combinations),
         tests=tests,
-        z_tot=np.empty((n_tests, descriptors.DESCRIPTORS[prepared.patches.descriptor].width)),
+        z_tot=np.empty((n_tests, descriptors.descriptor_of(prepared.patches.descriptor).width)),
         z_ts=np.empty(shape, np.float32),
         z_tr=np.empty(shape, np.float32),
         median_patch_size=np.empty((len(readings), 2, k)),

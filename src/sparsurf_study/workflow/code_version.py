@@ -2,12 +2,18 @@
 
 import ast
 import hashlib
+import re
 from collections.abc import Iterator
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+
+from sparsurf import kinds
 
 ROOT = Path(__file__).parents[3]  # of the checkout
 SOURCES = ROOT / "src"
+LOAD_OF_A_KIND = re.compile(r'\bkinds\.load\(\s*"(\w+)"')
+LARGEST_FILE_READ = 10**7  # bytes, of a file of an installed package
 PACKAGES = ("sparsurf", "sparsurf_study")
 NO_RESULTS = (
     "sparsurf_study/workflow/",
@@ -19,10 +25,15 @@ NO_RESULTS = (
 def code_of(script: str) -> str:
     """Return a short hash of all modules that a script of scripts/ imports, directly or through others, and of their data files.
 
-    An import below `if TYPE_CHECKING` counts as well: at worst, a job is run again in vain.
+    An import below `if TYPE_CHECKING` counts as well: at worst, a job is run again in vain. So does the code of an installed
+    package whose sampler, say, the config names: only jobs that sample run again when it changes.
     """
     digest = hashlib.sha256()
-    for path in sorted(sources_of(ROOT / "scripts" / f"{script}.py")):
+    sources = sorted(sources_of(ROOT / "scripts" / f"{script}.py"))
+    for kind in sorted({kind for path in sources for kind in kinds_loaded_by(path)}):
+        for choice in kinds.plugins_in_use(kind).values():
+            digest.update(code_of_package(choice))
+    for path in sources:
         name = path.relative_to(SOURCES).as_posix()
         if not name.startswith(NO_RESULTS):
             digest.update(name.encode() + b"\0" + path.read_bytes())
@@ -50,6 +61,7 @@ def needed_by(path: Path) -> frozenset[Path]:
     files = {file for name in names if name.partition(".")[0] in PACKAGES for file in files_of_module(name)}
     if "import_module(" in text:  # the only expression that imports; a walk over all of them takes long
         files |= {file for node in ast.walk(tree) for file in imported_by_name(node)}
+    files |= {file for kind in kinds_loaded_by(path) for file in files_of_kind(kind)}
     return frozenset(
         files
         | {file for data in path.parent.iterdir() if f'"{data.name}"' in text for file in all_files(data)}
@@ -94,6 +106,46 @@ def imported_by_name(node: ast.AST) -> list[Path]:
     if first is name:
         return files_of_module(f"{package}.{module}")
     return [*SOURCES.joinpath(*package.split(".")).glob(f"{module}*.py")]
+
+
+@cache
+def kinds_loaded_by(path: Path) -> frozenset[str]:
+    """Return the kinds of `sparsurf.kinds` whose functions a Python file loads by name."""
+    return (
+        frozenset(LOAD_OF_A_KIND.findall(path.read_text(encoding="utf-8")))
+        if path.suffix == ".py"
+        else frozenset()
+    )
+
+
+def files_of_kind(kind: str) -> list[Path]:
+    """Return the files of the modules that hold the library's functions of a kind."""
+    return [file for module in kinds.modules(kind) for file in files_of_module(module)]
+
+
+@cache
+def code_of_package(choice: kinds.Choice) -> bytes:
+    """Return a hash of an installed package that adds a choice: its name and version, and the files of its module or folder.
+
+    A file of more than 10 MB, such as the weights of a network, counts by its name and size: each job computes this hash.
+    """
+    digest = hashlib.sha256(choice.package.encode())
+    spec = find_spec(
+        str(choice.source).partition(":")[0].partition(".")[0]
+    )  # imports nothing: no dot in the name
+    folders = list(spec.submodule_search_locations or ()) if spec else []
+    files = [Path(spec.origin)] if spec and spec.origin and not folders else []
+    files += [
+        path
+        for folder in folders
+        for path in Path(folder).rglob("*")
+        if path.is_file() and path.suffix != ".pyc" and "__pycache__" not in path.parts
+    ]
+    for path in sorted(files):
+        size = path.stat().st_size
+        content = path.read_bytes() if size <= LARGEST_FILE_READ else str(size).encode()
+        digest.update(path.name.encode() + b"\0" + content)
+    return digest.digest()
 
 
 @cache

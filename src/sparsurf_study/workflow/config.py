@@ -7,10 +7,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
-from sparsurf.settings import REQUEST_KEYS, SAMPLERS_OF_COMBINATIONS
+from sparsurf.settings import REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.batches.assignment import BATCH_PERCENT, TABLES, batched_structures, takes_batches
 from sparsurf_study.workflow.conformations import has_one_model, without_zeros
@@ -18,7 +19,7 @@ from sparsurf_study.workflow.download import ONLY, allowed, shown, variable
 from sparsurf_study.workflow.memory import too_large
 from sparsurf_study.workflow.mistakes import one_of, sentences
 from sparsurf_study.workflow.models import Config, Protein
-from sparsurf_study.workflow.names import FIELDS, FILE_KEYS, SURFACE_SUFFIXES
+from sparsurf_study.workflow.protein_keys import FILE_KEYS
 from sparsurf_study.workflow.yaml_file import read_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
@@ -110,7 +111,7 @@ def _with_local_copy(name: str, protein: dict) -> dict:
     path = path or _structure_by_id(protein.get("pdb"))
     if not path:
         return protein
-    if suffix(path) in SURFACE_SUFFIXES:
+    if suffix(path) in kinds.suffixes(is_read=True):
         return {"surface": path}
     options = {key: value for key, value in protein.items() if key not in ("url", "pdb", "sha256")}
     return {"structure": path} | options
@@ -192,7 +193,11 @@ def _check_proteins(config: dict) -> Iterator[str]:
             yield f"{key}.plddt cannot be used with a trajectory or a simulation; remove it, or choose residues with `residues`."
         if "simulate" in protein and protein.get("ligands"):
             yield f"{key} asks for ligands, but only the protein is simulated; remove `ligands` or `simulate`."
-        if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*FIELDS}:
+        if (
+            "table" in protein
+            and "surface" not in protein
+            and all(kinds.has("field", field) for field in config["fields"])
+        ):
             yield f"{key}.table: `fields` names none of its columns; name one, or remove `table`."
         if "sha256" in protein and not {"url", "pdb"} & protein.keys():
             yield f"{key}.sha256 is only for a file that is downloaded; remove it."
@@ -205,14 +210,14 @@ def _check_fields(config: dict) -> Iterator[str]:
     tables = [protein["table"] for protein in config["proteins"].values() if "table" in protein]
     tables = [table for table in tables if os.path.isfile(table)]
     columns: list[set[str]] = []
-    if tables and {*config["fields"]} - {*FIELDS}:
+    if tables and not all(kinds.has("field", field) for field in config["fields"]):
         from sparsurf.dot_fields.columns import columns_of  # imports pandas, which few configs need
         from sparsurf.surfaces.surface import is_field_name
 
         columns = [{*filter(is_field_name, columns_of(table))} for table in tables]
     for k, field in enumerate(config["fields"]):
-        if field not in FIELDS and not (columns and all(field in names for names in columns)):
-            words = one_of(field, [*FIELDS])
+        if not kinds.has("field", field) and not (columns and all(field in names for names in columns)):
+            words = one_of(field, kinds.names("field"))
             end = "" if words.endswith("?") else "."
             yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {words}{end}"
 
@@ -225,7 +230,7 @@ def _check_surfaces(config: dict) -> Iterator[str]:
     if len(ready) == len(config["proteins"]):
         if config["ensemble"]["run"]:
             yield "ensemble.run is true, but every protein is a ready surface without frames; remove one of the two."
-        if fields := [name for name in config["fields"] if name in FIELDS]:
+        if fields := [name for name in config["fields"] if kinds.has("field", name)]:
             yield f"fields names {fields[0]}, which needs atoms, but every protein is a ready surface; remove it."
     samplers = config["compare"].get("samplers", ["uniform"])
     if len(samplers) > 1 and not {"uniform", "farthest"} & {*samplers}:
@@ -261,9 +266,10 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield "sampling is false, but `compare` needs its grid; remove one of the two."
     if config.get("paper", "") in {*config["proteins"]} - {*sampled}:
         yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
-    if "combination" in minimal and minimal["sampler"] not in SAMPLERS_OF_COMBINATIONS:
+    if "combination" in minimal and minimal["sampler"] not in kinds.samplers_of_combinations():
         yield (
-            f"minimal.sampler is {minimal['sampler']}, but minimal.combination is for paper and paper_corrected; "
+            f"minimal.sampler is {minimal['sampler']}, but minimal.combination is for "
+            f"{' and '.join(kinds.samplers_of_combinations())}; "
             "remove one of the two."
         )
     if patches["d_link"] >= min(patches["r_patch"], patches["r_zernike"]):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sparsurf.settings import SAMPLERS
+from sparsurf import kinds
 from sparsurf_study.workflow.models import Config
 
 HOME = Path(__file__).resolve().parents[3]
@@ -21,10 +21,8 @@ name that you choose.
 
 - [The method](method.md) explains the terms patch, island, roughness, combination, descriptor, Z, d, test dot and reading.
   n_S is the number of kept dots.
-- A *sampler* chooses dots. It is one of {samplers}.
-  `uniform` chooses them at random, `poisson` at random but no closer than a certain distance, and
-  `farthest` as far from one another as possible. `paper` is the paper's sampling, and `paper_corrected` is the same with both
-  rules of [sampling](#sampling) set to `false`.
+- A *sampler* chooses dots:
+{samplers}
 - A *conformation* is one frame of a protein. Conformations are called `c1`, `c2` and so on if they are chosen by clusters, and
   `f` with the number of the frame otherwise.
 - *Batches* are jobs that process many structures each, without a page for each structure ([Thousands of structures](many.md)).
@@ -65,7 +63,7 @@ def reference_page() -> str:
             sections.append(f"\n## {key}\n\n{_meaning(rule, definitions)}\n\n{HEAD}{''.join(rows)}")
         else:
             alone.append(_row(key, rule))
-    samplers = ", ".join(f"`{name}`" for name in SAMPLERS)
+    samplers = "\n".join(f"  - `{name}`: {choice.meaning}" for name, choice in kinds.TABLE["sampler"].items())
     return INTRODUCTION.format(samplers=samplers) + HEAD + "".join([*alone, *sections])
 
 
@@ -112,7 +110,7 @@ def _type(rule: dict) -> str:
     """Return the type and range of a value in a few words."""
     if "anyOf" in rule:
         return " or ".join(dict.fromkeys(map(_type, rule["anyOf"])))
-    if rule.get("enum") == [*SAMPLERS]:
+    if rule.get("enum") == [*kinds.TABLE["sampler"]]:
         return "sampler"
     if "enum" in rule or "const" in rule:
         return ", ".join(f"`{value}`" for value in rule.get("enum", [rule.get("const")]))

@@ -10,10 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, stem, suffix
-from sparsurf_study.workflow.names import FILE_KEYS, SURFACE_SUFFIXES
+from sparsurf_study.workflow.protein_keys import FILE_KEYS
 
 log = logging.getLogger("sparsurf")
 
@@ -26,7 +27,7 @@ SUFFIXES = {
     "structure": STRUCTURES + SELF_CONTAINED,
     "topology": TOPOLOGIES,
     "trajectory": TRAJECTORIES,
-    "surface": SURFACE_SUFFIXES,
+    "surface": kinds.suffixes(is_read=True),
 }
 
 

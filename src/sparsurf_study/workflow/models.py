@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
 
+from sparsurf import kinds
 from sparsurf.arguments import DEFAULT_SEED
 from sparsurf.settings import (
     Evaluation,
@@ -27,7 +28,7 @@ from sparsurf_study.settings import Ensemble, FrameNumber, Integer, PercentBelow
 from sparsurf_study.simulation.protocol import KEYS_OF_SIMULATION
 from sparsurf_study.workflow import listing
 from sparsurf_study.workflow.download import PDB_URL, file_name
-from sparsurf_study.workflow.names import FIELDS, MOLECULE_KEYS, SOURCE_KEYS
+from sparsurf_study.workflow.protein_keys import MOLECULE_KEYS, SOURCE_KEYS
 
 RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
 
@@ -290,7 +291,7 @@ class Folder(Section):
     folder: Text = Field(description="Folder that holds the files.")
 
 
-FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
+FIELD_ITEMS = {"anyOf": [{"enum": [*kinds.TABLE["field"]]}, {"type": "string"}]}
 PLACES = (
     "protein, protein/c2 (one conformation), protein/* (results over all frames), pairs/name or changes/name"
 )

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from sparsurf_study.report.provenance import Origin
-from sparsurf_study.workflow.names import FILE_KEYS
+from sparsurf_study.workflow.protein_keys import FILE_KEYS
 
 MAX_INPUTS = 50  # files with a checksum; more are only counted
 DEFAULT_CONFIG = "config.yaml"

@@ -17,7 +17,7 @@ from conftest import ROOT
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.potential import potential_of_charges, potential_of_unit_charge
-from sparsurf.dot_fields.registry import FIELDS, compute_fields, label_and_unit
+from sparsurf.dot_fields.registry import compute_fields, hydropathy, label_and_unit, potential
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
@@ -42,7 +42,7 @@ def test_hydropathy_is_that_of_its_source():
         gemmi.expand_one_letter_sequence(SEQUENCE, gemmi.ResidueKind.AA), HYDROPATHY.split(), strict=True
     ):
         alone = SimpleNamespace(residue_name=np.array([residue]), xyz=np.zeros((1, 1, 3)))
-        assert FIELDS["hydropathy"].function(alone, np.eye(3)) == pytest.approx([float(value)] * 3), residue
+        assert hydropathy(alone, np.eye(3)) == pytest.approx([float(value)] * 3), residue
 
 
 def test_one_charge_has_the_potential_of_the_formula():
@@ -91,17 +91,15 @@ def test_what_fields_are_called_and_measured_in():
         "gaussian_curvature": ("Gaussian curvature", "1/Å^2"), "shape_index": ("shape index", ""),
         "hbond": ("hydrogen-bond donor (1) or acceptor (−1)", ""), "my_score": ("my score", ""),
     }  # fmt: skip
-    assert {name: label_and_unit(name) for name in names} == names and [*FIELDS, "my_score"] == [*names]
-    of_dots = [name for name in FIELDS if FIELDS[name].of_dots]
-    assert of_dots == ["mean_curvature", "gaussian_curvature", "shape_index", "hbond"]
+    assert {name: label_and_unit(name) for name in names} == names
 
 
 def test_hydropathy_is_the_mean_of_the_residues_that_the_scale_knows():
     """A variant counts as its standard residue, an unknown one not at all; selenomethionine has its own value."""
     atoms = SimpleNamespace(residue_name=np.array(["ALA", "LIG", "HIP", "ALA"]), xyz=np.zeros((1, 4, 3)))
-    assert FIELDS["hydropathy"].function(atoms, np.eye(3)) == pytest.approx([(1.8 + 1.8 - 3.2) / 3] * 3)
+    assert hydropathy(atoms, np.eye(3)) == pytest.approx([(1.8 + 1.8 - 3.2) / 3] * 3)
     atoms.residue_name[:] = "MSE"
-    assert FIELDS["hydropathy"].function(atoms, np.eye(3)) == pytest.approx([1.9] * 3)
+    assert hydropathy(atoms, np.eye(3)) == pytest.approx([1.9] * 3)
 
 
 def test_fields_come_in_the_order_of_their_names_and_what_has_no_place_is_refused(tmp_path, molecule):
@@ -347,7 +345,7 @@ def test_columns_of_pdb2pqr_do_not_touch_far_from_the_origin(tmp_path, monkeypat
     places, charges = pdb2pqr_charges(molecule)
     assert places.tolist() == [[1.0, 91.733, -207.26]] and charges.tolist() == [-0.5]
     near = np.add(places, [[1.0, 0, 0]])
-    found = FIELDS["potential"].function(molecule, near, charges="pdb2pqr")
+    found = potential(molecule, near, charges="pdb2pqr")
     assert found.tolist() == potential_of_charges(places, charges, near).tolist() != [0]
 
 

@@ -16,7 +16,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -88,7 +88,7 @@ def test_turnings_are_rotations():
 
 def test_the_handed_out_dots_need_nothing_else(prepared, tmp_path, monkeypatch):
     """minimal.csv alone, in an empty folder: the surface, as npz, DMS and PLY, and descriptors around points."""
-    chosen = SAMPLERS["farthest"](prepared, len(prepared.points) // 8, np.random.default_rng(0))
+    chosen = farthest(prepared, len(prepared.points) // 8, np.random.default_rng(0))
     kept = prepared.points[chosen], prepared.normals[chosen]
     old, new = tmp_path / "old", tmp_path / "new"
     old.mkdir(), new.mkdir()

@@ -19,7 +19,7 @@ from sparsurf.evaluation.subset_search import (
 from sparsurf.evaluation.trials import MeasuredError, Trials
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered
 from sparsurf.sampling.combination import Choices
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
@@ -117,7 +117,7 @@ def test_a_subset_that_differs_from_the_request_is_reported(blob, caplog):
 def test_the_stream_of_a_subset_is_that_of_its_sampler(blob):
     prepared = PreparedSurface(sparsurf.Surface(*blob), streams=Streams(7, "blob"))
     for name in ("uniform", "farthest", "poisson"):
-        wanted = SAMPLERS[name](prepared, 90, prepared.stream("minimal", name))
+        wanted = get_sampler(name)(prepared, 90, prepared.stream("minimal", name))
         trials = Trials(prepared, name, 9)
         assert np.array_equal(draw_subset(prepared, name, 90), wanted)
         assert np.array_equal(trials.draw(90), wanted) and len(trials.tests) == 9

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.patches import readings
 from sparsurf.patches.index import build_index
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.recovery.readings import readings_of_columns
 
 
 def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
@@ -20,12 +21,11 @@ def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
 
 
 def test_readings_come_in_one_order_whatever_that_of_the_columns():
-    assert list(READINGS) == ["kept", "kept_scaled", "full", "recovered"]
     assert readings_of_columns(["d_recovered", "full", "d_full", "d_kept", "x_kept_scaled"], "d_") == [
         "kept", "full", "recovered"
     ]  # fmt: skip
     assert readings_of_columns({"full", "d_kept"}) == ["full"]
-    assert {name: reading.among_kept for name, reading in READINGS.items()} == {
+    assert {name: readings.reading_of(name).among_kept for name in kinds.TABLE["reading"]} == {
         "kept": True, "kept_scaled": False, "full": False, "recovered": False
     }  # fmt: skip
     assert readings.GRID_READINGS == ("kept", "full")

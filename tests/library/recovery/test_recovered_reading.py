@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sparsurf import kinds
 from sparsurf.evaluation.minimal_subset import recovered_z
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
@@ -14,7 +15,7 @@ from sparsurf.recovery import readings
 from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling import published
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import DENSITY
@@ -30,11 +31,11 @@ def prepared(blob):
 def test_it_is_the_description_of_the_recovered_surface(prepared):
     tests = prepared.draw_tests(20)
     z_tot, _ = prepared.describe(tests)
-    kept = SAMPLERS["farthest"](prepared, 500, np.random.default_rng(1))
+    kept = farthest(prepared, 500, np.random.default_rng(1))
     z, _ = prepared.distances([kept], tests, z_tot, "recovered")
     index = build_index(*recover(prepared.points[kept], prepared.normals[kept], prepared.density))
     by_descriptor = recovered_z(prepared, kept, tests)
-    for name in descriptors.DESCRIPTORS:  # each beside the full surface in its own descriptor
+    for name in kinds.TABLE["descriptor"]:  # each beside the full surface in its own descriptor
         whole, alone = (
             descriptors.describe(dots, prepared.points[tests], descriptor=name)[0]
             for dots in (prepared.index, index)

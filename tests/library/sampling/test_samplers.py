@@ -8,14 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
+from sparsurf import kinds
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_index, select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import (
-    SAMPLERS,
     farthest,
+    get_sampler,
     nearest_kept,
     paper,
+    poisson,
     sampler_label,
     subset_weights,
     tune_alpha,
@@ -23,8 +25,8 @@ from sparsurf.sampling.samplers import (
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
-EXACT = [name for name in SAMPLERS if not name.startswith("paper")]
-NESTED = [name for name in SAMPLERS if SAMPLERS[name].nested]
+EXACT = [name for name in kinds.TABLE["sampler"] if not name.startswith("paper")]
+NESTED = [name for name in kinds.TABLE["sampler"] if kinds.TABLE["sampler"][name].nested]
 
 
 @pytest.fixture(scope="module")
@@ -40,21 +42,21 @@ def surface(blob):
 @settings(max_examples=40, deadline=None)
 @given(st.sampled_from(EXACT), st.integers(1, 3000), st.integers(0, 2**32))
 def test_exactly_n_different_dots(surface, name, n, seed):
-    dots = SAMPLERS[name](surface, n, np.random.default_rng(seed))
+    dots = get_sampler(name)(surface, n, np.random.default_rng(seed))
     assert len(dots) == n == len(np.unique(dots))
     assert dots.min() >= 0 and dots.max() < 3000
 
 
-@pytest.mark.parametrize("name", list(SAMPLERS))
+@pytest.mark.parametrize("name", list(kinds.TABLE["sampler"]))
 def test_the_same_stream_gives_the_same_dots(surface, name):
-    one, two = (SAMPLERS[name](surface, 300, np.random.default_rng(8)) for _ in range(2))
+    one, two = (get_sampler(name)(surface, 300, np.random.default_rng(8)) for _ in range(2))
     assert np.array_equal(one, two)
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.sampled_from(NESTED), st.integers(1, 3000), st.integers(1, 3000), st.integers(0, 2**32))
 def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
-    one, two = (SAMPLERS[name](surface, k, np.random.default_rng(seed)) for k in (n, m))
+    one, two = (get_sampler(name)(surface, k, np.random.default_rng(seed)) for k in (n, m))
     assert np.array_equal(one[: min(n, m)], two[: min(n, m)])
 
 
@@ -65,7 +67,7 @@ def test_what_a_sampler_is_called():
     }  # fmt: skip
     assert {name: sampler_label(name) for name in labels} == labels
     assert {"uniform", "farthest"} <= {*NESTED} and not {"paper", "paper_corrected", "poisson"} & {*NESTED}
-    assert [name for name in SAMPLERS if SAMPLERS[name].choosing] == ["paper", "paper_corrected"]
+    assert [*kinds.samplers_of_combinations()] == ["paper", "paper_corrected"]
 
 
 def test_poisson_equals_the_plain_method(surface):
@@ -80,7 +82,7 @@ def test_poisson_equals_the_plain_method(surface):
 @pytest.mark.parametrize("n", [100, 500])
 def test_few_dots_are_left_out_by_chance(surface, n):
     """The radius is nearly the largest that gives n dots: discs of Poisson fill 0.7 of the area, less the ones left out."""
-    dots = SAMPLERS["poisson"](surface, n, np.random.default_rng(7))
+    dots = poisson(surface, n, np.random.default_rng(7))
     gaps = cdist(surface.points[dots], surface.points[dots]) + 99 * np.eye(n)
     assert gaps.min() > 0.8 * np.sqrt(0.7 * 4 / np.pi * 4 * np.pi * 8.0**2 / n)
 
@@ -148,7 +150,7 @@ def test_ranking_on_a1(a1):
     n = len(a1) // 10
     reference = {"farthest": 0.975, "uniform": 1.20, "paper": 1.57}
     for name, expected in reference.items():
-        subsets = [SAMPLERS[name](surface, n, np.random.default_rng(k)) for k in range(3)]
+        subsets = [get_sampler(name)(surface, n, np.random.default_rng(k)) for k in range(3)]
         z, _ = surface.distances(subsets, tests, z_tot, "full")
         assert z.mean() == pytest.approx(expected, abs=0.03), name
 
@@ -157,4 +159,4 @@ def test_index_of_a_tiny_surface_can_be_sampled_whole():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     tiny = SimpleNamespace(points=points, index=build_index(points, points))
     for name in EXACT:
-        assert sorted(SAMPLERS[name](tiny, 3, np.random.default_rng(0)).tolist()) == [0, 1, 2], name
+        assert sorted(get_sampler(name)(tiny, 3, np.random.default_rng(0)).tolist()) == [0, 1, 2], name

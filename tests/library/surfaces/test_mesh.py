@@ -14,7 +14,7 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.mesh import recovered_mesh
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces import mesh as meshes
 from sparsurf.surfaces.decimation import decimate
@@ -157,7 +157,7 @@ def test_threads_places_and_the_widest_step_of_a_grid(monkeypatch):
 def test_the_recovered_surface_as_a_mesh():
     dots = molecular_surface(ATOMS, RADII)
     prepared = PreparedSurface(dots, streams=Streams(1))
-    kept = SAMPLERS["farthest"](prepared, len(dots) // 8, np.random.default_rng(0))
+    kept = farthest(prepared, len(dots) // 8, np.random.default_rng(0))
     mesh, true = recovered_mesh(dots.points[kept], dots.normals[kept]), molecular_mesh(ATOMS, RADII)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
     assert mesh.volume == pytest.approx(true.volume, rel=0.015)
@@ -195,7 +195,7 @@ def test_proteins_close(shared, name):
     true, dots = molecular_mesh(xyz, sizes), molecular_surface(xyz, sizes)
     closed(true.triangles, len(true.vertices))
     assert true.vertices.area.sum() == pytest.approx(dots.area.sum(), rel=0.005)
-    kept = SAMPLERS["farthest"](PreparedSurface(dots), len(dots) // 10, np.random.default_rng(0))
+    kept = farthest(PreparedSurface(dots), len(dots) // 10, np.random.default_rng(0))
     back = recovered_mesh(dots.points[kept], dots.normals[kept])
     closed(back.triangles, len(back.vertices))
     assert back.volume == pytest.approx(true.volume, rel=0.015)

@@ -10,6 +10,7 @@ import pytest
 
 from conftest import ball, make_blob
 from peptides import peptide, write
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import plausibility
@@ -18,7 +19,7 @@ from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import read_npz, with_fields, write_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
-from sparsurf.surfaces.read_surface import FORMATS, read_points, read_surface
+from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
 
@@ -529,7 +530,9 @@ def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, nam
     written(tmp_path, as_csv, "a.csv")
     write_ply(tmp_path / "a.ply", small)
     content = (tmp_path / name).read_bytes()
-    assert [each.sniff(content[:1000]) for each in FORMATS].count(True) == 1
+    assert [
+        kinds.load("format", name, "format")[1].sniff(content[:1000]) for name in kinds.formats_read()
+    ].count(True) == 1
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
         np.testing.assert_allclose(read_surface(path).points, small.points, rtol=0, atol=0.00051)
 

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import naive
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
@@ -56,8 +57,8 @@ def table(prepared, study):
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
-    assert list(table["sampler"].unique()) == [*samplers.SAMPLERS]
-    assert len(table) == len(samplers.SAMPLERS) * 3 * len(comparison.USE)
+    assert list(table["sampler"].unique()) == [*kinds.TABLE["sampler"]]
+    assert len(table) == len(kinds.TABLE["sampler"]) * 3 * len(comparison.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
     assert (exact["n_S"] == 3000 * exact["percent"] / 100).all()
     assert np.allclose(table["n_S_percent"], table["n_S"] / 30)
@@ -76,7 +77,7 @@ def test_a_row_for_every_sampler_size_and_measure(table):
 def test_values_have_the_intervals_of_their_draws_and_the_references_of_the_surface(prepared, table):
     tests, draws = prepared.draw_tests(60), [prepared.stream("compare", "uniform", 600, k) for k in (0, 1)]
     z_tot, _ = prepared.describe(tests)
-    subsets = [np.sort(samplers.SAMPLERS["uniform"](prepared, 600, rng)) for rng in draws]
+    subsets = [np.sort(samplers.uniform(prepared, 600, rng)) for rng in draws]
     wanted = estimate(prepared.distances(subsets, tests, z_tot, "kept")[0])
     rows = table[(table["sampler"] == "uniform") & (table["percent"] == 20)].set_index("measure")
     found = rows.loc["Z kept", ["value", "se", "low", "high"]].tolist()
@@ -303,7 +304,7 @@ def test_summary_means_and_spread_between_proteins():
 
 
 def test_minimal_has_the_requested_size_in_order_of_choice(prepared):
-    for name in samplers.SAMPLERS:
+    for name in kinds.TABLE["sampler"]:
         dots, weight = find_subset(prepared, name, 300)
         assert weight.sum() == 3000 and (weight > 0).all() and len(dots) == len(weight)
         assert name.startswith("paper") or len(dots) == 300
@@ -326,7 +327,7 @@ def test_minimal_for_a_requested_z(prepared, name):
 
     dots, _ = find_subset(prepared, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
-    if samplers.SAMPLERS[name].nested:
+    if kinds.TABLE["sampler"][name].nested:
         assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
         # nor any of the sizes on the way there
         assert all(z_of(dots[:n]) > 1.0 for n in np.geomspace(10, 0.95 * len(dots), 20).astype(int))

@@ -16,7 +16,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import READINGS
+from sparsurf.patches.readings import words_of
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.settings import Settings
@@ -725,7 +725,7 @@ def test_the_place_of_the_published_best_is_said_of_both_readings(page, is_ours,
 def test_every_row_of_the_page_is_that_of_its_table(page):
     """Each table of the page, by the columns of the tables that it is made of."""
     shown, (grid, rows, readings) = Page(html_of(page)).rows, (page["grid"], page["rows"], ("kept", "full"))
-    words = {reading: READINGS[reading].words for reading in readings}
+    words = {reading: words_of(reading) for reading in readings}
     null = page["best"]["references"]["Z_mean_descriptor"]
 
     def measured(row, reading):

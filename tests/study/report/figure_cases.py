@@ -11,7 +11,7 @@ import conftest
 import sparsurf
 from conftest import ROOT
 from measures import protein_figures
-from sparsurf.recovery.readings import READINGS
+from sparsurf.patches.readings import words_of
 from sparsurf.sampling.combination import TABLE_1
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
@@ -85,7 +85,7 @@ def rough_and_flat_patches(n=500, readings=BOTH, roughness=None):
     r, z = distances(n)
     r = r if roughness is None else roughness
     panels = [
-        (f"around kept dots, {READINGS[name].words}", r, z[2 * (k % 2)], z[2 * (k % 2) + 1])
+        (f"around kept dots, {words_of(name)}", r, z[2 * (k % 2)], z[2 * (k % 2) + 1])
         for k, name in enumerate(readings)
     ]
     references = {"Z_empty": 8.6, "Z_mean_descriptor": 1.5, "floors": {"fresh dots": 0.5}}

@@ -14,8 +14,8 @@ from browser import Browser, programs
 from small_study import run_script, unpacked
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
+from sparsurf.patches.readings import words_of
 from sparsurf.recovery.errors import distance_to_recovered
-from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.samplers import farthest
@@ -103,11 +103,11 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
     assert np.allclose(places, surface.points, atol=header["step"]) and header["total"] == len(surface)
     wanted = [f"{name}_{reading}" for reading in ("kept", "full") for name in ("Z_tS", "Z_tR", "d")]
     assert np.allclose(header["grid"], table[[*PARAMETERS, "n_S_percent", *wanted]], rtol=1e-4, atol=1e-12)
-    assert header["readings"] == [READINGS[reading].words for reading in ("kept", "full")]
+    assert header["readings"] == [words_of(reading) for reading in ("kept", "full")]
     presets = dict((name, values) for name, values in header["presets"])
     assert presets["the paper's best"] == [1, 0, 6, 0]
     row = best["full"]["unrestricted"]
-    assert presets[f"best, {READINGS['full'].words}"] == [row[name] for name in PARAMETERS]
+    assert presets[f"best, {words_of('full')}"] == [row[name] for name in PARAMETERS]
     assert (header["radius"], header["minimal"], header["sampler"]) == (4.0, len(minimal), "minimal")
     assert columns["minimal"].nonzero()[0].tolist() == sorted(minimal["dot"])
     values = {scale["symbol"]: (k, scale) for k, scale in enumerate(header["values"])}
@@ -343,7 +343,7 @@ def test_the_nearest_combination_of_the_grid_is_shown_with_its_numbers(opened, g
         wanted = [["reading", "ZtS", "ZtR", "d"]]
         for reading in ("kept", "full"):
             numbers = [f"{row[f'{name}_{reading}']:.2f}".replace("-", "−") for name in ("Z_tS", "Z_tR", "d")]
-            wanted.append([READINGS[reading].words, *numbers])
+            wanted.append([words_of(reading), *numbers])
         assert opened.run(rows) == wanted
         assert f"({', '.join(map(str, nearest))}), nS {row['n_S_percent']:.1f} %" in text_of(
             opened, "nearest"

@@ -59,6 +59,8 @@ def version():
     code_version.code_of.cache_clear()
     code_version.needed_by.cache_clear()
     code_version.files_of_module.cache_clear()
+    for cached in (code_version.needed_by, code_version.kinds_loaded_by, code_version.code_of_package):
+        cached.cache_clear()
     return code_version.code_of("measure")
 
 

@@ -4,21 +4,13 @@ import copy
 import datetime
 import json
 import re
-from pathlib import Path
 
 import pytest
 import yaml
 
 from conftest import ROOT
-from sparsurf import settings
-from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.errors import InputError
-from sparsurf.patches.descriptors import DESCRIPTORS
-from sparsurf.patches.roughness import ROUGHNESS
-from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.surfaces import formats
-from sparsurf.surfaces.read_surface import FORMATS
-from sparsurf_study.workflow import config_reference, memory, names
+from sparsurf_study.workflow import config_reference, memory
 from sparsurf_study.workflow.config import Protein, check_config, read_config, with_absolute_paths
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
@@ -490,15 +482,6 @@ def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein(study):
     assert len(names) > 20
     for name in names:
         refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
-
-
-def test_names_are_those_of_the_library():
-    assert (*SAMPLERS,) == settings.SAMPLERS
-    assert tuple(name for name in SAMPLERS if SAMPLERS[name].choosing) == settings.SAMPLERS_OF_COMBINATIONS
-    assert (*ROUGHNESS,) == settings.ROUGHNESSES and (*DESCRIPTORS,) == settings.DESCRIPTORS
-    assert (*FIELDS,) == names.FIELDS
-    readable = [f".{module.stem}" for module in Path(formats.__file__).parent.glob("[!_]*.py")]
-    assert sorted(names.SURFACE_SUFFIXES) == sorted(readable) and len(readable) == len(FORMATS)
 
 
 @pytest.mark.parametrize(

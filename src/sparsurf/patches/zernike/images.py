@@ -7,6 +7,7 @@ gaps is bit arithmetic. Values that the text omits are from the authors' scripts
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -46,6 +47,14 @@ class Patches(NamedTuple):
     weights: np.ndarray  # float64 for each of `ids`, or empty if all dots have the weight 1
     radius: float  # R_zernike, Å
     up: bool  # whether the mean normal is turned to +z or to -z
+
+
+class Descriptor(NamedTuple):
+    """One way to describe patches by numbers."""
+
+    width: int  # numbers per patch
+    order: Callable[[], np.ndarray]  # (width,) int, the element for users that each column of `describe` is
+    describe: Callable[[Patches], np.ndarray]  # (P, width) float64, zero for a patch without a descriptor
 
 
 def _open_disc() -> np.ndarray:

@@ -19,6 +19,7 @@ from sparsurf.patches.zernike.images import (
     ROW_STRIDE,
     TABLES,
     WEIGHT,
+    Descriptor,
     Patches,
     fill_gaps,
     fold_image,
@@ -47,6 +48,9 @@ def moments(images: np.ndarray) -> np.ndarray:
 def order() -> np.ndarray:
     """Return the index in `polynomials.indices()` of each column of `describe`."""
     return polynomials.fold().order
+
+
+DESCRIPTOR = Descriptor(N_Z, order, describe)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)

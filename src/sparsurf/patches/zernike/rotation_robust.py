@@ -23,7 +23,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.patches.zernike.fields import MIDDLE, N_NODES, PADDED_SIDE, add_dots, bumps, fill, widen
-from sparsurf.patches.zernike.images import FAST, Patches
+from sparsurf.patches.zernike.images import FAST, Descriptor, Patches
 from sparsurf.patches.zernike.polynomials import N_MAX
 from sparsurf.patches.zernike.quadrature import harmonics, integration_points, quarters
 
@@ -63,6 +63,9 @@ def _invariants(patches: Patches, values: np.ndarray, plane: np.ndarray) -> np.n
 def order() -> np.ndarray:
     """Return the index in `polynomials.indices()` of each column of `describe`."""
     return quarters(DISC_STEPS).order
+
+
+DESCRIPTOR = Descriptor(N_Z, order, describe)
 
 
 @cache

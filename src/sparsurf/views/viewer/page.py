@@ -17,8 +17,9 @@ from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.files import no_warnings
+from sparsurf.patches.readings import words_of
 from sparsurf.recovery.mesh import recovered_mesh
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import farthest, sampler_label
 from sparsurf.settings import Settings
@@ -231,7 +232,7 @@ def _header(
         "octahedron": OCTAHEDRON,
         "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
         "samplers": samplers | {"all": "all dots"},
-        "readings": [READINGS[reading].words for reading in readings],
+        "readings": [words_of(reading) for reading in readings],
         "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
         "presets": _presets(best),
         "values": [_scale(one) for one in values],
@@ -247,7 +248,7 @@ def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
         names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
             if "d" in (winner := best[reading][key]):
-                presets.append((f"{name}, {READINGS[reading].words}", list(Combination.from_row(winner))))
+                presets.append((f"{name}, {words_of(reading)}", list(Combination.from_row(winner))))
     return presets
 
 

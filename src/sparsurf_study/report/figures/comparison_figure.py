@@ -9,9 +9,10 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
+from sparsurf import kinds
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.views import layout
-from sparsurf.views.layout import COLUMN_AND_A_HALF, GREY, HALO, LINES, SPARE, styled
+from sparsurf.views.layout import COLUMN_AND_A_HALF, GREY, HALO, SPARE, styled
 from sparsurf_study.analysis.comparison import smallest_n_s
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def _draw_samplers(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
     """Draw a line per sampler, the bold ones on top with their intervals; return the entries of the legend."""
     handles, spare = [], iter(SPARE * len(table))
     for name, rows in table.groupby("sampler", sort=False):
-        colour, width, marker = LINES.get(str(name)) or (next(spare), 0.8, "o")
+        choice = kinds.describe("sampler", str(name))
+        colour, width, marker = (choice.line if choice else None) or (next(spare), 0.8, "o")
         style: dict[str, Any] = {"color": colour, "linewidth": width, "marker": marker, "markersize": 2.2}
         x, order = rows["n_S_percent"], 2 + width
         if width > 1:

@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.patches.readings import words_of
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views import layout
 from sparsurf.views.layout import PAGE, styled
 from sparsurf.views.numbers import share
@@ -42,7 +43,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     readings, alpha = readings_of_columns(grid, "d_"), grid.alpha.max()
     grid = grid[grid.alpha == alpha].reset_index(drop=True)
     scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
-    better = {READINGS[reading].words: better_than_uniform(grid, reading) for reading in readings}
+    better = {words_of(reading): better_than_uniform(grid, reading) for reading in readings}
     message = beats_uniform(better, f"combinations with α = {alpha:g}")
     largest = "" if alpha == 1 else " (the largest of the grid)"
     gap = layout.label_width(np.unique(grid.delta))
@@ -55,7 +56,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])
         best = _maps(figure, grid, f"d_{reading}", (scale, levels), (12, y + 9), side, gap)
-        words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}"
+        words = f"{words_of(reading)}, α = {alpha:g}{largest}: {best}"
         layout.text(figure, 6, y + 0.3, words)
     height = pitch * (len(readings) - 1) + side
     bar = figure.colorbar(scale, cax=layout.axes(figure, used - 17, 10, 2.5, height))

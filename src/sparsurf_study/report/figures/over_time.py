@@ -13,7 +13,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf import kinds
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views import layout
 from sparsurf.views.layout import DARK, PAGE, PALE, styled
 
@@ -36,8 +37,8 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     figure = layout.constrained(PAGE, 18 + 32 * len(panels), name)
     rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
     for letter, (ax, side), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
-        reading = READINGS.get(column.removeprefix("d_"))
-        layout.panel_title(ax, letter, reading.words if reading else "")
+        reading = kinds.TABLE["reading"].get(column.removeprefix("d_"))
+        layout.panel_title(ax, letter, reading.label if reading else "")
         _over_time(ax, time, table[column], window)
         ax.set_ylabel(label)
         error = table[column.replace("d_", "d_se_")].mean() if reading else np.nan

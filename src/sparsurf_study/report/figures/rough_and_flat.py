@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.recovery.readings import READINGS
+from sparsurf.patches.readings import words_of
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf_study.analysis.rough_and_flat import N_BINS
@@ -47,7 +47,7 @@ def content(around: Mapping[str, ByRoughness], references: Mapping[str, Any]) ->
     """Collect the panels around kept dots, one for each reading: arguments of `figure`."""
     kept_dots = around["kept dots"]
     panels = [
-        (f"around kept dots, {READINGS[reading].words}", kept_dots.roughness[0], *z[:, 0])
+        (f"around kept dots, {words_of(reading)}", kept_dots.roughness[0], *z[:, 0])
         for reading, z in kept_dots.z.items()
     ]
     return {"panels": panels, "references": references}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from matplotlib.lines import Line2D
 
-from sparsurf.patches.readings import FULL_READING, READINGS
+from sparsurf.patches.readings import FULL_READING, words_of
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.views import layout
 from sparsurf.views.layout import DARK, SAMPLED, styled
@@ -43,7 +43,7 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
         Line2D([], [], label=f"{int(places['n_runs'].max())} runs as published", **RUNS),
         Line2D([], [], color="black", label="published", **PUBLISHED),
         Line2D([], [], color=SAMPLED, label="published, outside of the middle 95 %", **PUBLISHED),
-        Line2D([], [], label=f"ours, {READINGS[FULL_READING].words}", **OTHER),
+        Line2D([], [], label=f"ours, {words_of(FULL_READING)}", **OTHER),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=4)
     return layout.fix_layout(figure)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from sparsurf.recovery.readings import READINGS, readings_of_columns
+from sparsurf.patches.readings import words_of
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views.numbers import number
 from sparsurf_study.report.first_page.run import MAX_SHOWN, Figure, Run, Table
 from sparsurf_study.report.texts import FILES_OF_SIMULATION, FILES_OVER_TIME, caption
@@ -21,7 +22,7 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
         measured["n_S_percent"] = ("n_S / %", 1)
         readings = readings_of_columns(table, "d_")
         for reading in readings:
-            measured[f"d_{reading}"] = (f"d {READINGS[reading].words}", 2)
+            measured[f"d_{reading}"] = (f"d {words_of(reading)}", 2)
         rows: list[list[Any]] = []
         for column, (words, digits) in measured.items():
             values = table[column].agg(["mean", "std", "min", "max"])

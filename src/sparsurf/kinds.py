@@ -1,0 +1,601 @@
+"""What can be chosen by name: samplers, descriptors, definitions of roughness, fields, readings and formats of surfaces.
+
+`TABLE` is the only list of these names. The config, the help of commands, the pages, the figures and the documentation read
+it. It names each function as "module:function", which is imported when the function is first used, so that planning a study
+and `sparsurf --help` import no numpy. `register` and the entry points of installed packages add further names. To add one to
+the library, write the function and one entry here.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from sparsurf.errors import InputError
+from sparsurf.suggestions import did_you_mean, public
+
+ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
+
+
+class Choice(NamedTuple):
+    """One thing that can be chosen.
+
+    Attributes
+    ----------
+    source : "module:function", or the function itself
+    label : str, its name in figures and on pages
+    meaning : str, one sentence
+    unit : str, of its values; empty without one
+    applies : what it can be computed on: "dots" with normals, the vertices of a "mesh", surfaces with "atoms"
+    package : str, the installed package that adds it, with its version; empty for those of the library
+    name : str, filled in when it is looked up
+    nested : of a sampler, whether smaller subsets are the beginnings of larger ones (from the same random stream)
+    takes_combinations : of a sampler, whether it draws by alpha, beta, gamma and delta and also takes the paper's `choices`
+    line : of a sampler, colour, line width and marker in figures; other samplers get spare ones
+    takes_dots : of a field, whether its function takes the dots in place of (molecule, points)
+    carries : of a format, what its files can hold
+    is_read, is_written : of a format, whether files are read, and written
+    sniff : of a registered format, the function of the first bytes of a file that recognises it
+    """
+
+    source: str | Callable[..., Any]
+    label: str
+    meaning: str = ""
+    unit: str = ""
+    applies: tuple[str, ...] = ("dots", "mesh")
+    package: str = ""
+    name: str = ""
+    nested: bool = False
+    takes_combinations: bool = False
+    line: tuple[str, float, str] | None = None
+    takes_dots: bool = False
+    carries: tuple[str, ...] = ()
+    is_read: bool = False
+    is_written: bool = False
+    sniff: Callable[[bytes], bool] | None = None
+
+    @property
+    def is_built_in(self) -> bool:
+        """Whether the library itself has it: its results need no check."""
+        return isinstance(self.source, str) and not self.package
+
+
+class Kind(NamedTuple):
+    """A kind of choices: its name in sentences, and the arguments of its functions."""
+
+    word: str
+    words: str  # of several
+    arguments: tuple[str, ...]
+
+
+KINDS = {
+    "sampler": Kind("sampler", "samplers", ("prepared", "n", "rng")),
+    "descriptor": Kind("descriptor", "descriptors", ("patches",)),
+    "roughness": Kind("roughness", "definitions of roughness", ("index", "radius", "threads")),
+    "field": Kind("field", "fields", ("molecule", "points")),
+    "reading": Kind("reading", "readings", ("points", "normals", "d_link", "area", "density")),
+    "format": Kind("surface format", "surface formats", ("content", "path")),
+}
+ATOMS, ORIGIN = ("dots", "mesh", "atoms"), ("dots", "atoms")
+# The order is that of help, figures and tables. Of formats, the first that recognises the start of a file reads it.
+TABLE: dict[str, dict[str, Choice]] = {
+    "sampler": {
+        "paper": Choice(
+            "sparsurf.sampling.samplers:paper",
+            "paper's sampling",
+            "The paper's sampling, which keeps more dots where the surface is rough.",
+            takes_combinations=True,
+            line=("#D55E00", 1.6, "D"),
+        ),
+        "paper_corrected": Choice(
+            "sparsurf.sampling.samplers:paper_corrected",
+            "paper's, corrected",
+            "The paper's sampling with distances from the dot itself and one chance for each dot.",
+            takes_combinations=True,
+            line=("#CC79A7", 0.8, "^"),
+        ),
+        "uniform": Choice(
+            "sparsurf.sampling.samplers:uniform",
+            "random subset",
+            "Dots drawn at random, each with the same chance.",
+            nested=True,
+            line=("#000000", 1.6, "s"),
+        ),
+        "poisson": Choice(
+            "sparsurf.sampling.samplers:poisson",
+            "Poisson disk",
+            "Dots drawn at random, but no closer than a certain distance.",
+            line=("#56B4E9", 0.8, "P"),
+        ),
+        "farthest": Choice(
+            "sparsurf.sampling.samplers:farthest",
+            "farthest point",
+            "Dots that are as far from one another as possible.",
+            nested=True,
+            line=("#0072B2", 1.6, "o"),
+        ),
+    },
+    "descriptor": {
+        "published": Choice(
+            "sparsurf.patches.zernike.published:DESCRIPTOR",
+            "published",
+            "The 121 Zernike invariants of the paper.",
+        ),
+        "rotation_robust": Choice(
+            "sparsurf.patches.zernike.rotation_robust:DESCRIPTOR",
+            "rotation-robust",
+            "Zernike invariants that change very little when the molecule is rotated.",
+        ),
+    },
+    "roughness": {
+        "published": Choice(
+            "sparsurf.patches.roughness:published",
+            "published",
+            "The mean cosine between the normals of a patch and their mean, as in the paper.",
+        )
+    },
+    "field": {
+        "hydropathy": Choice(
+            "sparsurf.dot_fields.registry:hydropathy",
+            "hydropathy",
+            "Kyte and Doolittle's hydropathy of nearby amino acids.",
+            "Kyte-Doolittle",
+            ATOMS,
+        ),
+        "potential": Choice(
+            "sparsurf.dot_fields.registry:potential",
+            "electrostatic potential",
+            "The screened Coulomb potential.",
+            "kT/e",
+            ATOMS,
+        ),
+        "bfactor": Choice(
+            "sparsurf.dot_fields.registry:bfactor",
+            "B factor",
+            "The mean B factor of nearby atoms.",
+            "Å^2",
+            ATOMS,
+        ),
+        "mean_curvature": Choice(
+            "sparsurf.dot_fields.registry:mean_curvature",
+            "mean curvature",
+            "The mean of the two principal curvatures, positive where the surface is convex.",
+            "1/Å",
+            ORIGIN,
+            takes_dots=True,
+        ),
+        "gaussian_curvature": Choice(
+            "sparsurf.dot_fields.registry:gaussian_curvature",
+            "Gaussian curvature",
+            "The product of the two principal curvatures, negative on saddles.",
+            "1/Å^2",
+            ORIGIN,
+            takes_dots=True,
+        ),
+        "shape_index": Choice(
+            "sparsurf.dot_fields.registry:shape_index",
+            "shape index",
+            "The shape index: 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.",
+            "",
+            ORIGIN,
+            takes_dots=True,
+        ),
+        "hbond": Choice(
+            "sparsurf.dot_fields.registry:hbond",
+            "hydrogen-bond donor (1) or acceptor (−1)",
+            "Whether the atom of a dot donates hydrogen bonds (1), accepts them (-1), or neither (0).",
+            "",
+            ATOMS,
+            takes_dots=True,
+        ),
+    },
+    "reading": {
+        "kept": Choice(
+            "sparsurf.patches.readings:AMONG_KEPT",
+            "among the kept dots",
+            "All but the largest island of a patch are removed among the kept dots, as in the authors' code.",
+        ),
+        "kept_scaled": Choice(
+            "sparsurf.patches.readings:SCALED",
+            "among the kept dots, scaled link",
+            "The same, with a link that grows with the spacing of the kept dots.",
+        ),
+        "full": Choice(
+            "sparsurf.patches.readings:ON_FULL",
+            "on the full surface",
+            "All but the largest island of a patch are removed once, on the full surface.",
+        ),
+        "recovered": Choice(
+            "sparsurf.recovery.readings:ON_RECOVERED",
+            "recovered",
+            "The patches are those of the surface that is reconstructed from the kept dots.",
+        ),
+    },
+    "format": {
+        "csv": Choice(
+            "sparsurf.surfaces.formats.csv:FORMAT",
+            "CSV",
+            "A row with x, y, z, nx, ny and nz for each dot, and a column for each field.",
+            carries=("dots", "fields", "atoms"),
+            is_read=True,
+            is_written=True,
+        ),
+        "npz": Choice(
+            "sparsurf.surfaces.formats.npz:FORMAT",
+            "NumPy archive",
+            "Arrays of the dots, their fields, and triangles if there are any.",
+            carries=("dots", "triangles", "fields", "atoms"),
+            is_read=True,
+            is_written=True,
+        ),
+        "dms": Choice(
+            "sparsurf.surfaces.formats.dms:FORMAT",
+            "DMS",
+            "The format of the program DMS, which names the atom of every dot.",
+            carries=("dots", "atoms"),
+            is_read=True,
+            is_written=True,
+        ),
+        "ply": Choice(
+            "sparsurf.surfaces.formats.ply:FORMAT",
+            "PLY",
+            "The dots, or the vertices and triangles of a mesh, with fields and colours.",
+            carries=("dots", "triangles", "fields", "colours"),
+            is_read=True,
+            is_written=True,
+        ),
+        "pml": Choice(
+            "sparsurf.api.scenes:write_scene",
+            "PyMOL script",
+            "The dots on their molecule, for PyMOL.",
+            carries=("dots", "triangles", "colours"),
+            is_written=True,
+        ),
+        "pdb": Choice(
+            "sparsurf.api.scenes:write_scene",
+            "PDB",
+            "The dots as atoms, with the shown values as B factors.",
+            carries=("dots", "triangles", "colours"),
+            is_written=True,
+        ),
+        "bild": Choice(
+            "sparsurf.api.scenes:write_scene",
+            "BILD",
+            "The dots as spheres, for ChimeraX.",
+            carries=("dots", "triangles", "colours"),
+            is_written=True,
+        ),
+    },
+}
+_registered: dict[str, dict[str, Choice]] = {kind: {} for kind in TABLE}
+_plugins_in_use: dict[tuple[str, str], Choice] = {}  # what was looked up by name in this process
+_told: set[str] = set()  # warnings that were given
+
+
+@public()
+def register(
+    kind: str,
+    name: str,
+    function: Callable[..., Any],
+    *,
+    label: str | None = None,
+    unit: str = "",
+    meaning: str = "",
+    nested: bool = False,
+    takes_dots: bool = False,
+    sniff: Callable[[bytes], bool] | None = None,
+) -> None:
+    """Add a sampler, descriptor, roughness, field, reading or surface format of your own under a name.
+
+    The functions of the library then take the name like a built-in one. A function can also be given to `sampler=`,
+    `descriptor=`, `roughness=`, `fields=` and `names=` directly, without being registered; only a lambda needs a name. A
+    study and the commands run in processes of their own: they take names that an installed package adds by an entry point.
+
+    Parameters
+    ----------
+    kind : {'sampler', 'descriptor', 'roughness', 'field', 'reading', 'format'}
+        What the function is.
+    name : str
+        The name by which it is chosen: letters, digits and underscores, beginning with a letter. That of a format is the
+        suffix of its files.
+    function : callable
+        A sampler takes (prepared, n, rng), a PreparedSurface, the number of dots and a numpy Generator, and returns the
+        indices (n,) of the chosen dots. A descriptor takes (patches), the `Patches` of `sparsurf.patches.zernike.images`, and
+        returns numbers (P, width), with the same width for any patches. A roughness takes (index, radius, threads), a
+        PatchIndex, Å and a number, and returns (N,) numbers from 0 (rough) to 1 (flat). A field takes (molecule, points), the
+        Molecule and positions (N, 3) in Å, and returns (N,) numbers. A reading takes (points, normals, d_link, area, density)
+        of the kept dots and returns the PatchIndex of the surface that they form. A format takes (content, path), the bytes
+        of a file and its path, and returns a Surface.
+    label : str, optional
+        Name in figures and on pages (default the name, with spaces for underscores).
+    unit : str
+        Unit of the values of a field (default "", without a unit).
+    meaning : str
+        One sentence that explains it (default "").
+    nested : bool
+        Of a sampler: whether the first m of its n dots are its subset of m dots (default False).
+    takes_dots : bool
+        Of a field: whether the function takes only the Surface of the dots, with the atom of each, in place of (molecule,
+        points) (default False).
+    sniff : callable, optional
+        Of a format: a function of the first bytes of a file that returns whether it has this format.
+
+    Raises
+    ------
+    InputError
+        The kind does not exist, the name is taken, or the function does not take these arguments. A function that has the
+        same name in the same module as the former one replaces it, so that the cell of a notebook can run again.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sparsurf
+    >>> def highest(prepared, n, rng):
+    ...     return np.argsort(-prepared.points[:, 2], kind="stable")[:n]
+    >>> sparsurf.register("sampler", "highest", highest, label="highest dots", nested=True)
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> kept = sparsurf.sample(dots, n_dots=100, sampler="highest")
+    >>> bool((dots.points[kept, 2] >= np.sort(dots.points[:, 2])[-100]).all())
+    True
+    """
+    if kind not in TABLE:
+        raise InputError(f"register: there is no kind {kind!r}; the kinds are {', '.join(TABLE)}.")
+    word = KINDS[kind].word
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise InputError(
+            f"register: {name!r} cannot name a {word}; use letters, digits and underscores, and begin with a letter."
+        )
+    if not callable(function):
+        raise InputError(f"register: give the function of the {word} {name!r}, not {function!r}.")
+    if kind == "format" and sniff is None:
+        raise InputError(
+            f"register: the surface format {name!r} needs sniff, a function that recognises its files by their first bytes."
+        )
+    former = _registered[kind].get(name) or TABLE[kind].get(name) or plugins()[kind].get(name)
+    if former is not None and not _replaces(function, former):
+        raise InputError(
+            f"register: there is a {word} {name!r} already ({_origin(former)}); choose another name."
+        )
+    _check_signature(kind, name, function, takes_dots)
+    _registered[kind][name] = Choice(
+        function,
+        label or name.replace("_", " "),
+        meaning,
+        unit,
+        package=former.package if former else "",
+        name=name,
+        nested=nested,
+        takes_dots=takes_dots,
+        carries=("dots",) if kind == "format" else (),
+        is_read=kind == "format",
+        sniff=sniff,
+    )
+
+
+def names(kind: str) -> list[str]:
+    """Return all names of a kind: those of the library, then registered ones, then those of installed packages."""
+    return [*dict.fromkeys([*TABLE[kind], *_registered[kind], *plugins()[kind]])]
+
+
+def has(kind: str, name: Any) -> bool:
+    """Return whether there is a choice of this name; installed packages are asked only if the library has none."""
+    return isinstance(name, str) and _known(kind, name) is not None
+
+
+def find(kind: str, value: Any, key: str) -> Choice:
+    """Return the choice that a user gave as `key`, by its name or as a function; raise InputError for anything else."""
+    if callable(value):
+        return _of_function(kind, value, key)
+    choice = _known(kind, value) if isinstance(value, str) else None
+    if choice is None:
+        listed, word = names(kind), KINDS[kind]
+        hint = did_you_mean(str(value), listed) or "."
+        raise InputError(
+            f"{key}: there is no {word.word} {value!r}; the {word.words} are {', '.join(listed)}{hint}"
+        )
+    return choice
+
+
+def name_of(kind: str, value: Any, key: str) -> str:
+    """Return the name of a choice that a user gave as `key`; that of a function is its own."""
+    return find(kind, value, key).name
+
+
+def load(kind: str, value: Any, key: str) -> tuple[Choice, Any]:
+    """Return a choice and its function, which is imported now; raise InputError if a package of the user cannot be imported."""
+    choice = find(kind, value, key)
+    if not isinstance(choice.source, str):
+        return choice, choice.source
+    module, _, attribute = choice.source.partition(":")
+    if choice.is_built_in:
+        return choice, getattr(import_module(module), attribute)
+    try:
+        function = import_module(module)
+        for part in attribute.split("."):
+            function = getattr(function, part)
+    except Exception as error:  # whatever a foreign module does when it is imported
+        raise InputError(
+            f"{key}: the {KINDS[kind].word} {choice.name!r} of {choice.package} cannot be imported: {_reason(error)}"
+        ) from error
+    choice = _registered[kind].get(choice.name, choice)  # the module may have registered its label
+    _check_signature(kind, choice.name, function, choice.takes_dots)
+    return choice, function
+
+
+def describe(kind: str, name: str) -> Choice | None:
+    """Return a choice for a page or figure, with the label that its package gives; None if there is none of this name.
+
+    A package that cannot be imported is told once and does not stop the page, which needs no more than the name.
+    """
+    choice = _known(kind, name)
+    if choice is None or choice.is_built_in or not isinstance(choice.source, str):
+        return choice
+    try:
+        return load(kind, name, kind)[0]
+    except InputError as error:
+        _warn(str(error))
+        return choice
+
+
+def label(kind: str, name: str) -> str:
+    """Return what figures and pages call a choice; the name itself if there is none of this name."""
+    choice = describe(kind, name)
+    return choice.label if choice else name
+
+
+def samplers_of_combinations() -> tuple[str, ...]:
+    """Return the samplers that draw by alpha, beta, gamma and delta."""
+    return tuple(name for name, choice in TABLE["sampler"].items() if choice.takes_combinations)
+
+
+def suffixes(carried: str = "dots", is_read: bool = False) -> tuple[str, ...]:
+    """Return the suffixes of the formats of the library that carry something and are read, or else are written."""
+    return tuple(
+        f".{name}"
+        for name, choice in TABLE["format"].items()
+        if carried in choice.carries and (choice.is_read if is_read else choice.is_written)
+    )
+
+
+def formats_read() -> list[str]:
+    """Return the names of the formats that are read, in the order in which they are tried."""
+    built_in = [name for name, choice in TABLE["format"].items() if choice.is_read]
+    return [*built_in, *(name for name in names("format") if name not in TABLE["format"])]
+
+
+def modules(kind: str) -> set[str]:
+    """Return the modules of the library that hold the functions of a kind."""
+    return {str(choice.source).partition(":")[0] for choice in TABLE[kind].values()}
+
+
+def plugins_in_use(kind: str) -> dict[str, Choice]:
+    """Return the choices of installed packages that were looked up in this process, by name."""
+    return {name: choice for (of, name), choice in sorted(_plugins_in_use.items()) if of == kind}
+
+
+@cache
+def plugins() -> dict[str, dict[str, Choice]]:
+    """Return what the entry points of installed packages add, by kind and name; nothing of these packages is imported.
+
+    An entry point without a meaning is told and left out. The list is read once, where a name is not one of the library's.
+    """
+    from importlib.metadata import entry_points  # here: most processes need none
+
+    found: dict[str, dict[str, Choice]] = {kind: {} for kind in TABLE}
+    for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: (_package(point), point.name)):
+        kind, _, name = point.name.partition(".")
+        package = _package(point)
+        if kind not in TABLE or not NAME.fullmatch(name) or not point.attr:
+            example = "sampler.highest = my_package:highest"
+            _warn(f"{package}: the entry point {point.name} = {point.value} is left out; write {example}")
+        elif former := TABLE[kind].get(name) or found[kind].get(name):
+            if former.source != point.value:  # the same package may be found twice on the path
+                _warn(f"{package}: the {kind} {name!r} is left out: {_origin(former)} has that name already")
+        else:
+            source = f"{point.module}:{point.attr}"
+            found[kind][name] = Choice(source, name.replace("_", " "), package=package, name=name)
+    return found
+
+
+def _package(point: Any) -> str:
+    """Return the name and the version of the package that has an entry point."""
+    return f"{point.dist.name} {point.dist.version}" if point.dist else "a package"
+
+
+def _known(kind: str, name: str) -> Choice | None:
+    """Return the choice of a name, or None; note that a package is in use."""
+    if name in TABLE[kind]:
+        return TABLE[kind][name]._replace(name=name)
+    choice = _registered[kind].get(name) or plugins()[kind].get(name)
+    if choice is not None and choice.package:
+        _plugins_in_use[kind, name] = choice
+    return choice
+
+
+def _of_function(kind: str, function: Callable[..., Any], key: str) -> Choice:
+    """Return the choice that a function given as `key` is, called by the name of the function."""
+    word = KINDS[kind].word
+    for choice in _choices(kind):
+        if choice.source is function or choice.source == _address(function):
+            return choice
+    name = getattr(function, "__name__", "")
+    if not NAME.fullmatch(name):
+        raise InputError(
+            f"{key}: {function!r} has no name; write a function with def, or call sparsurf.register({kind!r}, name, function)."
+        )
+    former = _known(kind, name)
+    if former is not None and not _replaces(function, former):
+        raise InputError(
+            f"{key}: there is a {word} {name!r} already ({_origin(former)}); rename your function."
+        )
+    _check_signature(kind, name, function, bool(former and former.takes_dots))
+    former = former or Choice(function, name.replace("_", " "), name=name)
+    return former._replace(source=function)
+
+
+def _choices(kind: str) -> Iterator[Choice]:
+    """Yield the choices of the library and the registered ones."""
+    for name, choice in (TABLE[kind] | _registered[kind]).items():
+        yield choice._replace(name=name)
+
+
+def _address(function: Any) -> str:
+    """Return module:function."""
+    return f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
+
+
+def _replaces(function: Any, former: Choice) -> bool:
+    """Return whether a function is the next version of a former choice: of the same name in the same module."""
+    if callable(former.source):
+        return _address(former.source) == _address(function)
+    if former.package:  # its module registers the function of its own entry point
+        return (
+            former.source.partition(".")[0].partition(":")[0]
+            == _address(function).partition(".")[0].partition(":")[0]
+        )
+    return False
+
+
+def _origin(choice: Choice) -> str:
+    """Return where a choice comes from, for a sentence."""
+    if choice.package:
+        return f"of {choice.package}"
+    return "built in" if choice.is_built_in else f"from {_address(choice.source)}"
+
+
+def _check_signature(kind: str, name: str, function: Any, takes_dots: bool) -> None:
+    """Raise InputError unless a function can be called with the arguments of its kind."""
+    arguments = ("dots",) if takes_dots else KINDS[kind].arguments
+    if not callable(function):
+        if not isinstance(function, tuple):  # a descriptor or format with more than one function
+            raise InputError(f"the {KINDS[kind].word} {name!r} is {function!r}; it must be a function.")
+        return
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # a function in C may have none
+        return
+    try:
+        signature.bind(*arguments)
+    except TypeError:
+        raise InputError(
+            f"the {KINDS[kind].word} {name!r} takes {signature}; it must take ({', '.join(arguments)})."
+        ) from None
+
+
+def _reason(error: Exception) -> str:
+    """Return an error as the end of a sentence."""
+    return f"{type(error).__name__}: {error}".rstrip(".: ") + "."
+
+
+def _warn(message: str) -> None:
+    """Log a warning once in a process."""
+    if message not in _told:
+        _told.add(message)
+        import logging  # here: most processes warn of nothing
+
+        logging.getLogger("sparsurf").warning("%s", message)
