@@ -58,13 +58,8 @@ def _option(action: Action) -> str:
     value = f"{{{','.join(action.choices)}}}" if few else action.metavar or action.dest.upper()
     names = [f"{name}{f' {value}' * (action.nargs != 0)}" for name in action.option_strings] or [value]
     listed = "%(choices)s" in (action.help or "")
-    meaning = (
-        (action.help or "")
-        .replace("%(choices)s", ", ".join(action.choices or ()))
-        .replace("%%", "%")
-        .replace("|", "\\|")
-        .replace("<", "&lt;")
-    )
+    meaning = (action.help or "").replace("%(choices)s", ", ".join(action.choices or ()))
+    meaning = meaning.replace("%%", "%").replace("|", "\\|").replace("<", "&lt;")
     meaning += "" if few or listed or not action.choices else f": {', '.join(action.choices)}"
     return f"| {', '.join(f'`{name}`' for name in names)} | {meaning} |\n"
 

@@ -163,7 +163,7 @@ def represent(
     else:
         n_s, n_tests = _n_s(request, prepared), len(trials.tests)
         wanted = (n_s, request.max_z, request.combination)
-        dots, weight = find_subset(prepared, trials.sampler, *wanted, n_tests, choices)
+        dots, weight = find_subset(prepared, request.sampler, *wanted, n_tests, choices)
     subset = Subset(dots, weight, surface.take(dots), molecule, interval)
     return Representation(trials, subset, molecule)
 

@@ -1,7 +1,11 @@
 """The version of the code of a script: bytes of the modules that it imports and of their data, and of nothing else."""
 
+import sys
+
 import pytest
 
+from sparsurf import kinds
+from sparsurf.settings import Minimal
 from sparsurf_study.workflow import code_version
 
 FILES = {
@@ -100,3 +104,58 @@ def test_a_renamed_module_counts(checkout):
     index = checkout / "src/sparsurf/patches/index.py"
     index.write_text(index.read_text().replace("streams", "flows"))
     assert version() != before
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """An installed package with a sampler and a field."""
+    folder = tmp_path / "site"
+    info = folder / "my_plugin-1.0.dist-info"
+    info.mkdir(parents=True)
+    (folder / "my_plugin").mkdir()
+    (folder / "my_plugin" / "__init__.py").write_text("from my_plugin.own import highest")
+    (folder / "my_plugin" / "own.py").write_text("def highest(prepared, n, rng): ...")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-plugin\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[sparsurf]\nsampler.highest = my_plugin:highest\nfield.x = my_plugin:x\n"
+    )
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setattr(kinds, "_plugins_in_use", {})
+    kinds.plugins.cache_clear()
+    yield folder
+    kinds.plugins.cache_clear()
+
+
+def test_the_functions_of_a_kind_that_is_loaded_count(checkout):
+    samplers = checkout / "src/sparsurf/sampling/samplers.py"
+    samplers.parent.mkdir()
+    samplers.write_text("")
+    with open(checkout / "src/sparsurf/streams.py", "a") as stream:
+        stream.write('choice, function = kinds.load("sampler", name, key)')
+    before = version()
+    samplers.write_text("# an edit")
+    assert version() != before
+
+
+@pytest.mark.parametrize("kind", ["sampler", "field"])
+def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kind(checkout, package, kind):
+    with open(checkout / "src/sparsurf/streams.py", "a") as stream:
+        stream.write(f'choice, function = kinds.load("{kind}", name, key)')
+    unused = version()
+    Minimal(sampler="highest", percent=10)  # as the config is checked when a study is planned
+    used = version()
+    assert (used != unused) == (kind == "sampler")
+    (package / "my_plugin" / "own.py").write_text("def highest(prepared, n, rng): return range(n)")
+    edited = version()
+    assert (edited != used) == (kind == "sampler")
+    info = package / "my_plugin-1.0.dist-info" / "METADATA"
+    info.write_text(info.read_text().replace("1.0", "1.1"))
+    kinds.plugins.cache_clear()
+    Minimal(sampler="highest", percent=10)
+    assert (version() != edited) == (kind == "sampler")
+    assert "my_plugin" not in sys.modules
+
+
+def test_a_config_refuses_a_name_that_no_package_has(package):
+    with pytest.raises(ValueError, match="'farthest' or 'highest'|'farthest', 'highest'"):
+        Minimal(sampler="lowest", percent=10)
