@@ -117,6 +117,7 @@ def results(extended, tmp_path_factory):
         "run": "own",
         "proteins": {"p": {"structure": "protein.pdb"}},
         "patches": {"roughness": "steepest", "descriptor": "extent"},
+        "fields": ["depth"],
         "minimal": {"sampler": "highest", "percent": 10},
         "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0]},
         "evaluation": {"test_dots": 20, "draws": 2},
@@ -130,7 +131,8 @@ def results(extended, tmp_path_factory):
 
 def test_every_recipe_has_steps_that_can_be_followed():
     assert RECIPES.keys() >= {
-        "A sampler", "A roughness", "A descriptor", "A column", "A figure", "A key of the config", "A default",
+        "A sampler", "A roughness", "A descriptor", "A field", "A surface format",
+        "A column", "A figure", "A key of the config", "A default",
     }  # fmt: skip
     assert all(STEP.search(text) for text in RECIPES.values())
 
@@ -138,7 +140,8 @@ def test_every_recipe_has_steps_that_can_be_followed():
 def test_what_the_registries_touch_passes_after_the_recipes(extended):
     """The suites of samplers, descriptors, options, the config, the list of columns, and the rules of the repository."""
     files = (
-        "library/sampling/test_samplers.py", "library/patches/test_descriptors.py", "library/cli/test_options.py",
+        "library/test_kinds.py", "library/sampling/test_samplers.py", "library/patches/test_descriptors.py",
+        "library/cli/test_options.py",
         "study/test_columns.py", "study/workflow/test_config.py", "test_architecture.py", "docs/test_table_numbers.py",
         "study/workflow/test_consequences.py::test_every_key_of_the_config_has_its_consequences",
     )  # fmt: skip
@@ -151,6 +154,22 @@ def test_what_the_registries_touch_passes_after_the_recipes(extended):
     if (ROOT / ".mypy_cache").is_dir():  # of `make test`: only what the recipes touch is checked again
         shutil.copytree(ROOT / ".mypy_cache", extended / ".mypy_cache")
     call(extended, "-m", "mypy")
+
+
+def test_a_choice_takes_two_files():
+    for recipe in ("A sampler", "A roughness", "A descriptor", "A field", "A surface format"):
+        files = {
+            step["new"] or step["end"] or step["path"] or step["file"]
+            for step in STEP.finditer(RECIPES[recipe])
+        }
+        assert len(files) == 2 and "src/sparsurf/kinds.py" in files, recipe
+
+
+def test_the_field_is_at_every_kept_dot(results):
+    table = pd.read_csv(results / "minimal.csv")
+    surface = np.load(results / "surface.npz")
+    assert table["depth"].between(0, np.ptp(surface["points"], axis=0).max()).all()
+    assert table["depth"].std() > 0.1
 
 
 def test_the_tables_of_batches_have_the_column(extended):

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from measures.molecules import atoms_of
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Surface
@@ -92,7 +92,7 @@ def draw_recovery(job: Job) -> None:
     """Draw the dots of the embedded example, a tenth of them, and the surface reconstructed from these."""
     atoms = atoms_of(job.input.structure)
     prepared = PreparedSurface(molecular_surface(*atoms), streams=Streams(1, "example"), threads=job.threads)
-    dots = SAMPLERS["farthest"](prepared, len(prepared.points) // 10, prepared.stream("figure"))
+    dots = farthest(prepared, len(prepared.points) // 10, prepared.stream("figure"))
     subset = prepared.points[dots], prepared.normals[dots]
     recovered = recover(*subset, threads=job.threads)
     distance = distances(recovered[0], truth(*atoms))

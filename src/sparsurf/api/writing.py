@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.mesh import Mesh
 
 NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
-MESHES = tuple(suffix for suffix in NUMBERS if suffix in kinds.suffixes("triangles"))
+# PLY first: most programs open it
+MESHES = tuple(sorted({*NUMBERS} & {*kinds.suffixes("triangles")}, reverse=True))
 DOTS_ALONE = (*NUMBERS, *SCENES)
 DOTS = kinds.suffixes("dots")  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")

@@ -73,7 +73,7 @@ CALLS = [
         "error": NOT_PERCENT | {"error": 0.05}, "max_z": NOT_PERCENT | {"max_z": 1.5}, "sampler": "uniform", **SEED}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.pdb, **k), {"percent": 10}, {"d_link": 0.3}),
     ("prepare", lambda g, **k: sparsurf.prepare(g.dots, **k), {}, {
-        "r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.7, **SEED}),
+        "r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.7, "descriptor": "rotation_robust", **SEED}),
     ("sample", lambda g, **k: sparsurf.sample(g.ready, **k), {"percent": 10}, {
         "percent": 11, "n_dots": NOT_PERCENT | {"n_dots": 90}, "sampler": "uniform",
         "combination": NOT_PERCENT | {"combination": (1, 0, 4, 6)}, **SEED}),
@@ -115,6 +115,9 @@ ELSEWHERE = {
     ("write", "colours"): "api/test_writing.py",
     ("points_of", "jobs"): "api/test_points.py",
     ("show", "open_browser"): "api/test_show.py",
+    ("roughness", "roughness"): "test_kinds.py",
+    ("prepare", "roughness"): "test_kinds.py",
+    **{("register", name): "test_kinds.py" for name in inspect.signature(sparsurf.register).parameters},
 }
 
 

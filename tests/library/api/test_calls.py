@@ -52,7 +52,7 @@ def test_what_is_prepared_is_what_was_requested(blob, ready):
 
 REFUSED = {  # what is called with: the dots of the blob, them prepared, or the dots of a peptide
     "blob": [
-        (lambda d: sparsurf.roughness(d, radius=4), "'radius'; its keywords are surface, r_patch, d_link."),
+        (lambda d: sparsurf.roughness(d, radius=4), "'radius'; its keywords are surface, r_patch, d_link, roughness."),
         (lambda d: sparsurf.minimal(d, dots=9), "no keyword 'dots'; did you mean 'n_dots'?"),
         (lambda d: sparsurf.prepare(d, R_patch=4), "no keyword 'R_patch'; did you mean 'r_patch'?"),
         (lambda d: sparsurf.sample(d, dots=9), "no keyword 'dots'; did you mean 'n_dots'?"),
@@ -427,7 +427,7 @@ def test_the_suffix_decides(tmp_path, capfdbinary):
     ):
         writing.write_file(tmp_path / "a.ply", writing.TABLES, written)
     with pytest.raises(
-        InputError, match=r"/a\.gz: the name has no suffix; name a file that ends in \.dms, \.csv, \.npz, "
+        InputError, match=r"/a\.gz: the name has no suffix; name a file that ends in \.csv, \.npz, \.dms, "
     ):
         writing.write_file(tmp_path / "a.gz", writing.DOTS, written)
 
