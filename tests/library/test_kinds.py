@@ -17,27 +17,27 @@ import numpy as np
 import sparsurf
 
 
-def highest(prepared, n, rng):
+def topmost(prepared, n, rng):
     return np.argsort(-prepared.points[:, 2], kind="stable")[:n]
 
 
-def depth(molecule, points):
+def elevation(molecule, points):
     return points[:, 2] - molecule.xyz[0, :, 2].min()
 
 
-sparsurf.register("field", "depth", depth, label="height over the lowest atom", unit="Å")
+sparsurf.register("field", "elevation", elevation, label="height over the lowest atom", unit="Å")
 """
 POINTS = """
 [sparsurf]
-sampler.highest = my_plugin:highest
-field.depth = my_plugin:depth
+sampler.topmost = my_plugin:topmost
+field.elevation = my_plugin:elevation
 field.gone = my_missing_plugin:gone
-sampler.farthest = my_plugin:highest
-nonsense = my_plugin:highest
+sampler.farthest = my_plugin:topmost
+nonsense = my_plugin:topmost
 """
 
 
-def highest(prepared, n, rng):
+def topmost(prepared, n, rng):
     return np.argsort(-prepared.points[:, 2], kind="stable")[:n]
 
 
@@ -50,7 +50,7 @@ def slope(index, radius, threads):
     return (1 + index.normals[np.argsort(index.dot)][:, 2]) / 2
 
 
-def extent(patches):
+def numbers(patches):
     """The number of dots of each patch, and 3."""
     return np.stack([np.diff(patches.start), np.full(len(patches.centres), 3)], axis=1)
 
@@ -102,8 +102,8 @@ def test_every_entry_of_the_table_leads_to_what_it_names():
 def test_a_function_takes_the_place_of_a_name(dots, empty):
     n = len(dots) // 10
     wanted = np.argsort(-dots.points[:, 2], kind="stable")[:n]
-    assert np.array_equal(sparsurf.sample(dots, n_dots=n, sampler=highest), wanted)
-    assert np.array_equal(sparsurf.minimal(dots, n_dots=n, sampler=highest).dots, wanted)
+    assert np.array_equal(sparsurf.sample(dots, n_dots=n, sampler=topmost), wanted)
+    assert np.array_equal(sparsurf.minimal(dots, n_dots=n, sampler=topmost).dots, wanted)
     table = sparsurf.fields(dots, ["hydropathy", height])
     assert list(table) == ["hydropathy", "height"]
     assert np.allclose(table["height"], dots.points[:, 2] - dots.molecule.xyz[0, :, 2].min())
@@ -111,14 +111,14 @@ def test_a_function_takes_the_place_of_a_name(dots, empty):
     assert np.allclose(few.fields["height"], few.points[:, 2] - dots.molecule.xyz[0, :, 2].min())
     half = (1 + dots.normals[:, 2]) / 2
     assert np.allclose(sparsurf.roughness(dots, roughness=slope), half)
-    z = sparsurf.descriptors(dots, [0, 5], descriptor=extent)
+    z = sparsurf.descriptors(dots, [0, 5], descriptor=numbers)
     within = np.linalg.norm(dots.points - dots.points[[[0], [5]]], axis=2) < 6
     assert z.shape == (2, 2) and (z[:, 1] == 3).all() and (z[:, 0] > 1).all()
     assert (z[:, 0] <= within.sum(axis=1)).all()
 
 
 def test_a_prepared_surface_follows_the_functions_it_was_given(dots, empty):
-    ready = sparsurf.prepare(dots, roughness=slope, descriptor=extent)
+    ready = sparsurf.prepare(dots, roughness=slope, descriptor=numbers)
     assert np.allclose(ready.roughness, (1 + dots.normals[:, 2]) / 2)
     plain = sparsurf.sample(sparsurf.prepare(dots), combination=(1, 1, 0, 0))
     assert not np.array_equal(sparsurf.sample(ready, combination=(1, 1, 0, 0)), plain)
@@ -128,7 +128,7 @@ def test_a_prepared_surface_follows_the_functions_it_was_given(dots, empty):
 
 
 def test_a_registered_name_has_its_label_and_is_replaced_by_its_next_version(dots, empty):
-    sparsurf.register("sampler", "high", highest, label="highest dots", nested=True)
+    sparsurf.register("sampler", "high", topmost, label="highest dots", nested=True)
     assert kinds.label("sampler", "high") == "highest dots"
     first = sparsurf.sample(dots, n_dots=9, sampler="high")
 
@@ -138,8 +138,8 @@ def test_a_registered_name_has_its_label_and_is_replaced_by_its_next_version(dot
     with pytest.raises(InputError, match="there is a sampler 'high' already"):
         sparsurf.register("sampler", "high", other)
     assert np.array_equal(sparsurf.sample(dots, n_dots=9, sampler="high"), first)
-    again = type(highest)(other.__code__, globals(), "highest")
-    again.__module__, again.__qualname__ = __name__, "highest"
+    again = type(topmost)(other.__code__, globals(), "topmost")
+    again.__module__, again.__qualname__ = __name__, "topmost"
     sparsurf.register("sampler", "high", again)
     assert np.array_equal(sparsurf.sample(dots, n_dots=9, sampler="high"), np.arange(9))
 
@@ -147,10 +147,10 @@ def test_a_registered_name_has_its_label_and_is_replaced_by_its_next_version(dot
 @pytest.mark.parametrize(
     ("kind", "name", "function", "words"),
     [
-        ("colour", "x", highest, "there is no kind 'colour'"),
-        ("sampler", "a b", highest, "cannot name a sampler"),
+        ("colour", "x", topmost, "there is no kind 'colour'"),
+        ("sampler", "a b", topmost, "cannot name a sampler"),
         ("sampler", "x", 3, "give the function"),
-        ("sampler", "farthest", highest, "built in"),
+        ("sampler", "farthest", topmost, "built in"),
         ("sampler", "x", height, r"it must take \(prepared, n, rng\)"),
         ("format", "x", lambda content, path: None, "needs sniff"),
     ],
@@ -207,14 +207,14 @@ def test_a_format_of_the_user_is_read(tmp_path, empty):
 
 
 def test_an_installed_package_adds_names(dots, plugin, caplog):
-    assert [name for name in kinds.names("sampler") if name not in kinds.TABLE["sampler"]] == ["highest"]
+    assert [name for name in kinds.names("sampler") if name not in kinds.TABLE["sampler"]] == ["topmost"]
     assert "my_plugin" not in sys.modules  # nothing is imported before it is used
     assert "nonsense" in caplog.text and "'farthest' is left out" in caplog.text
-    kept = sparsurf.sample(dots, n_dots=9, sampler="highest")
+    kept = sparsurf.sample(dots, n_dots=9, sampler="topmost")
     assert np.array_equal(kept, np.argsort(-dots.points[:, 2], kind="stable")[:9])
-    table = sparsurf.fields(dots, "depth")
-    assert np.allclose(table["depth"], dots.points[:, 2] - dots.molecule.xyz[0, :, 2].min())
-    assert (kinds.describe("field", "depth").label, kinds.describe("field", "depth").unit) == (
+    table = sparsurf.fields(dots, "elevation")
+    assert np.allclose(table["elevation"], dots.points[:, 2] - dots.molecule.xyz[0, :, 2].min())
+    assert (kinds.describe("field", "elevation").label, kinds.describe("field", "elevation").unit) == (
         "height over the lowest atom", "Å"
     )  # fmt: skip
 
@@ -238,9 +238,9 @@ def test_a_command_takes_the_names_of_an_installed_package(tmp_path):
         "--n-dots",
         "20",
         "--sampler",
-        "highest",
+        "topmost",
         "--fields",
-        "depth",
+        "elevation",
         "-o",
         "-",
     ]
@@ -249,7 +249,7 @@ def test_a_command_takes_the_names_of_an_installed_package(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     header, *rows = done.stdout.splitlines()
-    z, depth = (header.split(",").index(name) for name in ("z", "depth"))
-    values = np.array([[row.split(",")[k] for k in (z, depth)] for row in rows], float)
+    z, elevation = (header.split(",").index(name) for name in ("z", "elevation"))
+    values = np.array([[row.split(",")[k] for k in (z, elevation)] for row in rows], float)
     assert len(values) == 20 and np.allclose(np.diff(values[:, 0]), np.diff(values[:, 1]), atol=1e-3)
     assert (np.diff(values[:, 0]) <= 0).all()

@@ -113,11 +113,11 @@ def package(tmp_path, monkeypatch):
     info = folder / "my_plugin-1.0.dist-info"
     info.mkdir(parents=True)
     (folder / "my_plugin").mkdir()
-    (folder / "my_plugin" / "__init__.py").write_text("from my_plugin.own import highest")
-    (folder / "my_plugin" / "own.py").write_text("def highest(prepared, n, rng): ...")
+    (folder / "my_plugin" / "__init__.py").write_text("from my_plugin.own import topmost")
+    (folder / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): ...")
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-plugin\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(
-        "[sparsurf]\nsampler.highest = my_plugin:highest\nfield.x = my_plugin:x\n"
+        "[sparsurf]\nsampler.topmost = my_plugin:topmost\nfield.x = my_plugin:x\n"
     )
     monkeypatch.syspath_prepend(folder)
     monkeypatch.setattr(kinds, "_plugins_in_use", {})
@@ -142,20 +142,20 @@ def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kin
     with open(checkout / "src/sparsurf/streams.py", "a") as stream:
         stream.write(f'choice, function = kinds.load("{kind}", name, key)')
     unused = version()
-    Minimal(sampler="highest", percent=10)  # as the config is checked when a study is planned
+    Minimal(sampler="topmost", percent=10)  # as the config is checked when a study is planned
     used = version()
     assert (used != unused) == (kind == "sampler")
-    (package / "my_plugin" / "own.py").write_text("def highest(prepared, n, rng): return range(n)")
+    (package / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): return range(n)")
     edited = version()
     assert (edited != used) == (kind == "sampler")
     info = package / "my_plugin-1.0.dist-info" / "METADATA"
     info.write_text(info.read_text().replace("1.0", "1.1"))
     kinds.plugins.cache_clear()
-    Minimal(sampler="highest", percent=10)
+    Minimal(sampler="topmost", percent=10)
     assert (version() != edited) == (kind == "sampler")
     assert "my_plugin" not in sys.modules
 
 
 def test_a_config_refuses_a_name_that_no_package_has(package):
-    with pytest.raises(ValueError, match="'highest'"):
+    with pytest.raises(ValueError, match="'topmost'"):
         Minimal(sampler="lowest", percent=10)
