@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
+import pickle
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -312,7 +313,16 @@ def points_of(
     {}
     """
     request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
-    return PointsOfFolder(structures_in(folder), request, JOBS.check(jobs, "jobs"))
+    jobs = JOBS.check(jobs, "jobs")
+    if jobs > 1:
+        try:
+            pickle.dumps(request)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            raise InputError(
+                "points_of: a field is a function inside another one, which cannot be sent to other processes; define it at "
+                "the top of a module or notebook, or use jobs=1."
+            ) from None
+    return PointsOfFolder(structures_in(folder), request, jobs)
 
 
 def structures_in(folder: str | Path) -> dict[str, Path]:
