@@ -64,8 +64,10 @@ def test_every_function_is_listed_with_its_signature_and_first_sentence() -> Non
     names = [name for part in reference.PLACE.finditer(text) for name in part["words"].split()]
     assert {*names} == {*sparsurf.FUNCTIONS, *sparsurf.CLASSES, "InputError"} and len(names) == len({*names})
     assert "- `read_surface(path)`: Read the dots of a surface from a file.\n" in text
-    assert "- `prepare(surface, *, r_patch=4.0, r_zernike=6.0, d_link=0.5, seed=20261120, "
-        "roughness='published', descriptor='published')`: Prepare a" in text
+    assert (
+        "- `prepare(surface, *, r_patch=4.0, r_zernike=6.0, d_link=0.5, seed=20261120, roughness='published', "
+        in text
+    )
 
 
 @pytest.fixture
