@@ -91,7 +91,7 @@ REFUSED = [  # argument, value, reason: a regular expression
     ("combination", (1, 0, NAN, 0), "gamma|combination.2 is nan"),
     ("combination", (1, 0, 6), "four numbers|4 or more"),
     ("test_dots", 2.5, WHOLE), ("test_dots", 1, "2 (to|or more)"),
-    ("reading", "both", "one of kept, .*full.*recovered"),
+    ("reading", "both", "kept, .*full.*recovered"),
     ("fields", "hydropaty", "hydropathy, potential, bfactor"),
     ("plddt", 101, HUGE), ("plddt", "high", NUMBER), ("plddt", 0.7, "looks like a share; .* so give 70"),
     ("hydrogens", "x", "neither keep nor remove|one of keep, remove"),
