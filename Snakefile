@@ -116,7 +116,7 @@ rule draw_frames:
         projection="results/{run}/{protein}/projection.csv",
         explained="results/{run}/{protein}/explained.csv",
     output:
-        png=in_report("results/{run}/{protein}/figures/frames.png", "Frames and conformations"),
+        png=in_report("results/{run}/{protein}/figures/frames.png"),
     log:
         "results/{run}/logs/{protein}/draw_frames.log",
     localrule: True
@@ -205,11 +205,10 @@ rule draw_roughness:  # what is seen first: it needs no grid
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         structure=structure_of_conformation,
     output:
-        page=in_report(
-            "results/{run}/{protein}/{conformation}/surface.html", "Roughness and residues, to turn"
-        ),
-        png=in_report("results/{run}/{protein}/{conformation}/figures/roughness.png", "Fig. 1, roughness"),
+        page=in_report("results/{run}/{protein}/{conformation}/surface.html"),
+        png=in_report("results/{run}/{protein}/{conformation}/figures/roughness.png"),
         svg="results/{run}/{protein}/{conformation}/figures/roughness.svg",
+        picture="results/{run}/{protein}/{conformation}/pictures/roughness.png",
     log:
         "results/{run}/logs/{protein}/{conformation}/draw_roughness.log",
     priority: 6
@@ -305,7 +304,7 @@ rule draw_view:
         grid=if_sampled("grid.csv"),
         best=if_sampled("best.json"),
     output:
-        page=in_report("results/{run}/{protein}/{conformation}/view.html", "Turn, sample and pick dots"),
+        page=in_report("results/{run}/{protein}/{conformation}/view.html"),
         picture="results/{run}/{protein}/{conformation}/view.png",
     log:
         "results/{run}/logs/{protein}/{conformation}/draw_view.log",
@@ -334,7 +333,7 @@ rule tabulate_residues:
         fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
         structure="results/{run}/{protein}/{conformation}/structure.pdb",
     output:
-        table=in_report("results/{run}/{protein}/{conformation}/residues.csv", "Residue by residue"),
+        table=in_report("results/{run}/{protein}/{conformation}/residues.csv"),
         pdb="results/{run}/{protein}/{conformation}/structure_roughness.pdb",
         pml="results/{run}/{protein}/{conformation}/open.pml",
         cxc="results/{run}/{protein}/{conformation}/open.cxc",
@@ -376,7 +375,7 @@ rule summarise_surfaces:
         grid=every_conformation("grid.csv", SAMPLED),
     output:
         table="results/{run}/surfaces.csv",
-        png=in_report("results/{run}/required_dots.png", "How many dots are enough", "All surfaces"),
+        png=in_report("results/{run}/required_dots.png"),
     log:
         "results/{run}/logs/summarise_surfaces.log",
     localrule: True
@@ -432,6 +431,7 @@ else:
             lengths=LENGTHS_OF_GLOSSARY,
             minimal=config["minimal"],
             jobs=log_names(workflow.rules),
+            catalogue=catalogue.checksum(),
             code=code_of("close_run"),
         message:
             "First page of the run"

@@ -13,6 +13,7 @@ from pathlib import Path
 import sparsurf
 import sparsurf_study.columns
 from sparsurf.cli import command
+from sparsurf_study import catalogue
 
 PLACE = re.compile(
     r"(?P<mark><!-- generated: (?P<name>\w+)(?P<words>(?: \w+)*) -->\n).*?(?P<end><!-- end -->)", re.S
@@ -64,10 +65,37 @@ def _option(action: Action) -> str:
     return f"| {', '.join(f'`{name}`' for name in names)} | {meaning} |\n"
 
 
+HEADINGS = {  # of results/README.md, by the folder of the outputs
+    "": "The run",
+    "<protein>": "A protein: `<protein>/`",
+    "<protein>/<conformation>": "A conformation: `<protein>/<conformation>/`",
+    "pairs/<pair>": "A pair: `pairs/<pair>/`",
+    "changes/<comparison>": "Two forms: `changes/<comparison>/`",
+}
+
+
+def outputs() -> Iterator[str]:
+    """A section for each part of a run with its outputs, and the conditions under which a study has them."""
+    for folder, heading in HEADINGS.items():
+        yield f"## {heading}\n\n| rule | file | when | content |\n|---|---|---|---|\n"
+        before: tuple[str, ...] = ()
+        for output in catalogue.outputs().values():
+            if output.folder == folder:
+                rule = ", ".join(output.rules) if output.rules != before else ""
+                when = ", ".join(name for name in catalogue.CONDITIONS if name in output.when)
+                yield f"| {rule} | `{output.name}` | {when} | {output.content} |\n"
+                before = output.rules
+        yield "\n"
+    yield "## The conditions\n\n"
+    for name, meaning in catalogue.CONDITIONS.items():
+        yield f"- {name}: {meaning}\n"
+    yield "\n"
+
+
 def files() -> Iterator[str]:
     """The sections of results/README.md, one level lower."""
     text = (Path(__file__).parent.parent / "results" / "README.md").read_text(encoding="utf-8")
-    yield re.sub(r"(?m)^#", "##", text)
+    yield re.sub(r"(?m)^#", "##", re.sub(r"<!--.*?-->\n", "", text))
 
 
 def columns() -> Iterator[str]:
@@ -87,4 +115,4 @@ def renewed(text: str) -> str:
     )
 
 
-PARTS = {"functions": functions, "commands": commands, "files": files, "columns": columns}
+PARTS = {"functions": functions, "commands": commands, "outputs": outputs, "files": files, "columns": columns}

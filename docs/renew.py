@@ -1,13 +1,20 @@
-"""Renew what the pages take from elsewhere: numbers of evidence/tables, and lists of functions, commands, files and columns."""
+"""Renew what the pages take from elsewhere: numbers of evidence/tables, and lists of functions, commands, outputs and columns.
+
+The captions of Snakemake's report are files, as it reads nothing else; they are renewed from the catalogue of outputs as well.
+"""
 
 import sys
 from pathlib import Path
 
 import reference
 import table_numbers
+from sparsurf_study import catalogue
 
 ROOT = Path(__file__).parent.parent
-PAGES = sorted([ROOT / "README.md", ROOT / "evidence" / "README.md", *ROOT.glob("docs/*.md")])
+OUTPUTS = ROOT / "results" / "README.md"
+# docs/outputs.md repeats the list of outputs, which is therefore renewed before it
+PAGES = [OUTPUTS, *sorted([ROOT / "README.md", ROOT / "evidence" / "README.md", *ROOT.glob("docs/*.md")])]
+CAPTIONS = ROOT / "src" / "sparsurf_study" / "report" / "captions"
 
 
 def renewed(text: str) -> str:
@@ -15,8 +22,29 @@ def renewed(text: str) -> str:
     return table_numbers.renewed(reference.renewed(text))
 
 
+def captions() -> dict[Path, str]:
+    """Return the file of each caption of Snakemake's report, as the catalogue has it now."""
+    return {
+        CAPTIONS / catalogue.caption_file(output): f"{output.caption}\n"
+        for output in catalogue.outputs().values()
+        if output.title
+    }
+
+
+def renew_captions() -> None:
+    """Write every caption that differs, and delete those whose output has gone."""
+    written = captions()
+    for path in {*CAPTIONS.glob("*.rst")} - written.keys():
+        path.unlink()
+    for path, text in written.items():
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+            print(f"renewed {path.relative_to(ROOT)}")
+
+
 def main() -> None:
-    """Write every page that differs, and name it."""
+    """Write every page and caption that differs, and name it."""
+    renew_captions()
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         try:

@@ -74,6 +74,7 @@ rule summarise_batches:
         lengths=LENGTHS_OF_GLOSSARY,
         minimal=config["minimal"],
         jobs=log_names(workflow.rules),
+        catalogue=catalogue.checksum(),
         code=code_of("summarise_batches"),
     message:
         "First page of the run"

@@ -42,19 +42,9 @@ rule draw_changes:
         unpack(compared_forms),
         changes="results/{run}/changes/{comparison}/changes.csv",
     output:
-        png=in_report("results/{run}/changes/{comparison}/changes.png", "{comparison}", "Changes"),
-        view_1=in_report(
-            "results/{run}/changes/{comparison}/view_1.html",
-            "{comparison}, form 1 to turn",
-            "Changes",
-            caption="changes_view",
-        ),
-        view_2=in_report(
-            "results/{run}/changes/{comparison}/view_2.html",
-            "{comparison}, form 2 to turn",
-            "Changes",
-            caption="changes_view",
-        ),
+        png=in_report("results/{run}/changes/{comparison}/changes.png"),
+        view_1=in_report("results/{run}/changes/{comparison}/view_1.html"),
+        view_2=in_report("results/{run}/changes/{comparison}/view_2.html"),
     log:
         "results/{run}/logs/changes/{comparison}/draw_changes.log",
     conda:

@@ -5,11 +5,12 @@ from dataclasses import astuple
 
 from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf import kinds
+from sparsurf_study import catalogue
+from sparsurf_study.catalogue import first_of_each_rule
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
 from sparsurf_study.workflow.memory import memory_of_grid
-from sparsurf_study.report.figure_names import figures_with_svg
 from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
@@ -38,7 +39,6 @@ if BATCHED:  # some of them get the pages of a study, too, of the model that the
 BATCHES = batches_of(config)
 PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}" not in EXCLUDED}
 CHANGES = {name: forms for name, forms in config["changes"].items() if f"changes/{name}" not in EXCLUDED}
-FIGURES_WITH_SVG = figures_with_svg("paper" in config)
 READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
 MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
 SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]  # over the grid; the others are not
@@ -67,14 +67,15 @@ def any_of(names):
     return "|".join(map(re.escape, names)) or "(?!)"
 
 
-def in_report(path, title, category="{protein}", caption=None):
-    """An output that Snakemake's report shows; `caption` names a file of src/sparsurf_study/report/captions/, by default that of the output's name."""
+def in_report(path):
+    """An output that Snakemake's report shows, with the title, category and caption that the catalogue has for it."""
+    listed = catalogue.output_of(path.removeprefix("results/{run}/"))
     return report(
         path,
-        caption=HOME / f"src/sparsurf_study/report/captions/{caption or Path(path).stem}.rst",
-        category=category,
+        caption=HOME / "src/sparsurf_study/report/captions" / catalogue.caption_file(listed),
+        category=catalogue.with_wildcards(listed.category or "<protein>"),
         subcategory="{conformation}" if "{conformation}" in path else None,
-        labels={"result": title},
+        labels={"result": catalogue.with_wildcards(listed.title)},
     )
 
 
@@ -179,133 +180,96 @@ def ranges_of_paper_sampler(wildcards):
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 
-# Final outputs: `rule all` asks for the ends, which no other rule reads; the first page lists all results
+# Final outputs, from the catalogue: `rule all` asks for one of each rule, and the first page lists all results
 
 
-def outputs(*of_rules, **wildcards):
-    """Paths of outputs of rules for values of their wildcards, each a name or a list of names."""
-    paths = [path for files in of_rules for path in expand(files, run=config["run"], **wildcards)]
-    # Snakemake puts the prefix of a module before it again
-    return [path.removeprefix(PREFIX) for path in paths]
+def paths(outputs, **wildcards):
+    """Paths of outputs of the catalogue for values of their wildcards."""
+    return [f"results/{config['run']}/{output.wildcards.format(**wildcards)}" for output in outputs]
 
 
-def follows_frames(protein):
-    """Whether all frames of a molecule are followed with one combination."""
-    return config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*")
+def conditions_of_run():
+    """Conditions of the catalogue that hold for the run."""
+    holds = {"surfaces": PROTEINS, "sampled": SAMPLED, "compare": config["compare"]["run"] and SAMPLED}
+    holds |= {"pairs": PAIRS, "paper": "paper" in config and not is_excluded(config["paper"], "c1")}
+    return {name for name, value in holds.items() if value}
+
+
+def conditions_of_protein(protein):
+    """Conditions of the catalogue that hold for a protein, without waiting for the choice of its frames."""
+    follows_frames = config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*")
+    holds = {"simulated": protein in SIMULATED, "ensemble": follows_frames}
+    return catalogue.conditions_of_protein(config, protein) | {name for name in holds if holds[name]}
+
+
+def outputs_of_protein(protein):
+    """Outputs of a protein beside those of its conformations; Snakemake asks again once its frames are chosen."""
+    several = {"several_frames"} if has_several_frames(protein) else set()
+    return catalogue.requested("<protein>", conditions_of_protein(protein) | several)
 
 
 def ends_before_frames(wildcards):
-    """Ends of the proteins that do not wait for the choice of their frames."""
-    ends = [
-        path for protein in SIMULATED for path in outputs(rules.judge_simulation.output.png, protein=protein)
-    ]
-    followed = [protein for protein in PROTEINS if follows_frames(protein)]
-    return ends + (outputs(rules.follow_ensemble.output[0], protein=followed) if followed else [])
+    """An output of each rule of the proteins that does not wait for the choice of their frames."""
+    ends = []
+    for protein in PROTEINS:
+        conditions = conditions_of_protein(protein) & {"simulated", "ensemble"}
+        ends += paths(first_of_each_rule(catalogue.requested("<protein>", conditions)), protein=protein)
+    return ends
 
 
 def ends_of_protein(protein):
-    """Ends of one protein and of its conformations."""
-    ends = [rules.draw_roughness.output.page, rules.draw_view.output.page]
-    if protein in MOLECULES:
-        ends += [rules.tabulate_residues.output.table]
-    if protein in SAMPLED:
-        ends += [rules.draw_figures.output[0]]
-    else:
-        ends += [rules.measure_floors.output.floors]
-    if config["compare"]["run"] and protein in SAMPLED:
-        ends += [rules.compare_samplers.output[0]]
-    of_conformations = outputs(*ends, protein=protein, conformation=conformations(protein))
-    return of_conformations + outputs(*drawings_of_protein(protein), protein=protein)
-
-
-def drawings_of_protein(protein):
-    """Outputs of the rules that draw the frames of a protein."""
-    if not has_several_frames(protein):
-        return []
-    return [rules.draw_frames.output, *([rules.draw_ensemble.output] if config["ensemble"]["run"] else [])]
+    """An output of each rule of a protein and of its conformations."""
+    of_conformations = catalogue.requested("<protein>/<conformation>", conditions_of_protein(protein))
+    ends = paths(first_of_each_rule(outputs_of_protein(protein)), protein=protein)
+    for conformation in conformations(protein):
+        ends += paths(first_of_each_rule(of_conformations), protein=protein, conformation=conformation)
+    return ends
 
 
 def ends_beside_proteins(wildcards):
-    """Ends of the pairs, of the forms that are compared, and of the comparison with the paper."""
-    ends = outputs(rules.draw_pair.output[0], pair=PAIRS) if PAIRS else []
-    with_residues = [pair for pair in PAIRS if not {*PAIRS[pair].get("proteins", ())} & {*READY_SURFACES}]
-    ends += outputs(rules.tabulate_pair_residues.output[0], pair=with_residues) if with_residues else []
-    ends += outputs(rules.draw_changes.output[0], comparison=CHANGES) if CHANGES else []
-    if "paper" in config and not is_excluded(config["paper"], "c1"):
-        ends += outputs(rules.reproduce_paper.output.page)
-    return ends
+    """An output of each rule of the pairs, of the forms that are compared, and of the comparison with the paper."""
+    ends = []
+    for pair in PAIRS:
+        ends += paths(
+            first_of_each_rule(
+                catalogue.requested("pairs/<pair>", catalogue.conditions_of_pair(config, pair))
+            ),
+            pair=pair,
+        )
+    for comparison in CHANGES:
+        ends += paths(
+            first_of_each_rule(catalogue.requested("changes/<comparison>", ())), comparison=comparison
+        )
+    return ends + paths(first_of_each_rule(catalogue.requested("", conditions_of_run() & {"paper"})))
 
 
 def first_page(wildcards):
     """The first page of a run, which needs all of its results."""
-    return outputs(closing_rule().output.page)
-
-
-def closing_rule():
-    """The rule that writes the first page."""
-    return rules.summarise_batches if BATCHED else rules.close_run
+    return paths([catalogue.outputs()["index.html"]])
 
 
 def deleted_results(wildcards):
     """Results that are missing although the run was closed: Snakemake looks for those alone that `all` asks for."""
     if not Path(PREFIX + first_page(wildcards)[0]).exists():
         return []
-    files = outputs(closing_rule().output) + results_before_pages(wildcards)
-    files += outputs(rules.analyse_batch.output, batch=BATCHES) if BATCHED else []
+    closing = {"closing", "batches"} if BATCHED else {"closing"}
+    patterns = paths(catalogue.requested("", closing), batch="{batch}")
+    files = expand(patterns, batch=BATCHES) + results_before_pages(wildcards)
     return [path for path in files if not Path(PREFIX + path).exists()]
 
 
 def results_before_pages(wildcards):
     """All outputs except the first page and its tables."""
-    files = [rules.summarise_surfaces.output] if PROTEINS else []
-    if SAMPLED:
-        files += [rules.summarise_best.output]
-    if config["compare"]["run"] and SAMPLED:
-        files += [rules.summarise_comparison.output]
-    if PAIRS:
-        files += [rules.summarise_pairs.output]
-    of_proteins = [path for protein in PROTEINS for path in outputs_of_protein(protein)]
-    return outputs(*files) + outputs_beside_proteins() + of_proteins
-
-
-def outputs_of_protein(protein):
-    """Outputs of one protein and of its conformations."""
-    files = [rules.choose_frames.output] if protein in MOLECULES else []
-    if protein in SIMULATED:
-        files += [rules.judge_simulation.output[name] for name in ("energies", "motion", "quality", "png")]
-    files += [rules.follow_ensemble.output] if follows_frames(protein) else []
-    of_conformations = [
-        path
-        for conformation in conformations(protein)
-        for path in outputs(*outputs_of_conformation(protein), protein=protein, conformation=conformation)
-    ]
-    return outputs(*files, *drawings_of_protein(protein), protein=protein) + of_conformations
-
-
-def outputs_of_conformation(protein):
-    """Outputs of each conformation of a protein, with wildcards."""
-    files = [rules.read_surface.output if protein in READY_SURFACES else rules.compute_surface.output]
-    files += [rules.measure_roughness.output, rules.draw_roughness.output]
-    files += [rules.measure_floors.output.floors]
-    files += [rules.select_minimal_subset.output, rules.draw_view.output]
-    if protein in MOLECULES:
-        files += [rules.tabulate_residues.output]
-    if protein in SAMPLED:
-        files += [rules.evaluate_grid.output, rules.tabulate_best.output, rules.draw_figures.output]
-    if config["compare"]["run"] and protein in SAMPLED:
-        files += [rules.compare_samplers.output]
-    return files
-
-
-def outputs_beside_proteins():
-    """Outputs of the pairs, of the forms that are compared, and of the comparison with the paper."""
-    files = []
+    files = paths(catalogue.requested("", conditions_of_run()))
     for pair in PAIRS:
-        files += outputs(rules.match_partners.output, rules.draw_pair.output, pair=pair)
-        if not {*PAIRS[pair].get("proteins", ())} & {*READY_SURFACES}:
-            files += outputs(rules.tabulate_pair_residues.output, pair=pair)
-    if CHANGES:
-        files += outputs(rules.compare_forms.output, rules.draw_changes.output, comparison=CHANGES)
-    if "paper" in config and not is_excluded(config["paper"], "c1"):
-        files += outputs(rules.reproduce_paper.output)
+        files += paths(
+            catalogue.requested("pairs/<pair>", catalogue.conditions_of_pair(config, pair)), pair=pair
+        )
+    for comparison in CHANGES:
+        files += paths(catalogue.requested("changes/<comparison>", ()), comparison=comparison)
+    for protein in PROTEINS:
+        files += paths(outputs_of_protein(protein), protein=protein)
+        of_conformations = catalogue.requested("<protein>/<conformation>", conditions_of_protein(protein))
+        for conformation in conformations(protein):
+            files += paths(of_conformations, protein=protein, conformation=conformation)
     return files

@@ -9,7 +9,7 @@ rule compare_samplers:
         floors="results/{run}/{protein}/{conformation}/floors.csv",
     output:
         table="results/{run}/{protein}/{conformation}/compare.csv",
-        png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png", "Samplers compared"),
+        png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png"),
     log:
         "results/{run}/logs/{protein}/{conformation}/compare_samplers.log",
     conda:
@@ -38,7 +38,7 @@ rule summarise_comparison:
         tables=every_conformation("compare.csv", SAMPLED),
     output:
         table="results/{run}/compare.csv",
-        png=in_report("results/{run}/compare.png", "Over all proteins", "Samplers compared"),
+        png=in_report("results/{run}/compare.png"),
     log:
         "results/{run}/logs/summarise_comparison.log",
     localrule: True

@@ -65,12 +65,8 @@ rule draw_ensemble:
         over_time="results/{run}/{protein}/residues_over_time.csv",
         residues="results/{run}/{protein}/residues.csv",
     output:
-        png=in_report("results/{run}/{protein}/figures/ensemble.png", "n_S and d over time"),
-        residues_png=in_report(
-            "results/{run}/{protein}/figures/residues.png",
-            "Residues over time",
-            caption="residues_over_time",
-        ),
+        png=in_report("results/{run}/{protein}/figures/ensemble.png"),
+        residues_png=in_report("results/{run}/{protein}/figures/residues.png"),
     log:
         "results/{run}/logs/{protein}/draw_ensemble.log",
     localrule: True

@@ -99,10 +99,8 @@ rule draw_pair:
         dots="results/{run}/pairs/{pair}/propensity.csv",
         agreement="results/{run}/pairs/{pair}/agreement.csv",
     output:
-        png=in_report("results/{run}/pairs/{pair}/book.png", "{pair}", "Pairs"),
-        view=in_report(
-            "results/{run}/pairs/{pair}/view.html", "{pair}, to turn", "Pairs", caption="pair_view"
-        ),
+        png=in_report("results/{run}/pairs/{pair}/book.png"),
+        view=in_report("results/{run}/pairs/{pair}/view.html"),
     log:
         "results/{run}/logs/pairs/{pair}/draw_pair.log",
     localrule: True
@@ -124,7 +122,7 @@ rule summarise_pairs:
         tables=expand("results/{{run}}/pairs/{pair}/agreement.csv", pair=PAIRS),
     output:
         table="results/{run}/pairs/pairs.csv",
-        png=in_report("results/{run}/pairs/pairs.png", "All pairs", "Pairs"),
+        png=in_report("results/{run}/pairs/pairs.png"),
     log:
         "results/{run}/logs/summarise_pairs.log",
     localrule: True

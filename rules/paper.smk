@@ -11,15 +11,15 @@ rule reproduce_paper:
         recovered=f"results/{{run}}/{config['paper']}/c1/recovered.csv",
         bins=f"results/{{run}}/{config['paper']}/c1/rough_and_flat.csv",
     output:
-        page=in_report("results/{run}/verdict.html", "Claim by claim", "The paper"),
+        page=in_report("results/{run}/verdict.html"),
         runs="results/{run}/paper_as_published.csv",
         places="results/{run}/paper_places.csv",
         tests="results/{run}/paper_tests.csv",
-        rows=in_report("results/{run}/paper_rows.csv", "Table I, row by row", "The paper"),
+        rows=in_report("results/{run}/paper_rows.csv"),
         links="results/{run}/paper_links.csv",
         defects="results/{run}/paper_defects.csv",
         family="results/{run}/paper_family.csv",
-        png=in_report("results/{run}/table1.png", "Table I, published and reproduced", "The paper"),
+        png=in_report("results/{run}/table1.png"),
         svg="results/{run}/table1.svg",
     log:
         "results/{run}/logs/reproduce_paper.log",

@@ -38,9 +38,7 @@ rule tabulate_best:
         distances="results/{run}/{protein}/{conformation}/distances.npz",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
     output:
-        ranges=in_report(
-            "results/{run}/{protein}/{conformation}/ranges.csv", "Best combination per range of n_S"
-        ),
+        ranges=in_report("results/{run}/{protein}/{conformation}/ranges.csv"),
         best="results/{run}/{protein}/{conformation}/best.json",
     log:
         "results/{run}/logs/{protein}/{conformation}/tabulate_best.log",
@@ -70,29 +68,23 @@ rule draw_figures:
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
     output:
-        required_dots=in_report(
-            "results/{run}/{protein}/{conformation}/figures/required_dots.png", "How many dots are enough"
-        ),
+        required_dots=in_report("results/{run}/{protein}/{conformation}/figures/required_dots.png"),
         number_of_dots=(
-            in_report(
-                "results/{run}/{protein}/{conformation}/figures/number_of_dots.png", "Fig. 2, number of dots"
-            )
+            in_report("results/{run}/{protein}/{conformation}/figures/number_of_dots.png")
             if "paper" in config
             else []
         ),
-        d_over_grid=in_report(
-            "results/{run}/{protein}/{conformation}/figures/d_over_grid.png", "Fig. 3, d over the grid"
+        d_over_grid=in_report("results/{run}/{protein}/{conformation}/figures/d_over_grid.png"),
+        rough_and_flat=in_report("results/{run}/{protein}/{conformation}/figures/rough_and_flat.png"),
+        subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png"),
+        number_of_dots_svg=(
+            "results/{run}/{protein}/{conformation}/figures/number_of_dots.svg" if "paper" in config else []
         ),
-        rough_and_flat=in_report(
-            "results/{run}/{protein}/{conformation}/figures/rough_and_flat.png",
-            "Fig. 4, rough and flat patches",
-        ),
-        subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png", "Fig. 5, surfaces"),
-        svg=expand(
-            "results/{run}/{protein}/{conformation}/figures/{figure}.svg",
-            figure=FIGURES_WITH_SVG,
-            allow_missing=True,
-        ),
+        d_over_grid_svg="results/{run}/{protein}/{conformation}/figures/d_over_grid.svg",
+        rough_and_flat_svg="results/{run}/{protein}/{conformation}/figures/rough_and_flat.svg",
+        subsets_svg="results/{run}/{protein}/{conformation}/figures/subsets.svg",
+        picture_sampled="results/{run}/{protein}/{conformation}/pictures/sampled.png",
+        picture_minimal="results/{run}/{protein}/{conformation}/pictures/minimal.png",
         bins="results/{run}/{protein}/{conformation}/rough_and_flat.csv",
     log:
         "results/{run}/logs/{protein}/{conformation}/draw_figures.log",
@@ -121,9 +113,7 @@ rule summarise_best:
         surfaces=every_conformation("surface.npz", SAMPLED),
         roughness=every_conformation("roughness.csv", SAMPLED),
     output:
-        summary=in_report(
-            "results/{run}/summary.csv", "Best combination per surface and range of n_S", "All surfaces"
-        ),
+        summary=in_report("results/{run}/summary.csv"),
         relation="results/{run}/relation.csv",
     log:
         "results/{run}/logs/summarise_best.log",

@@ -76,7 +76,7 @@ rule judge_simulation:
         energies="results/{run}/{protein}/simulation/energies.csv",
         motion="results/{run}/{protein}/simulation/motion.csv",
         quality="results/{run}/{protein}/simulation/quality.csv",
-        png=in_report("results/{run}/{protein}/figures/simulation.png", "Simulation"),
+        png=in_report("results/{run}/{protein}/figures/simulation.png"),
     log:
         "results/{run}/logs/{protein}/judge_simulation.log",
     wildcard_constraints:

@@ -12,7 +12,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.rough_and_flat import kept_and_any, table_of_bins
 from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table
-from sparsurf_study.report.figure_names import FIGURES
+from sparsurf_study.report import pictures
 from sparsurf_study.report.figures import rough_and_flat, subsets
 from sparsurf_study.report.figures.results import Results
 from sparsurf_study.rounding import write_table
@@ -46,7 +46,10 @@ with job(snakemake) as s:
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=read_table(s.input.recovered),
     )
-    for name in [name for name in FIGURES if s.output.get(name)]:
+    drawn = [Path(path) for path in s.output if Path(path).parent.name == "figures"]
+    for name in dict.fromkeys(path.stem for path in drawn):
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
-        for path in [path for path in s.output.svg if Path(path).stem == name] + [s.output[name]]:
+        for path in [path for path in drawn if path.stem == name]:
             layout.save(figure, path)
+    pictures.draw_subset(s.output.picture_sampled, prepared.surface, sampled, layout.SAMPLED)
+    pictures.draw_subset(s.output.picture_minimal, prepared.surface, minimal, layout.DARK)

@@ -11,6 +11,7 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Origin
 from sparsurf.views import layout
 from sparsurf_study.analysis.tables import read_roughness
+from sparsurf_study.report import pictures
 from sparsurf_study.report.figures.roughness import figure
 from sparsurf_study.workflow.jobs import job
 
@@ -22,6 +23,7 @@ with job(snakemake) as s:
     drawn = figure(dots.points, dots.normals, roughness, s.place)
     for path in (s.output.svg, s.output.png):
         layout.save(drawn, path)
+    pictures.draw_roughness(s.output.picture, dots, roughness)
     settings = s.settings
     if s.input.structure:
         molecule = read_study_structure(s.input.structure)

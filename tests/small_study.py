@@ -26,7 +26,7 @@ from snakemake.rules import Namedlist  # where every version since 9.0 has it
 import warm_python
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf_study import columns, debug
+from sparsurf_study import catalogue, columns, debug
 
 TDP43 = ROOT / "data" / "tdp43"
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
@@ -260,14 +260,8 @@ def run_job(folder, job):
 
 
 def table_of(path):
-    """The table of columns.yaml that a file of a run is, by its path below results/<run>/; KeyError if it is not listed."""
-    parts = path.split("/")
-    fits = [
-        key
-        for key in columns.tables()
-        if key.count("/") == path.count("/")
-        and all(a == b or a.startswith("<") for a, b in zip(key.split("/"), parts, strict=True))
-    ]
-    if not fits:
-        raise KeyError(f"{path} is not in columns.yaml")
-    return columns.tables()[min(fits, key=lambda key: key.count("<"))]
+    """The table of the catalogue that a file of a run is, by its path below results/<run>/; KeyError if it is not listed."""
+    output = catalogue.output_of(path)
+    if output is None or not output.row:
+        raise KeyError(f"{path} is not a table of catalogue.yaml")
+    return columns.tables()[output.path]

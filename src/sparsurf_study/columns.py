@@ -1,4 +1,4 @@
-"""Columns of every CSV of a run and of the command line: type, unit and meaning, from columns.yaml."""
+"""Columns of every CSV of a run and of the command line: type, unit and meaning, from catalogue.yaml."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-import yaml
+from sparsurf_study import catalogue
 
 from sparsurf import kinds
 
@@ -55,13 +54,12 @@ class Table:
 @cache
 def tables() -> dict[str, Table]:
     """Return all tables by their path below results/<run>/, or by their command."""
-    text = Path(__file__).with_name("columns.yaml").read_text(encoding="utf-8")
-    fast = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # compiled, ten times faster
-    content = yaml.load(text, fast)
-    shared = {name: Column(name, *words) for name, words in content["columns"].items()}
+    listed = catalogue.content()
+    shared = {name: Column(name, *words) for name, words in listed["columns"].items()}
+    with_rows = {name: entry for name, entry in listed["outputs"].items() if "row" in entry}
     return {
-        name: Table(table["row"], tuple(_columns_of(table, shared, content["suffixes"])))
-        for name, table in content["tables"].items()
+        name: Table(table["row"], tuple(_columns_of(table, shared, listed["suffixes"])))
+        for name, table in (with_rows | listed["commands"]).items()
     }
 
 
@@ -102,7 +100,7 @@ def _known(name: str, known: Mapping[str, Column], suffixes: Mapping[str, str]) 
             base = base.removesuffix(f"_{suffix}")
             column = known[f"{base}{reading}"]
             return replace(column, type="float", meaning=words.format(f"`{base}{reading}`"))
-    raise KeyError(f"columns.yaml does not explain the column {name}")
+    raise KeyError(f"catalogue.yaml does not explain the column {name}")
 
 
 @cache

@@ -67,13 +67,6 @@ def test_every_column_of_the_command_line_is_listed(tmp_path, arguments):
     check(columns.tables()[f"sparsurf {name}"], tmp_path / "out.csv")
 
 
-def test_every_table_stands_in_the_list_of_outputs():
-    text = (ROOT / "results/README.md").read_text(encoding="utf-8")
-    for key in columns.tables():
-        if key.endswith(".csv"):
-            assert f"{key.rpartition('/')[2]}`" in text, key
-
-
 def test_every_column_is_explained_with_a_known_type():
     for key, table in columns.tables().items():
         assert len({column.name for column in table.columns}) == len(table.columns), key

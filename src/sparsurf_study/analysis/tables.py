@@ -30,7 +30,7 @@ MAX_N_S_PERCENT = 20  # largest n_S, % of the dots, of the restricted best combi
 
 
 def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> pd.DataFrame:
-    """Read a table of a run, and check its columns against columns.yaml and its number of `rows`, which are `of` something."""
+    """Read a table of a run, and check its columns against catalogue.yaml and its number of `rows`, which are `of` something."""
     try:
         text = read_bytes(path).decode("utf-8")
         table = pd.read_csv(io.StringIO(text))

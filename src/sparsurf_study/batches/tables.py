@@ -12,7 +12,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow
 from sparsurf_study import columns
 
-TYPES = {"int": "int32", "float": "float32", "text": "string"}  # of the columns in columns.yaml
+TYPES = {"int": "int32", "float": "float32", "text": "string"}  # of the columns in catalogue.yaml
 DOUBLE = "float64"  # of the floats of surfaces, which are few
 STEPS_PER_ANGSTROM = 32  # steps of the places of dots
 DEGREES = 2  # steps of the angles of normals
@@ -34,7 +34,7 @@ ZSTD_LEVEL = 19
 
 
 def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
-    """Return the columns of a table with their types, from columns.yaml; `fields` are those of the config."""
+    """Return the columns of a table with their types, from catalogue.yaml; `fields` are those of the config."""
     types = TYPES | ({"float": DOUBLE} if table == "surfaces" else {})
     listed = columns.tables()[f"{table}/<batch>.parquet"].columns
     of_fields = {"residues": [f"mean_{name}" for name in fields], "dots": fields}.get(table, ())

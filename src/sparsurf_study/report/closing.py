@@ -16,6 +16,7 @@ import pandas as pd
 from sparsurf.files import checksum
 from sparsurf.version import __version__
 from sparsurf.views import layout
+from sparsurf_study import catalogue
 from sparsurf_study.batches.assignment import TABLES
 from sparsurf_study.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf_study.batches.tables import read_parquet
@@ -23,7 +24,7 @@ from sparsurf_study.report import summaries
 from sparsurf_study.report.figures import distributions
 from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.first_page.surfaces import DEFAULT_MINIMAL
-from sparsurf_study.report.front import DOWNLOADS, MAX_ROWS, write_front
+from sparsurf_study.report.front import MAX_ROWS, write_front
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
 from sparsurf_study.report.page import DEFAULT_LENGTHS
 from sparsurf_study.report.provenance import UNKNOWN, Origin
@@ -219,9 +220,9 @@ def describe_files(folder: Path, paths: list[Path], answers: Sequence[str]) -> d
 
 
 def _describe_file(folder: Path, file: str) -> dict:
-    """Describe one file, with words where the first page has some for it."""
+    """Describe one file, with the words that the catalogue has for it."""
     media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
-    size, description = str((folder / file).stat().st_size), DOWNLOADS.get(Path(file).name)
+    size, output = str((folder / file).stat().st_size), catalogue.output_of(file)
     part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
     part["sha256"] = checksum(folder / file)
-    return part | ({"description": description} if description else {})
+    return part | ({"description": output.content} if output else {})

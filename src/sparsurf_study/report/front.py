@@ -41,9 +41,8 @@ from sparsurf_study.report.first_page.surfaces import (
 )
 from sparsurf_study.report.page import DEFAULT_LENGTHS, embedded_figures, render, write
 from sparsurf_study.report.provenance import UNKNOWN, Origin, provenance
-from sparsurf_study.report.texts import DOWNLOADS, caption
 
-__all__ = ["DOWNLOADS", "MAX_ROWS", "MAX_SHOWN", "warned", "write_front"]
+__all__ = ["MAX_ROWS", "MAX_SHOWN", "warned", "write_front"]
 
 TEMPLATE = "front.html.j2"
 ANSWERS = "answers.txt.j2"
@@ -109,7 +108,7 @@ def values_of(
         "pairs": pairs,
         "frames": of_frames(run),
         "simulations": of_simulations(run),
-        "compare": Figure("compare.png", caption("compare")) if run.has("compare.png") else None,
+        "compare": run.figure("compare.png"),
         "strip": of_strip(run) if few and not batches else [],
         "residues": of_residues(run) if few and not batches else [],
         "surfaces": of_surfaces(run),
@@ -124,7 +123,6 @@ def of_paper(run: Run) -> dict[str, Any] | None:
         return None
     places, tests = run.read("paper_places.csv"), run.read("paper_tests.csv")
     n_runs = int(places["n_runs"].max())
-    picture = "table1.png"
     return {
         "n": len(places),
         "n_runs": n_runs,
@@ -132,7 +130,7 @@ def of_paper(run: Run) -> dict[str, Any] | None:
         "decided": n_runs >= MIN_RUNS,
         "reproduced": is_one_more_run(tests),
         "page": "verdict.html" if run.has("verdict.html") else "",
-        "figure": Figure(picture, caption("table1")) if run.has(picture) else None,
+        "figure": run.figure("table1.png"),
     }
 
 
@@ -146,8 +144,7 @@ def figures_in(value: Any) -> Iterator[str]:
     elif isinstance(value, Table):
         yield from figures_in(value.rows)
     elif isinstance(value, Mapping):
-        for key, part in value.items():
-            yield from part.values() if key == "panels" and isinstance(part, dict) else figures_in(part)
+        yield from figures_in(list(value.values()))
     elif isinstance(value, list | tuple):
         for part in value:
             yield from figures_in(part)

@@ -17,14 +17,12 @@ from sparsurf.patches.index import R_PATCH, R_ZERNIKE
 from sparsurf.views import overview
 from sparsurf.views.numbers import interval, number, share
 from sparsurf_study.pairs.partners import INTERFACE
-from sparsurf_study.report.figure_names import PICTURES
 from sparsurf_study.report.numbers import combination, interval_of, left_in_island, p_value
 
 TEMPLATES = Path(__file__).with_name("templates")
 OVERVIEW = Path(overview.__file__).parent  # the page on one surface, which draws residues in the same way
 MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
 MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
-PIXELS_PER_MM = 200 / 25.4  # of figures, see `sparsurf.views.layout`
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
 FORMATS = (number, share, interval, interval_of, combination, left_in_island, p_value)  # filters of templates
 DEFAULT_LENGTHS = {"r_patch": R_PATCH, "r_zernike": R_ZERNIKE, "interface": INTERFACE}  # Å
@@ -40,22 +38,16 @@ def embedded(path: Path | str) -> str | None:
 
 
 def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
-    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`.
-
-    A path that ends in `#name` is the picture of that name in `PICTURES`, cut from its figure.
-    """
+    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`."""
     from PIL import Image  # comes with matplotlib
 
     urls: dict[str, str] = {}
     size = 0
     for path in dict.fromkeys(paths):
-        file, _, name = path.partition("#")
-        if not (folder / file).is_file():
+        if not (folder / path).is_file():
             continue
-        with Image.open(folder / file) as stored:
+        with Image.open(folder / path) as stored:
             picture = stored.convert("RGB")
-        if name:
-            picture = picture.crop(place_of_picture(name, picture.height))
         picture.thumbnail((MAX_FIGURE_PIXELS, MAX_FIGURE_PIXELS))
         encoded = io.BytesIO()
         picture.save(encoded, "WEBP", **WEBP)
@@ -65,14 +57,6 @@ def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
             break
         urls[path] = url
     return urls
-
-
-def place_of_picture(name: str, height: int) -> tuple[int, int, int, int]:
-    """Return left, top, right and bottom of a picture of `PICTURES` in its figure, which is `height` pixels high."""
-    it = PICTURES[name]
-    left, right = it.left, it.left + it.width
-    top, bottom = (height - (it.sheet - y) * PIXELS_PER_MM for y in (it.top, it.top + it.height))
-    return round(left * PIXELS_PER_MM), round(top), round(right * PIXELS_PER_MM), round(bottom)
 
 
 def code(sentence: str) -> Markup:

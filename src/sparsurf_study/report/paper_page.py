@@ -22,7 +22,6 @@ from sparsurf_study.analysis.rough_and_flat import MIN_TEST_DOTS
 from sparsurf_study.paper import replication
 from sparsurf_study.paper.published_runs import MEASURES
 from sparsurf_study.paper.verdict import MIN_RUNS, is_one_more_run
-from sparsurf_study.report.figure_names import PAPER_FIGURES
 from sparsurf_study.report.numbers import against_zero, is_fragmented
 
 if TYPE_CHECKING:
@@ -43,7 +42,7 @@ CURVE_SIZE = (440, 330)  # px
 HALVES = ("rougher half", "flatter half")
 DISTANCES_UNMOVED = "distances from the dot itself"
 COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
-CHAPTERS_OF_FIGURES = {  # of the paper: chapters with its numbers
+CHAPTERS_OF_FIGURES = {  # figures 1 to 5 of the paper: chapters with their numbers
     "roughness": ("range_of_roughness",),
     "number_of_dots": ("span", "uniform"),
     "d_over_grid": ("best",),
@@ -93,8 +92,8 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "defects": defects(data["defects"]),
         "outlook": data["recovered"].iloc[0].to_dict(),
         "figures": [
-            (n, name, [(k, chapters[k]["holds"]) for k in CHAPTERS_OF_FIGURES[name]])
-            for n, name in enumerate(PAPER_FIGURES, start=1)
+            (n, name, [(k, chapters[k]["holds"]) for k in names])
+            for n, (name, names) in enumerate(CHAPTERS_OF_FIGURES.items(), start=1)
         ],
     }
 

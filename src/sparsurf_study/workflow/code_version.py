@@ -18,7 +18,8 @@ PACKAGES = ("sparsurf", "sparsurf_study")
 NO_RESULTS = (
     "sparsurf_study/workflow/",
     "sparsurf_study/columns.",
-)  # frames of jobs, names of columns: no number follows
+    "sparsurf_study/catalogue.",
+)  # frames of jobs, names of columns and outputs: no number follows; pages have the catalogue among their parameters
 
 
 @cache

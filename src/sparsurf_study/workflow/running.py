@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
@@ -16,18 +16,16 @@ from typing import IO
 import psutil
 
 from sparsurf.errors import InputError
+from sparsurf_study import catalogue
 from sparsurf_study.batches.assignment import batched_structures
-from sparsurf_study.report.figure_names import FIGURES
 from sparsurf_study.report.finished import Finished
-from sparsurf_study.workflow.config import CONFORMATION, needed_conformations, sampled_proteins
+from sparsurf_study.workflow.config import needed_conformations, sampled_proteins
 from sparsurf_study.workflow.conformations import first_column, without_zeros
 from sparsurf_study.workflow.job_logs import FAILED_JOBS, FULL_DISK_BYTES, failure, place_of_log
 from sparsurf_study.workflow.local_jobs import wait_here
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
-OF_PAPER = ("verdict.html", "table1.*", "paper_*.csv")
-LAST_FILE = "view.html"  # of a conformation
 SNAKEMAKES_GREETING = "Using workflow specific profile"
 
 
@@ -147,31 +145,48 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
 def finished_parts(config: dict, run: Path, failures: Mapping[str, str]) -> Finished:
     """Return what is finished of a run without the places in `failures`, see `failed_places`."""
     folders = finished_conformations(config, run, failures)
-    pairs = [run / "pairs" / name for name in config["pairs"] if f"pairs/{name}" not in failures]
-    pairs = [pair for pair in pairs if (pair / "agreement.csv").is_file()]
-    changes = [run / "changes" / name for name in config["changes"] if f"changes/{name}" not in failures]
-    parts = [*files_of_proteins(config, run, failures, folders), *changes]
+    pairs = {name: run / "pairs" / name for name in config["pairs"] if f"pairs/{name}" not in failures}
+    pairs = {
+        name: pair
+        for name, pair in pairs.items()
+        if has_all(pair, "pairs/<pair>", catalogue.conditions_of_pair(config, name))
+    }
+    files = [*files_of_proteins(config, run, failures, folders)]
+    for name in config["changes"]:
+        if f"changes/{name}" not in failures:
+            files += stored_files(run / "changes" / name, catalogue.outputs_in("changes/<comparison>"))
     if run / config.get("paper", "") / "c1" in folders:
-        parts += [path for name in OF_PAPER for path in sorted(run.glob(name))]
-    files = [path for part in (*parts, *pairs) for path in in_order_of_page(part)]
-    return Finished(folders, pairs, sampled_proteins(config), files)
+        files += stored_files(run, catalogue.requested("", {"paper"}))
+    for pair in pairs.values():
+        files += stored_files(pair, catalogue.outputs_in("pairs/<pair>"))
+    return Finished(folders, [*pairs.values()], sampled_proteins(config), files)
 
 
 def files_of_proteins(
     config: dict, run: Path, failures: Mapping[str, str], folders: Sequence[Path]
 ) -> Iterator[Path]:
-    """Yield the files and folders of the proteins that are finished."""
+    """Yield the files of the proteins that are finished, and of their finished conformations, `folders`."""
     for protein in proteins_with_folders(config):
         if not {protein, f"{protein}/*"} & failures.keys():
-            paths = sorted(run.glob(f"{protein}/[!.]*"))
-            yield from (path for path in paths if not CONFORMATION.fullmatch(path.name))
-        yield from (folder for folder in folders if folder.parent.name == protein)
+            yield from stored_files(run / protein, catalogue.outputs_in("<protein>"))
+        for folder in folders:
+            if folder.parent.name == protein:
+                yield from stored_files(folder, catalogue.outputs_in("<protein>/<conformation>"))
 
 
-def in_order_of_page(result: Path) -> list[Path]:
-    """Return a file, or the files of a folder."""
-    files = [result] if result.is_file() else [path for path in result.rglob("[!.]*") if path.is_file()]
-    return sorted(files, key=lambda path: ((*FIGURES, path.stem).index(path.stem), path))
+def stored_files(folder: Path, outputs: Iterable[catalogue.Output]) -> Iterator[Path]:
+    """Yield the files of a folder that are outputs, or that lie in a folder which is one, without hidden files."""
+    for output in outputs:
+        path = folder / output.name
+        if path.is_dir():
+            yield from sorted(file for file in path.rglob("[!.]*") if file.is_file())
+        elif path.is_file():
+            yield path
+
+
+def has_all(folder: Path, part: str, conditions: Collection[str]) -> bool:
+    """Return whether a folder has all outputs that a study asks for under these conditions, see `catalogue.requested`."""
+    return all((folder / output.name).exists() for output in catalogue.requested(part, conditions))
 
 
 def failed_places(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
@@ -195,14 +210,16 @@ def failed_places(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
 
 
 def finished_conformations(config: dict, run: Path, failures: Mapping[str, str]) -> list[Path]:
-    """Return the folders of the conformations that are finished."""
-    folders = [
-        run / protein / conformation
-        for protein in proteins_with_folders(config)
-        for conformation in chosen_conformations(config, run, protein)
-        if not is_in(failures, protein, conformation)
-    ]
-    return [folder for folder in folders if (folder / LAST_FILE).is_file()]
+    """Return the folders of the conformations that have all of their outputs and are not among `failures`."""
+    folders = []
+    for protein in proteins_with_folders(config):
+        conditions = catalogue.conditions_of_protein(config, protein)
+        for conformation in chosen_conformations(config, run, protein):
+            folder = run / protein / conformation
+            failed = is_in(failures, protein, conformation)
+            if not failed and has_all(folder, "<protein>/<conformation>", conditions):
+                folders.append(folder)
+    return folders
 
 
 def proteins_with_folders(config: dict) -> list[str]:

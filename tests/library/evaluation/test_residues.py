@@ -88,10 +88,11 @@ def test_buried_residues_have_rows_without_roughness(molecule, surface):
     assert table["area"][[0, 2]].gt(0).all() and table["dots"].sum() == len(only)
     for name in ("mean_roughness", "most_rough", "mean_charge"):
         assert table[name].isna().tolist() == [False, True, False, True, True], name
-    assert list(table) == [
+    names = [
         "chain", "residue", "residue_name", "area", "area_contact", "area_saddle", "area_concave", "mean_roughness",
         "most_rough", "mean_charge", "dots", "cavity_dots", "kept", "weight",
     ]  # fmt: skip
+    assert [name for name in table if name in names] == names  # in this order, whatever else there is
 
 
 def test_walls_of_cavities_have_no_part_in_the_roughness_of_a_residue(molecule, surface):

@@ -70,6 +70,7 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
     grid = pd.DataFrame({"n_S_percent": [winner["n_S_percent"], 99.99995]})
     for place in places:
         (folder / place / "figures").mkdir(parents=True)
+        (folder / place / "pictures").mkdir()
         (folder / place / "best.json").write_text(json.dumps(best))
         (folder / place / "recovered.csv").write_text("where\n")
         grid.to_csv(folder / place / "grid.csv", index=False)
@@ -467,8 +468,8 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
         tmp_path / "index.html", [*files, "a/ensemble.csv", "p/residues_over_time.csv"], {}
     )
     lines = text_of(tmp_path)
-    assert "residues_over_time.csv: each residue in each frame" in lines
-    assert "residues.csv: each residue over the frames" in lines
+    assert "residues_over_time.csv: the roughness of each residue in every frame" in lines
+    assert "residues.csv: the roughness of each residue, mean over all frames" in lines
     assert other == (
         "a: over 2 frames, one combination keeps 25.0 % of the dots on average (20.0 to 30.0 %), and the mean roughness is"
         " 0.51 (0.50 to 0.52)."
@@ -500,12 +501,13 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
 
 def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
     files = write_run(tmp_path)
-    for name in ("roughness", "subsets"):
-        Image.new("RGB", (1600, 1400), "red").save(tmp_path / f"p/c1/figures/{name}.png")
+    pictures = [f"p/c1/pictures/{name}.png" for name in ("minimal", "roughness", "sampled")]
+    for path in [*pictures, "p/c1/figures/roughness.png"]:
+        Image.new("RGB", (640, 480), "red").save(tmp_path / path)
     residues = pd.DataFrame({"chain": "A", "residue": ["7", "8", "9"], "residue_name": ["ALA", "GLY", "LYS"]})
     residues = residues.assign(mean_roughness=[0.61, np.nan, 0.42], area=[12.4, 0, 30.6], dots=[70, 0, 1200])
     residues.assign(mean_hbond=[-0.5, np.nan, 0.25]).to_csv(tmp_path / "p/c1/residues.csv", index=False)
-    files += ["p/c1/figures/roughness.png", "p/c1/figures/subsets.png", "p/c1/view.html", "p/c1/residues.csv"]
+    files += [*pictures, "p/c1/figures/roughness.png", "p/c1/view.html", "p/c1/residues.csv"]
     files += ["p/c1/minimal.csv", "p/c1/ranges.csv", "summary.csv"]
     write_front(tmp_path / "index.html", files, {})
     page = page_of(tmp_path)
@@ -584,8 +586,8 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
     best["kept"]["unrestricted"]["n_S_percent"] += 1
     (tmp_path / "b/c1/best.json").write_text(json.dumps(best))
     for place in ("a/c1", "b/c1"):
-        Image.new("RGB", (1600, 1400), "red").save(tmp_path / place / "figures/subsets.png")
-        files.append(f"{place}/figures/subsets.png")
+        Image.new("RGB", (640, 480), "red").save(tmp_path / place / "pictures/sampled.png")
+        files.append(f"{place}/pictures/sampled.png")
     answers = write_front(tmp_path / "index.html", files, {})
     assert answers[:2] == [
         "a: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 2.42 (2.17 to 2.72)."
@@ -615,12 +617,13 @@ def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path, name
         rows = {"chain": ["B", "A"], "residue": ["7", "8"], "residue_name": "ALA", "area": 9.0, "dots": 70}
         table = pd.DataFrame(rows).assign(mean_roughness=[0.5 + 0.1 * k, 0.3 + 0.1 * k])
         table.to_csv(tmp_path / place / "residues.csv", index=False)
-        for figure in ("roughness", "subsets"):
-            Image.new("RGB", (1600, 1400), ("red", "blue")[k]).save(
-                tmp_path / place / f"figures/{figure}.png"
-            )
-        names = ("residues.csv", "minimal.csv", "figures/roughness.png", "figures/subsets.png")
-        files += [f"{place}/{each}" for each in names if k or each != "figures/subsets.png"]
+        pictures = [f"pictures/{picture}.png" for picture in ("roughness", "sampled", "minimal")]
+        figures = ["figures/roughness.png", "figures/subsets.png"]
+        for picture in pictures + figures:
+            Image.new("RGB", (640, 480), ("red", "blue")[k]).save(tmp_path / place / picture)
+        drawn = pictures + figures if k else [pictures[0], figures[0]]
+        names = ("residues.csv", "minimal.csv", *drawn)
+        files += [f"{place}/{each}" for each in names]
     write_front(tmp_path / "index.html", files, {})
     page = page_of(tmp_path)
     text = page.words

@@ -19,7 +19,7 @@ from parsed_pages import Page
 from sparsurf.views.numbers import interval, number, share, signed, span
 from sparsurf_study.report import page as pages
 from sparsurf_study.report.numbers import against_zero, interval_of, left_in_island, p_value, short_names
-from sparsurf_study.report.page import code, embedded_figures, place_of_picture
+from sparsurf_study.report.page import code, embedded_figures
 
 
 @pytest.fixture(scope="module")
@@ -212,15 +212,20 @@ return [...new Set(broken)];
 """
 
 
-def test_a_picture_is_cut_from_its_figure(run):
-    """That of the sampled dots: dots in their colour in the middle, nothing but white at its border."""
-    with Image.open(run / "moving/f0000/figures/subsets.png") as stored:
-        box = place_of_picture("sampled", stored.height)
-        picture = np.asarray(stored.convert("RGB").crop(box)).astype(int)
-    assert picture.shape[1] / picture.shape[0] == pytest.approx(58 / 45, rel=0.01)
-    border = np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]])
-    orange = (picture[..., 0] > 190) & (picture[..., 2] < 60)
-    assert border.min() == 255 and 0.005 < orange.mean() < 0.5
+@pytest.mark.parametrize("name", ["roughness", "sampled", "minimal"])
+def test_a_picture_of_the_first_page_shows_the_whole_surface_and_its_dots(run, name):
+    """It has the size at which the page shows it, the surface touches two sides at most, and kept dots have their colour."""
+    with Image.open(run / f"moving/f0000/pictures/{name}.png") as stored:
+        picture = np.asarray(stored.convert("RGB")).astype(int)
+    assert picture.shape == (480, 640, 3)
+    red, _, blue = np.moveaxis(picture, 2, 0)
+    coloured = {
+        "roughness": abs(red - blue) > 60,
+        "sampled": (red > 150) & (blue < 60),
+        "minimal": (blue > 90) & (red < 60),
+    }
+    corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]]
+    assert corners.min() == 255 and 0.005 < coloured[name].mean() < 0.6
 
 
 def test_a_page_holds_its_figures_smaller_and_up_to_its_size(tmp_path, monkeypatch):

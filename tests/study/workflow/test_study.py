@@ -19,6 +19,7 @@ import yaml
 import study
 from conftest import ROOT
 from sparsurf.errors import InputError
+from sparsurf_study import catalogue
 from sparsurf_study.batches import assignment
 from sparsurf_study.report import closing
 from sparsurf_study.workflow import job_logs, memory, running, slurm
@@ -227,36 +228,39 @@ def test_every_job_of_a_protein_is_known_to_come_before_or_after_its_conformatio
     assert after == {"draw_frames", "follow_frames_", "follow_ensemble", "draw_ensemble"}
 
 
-def test_every_result_in_the_report_of_snakemake_has_its_caption():
-    """It is read when somebody asks for the report, long after the results."""
-    rules = "".join(path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")))
-    calls = re.findall(r'in_report\(\s*"([^"]+)"[^)]*?(?:caption="(\w+)",?\s*)?\)', rules)
-    captions = {path.stem for path in (ROOT / "src/sparsurf_study/report/captions").glob("*.rst")}
-    assert len(calls) == rules.count("in_report(") - 1  # its definition
-    assert {caption or Path(path).stem for path, caption in calls} <= captions
+def write_outputs(folder, part, conditions=()):
+    """Write all outputs of a part of a run; return their paths in the order of the catalogue."""
+    paths = [folder / output.name for output in catalogue.requested(part, conditions)]
+    for path in paths:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("conformation\nc1\n")
+    return paths
 
 
 def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     (tmp_path / "p").mkdir()
     (tmp_path / "p" / "frames.csv").write_text("conformation\nf0002\nf0013\nf0020\nf0021\n")
-    for name in ("f0002", "f0013", "f0020"):
-        (tmp_path / "p" / name).mkdir()
-        (tmp_path / "p" / name / "view.html").write_text("")
+    of_surface = "<protein>/<conformation>"
+    written = {
+        name: write_outputs(tmp_path / "p" / name, of_surface, {"molecule", "sampled"})
+        for name in ("f0002", "f0013", "f0020", "f0021")
+    }
+    written["f0021"][-1].unlink()  # its last job never ran
     config = {"exclude": {"p/f13": "by hand"}, "proteins": {"p": {}}, "pairs": {}, "changes": {}}
-    config["sampling"] = {"run": True}
+    config |= {"sampling": {"run": True}, "compare": {"run": False}, "fields": []}
     found = running.failed_places(config, tmp_path, [f"{tmp_path}/logs/p/f0002/compute_surface.log"])
     assert found.keys() == {"p/f13", "p/f0002"}
     assert running.finished_conformations(config, tmp_path, found) == [tmp_path / "p/f0020"]
-    own, view = tmp_path / "p/frames.csv", tmp_path / "p/f0020/view.html"
+    own, of_frame = tmp_path / "p/frames.csv", {*written["f0020"]}
     for failures, wanted in (
-        (found, {own, view}),
-        (found | {"p/*": "?"}, {view}),
+        (found, {own, *of_frame}),
+        (found | {"p/*": "?"}, of_frame),
         (found | {"p": "?"}, set()),
     ):
         assert {*running.finished_parts(config, tmp_path, failures).files} == wanted
-    for place in ("pairs/lost", "pairs/left", "changes/lost"):
-        (tmp_path / place).mkdir(parents=True)
-        (tmp_path / place / "agreement.csv").write_text("")
+    for place in ("pairs/lost", "pairs/left"):
+        write_outputs(tmp_path / place, "pairs/<pair>", {"residues"})
+    write_outputs(tmp_path / "changes/lost", "changes/<comparison>")
     of_earlier = config | {"pairs": {"lost": {}, "left": {}}, "changes": {"lost": []}}
     lost = found | {"pairs/lost": "?", "changes/lost": "?"}
     finished = running.finished_parts(of_earlier, tmp_path, lost)
@@ -269,26 +273,27 @@ def test_only_conformations_that_are_finished_are_summarised(tmp_path):
     assert not closing.close_partial_run(config, tmp_path, failed, nothing, [], list)
 
 
-def test_what_is_finished_stands_in_the_order_of_the_config_and_of_the_page(tmp_path):
+def test_what_is_finished_stands_in_the_order_of_the_config_and_of_the_catalogue(tmp_path):
     """Proteins as listed, not by name; of the paper, what there is where its protein is finished."""
-    for name in ("q/c1/view.html", "q/c1/figures/subsets.png", "q/c1/figures/number_of_dots.png", "p/c1/view.html",
-                 "p/c1/.hidden", "p/structures/c1.pdb", "p/frames.csv", "paper_rows.csv", "verdict.html", "table1.png",
-                 "other.csv", "changes/x/changes.csv", "pairs/y/agreement.csv"):  # fmt: skip
+    of_q = write_outputs(tmp_path / "q/c1", "<protein>/<conformation>", {"fields"})
+    of_p = write_outputs(tmp_path / "p/c1", "<protein>/<conformation>", {"molecule", "fields"})
+    of_y = write_outputs(tmp_path / "pairs/y", "pairs/<pair>", {"residues"})
+    for name in ("p/c1/.hidden", "p/c1/notes.txt", "p/structures/c1.pdb", "p/frames.csv", "table1.png", "verdict.html",
+                 "paper_rows.csv", "other.csv", "changes/x/changes.csv"):  # fmt: skip
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("conformation\nc1\n")
     config = {"proteins": {"q": {"surface": "x"}, "p": {}}, "pairs": {"y": {}}, "changes": {"x": []}}
-    config |= {"exclude": {}, "sampling": {"run": False}, "paper": "q"}
-    of_q = ["q/c1/figures/number_of_dots.png", "q/c1/figures/subsets.png", "q/c1/view.html"]
-    of_p = ["p/frames.csv", "p/structures/c1.pdb", "p/c1/view.html"]
-    of_paper = ["verdict.html", "table1.png", "paper_rows.csv"]
-    last = ["changes/x/changes.csv"], ["pairs/y/agreement.csv"]
+    config |= {"exclude": {}, "sampling": {"run": False}, "paper": "q", "compare": {"run": False}}
+    config["fields"] = ["hydropathy"]
+    of_p = [tmp_path / "p/frames.csv", tmp_path / "p/structures/c1.pdb", *of_p]
+    of_paper = [tmp_path / name for name in ("verdict.html", "table1.png", "paper_rows.csv")]
+    of_x = tmp_path / "changes/x/changes.csv"
     for failures, wanted in (
-        ({}, [*of_q, *of_p, *last[0], *of_paper, *last[1]]),
-        ({"q/c1": "?"}, [*of_p, *last[0], *last[1]]),
+        ({}, [*of_q, *of_p, of_x, *of_paper, *of_y]),
+        ({"q/c1": "?"}, [*of_p, of_x, *of_y]),
     ):
         found = running.finished_parts(config, tmp_path, failures)
-        assert [path.relative_to(tmp_path).as_posix() for path in found.files] == wanted
-        assert found.sampled == []
+        assert found.files == wanted and found.sampled == []
 
 
 def test_snakemake_is_given_all_configs_and_the_options(tmp_path, monkeypatch):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from sparsurf_study import catalogue
 from sparsurf_study.report.first_page.run import MAX_SHOWN, Cell, Figure, Table
-from sparsurf_study.report.texts import BATCH_TABLES, caption
 
 
 def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
@@ -22,11 +22,13 @@ def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
         "failures": [(reason, names[:MAX_SHOWN], len(names)) for reason, names in failures],
         "max_names": MAX_SHOWN,
         "links": [
-            (f"{name}/", f"one Parquet file for each batch: {words}") for name, words in BATCH_TABLES.items()
+            (f"{it.path.split('/')[0]}/", f"one Parquet file for each batch: {it.content}")
+            for it in catalogue.in_section("batches")
         ],
     }
     if surfaces.empty:
         return found
+    picture = catalogue.outputs()["distributions.png"]
     models = surfaces[surfaces["masked_residues"].notna()]
     masked = int(models["masked_residues"].sum())
     roughness = surfaces["mean_roughness"]
@@ -38,7 +40,7 @@ def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
         "roughness": (roughness.median(), roughness.min(), roughness.max()),
         "n_models": len(models),
         "masked": (masked, masked + int(models["residues"].sum())),
-        "figure": Figure("distributions.png", caption("distributions")),
+        "figure": Figure(picture.path, picture.caption),
         "table": unusual_table(batches["unusual"].to_dict("records")),
     }
 

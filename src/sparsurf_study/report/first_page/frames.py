@@ -7,10 +7,7 @@ from typing import Any
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views.numbers import number
-from sparsurf_study.report.first_page.run import MAX_SHOWN, Figure, Run, Table
-from sparsurf_study.report.texts import FILES_OF_SIMULATION, FILES_OVER_TIME, caption
-
-FIGURES_OVER_TIME = {"ensemble": "ensemble.png", "residues_over_time": "residues.png"}  # by caption
+from sparsurf_study.report.first_page.run import MAX_SHOWN, Run, Table
 
 
 def of_frames(run: Run) -> list[dict[str, Any]]:
@@ -27,7 +24,6 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
         for column, (words, digits) in measured.items():
             values = table[column].agg(["mean", "std", "min", "max"])
             rows.append([words, *(number(x, digits) if digits else f"{x:,.0f}" for x in values)])
-        drawn = [(name, f"{protein}/figures/{file}") for name, file in FIGURES_OVER_TIME.items()]
         found.append(
             {
                 "name": protein,
@@ -35,9 +31,9 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
                 "kept": table["n_S_percent"].agg(["mean", "min", "max"]).tolist(),
                 "roughness": table["mean_roughness"].agg(["mean", "min", "max"]).tolist(),
                 "d": [(reading, *table[f"d_{reading}"].agg(["mean", "min", "max"])) for reading in readings],
-                "figures": [Figure(path, caption(name)) for name, path in drawn if run.has(path)],
+                "figures": run.figures(protein, "frame_figures"),
                 "table": Table(["measure", "mean", "standard deviation", "lowest", "highest"], rows),
-                "links": run.links(protein, FILES_OVER_TIME),
+                "links": run.links(protein, "frames"),
             }
         )
     return found
@@ -48,8 +44,8 @@ def of_simulations(run: Run) -> list[dict[str, Any]]:
     return [
         {
             "name": folder.split("/")[0],
-            "figure": Figure(f"{folder}/simulation.png", caption("simulation")),
-            "links": run.links(folder.split("/")[0], FILES_OF_SIMULATION),
+            "figure": run.figure(f"{folder}/simulation.png"),
+            "links": run.links(folder.split("/")[0], "simulations"),
         }
         for folder in run.ending("simulation.png")[:MAX_SHOWN]
     ]

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_SHOWN, Figure, Run
+from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_SHOWN, Run
 from sparsurf_study.report.numbers import beyond_ranges, combination, is_fragmented
-from sparsurf_study.report.texts import caption
 
 SIGNIFICANT = 0.05
 LINK = "link_over_spacing"  # a column of ranges.csv and summary.csv
@@ -75,7 +74,6 @@ def place_values(
     rows = run.grids[place]
     outside = beyond_ranges(run.read(f"{place}/grid.csv")["n_S_percent"])  # as exact as in best.json
     winners = {reading: best[reading]["unrestricted"] for reading in run.readings}
-    drawn = f"{place}/figures/d_over_grid.png"
     first = winner_values(winners[run.readings[0]], rows, run.readings[0], axis)
     table = [
         row_values(group, run.readings, winners, axis, published)
@@ -97,7 +95,7 @@ def place_values(
             reading: winner_values(best[reading]["under_max_n_S"], rows, reading, axis)
             for reading in run.readings
         },
-        "maps": Figure(drawn, caption("d_over_grid")) if run.has(drawn) else None,
+        "maps": run.figure(f"{place}/figures/d_over_grid.png"),
         "ranges": f"{place}/ranges.csv" if run.has(f"{place}/ranges.csv") else "",
     }
 

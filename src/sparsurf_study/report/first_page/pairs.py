@@ -8,10 +8,10 @@ from typing import Any
 import pandas as pd
 
 from sparsurf.views.numbers import number, signed
+from sparsurf_study import catalogue
 from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf_study.report.first_page.run import MAX_ROWS, MAX_SHOWN, Figure, Run, Table
 from sparsurf_study.report.numbers import auc_of, most_of
-from sparsurf_study.report.texts import FILES_OF_CHANGES, FILES_OF_PAIR, caption
 
 N_RESIDUES = 10  # that change most
 CHANCE = 0.5  # AUC of a score that says nothing
@@ -39,7 +39,6 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
     columns = ["residue", "change over the larger floor", "change", "floor: other dots", "floor: moved atoms"]
     columns += ["most in", "potential / kT/e", "hydropathy"]
     moved, name = int(table["above_moved"].sum()), folder.split("/")[-1]
-    picture = f"{folder}/changes.png"
     return {
         "name": name,
         "n_moved": moved,
@@ -49,9 +48,9 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
         "top": [row[0] for row in rows[:3]],
         "n_buried": len(table) - len(known),
         "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
-        "figure": Figure(picture, caption("changes")),
+        "figure": run.figure(f"{folder}/changes.png"),
         "table": Table(columns, rows),
-        "links": run.links(folder, FILES_OF_CHANGES),
+        "links": run.links(folder, "changes"),
     }
 
 
@@ -78,7 +77,7 @@ def of_pairs(run: Run) -> dict[str, Any] | None:
     names = [folder.split("/")[1] for folder in run.ending("book.png")]
     rows: list[list[Any]] = []
     for name in names[:MAX_ROWS]:
-        files = run.file_cells(f"pairs/{name}", FILES_OF_PAIR)
+        files = run.file_cells(f"pairs/{name}", "pairs")
         sides = list(table[table["complex"] == name].groupby("partner"))
         for k, (side, scores) in enumerate(sides):
             aucs = [auc_of(scores.set_index("score"), score, "auc") for score in SCORES]
@@ -89,19 +88,18 @@ def of_pairs(run: Run) -> dict[str, Any] | None:
     figures = [
         Figure(
             path,
-            name if several else caption("book"),
+            name if several else catalogue.outputs()["pairs/<pair>/book.png"].caption,
             view if run.has(view) else "",
         )
         for name in names[:MAX_SHOWN]
         for path, view in [(f"pairs/{name}/book.png", f"pairs/{name}/view.html")]
     ]
-    over = Figure("pairs/pairs.png", caption("pairs"))
     n = int(table["complex"].nunique())
     return {
         "n_listed": len(names),
         "n_touching": n,
         "scores": [score_values(table, score, words) for score, words in SCORES.items()] if n else [],
-        "figure": over if n > 1 and run.has(over.path) else None,
+        "figure": run.figure("pairs/pairs.png") if n > 1 else None,
         "figures": figures,
         "table": Table(
             ["pair", "partner", *(f"{words}: AUC (95 %)" for words in SCORES.values()), "files"], rows

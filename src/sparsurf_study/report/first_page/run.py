@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from sparsurf.recovery.readings import readings_of_columns
+from sparsurf_study import catalogue
 from sparsurf_study.report.numbers import short_names
-from sparsurf_study.report.texts import caption
 
 NAMES = ["protein", "conformation"]
 MAX_SHOWN = 20  # surfaces, pairs or comparisons that the page shows one by one
@@ -108,16 +108,26 @@ class Run:
         """Read best.json of a surface."""
         return json.loads((self.folder / place / "best.json").read_text(encoding="utf-8"))
 
-    def links(self, folder: str, words: Mapping[str, str]) -> list[tuple[str, str]]:
-        """Return the files of a folder that the run has, with what they contain."""
-        paths = {f"{folder}/{name}".removeprefix("/"): text for name, text in words.items()}
-        return [(path, text) for path, text in paths.items() if self.has(path)]
+    def listed(self, folder: str, section: str) -> Iterator[tuple[str, catalogue.Output]]:
+        """Yield the files of a folder that the run has and that a section of the page shows, in the order of the catalogue."""
+        for output in catalogue.in_section(section):
+            path = f"{folder}/{output.name}".removeprefix("/")
+            if self.has(path) and catalogue.output_of(path) is output:
+                yield path, output
 
-    def file_cells(self, folder: str, names: Iterable[str]) -> list[Cell]:
-        """Return the files of a folder that the run has, for a table."""
-        return [Cell(path.split("/")[-1], path) for path, _ in self.links(folder, dict.fromkeys(names, ""))]
+    def links(self, folder: str, section: str) -> list[tuple[str, str]]:
+        """Return the files of a folder that a section of the page lists, with what they contain."""
+        return [(path, output.content) for path, output in self.listed(folder, section)]
 
-    def drawn(self, folder: str, names: Iterable[str], prefix: str = "") -> list[Figure]:
-        """Return the figures of a folder that the run has, in the order of their names."""
-        paths = {name: f"{folder}/figures/{name}.png" for name in names}
-        return [Figure(path, prefix + caption(name)) for name, path in paths.items() if self.has(path)]
+    def file_cells(self, folder: str, section: str) -> list[Cell]:
+        """Return the files of a folder that stand in its row of a table."""
+        return [Cell(path.split("/")[-1], path) for path, _ in self.listed(folder, section)]
+
+    def figures(self, folder: str, section: str, prefix: str = "") -> list[Figure]:
+        """Return the figures of a folder that a section of the page shows, each with a prefix and its caption."""
+        return [Figure(path, prefix + output.caption) for path, output in self.listed(folder, section)]
+
+    def figure(self, path: str) -> Figure | None:
+        """Return a figure with its caption; None where the run does not have it."""
+        output = catalogue.output_of(path)
+        return Figure(path, output.caption) if output and self.has(path) else None

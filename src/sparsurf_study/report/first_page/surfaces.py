@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,13 +13,10 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.settings import DEFAULT_ERROR
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
-from sparsurf_study.report.figure_names import GALLERY, PICTURES
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, Table
-from sparsurf_study.report.texts import DOWNLOADS, FILES_OF_ALL, caption
 
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
 DEFAULT_MINIMAL = {"error": DEFAULT_ERROR}  # the section `minimal` of a config
-FILES_OF_SURFACE = ("surface.html", "minimal.csv", "residues.csv", "figures/required_dots.png")
 
 
 class Request(NamedTuple):
@@ -64,7 +62,7 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "high_99": of["recovered_high_99"],
         "largest": run.surfaces["recovered_largest"].max(),
         "path": f"{first}/minimal.csv" if run.has(f"{first}/minimal.csv") else "",
-        "figure": Figure(path, caption("required_dots")) if run.has(path) else None,
+        "figure": run.figure(path),
         "fields": [*_fields(run)],
     }
 
@@ -78,23 +76,17 @@ def _fields(run: Run) -> Iterator[tuple[str, float]]:
 
 
 def of_strip(run: Run) -> list[dict[str, Any]]:
-    """Collect the pictures below the cards for each of the first surfaces: panels of its figures, by what they show."""
+    """Collect the pictures below the cards for each of the first surfaces, by what they show."""
     found = []
     for k, place in enumerate(run.places[:MAX_SHOWN]):
-        panels_of = {
-            name: f"{place}/figures/{picture.figure}.png#{name}"
-            for name, picture in PICTURES.items()
-            if run.has(f"{place}/figures/{picture.figure}.png")
-        }
-        if "roughness" not in panels_of and run.has(f"{place}/view.png"):
-            panels_of["roughness"] = f"{place}/view.png"
+        pictures = {Path(picture.path).stem: picture for picture in run.figures(place, "strip")}
         row: Any = run.surfaces.loc[place] if len(run.surfaces) else {}
         view = f"{place}/view.html"
         found.append(
             {
                 "k": k,
                 "name": run.shown[place],
-                "panels": panels_of,
+                "pictures": pictures,
                 "view": view if run.has(view) else "",
                 "mean_roughness": row.get("mean_roughness", np.nan),
                 "n_dots": row.get("minimal_n_S", 0),
@@ -151,7 +143,7 @@ def of_surfaces(run: Run) -> dict[str, Any] | None:
         ]
         name, cells = run.shown[str(place)], [Cell(text, key=str(value)) for value, text in values]
         first = Cell(name, picture=picture) if run.has(picture) else Cell("")
-        files = run.file_cells(str(place), FILES_OF_SURFACE)
+        files = run.file_cells(str(place), "row")
         rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
     columns = ["picture", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share / %"]
     columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
@@ -159,18 +151,18 @@ def of_surfaces(run: Run) -> dict[str, Any] | None:
     proteins = dict.fromkeys(place.split("/")[0] for place in run.places[:MAX_SHOWN])
     for folder in [*proteins, *run.places[:MAX_SHOWN]]:
         name = f"{run.shown.get(folder, folder)}: " if len(run.places) > 1 else ""
-        figures += run.drawn(folder, GALLERY, name)
+        figures += run.figures(folder, "gallery", name)
     shown = len(rows)
     return {
         "table": Table(columns, rows, several),
         "n_hidden": len(run.surfaces) - shown,
         "figures": figures,
-        "links": run.links("", FILES_OF_ALL),
+        "links": run.links("", "surfaces"),
     }
 
 
 def of_files(run: Run) -> dict[str, Any] | None:
     """Collect the files of the first surface."""
-    if not run.places or not (found := run.links(run.places[0], DOWNLOADS)):
+    if not run.places or not (found := run.links(run.places[0], "files")):
         return None
     return {"name": run.shown[run.places[0]], "several": len(run.places) > 1, "links": found}
