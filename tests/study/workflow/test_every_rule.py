@@ -337,7 +337,8 @@ def test_the_subsets_of_a_figure_are_those_of_its_words(run, ready, tmp_path, mo
     monkeypatch.setattr(layout, "save", lambda *_: None)
     names = ("roughness.csv", "grid.csv", "best.json", "minimal.csv", "recovered.csv", "surface.npz")
     inputs = {name.partition(".")[0]: str(run / "ready/c1" / name) for name in names}
-    outputs = {"subsets": "subsets.png", "svg": [], "bins": str(tmp_path / "bins.csv")}
+    outputs = {"subsets": "figures/subsets.png", "bins": str(tmp_path / "bins.csv")}
+    outputs |= {f"picture_{name}": str(tmp_path / f"{name}.png") for name in ("sampled", "minimal")}
     params = {name: config[name] for name in ("patches", "sampling", "evaluation", "minimal", "seed")}
     run_script("draw_figures", tmp_path, inputs, outputs, params, protein="ready", conformation="c1")
     best = json.loads((run / "ready/c1/best.json").read_text())["kept"]["unrestricted"]

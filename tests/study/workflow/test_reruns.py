@@ -133,7 +133,7 @@ EDITS = {  # file with a line more: rules that run again, and rules that do not
     "sparsurf_study/report/templates/front.html.j2": ({"close_run"}, SURFACES | {"draw_view", "draw_pair"}),
     "sparsurf_study/simulation/gromacs.py": (set(), SURFACES | PAGES),
     "sparsurf_study/workflow/jobs.py": (set(), SURFACES | PAGES),
-    "sparsurf_study/columns.yaml": (set(), SURFACES | PAGES),
+    "sparsurf_study/catalogue.yaml": ({"close_run"}, SURFACES | PAGES - {"close_run"}),
 }
 
 
