@@ -137,6 +137,12 @@ def test_every_recipe_has_steps_that_can_be_followed():
     assert all(STEP.search(text) for text in RECIPES.values())
 
 
+@pytest.mark.parametrize(("recipe", "n_files"), [("A figure", 3), ("An output", 3), ("A column", 2)])
+def test_what_a_recipe_adds_to_the_outputs_is_said_in_few_files(recipe, n_files):
+    steps = STEP.finditer(RECIPES[recipe])
+    assert len({step["new"] or step["end"] or step["path"] or step["file"] for step in steps}) == n_files
+
+
 def test_what_the_registries_touch_passes_after_the_recipes(extended):
     """The suites of samplers, descriptors, options, residues, the config, the catalogue, and the rules of the repository.
 

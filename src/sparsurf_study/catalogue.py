@@ -162,7 +162,7 @@ def caption_file(output: Output) -> str:
 
 
 def first_of_each_rule(of: Iterable[Output]) -> list[Output]:
-    """Return one output of each rule: whoever asks for it gets the others, too."""
+    """Return one output of each rule: whoever asks for it also gets the others."""
     first: dict[tuple[str, ...], Output] = {}
     for it in of:
         first.setdefault(it.rules, it)
