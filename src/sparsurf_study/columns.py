@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from sparsurf_study import catalogue
-
 from sparsurf import kinds
+from sparsurf_study import catalogue
 
 PLACEHOLDERS = {
     "<reading>": f"(?:{'|'.join(kinds.TABLE['reading'])})",
