@@ -113,8 +113,12 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
     """Return the bytes of a file of at most MAX_BYTES, uncompressed if its name ends in .gz."""
-    path, begin = existing_file(path), b""
-    name = shorten(path)
+    return content_of(existing_file(path))
+
+
+def content_of(path: Path) -> bytes:
+    """Return the bytes of a file that exists as `read_bytes` does."""
+    begin, name = b"", str(path) if len(str(path)) <= MAX_QUOTED_LENGTH else shorten(path)
     try:
         with path.open("rb") as stored:
             begin = stored.read(len(GZIP))

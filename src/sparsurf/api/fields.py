@@ -89,7 +89,8 @@ def fields(
     """
     molecule, dots = labelled(molecule), labelled(dots)
     if isinstance(molecule, Surface):
-        if has_atoms(dots):
+        is_name = isinstance(dots, str) and not Path(dots).is_file()  # of a field, in the place of `names`
+        if not is_name and has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
         dots, atoms = molecule, molecule.known_molecule("fields")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
 from sparsurf.arguments import index_array
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
+from sparsurf.molecules.formats import DOTS
 from sparsurf.molecules.libraries import (
     from_biopython,
     from_biotite,
@@ -19,7 +19,8 @@ from sparsurf.molecules.libraries import (
     from_mdtraj,
 )
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import molecule_of_files
+from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
 from sparsurf.surfaces.read_surface import read_surface
@@ -43,15 +44,20 @@ MoleculeLike: TypeAlias = (
 DotsLike: TypeAlias = "str | Path | Surface | Points | Subset | tuple[ArrayLike, ArrayLike]"
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 
-MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
+
+def opened(source: Any) -> Any:
+    """Return the Source of a path, recognised by its content; anything else as it is. Functions for users begin with it."""
+    return open_source(source) if isinstance(source, str | Path) else source
 
 
 def as_molecule(source: MoleculeLike) -> Molecule:
     """Return a Molecule from itself, a path, or atoms of another library; raise InputError for anything else."""
     if isinstance(source, Molecule):
         return source
+    if isinstance(source, Source):
+        return molecule_of_files(source)
     if isinstance(source, str | Path):
-        return read_molecule(source)
+        return molecule_of_files(open_source(source))
     convert = _converter(source)
     if convert is None:
         raise InputError(
@@ -85,10 +91,11 @@ def as_dots(source: DotsLike) -> Surface:
         return source
     if isinstance(source, Points) or is_subset(source):
         return source.surface
+    source = opened(source)
     if is_file_of_dots(source):
-        return read_surface(cast(str | Path, source))
+        return read_surface(source.name)
     if has_atoms(source):
-        name = source if isinstance(source, str | Path) else _with_article(source)
+        name = source if isinstance(source, Source) else _with_article(source)
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(source, tuple) and len(source) == 2:
         dots = Surface(*source)
@@ -139,18 +146,15 @@ def is_subset(source: Any) -> TypeGuard[Subset]:
     return hasattr(source, "weight") and isinstance(getattr(source, "surface", None), Surface)
 
 
-def is_structure(path: str | Path) -> bool:
-    """Return whether a file holds atoms rather than dots, by its suffix."""
-    return suffix(path) in MOLECULES
-
-
 def is_file_of_dots(source: Any) -> bool:
     """Return whether the user gave the path of a file that holds dots rather than atoms."""
-    return isinstance(source, str | Path) and not is_structure(source)
+    source = opened(source)
+    return isinstance(source, Source) and source.format.name == DOTS
 
 
 def has_atoms(source: Any) -> bool:
-    """Return whether the user gave the path of a structure, a Molecule, or atoms of another library, rather than dots."""
-    if isinstance(source, str | Path):
-        return is_structure(source)
+    """Return whether the user gave the path of a molecule, a Molecule, or atoms of another library, rather than dots."""
+    source = opened(source)
+    if isinstance(source, Source):
+        return source.format.name != DOTS
     return isinstance(source, Molecule) or _converter(source) is not None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard
 from sparsurf.api.fields import labelled
-from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms
+from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, opened
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.views import View, in_notebook
@@ -21,6 +21,7 @@ from sparsurf.arguments import check_flag
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import stem
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
 
 if TYPE_CHECKING:
@@ -97,7 +98,8 @@ def show(
 
 def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> tuple[Any, About]:
     """Return the surface of what the user gave, and what the page says of it."""
-    is_path = isinstance(source, str | Path)
+    source = opened(source)
+    is_path = isinstance(source, Source)
     if trajectory is not None and not (is_path and has_atoms(source)):
         raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")
     name = stem(source) if is_path else ""
@@ -125,10 +127,10 @@ def has_display() -> bool:
 
 def open_page(path: str | Path) -> bool:
     """Open a page in the browser; warn, and return False, if there is none."""
-    opened = webbrowser.open(Path(path).resolve().as_uri())
-    if not opened:
+    found = webbrowser.open(Path(path).resolve().as_uri())
+    if not found:
         log.warning("show: there is no browser; open %s in one", path)
-    return opened
+    return found
 
 
 def _temporary(html: str) -> str:

@@ -113,10 +113,16 @@ def prepare(
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
     kinds.load("descriptor", descriptor, "descriptor")
-    dots = as_surface(surface, d_link)
-    refuse_sparse(dots.points, d_link, "surface")
     patches = Patches(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
-    patches = patches.model_copy(update={"roughness": roughness, "descriptor": descriptor})
+    return _prepared(surface, patches.model_copy(update={"roughness": roughness, "descriptor": descriptor}), seed)
+
+
+def _prepared(surface: Any, patches: Patches, seed: int = DEFAULT_SEED) -> PreparedSurface:
+    """Prepare a surface, or return one that is prepared already."""
+    if isinstance(surface, PreparedSurface):
+        return surface
+    dots = as_surface(surface, patches.d_link)
+    refuse_sparse(dots.points, patches.d_link, "surface")
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 
@@ -178,7 +184,7 @@ def sample(
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
     11344
     """
-    prepared = prepare(surface)
+    prepared = _prepared(surface, Patches())
     if seed is not None:
         prepared = prepared.with_streams(replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
@@ -281,7 +287,7 @@ def compare(
     subset
     farthest  2460  1.07        1.4  0.33
     """
-    prepared = prepare(surface)
+    prepared = _prepared(surface, Patches())
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
     if not by_name:
         raise InputError("subsets: there are none; give at least one.")

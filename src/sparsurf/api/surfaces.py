@@ -21,10 +21,14 @@ from sparsurf.api.inputs import (
     has_atoms,
     is_file_of_dots,
     is_subset,
+    opened,
 )
 from sparsurf.arguments import CAVITIES, DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, REENTRANT, check_choice
 from sparsurf.errors import InputError
+from sparsurf.molecules.formats import DOTS
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import molecule_of_files
+from sparsurf.molecules.source import Source
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
@@ -234,7 +238,7 @@ def mesh(
     n_vertices = None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices")
     density = DENSITY.check(PUBLISHED_DENSITY if density is None else density, "density")
     names = check_fields(fields, "mesh")
-    source: Any = surface
+    source = opened(surface)
     if isinstance(source, Surface) and source.placed:
         made = mesh_of_atoms(source.placed.atoms_alone, n_vertices, density, names)
         return _with_fields_of(source, made)
@@ -323,8 +327,12 @@ def _sized(build: Callable[[float], Mesh], step: float, n_vertices: int | None, 
 
 def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
     """Return dots from all that `as_dots` takes, and those of a molecule with default settings for `d_link`, Å."""
-    source_: Any = source
-    return surface(source_, d_link=d_link) if has_atoms(source_) else as_dots(source_)
+    given = opened(source)
+    if isinstance(given, Source) and given.format.name != DOTS:
+        return surface_of_molecule(molecule_of_files(given), Placement(), d_link, "surface", 0)
+    if not has_atoms(given):
+        return as_dots(given)
+    return surface_of_molecule(as_molecule(given), Placement(), d_link, "surface", 0)
 
 
 def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:

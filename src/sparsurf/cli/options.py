@@ -11,13 +11,14 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.about import About, heard
-from sparsurf.api.inputs import check_frame, is_structure
+from sparsurf.api.inputs import check_frame
 from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, PROBE, PROBE_RADIUS, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import STRUCTURES, stem, suffix
+from sparsurf.molecules.formats import DOTS, stem
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
+from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 
@@ -109,9 +110,21 @@ def add_fields(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--fields", metavar="NAMES", help=words)
 
 
+def source_of(args: argparse.Namespace) -> Source:
+    """Return FILE, which is recognised once by its content."""
+    if not hasattr(args, "source"):
+        args.source = open_source(args.file)
+    return args.source
+
+
+def has_atoms(args: argparse.Namespace) -> bool:
+    """Return whether FILE holds atoms rather than dots."""
+    return source_of(args).format.name != DOTS
+
+
 def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     """Return the dots of FILE, or those that are placed on its atoms, and its molecule; `args.heard` as of `read_atoms`."""
-    if not is_structure(args.file):
+    if not has_atoms(args):
         for name in STRUCTURE_OPTIONS:
             if getattr(args, name, None) is not None:
                 raise InputError(
@@ -173,11 +186,11 @@ def read_atoms(args: argparse.Namespace) -> Molecule:
     keys["assembly"] = bool(keys["assembly"])
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     with heard(args.file) as args.heard:
-        molecule = read_molecule(args.file, args.trajectory, **keys)
+        molecule = read_molecule(source_of(args), args.trajectory, **keys)
     name = args.trajectory or args.file
     check_frame(molecule, args.frame or 0, name)
     if molecule.n_frames > 1 and args.frame is None and not args.quiet:
-        several = "models" if suffix(args.file) in STRUCTURES and not args.trajectory else "frames"
+        several = "models" if source_of(args).format.models and not args.trajectory else "frames"
         message = f"{name} has {molecule.n_frames} {several}; the first one is used, and --frame chooses another one."
         print(message, file=sys.stderr)
     return molecule

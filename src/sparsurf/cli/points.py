@@ -9,14 +9,13 @@ from typing import Any
 import pandas as pd
 
 from sparsurf import kinds
-from sparsurf.api.inputs import is_structure
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import parse_output, write, write_file
 from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow, pluralise
-from sparsurf.molecules.formats import STRUCTURES, stem
+from sparsurf.molecules.formats import stem
 from sparsurf.surfaces.chosen_points import NamedPoints
 
 TABLE = ".parquet"
@@ -66,10 +65,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the points."""
     is_folder = Path(args.file).is_dir()
-    if not is_folder and not is_structure(args.file):
-        raise InputError(f"{args.file} is neither a structure ({', '.join(STRUCTURES)}) nor a folder.")
     formats = (TABLE,) if is_folder else FORMATS
     outputs.check(args, formats)
+    if not is_folder and not options.has_atoms(args):
+        raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
     settings["fields"] = options.names_of_fields(args)
     if is_folder:

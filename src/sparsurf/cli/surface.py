@@ -6,12 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import is_structure
 from sparsurf.arguments import CAVITIES, D_LINK, DENSITY
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
-from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import RADII, radii
 from sparsurf.surfaces.surface import COMPONENT_FIELD, Origin
@@ -71,16 +69,15 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             f"{args.file} is a folder; give one structure, or use `sparsurf points` for a folder."
         )
-    if not is_structure(args.file):
-        raise InputError(
-            f"{args.file} is not a structure: its suffix must be one of {', '.join(STRUCTURES)}, .gro or .h5; "
-            "--trajectory adds frames."
-        )
     if args.mesh and args.residues is not None:
         raise InputError(
             "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
     outputs.check(args, writing.MESHES if args.mesh else FORMATS)
+    if not options.has_atoms(args):
+        raise InputError(
+            f"{args.file} is not a structure by its content: give a PDB, mmCIF, GRO or HDF5 file; --trajectory adds frames."
+        )
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
     outputs.write(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))

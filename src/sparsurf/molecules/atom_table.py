@@ -102,6 +102,17 @@ def atom_table(**columns: Any) -> AtomTable:
     return AtomTable(table, np.arange(n_atoms))
 
 
+def molecules_of_bonds(atoms: AtomTable, bonds: np.ndarray) -> np.ndarray:
+    """Return the column `molecule` (A,) from bonds (B, 2): it changes between residues that no bond spans."""
+    crossing = np.zeros(len(atoms) + 1, int)
+    low, high = np.sort(bonds, axis=1).T if len(bonds) else np.empty((2, 0), int)
+    np.add.at(crossing, low, 1)
+    np.add.at(crossing, high, -1)
+    spanned = np.cumsum(crossing)[: len(atoms) - 1] > 0  # the place between each atom and the next one
+    other = _differs(atoms.residue) | _differs(atoms.segid) | _differs(atoms.unit)
+    return np.cumsum(np.append(False, other & ~spanned)) if len(bonds) else np.zeros(len(atoms), int)
+
+
 def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> np.ndarray | None:
     """Return lattice vectors (3, 3), Å, from lengths (Å) and angles (degrees); None for an impossible box or a dummy of 1 Å."""
     try:

@@ -42,6 +42,7 @@ from sparsurf.molecules.residues import (
     split_label,
 )
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
+from sparsurf.molecules.source import Source
 from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 
@@ -366,7 +367,7 @@ def _with_frames(molecule: Molecule, frames: Frames, path: StrPath, join: bool) 
 def molecule_of_trajectory(
     file: AtomFile,
     path: StrPath,
-    trajectory: StrPath,
+    trajectory: Source,
     keys: SelectionKeys,
     altloc: str = "first",
     model: int | None = None,

@@ -1,21 +1,88 @@
-"""File formats of molecules, by the extensions of their files."""
+"""File formats of molecules: what a file of each holds, and the extensions that usually belong to it.
+
+`source.open_source` recognises a file by its content. The extensions serve the plan of a study, which opens no file.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from sparsurf.files import StrPath, as_path
 
-PDB = (".pdb", ".ent")
-MMCIF = (".cif", ".mmcif")
-STRUCTURES = PDB + MMCIF  # each also compressed (.gz)
-SELF_CONTAINED = (".gro", ".h5", ".hdf5")  # names and coordinates in one file
-AMBER = (".prmtop", ".parm7", ".prm7")
-TOPOLOGIES = (".psf", *AMBER)  # names without coordinates
-ONE_FRAME = (".rst7", ".restrt", ".inpcrd", ".ncrst")
-TRAJECTORIES = (
-    ".xtc", ".trr", ".dcd", ".nc", ".ncdf", ".netcdf", ".mdcrd", ".crd", ".lammpstrj", ".xyz", *ONE_FRAME,
+
+class Format(NamedTuple):
+    """A format of files."""
+
+    name: str
+    label: str  # for messages
+    suffixes: tuple[str, ...] = ()  # extensions of file names, the usual one first
+    atoms: bool = False  # the file names its atoms
+    places: bool = False  # it has coordinates
+    models: bool = False  # its frames are the models of a structure
+    text: bool = True
+    unit: str = "Å"  # of its lengths
+    timed: bool = False  # its frames have times
+    refusal: str = ""  # why no file of this format is read, as the end of a sentence
+
+
+_EVERY_FORMAT = (
+    Format("pdb", "PDB", (".pdb", ".ent"), atoms=True, places=True, models=True),
+    Format("mmcif", "mmCIF", (".cif", ".mmcif"), atoms=True, places=True, models=True),
+    Format("gro", "GRO", (".gro",), atoms=True, places=True, unit="nm", timed=True),
+    Format("hdf5", "HDF5", (".h5", ".hdf5"), atoms=True, places=True, text=False, unit="nm", timed=True),
+    Format("card", "CHARMM CARD", (".cor",), atoms=True, places=True),
+    Format("psf", "PSF", (".psf",), atoms=True),
+    Format("parm7", "AMBER parm7", (".parm7", ".prmtop", ".prm7"), atoms=True),
+    Format("xtc", "XTC", (".xtc",), places=True, text=False, unit="nm", timed=True),
+    Format("trr", "TRR", (".trr",), places=True, text=False, unit="nm", timed=True),
+    Format("dcd", "DCD", (".dcd",), places=True, text=False),
+    Format("netcdf", "NetCDF", (".nc", ".ncdf", ".netcdf"), places=True, text=False, timed=True),
+    Format("ncrst", "NetCDF restart", (".ncrst",), places=True, text=False),
+    Format("mdcrd", "AMBER mdcrd", (".mdcrd", ".crd"), places=True),
+    Format("inpcrd", "AMBER restart", (".rst7", ".restrt", ".inpcrd"), places=True),
+    Format("xyz", "XYZ", (".xyz",), places=True),
+    Format("lammps dump", "LAMMPS dump", (".lammpstrj",), places=True),
+    Format("lammps data", "LAMMPS data", places=True),
+    Format(
+        "tpr", "GROMACS TPR", (".tpr",),
+        refusal="is a run input of GROMACS (TPR), which only GROMACS reads: write its structure by `gmx editconf -f FILE.tpr -o "
+        "FILE.gro`, and give that file",
+    ),
+    Format(
+        "desmond", "Desmond", (".cms", ".mae", ".dtr", ".stk"),
+        refusal="is a file of Desmond or Maestro, which is not read: write the structure as PDB and the trajectory as DCD or "
+        "XTC, for example with VMD, and give these files",
+    ),
+    Format(
+        "cdf5", "CDF-5",
+        refusal="is a NetCDF file of the variant CDF-5, which is not read: convert it by `nccopy -k nc6 FILE OTHER`, and give "
+        "the other file",
+    ),
+    Format(
+        "netcdf4", "NetCDF-4",
+        refusal="is a NetCDF-4 file (HDF5), which is not read: convert it by `nccopy -k nc6 FILE OTHER`, and give the other file",
+    ),
+    Format(
+        "h5md", "H5MD",
+        refusal="is an H5MD file, which is not read: convert its frames to XTC, DCD or NetCDF, for example with MDAnalysis",
+    ),
+    Format("dots", "dots"),
 )  # fmt: skip
-TIMED = (".xtc", ".trr", ".nc", ".ncdf", ".netcdf", ".h5", ".hdf5", ".gro")  # trajectories with times
-IN_NM = (".xtc", ".trr", *SELF_CONTAINED)  # formats whose lengths are nanometres
+FORMATS = {each.name: each for each in _EVERY_FORMAT}
+DOTS = "dots"  # whatever is not a format of molecules; the reader of surfaces recognises it, or refuses it
+FORMAT_OF_SUFFIX = {suffix: each.name for each in _EVERY_FORMAT for suffix in each.suffixes}
+
+
+def _suffixes(*names: str) -> tuple[str, ...]:
+    """Return the extensions of some formats."""
+    return tuple(suffix for name in names for suffix in FORMATS[name].suffixes)
+
+
+PDB, MMCIF = _suffixes("pdb"), _suffixes("mmcif")
+STRUCTURES = PDB + MMCIF  # each also compressed (.gz)
+SELF_CONTAINED = _suffixes("gro", "hdf5", "card")  # names and coordinates in one file
+TOPOLOGIES = _suffixes("psf", "parm7")  # names without coordinates
+TRAJECTORIES = _suffixes("xtc", "trr", "dcd", "netcdf", "mdcrd", "lammps dump", "xyz", "inpcrd", "ncrst")
 
 
 def suffix(path: StrPath) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, pluralise
-from sparsurf.molecules.formats import IN_NM, suffix
 from sparsurf.molecules.residues import (
     AMINO_ACIDS,
     HEAVY_ATOMS,
@@ -111,14 +110,13 @@ def refuse_impossible(
     path: StrPath,
     topology: StrPath | None = None,
     whole: bool = True,
-    unit: str | None = None,
+    unit: str = "Å",
 ) -> None:
     """Raise InputError, with frame and atoms, if coordinates cannot belong to the molecule; warn of what is doubtful.
 
     `topology` is the file of the names, if it is another one than `path`; `whole` says that no molecule is cut by the
-    box; `unit` is that of the lengths in the file, by default the one of its format.
+    box; `unit` is that of the lengths in the file.
     """
-    unit = unit or ("nm" if suffix(path) in IN_NM else "Å")
     _refuse_crowded(molecule.xyz[0], path, unit)
     if whole and molecule.n_atoms:
         _check_elements(molecule, path)

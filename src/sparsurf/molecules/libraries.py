@@ -13,10 +13,11 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible
-from sparsurf.molecules.mdtraj_process import atom_rows, lattice
+from sparsurf.molecules.mdtraj_process import atom_rows, lattice, table_of_rows
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.selection import SelectionKeys
-from sparsurf.molecules.trajectory import ANGSTROM_PER_NM, Frames, table_of_rows
+from sparsurf.molecules.text_frames import ANGSTROM_PER_NM
+from sparsurf.molecules.trajectory import Frames
 
 if TYPE_CHECKING:
     import gemmi

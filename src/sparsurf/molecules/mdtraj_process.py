@@ -25,14 +25,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import StrPath, existing_file
-from sparsurf.molecules.formats import ONE_FRAME, suffix
+from sparsurf.files import StrPath
+from sparsurf.molecules.atom_table import AtomTable, atom_table
+from sparsurf.molecules.source import Source, open_source
 
 if TYPE_CHECKING:
     import mdtraj
 
-OWN_TOPOLOGY = (".h5", ".hdf5")
-NETCDF = (".nc", ".ncdf", ".netcdf")
+# Extensions of the formats whose files are treated differently here; every request has the usual one of its format
+OWN_TOPOLOGY, NETCDF, ONE_FRAME = ".h5", ".nc", ".ncrst"
 PS_PER_UNIT = {  # names of units of time in NetCDF files, as regular expressions
     "ps|picosec(ond)?s?|": 1.0, "fs|femtosec(ond)?s?": 1e-3, "ns|nanosec(ond)?s?": 1e3, "(us|microsec(ond)?s?)": 1e6,
 }  # fmt: skip
@@ -40,7 +41,7 @@ WRONG_N_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\
 MAX_REASON = 120  # characters
 NM_PER_ANGSTROM = 0.1
 MIN_CELL_ANGLE = 30.0  # degrees; the angles of all cells of simulations are larger
-SCALED, UNSCALED = {"xs", "ys", "zs"}, {"x", "y", "z"}  # columns of a LAMMPS dump
+SCALED_VARIABLES = ("coordinates", "cell_lengths", "cell_angles", "time")  # of NetCDF files
 DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
 # Name of the atom and its residue, chain identifier, segment, number of the residue, element, index of residue and chain
@@ -53,9 +54,17 @@ _one_request_at_a_time = threading.Lock()
 
 
 def load_atoms(path: StrPath) -> list[AtomRow]:
-    """Load the atoms of a topology file; raise InputError if it cannot be read."""
+    """Load the atoms of an HDF5 file of mdtraj; raise InputError if it cannot be read."""
     [rows] = _run(path, "atoms")
     return rows
+
+
+def table_of_rows(rows: Sequence[AtomRow]) -> AtomTable:
+    """Return the table of `atom_table`, with coordinates nan, from rows of `atom_rows`."""
+    columns = ("name", "residue_name", "chain", "segid", "residue", "element", "unit", "molecule")
+    table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True))
+    table["chain"] = [chain.strip() for chain in table["chain"]]
+    return atom_table(**table)
 
 
 def iterate_frames(
@@ -84,16 +93,17 @@ def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> Part:
 
 def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[Any]:
     """Yield the answers of the other process to a request."""
-    if existing_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
-        raise InputError(f"{path} needs PyTables: run pip install tables.")
+    source = open_source(path)
+    if source.format.name == "hdf5" and find_spec("tables") is None:
+        raise InputError(f"{source} needs PyTables: run pip install tables.")
     reason, code = "", -1
-    with _one_request_at_a_time, _readable(Path(path).absolute()) as readable:
+    with _one_request_at_a_time, _readable(source) as readable:
         try:
             request = _request(_server(os.getpid())[0], task, str(readable), *arguments)
             with contextlib.closing(request):
                 for answer in request:
                     if isinstance(answer, str):
-                        reason = answer[:MAX_REASON]
+                        reason = answer.replace(str(readable), readable.name)[:MAX_REASON]
                     elif isinstance(answer, int):
                         code = answer
                     else:
@@ -104,22 +114,21 @@ def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[Any]:
         return
     if DIFFERENT_ATOMS in reason:
         raise InputError(
-            f"{path} and its topology have different numbers of atoms: give the topology that it was written with."
+            f"{source} and its topology have different numbers of atoms: give the topology that it was written with."
         )
     reason = reason if code == 1 and reason else "its reader crashed"
-    raise InputError(
-        f"{path} cannot be read ({reason}): it is damaged, cut short, or has the wrong extension."
-    )
+    raise InputError(f"{source} cannot be read ({reason}): it is damaged or cut short; copy it again.")
 
 
 @contextlib.contextmanager
-def _readable(path: Path) -> Iterator[Path]:
-    """Give a path to the file that every reader accepts: readers of binary trajectories need ASCII characters."""
-    if str(path).isascii():
+def _readable(source: Source) -> Iterator[Path]:
+    """Give a path to the file that every reader accepts: with the usual extension of the format, in ASCII characters."""
+    path, extension = Path(source).absolute(), source.format.suffixes[0]
+    if str(path).isascii() and path.suffix == extension:
         yield path
         return
     with tempfile.TemporaryDirectory(dir=None if tempfile.gettempdir().isascii() else "/tmp") as folder:
-        link = Path(folder, "file" + suffix(path))
+        link = Path(folder, "file" + extension)
         link.symlink_to(path)
         yield link
 
@@ -181,18 +190,19 @@ def _frames(
     path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
 ) -> Iterator[Part]:
     """Load frames, in the other process."""
-    ps_per_unit, no_box, scaled = _ps_per_unit(path), np.empty((0, 3, 3)), _is_scaled(path)
+    sys.modules["netCDF4"] = None  # type: ignore[assignment]  # mdtraj reads the same with scipy, and never scales
+    ps_per_unit, scale, no_box = *_units_of_netcdf(path), np.empty((0, 3, 3))
     try:
         for part in _load(path, n_atoms, atoms, stride, first, only):
-            box = (
-                no_box
-                if part.unitcell_lengths is None
-                else lattice(part, Path(path).suffix.lower() == ".dcd")
-            )
-            xyz = part.xyz
-            if scaled:  # mdtraj takes the shares for Å
-                xyz = np.matmul(xyz.astype(float) / NM_PER_ANGSTROM, box.astype(float)).astype(np.float32)
-            yield xyz, np.asarray(part.time, float) * ps_per_unit, box
+            if part.unitcell_lengths is None:
+                box = no_box
+            else:
+                if scale["cell_lengths"] != 1 or scale["cell_angles"] != 1:
+                    part.unitcell_lengths *= scale["cell_lengths"]
+                    part.unitcell_angles *= scale["cell_angles"]
+                box = lattice(part, Path(path).suffix == ".dcd")
+            xyz = part.xyz if scale["coordinates"] == 1 else part.xyz * np.float32(scale["coordinates"])
+            yield xyz, np.asarray(part.time, float) * scale["time"] * ps_per_unit, box
     except ValueError as error:
         mismatch = WRONG_N_ATOMS.search(str(error))
         if not (mismatch and first):
@@ -218,28 +228,21 @@ def lattice(part: mdtraj.Trajectory, may_be_matrix: bool = True) -> np.ndarray:
     return matrix if possible else part.unitcell_vectors
 
 
-def _is_scaled(path: str) -> bool:
-    """Return whether a LAMMPS dump holds coordinates as shares of the box alone, as mdtraj reads it."""
-    if Path(path).suffix.lower() != ".lammpstrj":
-        return False
-    with open(path, encoding="latin-1") as file:
-        head = next((line for line in file if line.startswith("ITEM: ATOMS")), "")
-    columns = set(head.split())
-    return columns >= SCALED and not columns >= UNSCALED
-
-
-def _ps_per_unit(path: str) -> float:
-    """Return the unit of the times of a NetCDF file in ps, which mdtraj does not read."""
-    if Path(path).suffix.lower() not in NETCDF:
-        return 1.0
+def _units_of_netcdf(path: str) -> tuple[float, dict[str, float]]:
+    """Return the unit of the times of a NetCDF file in ps, and the factors of its variables: mdtraj reads neither."""
+    scale = dict.fromkeys(SCALED_VARIABLES, 1.0)
+    if Path(path).suffix not in (NETCDF, ONE_FRAME):
+        return 1.0, scale
     from scipy.io import netcdf_file
 
     with netcdf_file(path, mmap=False) as file:
         unit = getattr(file.variables.get("time"), "units", b"picosecond").decode("ascii", "replace").strip()
+        for name in SCALED_VARIABLES:
+            scale[name] = float(getattr(file.variables.get(name), "scale_factor", 1.0))
     known = next((ps for name, ps in PS_PER_UNIT.items() if re.fullmatch(name, unit.lower())), None)
     if known is None:
         raise ValueError(f"its times are in {unit[:20]!r}")
-    return known
+    return known, scale
 
 
 def _load(
@@ -248,9 +251,9 @@ def _load(
     """Load parts of a trajectory with mdtraj, see `iterate_frames`."""
     import mdtraj
 
-    extension = Path(path).suffix.lower()
-    topology = {} if extension in OWN_TOPOLOGY else {"top": _topology(n_atoms)}
-    if extension in ONE_FRAME:
+    extension = Path(path).suffix
+    topology = {} if extension == OWN_TOPOLOGY else {"top": _topology(n_atoms)}
+    if extension == ONE_FRAME:
         whole = mdtraj.load(path, **topology)
         yield whole if first else whole.atom_slice(atoms)
     elif first:
@@ -258,10 +261,10 @@ def _load(
         if part is None:
             raise OSError("it holds no frames")
         yield part[0]
-    elif len(only) and extension not in (".gro", ".trr"):
+    elif len(only) and extension != ".trr":
         for k in only.tolist():
             yield mdtraj.load(path, frame=k, atom_indices=atoms, **topology)
-    else:  # the reader of GRO cannot go to a frame; mdtraj 1.11 crashes on TRR with stride and atoms together
+    else:  # mdtraj 1.11 crashes on TRR with stride and atoms together
         step = 1 if extension == ".trr" or len(only) else stride
         chunk = max(1, BYTES_AT_ONCE // (12 * n_atoms))
         begin = 0

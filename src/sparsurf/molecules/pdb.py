@@ -42,6 +42,10 @@ COLUMNS = [
     "b_factor", "segid", "element", "molecule",
 ]  # fmt: skip
 ATOM_RECORDS = ("ATOM  ", "HETATM")
+AN_ATOM = re.compile("|".join(ATOM_RECORDS))
+HEADER_RECORDS = frozenset(
+    ["HEADER", "TITLE ", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "AUTHOR", "REVDAT", "JRNL  ", "REMARK"]
+)
 AFTER_ATOMS = ("END", "ENDMDL", "MASTER", "CONECT")
 FOUR_LETTER_NAMES = frozenset(name for name in VARIANTS.keys() | WATERS | LONG_NAMES if len(name) == 4)
 # Types of atoms in PDBQT files of AutoDock that are not spelt as their element
@@ -105,7 +109,7 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
             crosslinked |= _crosslinked(line)
         elif record == "HETNAM" and line[11:12] == LONG_NAME and len(line[71:79].split()) == 1:
             long_names[line[11:14]] = line[71:79].strip()
-        elif _is_damaged_atom(line):
+        elif record not in HEADER_RECORDS and _is_damaged_atom(line):
             raise InputError(f"Line {number} of {path} holds an atom but begins with '{record}': repair it.")
     if not rows:
         if any(IN_WORDS.match(line) for line in lines):
@@ -176,11 +180,16 @@ def _has_wide_chains(lines: list[str]) -> bool:
                 narrow |= not line[20:21].strip()
                 if line[20:21].strip() and line[17:21].strip() not in FOUR_LETTER_NAMES:
                     names[line[20:22]].add(line[17:20])
-    return any(len(each) > 1 or not narrow for each in names.values())
+    if not names:
+        return False
+    return not narrow or max(map(len, names.values())) > 1
 
 
 def _has_numbered_lines(lines: list[str]) -> bool:
     """Return whether columns 73 to 80 hold the entry and the number of the line, as in files of before 1996."""
+    first = next(filter(AN_ATOM.match, lines), "")  # one line tells it of nearly every file
+    if not first[76:80].strip().isdecimal():
+        return not first
     return all(line[76:80].strip().isdecimal() for line in lines if line.startswith(ATOM_RECORDS))
 
 

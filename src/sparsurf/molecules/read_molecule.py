@@ -6,7 +6,7 @@ Input that would give a wrong surface is refused in one sentence. Atoms that are
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,37 +14,44 @@ import numpy as np
 
 from sparsurf.arguments import STRIDE, check_flag, check_plddt
 from sparsurf.errors import InputError
-from sparsurf.files import StrPath, no_warnings, pluralise, read_text, shorten
+from sparsurf.files import StrPath, no_warnings, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
+from sparsurf.molecules.card import read_card
 from sparsurf.molecules.conformations import FrameChoice, choose_frames
-from sparsurf.molecules.formats import (
-    MMCIF,
-    PDB,
-    SELF_CONTAINED,
-    STRUCTURES,
-    TOPOLOGIES,
-    TRAJECTORIES,
-    suffix,
-)
+from sparsurf.molecules.formats import FORMATS
 from sparsurf.molecules.geometry import refuse_impossible
+from sparsurf.molecules.gro import read_gro
+from sparsurf.molecules.mdtraj_process import load_atoms, table_of_rows
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.parm7 import read_parm7
 from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.plddt import doubtful_residues
+from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys
-from sparsurf.molecules.trajectory import read_topology
+from sparsurf.molecules.source import Source, open_source
 from sparsurf.suggestions import public
 
 log = logging.getLogger("sparsurf")
 
-READERS = dict.fromkeys(PDB, read_pdb) | dict.fromkeys(MMCIF, read_mmcif)
+ASSEMBLY_OF_MODELS = "assembly: it takes all models of a structure; leave out the trajectory and the model."
+# The reader of each format that names its atoms
+READERS: dict[str, Callable[[Source], AtomFile]] = {
+    "pdb": lambda source: read_pdb(source.text(), source),
+    "mmcif": lambda source: read_mmcif(source.text(), source),
+    "gro": read_gro,
+    "card": read_card,
+    "psf": read_psf,
+    "parm7": read_parm7,
+    "hdf5": lambda source: AtomFile(table_of_rows(load_atoms(source))),
+}
 
 
 @public()
 def read_molecule(
-    path: StrPath,
-    trajectory: StrPath | None = None,
+    path: StrPath | Source,
+    trajectory: StrPath | Source | None = None,
     *,
     selection: str | None = None,
     chains: str | Sequence[str] | None = None,
@@ -122,55 +129,70 @@ def read_molecule(
             times = np.atleast_1d(np.asarray(times, float)).tolist()
         except (TypeError, ValueError):
             raise InputError(f"times is {shorten(repr(times))}; it must be a list of numbers, ps.") from None
-    if assembly and (trajectory is not None or model is not None or suffix(path) not in READERS):
-        raise InputError(
-            "assembly: it takes all models of a structure; leave out the trajectory and the model."
-        )
-    if times is not None and trajectory is None and suffix(path) not in SELF_CONTAINED:
-        raise InputError(
-            "times: there is no trajectory to take frames from; give one, or leave out the times."
-        )
-    if plddt is not None and trajectory is not None:
-        raise InputError("plddt: a trajectory has none; remove `plddt`, or choose the residues.")
     keys: SelectionKeys = {
         "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
     }  # fmt: skip
-    file = _read_structure(path)
-    if trajectory is None and suffix(path) in SELF_CONTAINED:
-        trajectory = path
+    if assembly and (trajectory is not None or model is not None):
+        raise InputError(ASSEMBLY_OF_MODELS)
+    if plddt is not None and trajectory is not None:
+        raise InputError("plddt: a trajectory has none; remove `plddt`, or choose the residues.")
+    options = model, altloc, stride, times, bool(whole), plddt, bool(assembly)
+    return molecule_of_files(
+        open_source(path), None if trajectory is None else open_source(trajectory), keys, *options
+    )
+
+
+def molecule_of_files(
+    source: Source,
+    frames: Source | None = None,
+    keys: SelectionKeys | None = None,
+    model: int | None = None,
+    altloc: str = "first",
+    stride: int = 1,
+    times: Sequence[float] | None = None,
+    whole: bool = True,
+    plddt: float | None = None,
+    assembly: bool = False,
+) -> Molecule:
+    """Return the molecule of a structure, or of a topology and a trajectory, as `read_molecule` does."""
+    keys = keys or {}
+    if assembly and not source.format.models:
+        raise InputError(ASSEMBLY_OF_MODELS)
+    if not source.format.atoms:
+        raise InputError(_what_names_no_atoms(source))
+    has_frames = source.format.places and not source.format.models
+    if times is not None and frames is None and not has_frames:
+        raise InputError(
+            "times: there is no trajectory to take frames from; give one, or leave out the times."
+        )
+    if model is not None and not source.format.models:
+        raise InputError(f"{source} has frames and no models: leave out the model, and name the frame.")
+    file = READERS[source.format.name](source)
+    if frames is None and not source.format.places:
+        raise InputError(f"{source} holds no coordinates: give the trajectory that belongs to it.")
+    if frames is None and has_frames:
+        frames = source
         if plddt is not None:
-            log.warning("%s: plddt is not applied; such files have no B factors", path)
-    if trajectory is None and suffix(path) in TOPOLOGIES:
-        raise InputError(f"{path} holds no coordinates: give the trajectory that belongs to it.")
-    if model is not None and suffix(path) not in READERS:
-        raise InputError(f"{path} has frames and no models: leave out the model, and name the frame.")
-    if trajectory is None:
-        molecule = molecule_of_models(file, path, keys, altloc, model, stride, bool(whole), bool(assembly))
+            log.warning("%s: plddt is not applied; such files have no B factors", source)
+    if frames is None:
+        molecule = molecule_of_models(file, source, keys, altloc, model, stride, whole, assembly)
         if plddt is not None:
-            molecule = _without_doubtful(molecule, file.origin, plddt, path)
-        refuse_impossible(molecule, path, whole=bool(whole))
+            molecule = _without_doubtful(molecule, file.origin, plddt, source)
+        refuse_impossible(molecule, source, whole=whole)
         return molecule
-    options = altloc, model, stride, bool(whole), times
-    molecule = molecule_of_trajectory(file, path, trajectory, keys, *options)
-    refuse_impossible(molecule, trajectory, path if trajectory != path else None, bool(whole))
+    options = altloc, model, stride, whole, times
+    molecule = molecule_of_trajectory(file, source, frames, keys, *options)
+    names = source if frames is not source else None
+    refuse_impossible(molecule, frames, names, whole, frames.format.unit)
     return molecule
 
 
-def _read_structure(path: StrPath) -> AtomFile:
-    """Read a structure or topology file."""
-    extension = suffix(path)
-    if extension in READERS:
-        return READERS[extension](read_text(path), path)
-    if extension in TOPOLOGIES + SELF_CONTAINED:
-        return AtomFile(read_topology(path))
-    if extension in TRAJECTORIES:
-        raise InputError(
-            f"{path} is a trajectory: give it as the trajectory, and its topology as the structure."
-        )
-    known = ", ".join(STRUCTURES + TOPOLOGIES + SELF_CONTAINED)
-    raise InputError(
-        f"{path} is not a structure by its extension: give one of {known}, the first four also .gz."
-    )
+def _what_names_no_atoms(source: Source) -> str:
+    """Return the sentence that refuses a file of another kind in place of a structure."""
+    if source.format.places:
+        return f"{source} is a trajectory: give it as the trajectory, and its topology as the structure."
+    known = ", ".join(each.label for each in FORMATS.values() if each.atoms)
+    return f"{source} is not a structure by its content: give a file of one of the formats {known}."
 
 
 def _without_doubtful(molecule: Molecule, origin: str, plddt: float, path: StrPath) -> Molecule:

@@ -1,6 +1,7 @@
-"""Read trajectories and the topologies that mdtraj knows; nanometres become Å here and nowhere else.
+"""Read the frames of trajectories; nanometres become Å here and in `text_frames`, and nowhere else.
 
-mdtraj's readers ignore truncated frames, wrong headers and repeated frames. This module detects them.
+Binary formats are read by mdtraj, whose readers ignore truncated frames, wrong headers and repeated frames. This module detects
+them.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import logging
 import struct
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -17,26 +18,29 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, existing_file, pluralise
-from sparsurf.molecules.atom_table import AtomTable, atom_table
-from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
-from sparsurf.molecules.mdtraj_process import AtomRow, iterate_frames, load_atoms, load_frames
+from sparsurf.molecules.mdtraj_process import iterate_frames
+from sparsurf.molecules.source import Source
+from sparsurf.molecules.text_frames import ANGSTROM_PER_NM, TextFrame, frames_of_text
 
 log = logging.getLogger("sparsurf")
 
-ANGSTROM_PER_NM = 10.0
 TIME_TOLERANCE = 0.01  # ps, between a frame and a requested time
-HEADER_LINES = {".xyz": 2, ".lammpstrj": 9, ".gro": 3}  # lines of a frame besides those of its atoms
-# A title, then ten numbers of eight characters per line; each frame and each box begins a new line
-MDCRD = (".mdcrd", ".crd")
-NUMBERS_PER_LINE, CHARACTERS_PER_NUMBER = 10, 8
 BYTES_AT_ONCE = 2**24
 DCD_CELL_BYTES = 48  # of the cell of a DCD frame
 # A frame of TRR begins with a number, the length of a name twice, the name, and the sizes of what follows
 TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i")
 MAX_TRR_VERSION = 100  # bytes of the name
+# A frame of XTC has 52 bytes before the number of its atoms and the precision, the steps per nm to which it is rounded
+XTC_PRECISION, XTC_PRECISION_OFFSET = struct.Struct(">if"), 52
+MIN_COMPRESSED_ATOMS = 10  # of XTC; fewer are stored without rounding
+COARSE, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, and warned of
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
 BYTES_IN_MEMORY = 2**25  # of frames; more lie in a temporary file
+
+Part = tuple[
+    np.ndarray, np.ndarray, np.ndarray
+]  # xyz (F, A, 3), Å; time (F,), ps; box (F, 3, 3), Å, or (0, 3, 3)
 
 
 @dataclass(frozen=True)
@@ -49,48 +53,102 @@ class Frames:
     box: np.ndarray | None  # (F, 3, 3) float64, Å, lattice vectors as rows; None without a box
 
 
-def read_topology(path: StrPath) -> AtomTable:
-    """Read the atoms of a topology file (PSF, AMBER parm7/prmtop, GRO or HDF5) as a table with coordinates nan."""
-    if suffix(path) == ".gro":
-        check_gro(path)
-    rows = load_atoms(path)
-    if not rows:
-        raise InputError(f"{path} holds no atoms: give the topology of the trajectory.")
-    # mdtraj numbers AMBER's residues from 0, AMBER and its users from 1
-    return table_of_rows(rows, first_number=int(suffix(path) in AMBER))
-
-
-def table_of_rows(rows: Sequence[AtomRow], first_number: int = 0) -> AtomTable:
-    """Return the table of `atom_table`, with coordinates nan, from rows of `mdtraj_process.load_atoms`."""
-    columns = ("name", "residue_name", "chain", "segid", "number", "element", "unit", "molecule")
-    table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True))
-    table["residue"] = [str(number + first_number) for number in table.pop("number")]
-    table["chain"] = [chain.strip() for chain in table["chain"]]
-    return atom_table(**table)
-
-
-def read_first_frame(path: StrPath, n_atoms: int, topology_path: StrPath) -> np.ndarray:
+def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np.ndarray:
     """Read the first frame (A, 3), float64, Å; refuse what is no trajectory, or has another number of atoms than the topology."""
-    known = TRAJECTORIES + SELF_CONTAINED
-    if suffix(path) not in known:
-        raise InputError(f"{path} is not a trajectory by its extension: give one of {', '.join(known)}.")
-    if str(path).lower().endswith(".gz"):
+    if not source.format.places:
+        what = f"is a {source.format.label} file" if source.recognised else "is not a trajectory"
         raise InputError(
-            f"{path} is compressed, which is not supported for trajectories: uncompress it with gunzip."
+            f"{source} {what}, which holds no coordinates: give the trajectory of {topology_path}."
         )
-    stored, _ = _frames_with_positions(path)
+    if source.compressed and not source.format.text:
+        raise InputError(
+            f"{source} is compressed, which is not supported for trajectories: uncompress it with gunzip."
+        )
+    if not source.format.text and not source.recognised:
+        raise InputError(
+            f"{source} cannot be read: it does not begin as a {source.format.label} file does; check its name, or copy it again."
+        )
+    if source.format.name == "xtc":
+        check_precision(source)
+    stored, _ = _frames_with_positions(source)
     late = () if stored is None or not stored[0] else stored[:1]
-    xyz, _, _ = load_frames(path, n_atoms, first=not len(late), only=late)
+    xyz, _, _ = next(iterate_parts(source, n_atoms, first=not len(late), only=np.array(late, int)))
     if xyz.shape[1] != n_atoms:
         raise InputError(
-            f"{path} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
+            f"{source} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
             "trajectory was written with."
         )
-    return xyz[0].astype(float) * ANGSTROM_PER_NM
+    return xyz[0]
+
+
+def iterate_parts(
+    source: Source,
+    n_atoms: int,
+    atoms: np.ndarray | None = None,
+    stride: int = 1,
+    first: bool = False,
+    only: np.ndarray | Sequence[int] = (),
+) -> Iterator[Part]:
+    """Yield every `stride`-th frame, the frames `only`, or the first one alone, in parts; see `mdtraj_process.iterate_frames`.
+
+    A frame that the end of a text file cuts is left out, with a warning.
+    """
+    if source.format.text:
+        yield from _parts_of_text(source, n_atoms, atoms, stride, first, only)
+        return
+    for xyz, time, box in iterate_frames(source, n_atoms, atoms, stride, first, only):
+        yield xyz.astype(float) * ANGSTROM_PER_NM, time, box.astype(float) * ANGSTROM_PER_NM
+
+
+def _parts_of_text(
+    source: Source,
+    n_atoms: int,
+    atoms: np.ndarray | None,
+    stride: int,
+    first: bool,
+    only: np.ndarray | Sequence[int],
+) -> Iterator[Part]:
+    """Yield frames of a text file as `iterate_parts` does."""
+    chosen, frames, n_found, number = {*np.asarray(only).tolist()}, list[TextFrame](), 0, -1
+    in_part = max(1, BYTES_AT_ONCE // (24 * n_atoms))
+    for number, parse in enumerate(frames_of_text(source, n_atoms)):
+        if parse is None:
+            if not first:
+                report_cut(source, number, n_found, stride)
+            break
+        if number not in chosen if chosen else number % stride:
+            continue
+        frame = parse()
+        n_found += 1
+        if first:
+            yield frame.xyz[None], np.array([frame.time_ps]), np.empty((0, 3, 3))
+            return
+        if len(frame.xyz) != n_atoms:
+            raise InputError(
+                f"{source} has {len(frame.xyz)} atoms in frame {number} and {n_atoms} in the first one: give a trajectory of "
+                "one molecule."
+            )
+        frames.append(frame)
+        if len(frames) == in_part:
+            yield _joined(frames, atoms)
+            frames = []
+    if frames:
+        yield _joined(frames, atoms)
+    if not n_found:
+        report_cut(source, 0, 0, 1) if number >= 0 else None
+        raise InputError(f"{source} holds no frames: copy it again.")
+
+
+def _joined(frames: list[TextFrame], atoms: np.ndarray | None) -> Part:
+    """Return frames as one part, with some of their atoms; the box of frames that have none is not a number."""
+    no_box = np.full((3, 3), np.nan)
+    boxes = np.stack([no_box if frame.box is None else frame.box for frame in frames])
+    xyz = np.stack([frame.xyz if atoms is None else frame.xyz[atoms] for frame in frames])
+    return xyz, np.array([frame.time_ps for frame in frames]), boxes
 
 
 def read_frames(
-    path: StrPath,
+    path: Source,
     n_atoms: int,
     atoms: np.ndarray,
     stride: int = 1,
@@ -111,37 +169,29 @@ def read_frames(
         only = stored[::stride]
     else:
         only = np.empty(0, int)
-    complete = count_complete_frames(path, n_atoms)
-    n_usable = -(-complete[0] // stride) if complete and times is None else 2**62
     order = np.argsort(atoms, kind="stable")
     store, before, n_read = FrameStore(path), np.empty((0, 0, 3)), 0
     keep: list[bool] = []
     time_parts: list[np.ndarray] = []
     number_parts: list[np.ndarray] = []
-    for part in iterate_frames(path, n_atoms, np.asarray(atoms)[order], stride, only=only):
-        n_read += len(part[0])
-        raw, time, box = (array[: max(0, n_usable - len(keep))] for array in part)
-        if not len(raw):
-            continue
+    for raw, time, box in iterate_parts(path, n_atoms, np.asarray(atoms)[order], stride, only=only):
+        n_read += len(raw)
         xyz = np.empty(raw.shape)
         xyz[:, order] = raw
-        xyz *= ANGSTROM_PER_NM
         moved = _differ_from_before(xyz, before)
         before = xyz[-1:].copy()
         places = len(keep) + np.arange(len(xyz))
         numbers = stride * places if times is None else number[places]
         refuse_invalid_coordinates(xyz, path, numbers)
-        cells = box[moved].astype(float) * ANGSTROM_PER_NM if len(box) and boxed else None
+        cells = box[moved] if len(box) and boxed else None
         xyz = change(xyz[moved], cells, numbers[moved])
         store.append(xyz)
         keep += moved.tolist()
         time_parts.append(time)
         number_parts.append(numbers)
     if times is None:
-        if suffix(path) == ".dcd":
+        if path.format.name == "dcd":
             check_dcd(path, n_atoms, n_read, stride)
-        if complete and complete[1]:
-            report_cut(path, complete[0], n_read, stride)
         time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
     xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
@@ -150,7 +200,7 @@ def read_frames(
     time_ps, number = time_ps[keep], number[keep]
     if times is None:
         warn_of_repeats(path, xyz, time_ps, number)
-    if suffix(path) not in TIMED or not (np.diff(time_ps) > 0).all():
+    if not path.format.timed or not (np.diff(time_ps) > 0).all():
         time_ps = np.full(len(xyz), np.nan)
     return Frames(xyz, time_ps, number, None)
 
@@ -163,11 +213,11 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
     return ~np.append(len(before) > 0 and np.array_equal(xyz[:1], before), repeats)
 
 
-def _times(path: StrPath, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
+def _times(path: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
     """Read the times of all frames with positions, ps; nan where the format has none."""
-    time = np.concatenate([part[1] for part in iterate_frames(path, n_atoms, np.array([0]))])
+    time = np.concatenate([part[1] for part in iterate_parts(path, n_atoms, np.array([0]))])
     time = time if stored is None else time[stored]
-    return time if suffix(path) in TIMED and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
+    return time if path.format.timed and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
 
 
 def _frames_at(path: StrPath, time_ps: np.ndarray, times: Sequence[float]) -> np.ndarray:
@@ -179,13 +229,13 @@ def _frames_at(path: StrPath, time_ps: np.ndarray, times: Sequence[float]) -> np
     return np.flatnonzero(near | (np.arange(len(near)) == 0))
 
 
-def _frames_with_positions(path: StrPath) -> tuple[np.ndarray | None, bool]:
+def _frames_with_positions(path: Source) -> tuple[np.ndarray | None, bool]:
     """Return the numbers of the frames of a TRR file that have positions, and whether all these have a box.
 
     A frame may hold velocities or forces alone. mdtraj returns the positions of the frame before for it, and any numbers
     for a box that is absent. The numbers are None for another format, if all frames have positions, or a header is damaged.
     """
-    if suffix(path) != ".trr":
+    if path.format.name != "trr":
         return None, True
     numbers, n_frames, offset, boxed = list[int](), 0, 0, True
     size = existing_file(path).stat().st_size
@@ -251,48 +301,34 @@ def report_cut(path: StrPath, n_complete: int, n_read: int, stride: int) -> None
     log.warning(message, path, min(n_read, -(-n_complete // stride)), stride)
 
 
-def warn_of_repeats(path: StrPath, xyz: np.ndarray, time: np.ndarray, number: np.ndarray) -> None:
+def warn_of_repeats(path: Source, xyz: np.ndarray, time: np.ndarray, number: np.ndarray) -> None:
     """Warn if a trajectory (F, A, 3) with times (F,), nan where the file has none, and numbers (F,) seems to be written twice."""
     half = len(xyz) // 2
     repeated = all(np.array_equal(xyz[k], xyz[half + k]) for k in range(half))
     if half > 1 and repeated and any((xyz[0] != xyz[k]).any() for k in range(1, half)):
         log.warning("%s: its second half repeats the first; was it written twice?", path)
-    elif suffix(path) in TIMED and (np.diff(time) < 0).any():
+    elif path.format.timed and (np.diff(time) < 0).any():
         frame = int(np.argmax(np.diff(time) < 0)) + 1
         message = "%s: time goes back to %g ps at frame %d; were two trajectories joined?"
         log.warning(message, path, time[frame], number[frame])
 
 
-def check_gro(path: StrPath) -> None:
-    """Raise InputError, with the line, if the first frame of a GRO file violates the columns of the format."""
-    with existing_file(path).open(encoding="latin-1") as file:
-        lines = [file.readline() for _ in range(2)]
-        if not lines[1].strip().isdecimal():
-            raise InputError(f"{path}: line 2 is not the number of atoms: give a GRO file.")
-        n_atoms = int(lines[1])
-        for number in range(3, n_atoms + 3):
-            line = file.readline()
-            if not line:
-                raise InputError(
-                    f"{path} is cut short: it has {number - 3} of {n_atoms} atoms; copy it again."
-                )
-            if len(_numbers(line[20:])) < 3:
-                raise InputError(f"{path}: line {number} has no three coordinates: repair the line.")
-        box = file.readline()
-        if len(_numbers(box)) not in (3, 9):
-            if box.count(".") in (3, 9) and not box.strip(" \n.-+0123456789"):
-                raise InputError(
-                    f"{path}: the numbers of the box in line {n_atoms + 3} touch: put blanks between them."
-                )
-            raise InputError(f"{path}: line {n_atoms + 3} is not a box of 3 or 9 numbers: add it, or zeros.")
-
-
-def _numbers(text: str) -> list[float]:
-    """Return the numbers of a string; none if a word is not a number."""
-    try:
-        return [float(word) for word in text.replace("-", " -").split()]
-    except ValueError:
-        return []
+def check_precision(path: StrPath) -> None:
+    """Raise InputError if the positions of an XTC file are rounded so coarsely that no surface follows from them; or warn."""
+    with Path(path).open("rb") as file:
+        file.seek(XTC_PRECISION_OFFSET)
+        content = file.read(XTC_PRECISION.size)
+    if len(content) < XTC_PRECISION.size:
+        return
+    n_atoms, precision = XTC_PRECISION.unpack(content)
+    step = ANGSTROM_PER_NM / precision if n_atoms >= MIN_COMPRESSED_ATOMS and precision > 0 else 0
+    if step >= COARSE:
+        raise InputError(
+            f"{path}: its positions are rounded to {step:g} Å (an XTC precision of {precision:g}), too coarse for a surface; "
+            "write it with a precision of 1000."
+        )
+    if step > ROUNDED:
+        log.warning("%s: its positions are rounded to %g Å (an XTC precision of %g)", path, step, precision)
 
 
 def check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
@@ -314,46 +350,3 @@ def check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
     elif n_announced > 0 and size > (n_announced + 0.5) * frame_bytes:
         message = "%s continues after the %d frames that its header announces; was it written twice?"
         log.warning(message, path, n_announced)
-
-
-def count_complete_frames(path: StrPath, n_atoms: int) -> tuple[int, bool] | None:
-    """Return the number of complete frames of a text trajectory, and whether a truncated one follows; None if it is binary."""
-    extension = Path(path).suffix.lower()
-    if extension in MDCRD:
-        title, per_frame = 1, -(-3 * n_atoms // NUMBERS_PER_LINE)
-        box = _has_box(path, per_frame)
-        per_frame += box
-    elif extension in HEADER_LINES:
-        title, box, per_frame = 0, False, n_atoms + HEADER_LINES[extension]
-    else:
-        return None
-    n_lines, last = _count_lines(path)
-    in_columns = extension in MDCRD and not box  # numbers may touch
-    cut = bool(len(last) % CHARACTERS_PER_NUMBER) if in_columns else _ends_within_a_number(last)
-    n_frames, rest = divmod(n_lines - title - cut, per_frame)
-    return n_frames, bool(rest)
-
-
-def _has_box(path: StrPath, per_frame: int) -> bool:
-    """Return whether the line after the first frame of an mdcrd file holds the three lengths of a box."""
-    with Path(path).open("rb") as file:
-        lines = [file.readline() for _ in range(per_frame + 2)]
-    return per_frame > 1 and len(lines[-1].split()) == 3
-
-
-def _ends_within_a_number(line: bytes) -> bool:
-    """Return whether the last two numbers of a line differ in their decimals."""
-    decimals = [len(number.partition(b".")[2]) for number in line.split()[-2:]]
-    return len(set(decimals)) > 1
-
-
-def _count_lines(path: StrPath) -> tuple[int, bytes]:
-    """Count lines without empty ones at the end; also return the last line if no newline ends it."""
-    count, tail = 0, b""
-    with Path(path).open("rb") as file:
-        while chunk := file.read(BYTES_AT_ONCE):
-            count += chunk.count(b"\n")
-            tail = (tail + chunk)[-BYTES_AT_ONCE:]
-    last = tail.rsplit(b"\n", 1)[-1].rstrip()
-    empty = tail[len(tail.rstrip()) :].count(b"\n") - 1
-    return count + bool(last) - max(empty, 0), last

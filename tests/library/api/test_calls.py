@@ -68,7 +68,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.read_surface(b"dots.csv"), "a path is a string or a Path, not bytes"),
         *((lambda d, f=f: sparsurf.recover(f(d)), "is not a surface: give the path")
           for f in (list, lambda d: d[:1], lambda d: 3)),
-        (lambda d: sparsurf.recover("a.cif.gz"), "a.cif.gz holds atoms: give the dots that surface() places"),
+        (lambda d: sparsurf.recover(PEPTIDE), "topology.pdb holds atoms: give the dots that surface() places"),
         (lambda d: sparsurf.surface(3), "an int is not a molecule"),
         (lambda d: sparsurf.surface(PEPTIDE, frame=5), "the molecule has one frame, 0: there is no frame 5."),
         (lambda d: sparsurf.components(PEPTIDE, d), "components: the dots are not those of the molecule"),
@@ -403,9 +403,15 @@ def test_fields_of_recovered_dots_are_those_of_their_places(blob):
 def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     made = inputs.as_dots(tuple(map(np.ndarray.tolist, blob)))
     assert np.array_equal(made.points, blob[0]) and inputs.as_dots(made) is made
-    names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
-    names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}
-    assert {name: inputs.is_structure(tmp_path / name) for name in names} == names
+    pdb = PEPTIDE.read_bytes()
+    dots = b"x,y,z,nx,ny,nz\n0,0,0,0,0,1\n"
+    for name, content, holds_atoms in (
+        ("a.pdb", pdb, True), ("a.PDB.gz", gzip.compress(pdb), True), ("a.csv", dots, False), ("a.pdb", dots, True),
+        ("a.csv", pdb, True), ("a.csv.gz", gzip.compress(dots), False), ("a", b"data_x\n", True), ("a.npz", b"PK", False),
+        ("a.nc", b"CDF\x02", True), ("a.dms", b"ply\n", False),
+    ):  # fmt: skip
+        (tmp_path / name).write_bytes(content)
+        assert inputs.has_atoms(tmp_path / name) == holds_atoms, name
 
 
 def test_the_suffix_decides(tmp_path, capfdbinary):

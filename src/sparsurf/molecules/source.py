@@ -1,0 +1,157 @@
+"""What a user gives in place of a molecule or dots: a file, recognised once by its content.
+
+A `Source` is made where a path enters the library, and takes the place of the path from there on: functions ask it for its
+format, and messages name the file by it. The extension of a name counts only where the content does not tell the format.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import re
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from sparsurf.errors import InputError
+from sparsurf.files import GZIP, StrPath, content_of, decode_text, existing_file
+from sparsurf.molecules.formats import DOTS, FORMAT_OF_SUFFIX, FORMATS, Format, suffix
+
+HEAD_BYTES = 2**14  # from the start of a file, enough for the title and the first atom of every text format
+# Records with which a PDB file begins
+PDB_RECORDS = frozenset(
+    ["ATOM", "HETATM", "HEADER", "OBSLTE", "TITLE", "SPLIT", "CAVEAT", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "NUMMDL",
+     "AUTHOR", "REMARK", "JRNL", "DBREF", "SEQRES", "HELIX", "SHEET", "CRYST1", "ORIGX1", "SCALE1", "MODEL", "USER", "PARENT"]
+)  # fmt: skip
+COUNT = re.compile(r"\s*\d+\s*")
+COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*")
+COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
+ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+\.\d+")
+ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
+NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
+ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*$", re.MULTILINE)
+
+
+@dataclass(frozen=True, eq=False)
+class Source(os.PathLike[str]):
+    """A file that exists, under the name that the user gave it, with the format that its content has."""
+
+    name: str
+    format: Format
+    recognised: bool  # by its content, and not by the extension of its name alone
+    compressed: bool
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __fspath__(self) -> str:
+        return self.name
+
+    def text(self) -> str:
+        """Return the text of the file."""
+        return decode_text(content_of(Path(self.name)), self.name)
+
+    @contextmanager
+    def lines(self) -> Iterator[IO[str]]:
+        """Open the file to read its lines one after another, each ending in a line feed."""
+        with open(self.name, "rb") as stored:
+            unpacked: Any = gzip.GzipFile(fileobj=stored) if self.compressed else stored
+            # a title may be in any encoding, and numbers are the same in all
+            with io.TextIOWrapper(unpacked, encoding="latin-1", newline=None) as lines:
+                yield lines
+
+
+def open_source(path: StrPath | Source) -> Source:
+    """Return the file at a path with its format; raise InputError if there is no such file, or if no program here reads it."""
+    if isinstance(path, Source):
+        return path
+    existing_file(path)
+    name = os.fspath(path)
+    with open(name, "rb") as stored:
+        head = stored.read(HEAD_BYTES)
+    compressed = head.startswith(GZIP)
+    if compressed:
+        head = _uncompressed(head)
+    known = FORMATS.get(_recognise(head))
+    found = known or FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), DOTS)]
+    if found.refusal:
+        raise InputError(f"{name} {found.refusal}.")
+    return Source(name, found, known is not None, compressed)
+
+
+def _uncompressed(head: bytes) -> bytes:
+    """Return the beginning of the content of a gzip file; nothing if it is damaged there, which its reader tells."""
+    try:
+        return zlib.decompressobj(16 + zlib.MAX_WBITS).decompress(head, HEAD_BYTES)
+    except zlib.error:
+        return b""
+
+
+def _recognise(head: bytes) -> str:
+    """Return the name of the format of molecules that a file begins as; empty for any other content."""
+    if head.startswith(b"CDF\x05"):
+        return "cdf5"
+    if head.startswith((b"CDF\x01", b"CDF\x02")):
+        return "ncrst" if b"AMBERRESTART" in head else "netcdf"
+    if head.startswith(b"\x89HDF\r\n\x1a\n"):
+        if b"h5md" in head:
+            return "h5md"
+        return "netcdf4" if b"DIMENSION_SCALE" in head or b"_NCProperties" in head else "hdf5"
+    if head[:4] in (b"\0\0\x07\xcb", b"\0\0\x07\xe7"):
+        return "xtc"
+    if head.startswith(b"\0\0\x07\xc9"):
+        return "trr"
+    if head[4:8] == b"CORD" or head[8:12] == b"CORD":
+        return "dcd"
+    if b"VERSION " in head[:24] and b"\0" in head[:4]:
+        return "tpr"
+    if head.startswith((b"DESM", b"DESK")) or b"s_m_m2io_version" in head[:200]:
+        return "desmond"
+    return "" if b"\0" in head else _recognise_text(head.decode("latin-1").removeprefix("ï»¿"))
+
+
+def _recognise_text(text: str) -> str:
+    """Return the name of the format that a text begins as; empty for any other."""
+    lines = text.splitlines()
+    first = ""
+    for line in lines:  # the first one that is neither empty nor a comment of mmCIF
+        first = line.lstrip()
+        if first and not first.startswith("#"):
+            break
+    if first.lower().startswith(("data_", "loop_")):
+        return "mmcif"
+    if text.startswith("PSF"):
+        return "psf"
+    if first.startswith(("%VERSION", "%FLAG")):
+        return "parm7"
+    if first.startswith("ITEM:"):
+        return "lammps dump"
+    if ATOMS_OF_LAMMPS.search(text) and "xlo xhi" in text:
+        return "lammps data"
+    if lines and lines[0].startswith("*"):
+        count = next((line for line in lines if not line.startswith("*")), "")
+        if COUNT_OF_CARD.fullmatch(count):
+            return "card"
+    # titles of other formats may begin as a record of PDB does
+    return _recognise_columns(lines) or ("pdb" if first[:6].strip() in PDB_RECORDS else "")
+
+
+def _recognise_columns(lines: list[str]) -> str:
+    """Return the name of the format of lines of numbers in columns; empty if they have none of the known ones."""
+    if len(lines) < 3:
+        return ""
+    _, second, third = lines[:3]
+    dots = [place for place, letter in enumerate(third) if letter == "."]
+    if COUNT.fullmatch(second) and ATOM_OF_GRO.match(third):
+        return "gro"
+    if COUNT_OF_RESTART.fullmatch(second) and NUMBERS.fullmatch(third) and dots[:2] in ([4], [4, 16]):
+        return "inpcrd"
+    if COUNT.fullmatch(lines[0]) and ATOM_OF_XYZ.match(third):
+        return "xyz"
+    dots = [place for place, letter in enumerate(second) if letter == "."]
+    in_columns = len(dots) > 1 and all(place % 8 == 4 for place in dots)
+    return "mdcrd" if in_columns and NUMBERS.fullmatch(second) else ""
