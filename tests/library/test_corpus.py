@@ -444,7 +444,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "fewer models than announced.pdb": (
         "NUMMDL    3\n" + models(peptide(), peptide(origin=(0, 0, 0.5))).replace("MODEL        2", "MODEL        5"), {},
         "2 20 4 ~ announces 3 models and holds 2"),
-    "open-model.pdb": ("MODEL        1\n" + peptide(), {}, "! its last MODEL has no ENDMDL"),
+    "open-model.pdb": ("MODEL        1\n" + peptide(), {}, "1 20 4 ~ its last MODEL has no ENDMDL"),
+    "open-second-model.pdb": (
+        f"MODEL        1\n{peptide()}ENDMDL\nMODEL        2\n{peptide(['ALA'])}", {}, "! its last MODEL has no ENDMDL"),
     # incomplete and damaged
     "empty.pdb": ("", {}, "! holds no atoms"),
     "Damaged.PDB": (GOOD.replace("   1.460", "   1x460", 1), {}, "! Line 2 of .* no readable coordinates"),
@@ -522,8 +524,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "count.gro": ("title\nx\n", {}, "! line 2 is not the number of atoms"),
     "few.gro": (f"title\n 2\n{GRO_LINE}", {}, "! has 1 of 2 atoms"),
     "no-box.gro": (f"title\n 1\n{GRO_LINE}1.0 1.0\n", {}, "! line 4 is not a box of 3 or 9 numbers"),
-    "a box whose numbers touch.gro": (f"title\n 1\n{GRO_LINE}{3 * '40000.00000'}\n", {}, "! in line 4 touch"),
-    "a tilted box whose numbers touch.gro": (f"title\n 1\n{GRO_LINE}{9 * '40000.00000'}\n", {}, "! in line 4 touch"),
+    "a box whose numbers touch.gro": (f"title\n 1\n{GRO_LINE}{3 * '40000.00000'}\n", {}, "1 1 1 ~ a single atom"),
+    "a tilted box whose numbers touch.gro": (f"title\n 1\n{GRO_LINE}{9 * '40000.00000'}\n", {}, "1 1 1 ~ a single atom"),
     "a box of words.gro": (f"title\n 1\n{GRO_LINE}no box. at. all.\n", {}, "! line 4 is not a box of 3 or 9 numbers"),
     "a wide box.gro": (gro(HEAVY).replace("   0.00000" * 3, " 40000.00000" * 3), {}, "1 119 14"),
     "in Å.gro": (gro(HEAVY, nm=1.0), {}, "! give lengths in nm"),
@@ -798,6 +800,64 @@ def test_files_of_programs_that_bend_the_formats(shared, caplog, name):
         caplog,
         name,
     )
+
+
+PEPTIDE_ELEMENTS = {"C": 113, "H": 160, "N": 24, "O": 25, "S": 1}
+SIXTH = {  # files of molecular dynamics, and files that other programs bend: trajectory (or topology in front), keys, outcome
+    "T.DCD": ("top.pdb T.DCD", {}, "3 323 20"),
+    "blank_line_at_end.gro": ("blank_line_at_end.gro", {}, "1 323 20"),
+    "dna_five_prime_end.pdb": ("dna_five_prime_end.pdb", {"chains": "B,C"}, "1 445 22"),
+    "dna_old_names.pdb": ("dna_old_names.pdb", {"chains": "B,C"}, "1 445 22"),
+    "drude_ile.psf": ("drude_ile.psf drude_ile.dcd", {}, "3 323 20 ~ left out 163 particles"),
+    "fractional.cif": ("fractional.cif", {}, "1 163 20"),
+    "heavy_hydrogens.psf": ("heavy_hydrogens.psf T.DCD", {}, "3 323 20"),
+    "inpcrd.crd": ("top.pdb inpcrd.crd", {}, "1 323 20"),
+    "insertion_codes.psf": ("insertion_codes.psf T.DCD", {}, "3 323 20"),
+    "ions_without_names.pdb": ("ions_without_names.pdb", {}, "1 163 20"),
+    "model_without_endmdl.pdb": ("model_without_endmdl.pdb", {}, "1 163 20 ~ its last MODEL has no ENDMDL"),
+    "names.gro": ("names.gro", {}, "1 323 20"),
+    "netcdf4_compressed.nc": ("top.pdb netcdf4_compressed.nc", {}, "! is a NetCDF-4 file"),
+    "precision10.xtc": ("top.pdb precision10.xtc", {}, "! rounded to 1 Å"),
+    "residue_numbers.parm7": ("residue_numbers.parm7 T.DCD", {"residues": "A:215-234"}, "3 323 20"),
+    "scale_factor.nc": ("top.pdb scale_factor.nc", {}, "3 323 20"),
+    "three_unknown_residues.pdb": ("three_unknown_residues.pdb", {}, "1 163 20"),
+    "vmd_zero_cell.pdb": ("vmd_zero_cell.pdb", {}, "1 163 20"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SIXTH)
+@pytest.mark.filterwarnings("ignore")
+def test_files_of_molecular_dynamics(shared, caplog, name):
+    files, keys, expected = SIXTH[name]
+    paths = [shared / "data" / "bad" / "sixth" / file for file in files.split()]
+    found = []
+
+    def measure():
+        found.append(read_molecule(*paths, **keys))
+        return found[0].n_frames, found[0].n_atoms, found[0].n_residues
+
+    judge(expected, measure, caplog, name)
+    if found and found[0].n_atoms == sum(PEPTIDE_ELEMENTS.values()):
+        elements, counts = np.unique(found[0].element, return_counts=True)
+        assert dict(zip(elements.tolist(), counts.tolist(), strict=True)) == PEPTIDE_ELEMENTS
+        plain = read_molecule(shared / "data" / "bad" / "sixth" / "top.pdb")
+        assert found[0].name.tolist() == plain.name.tolist()
+        assert np.abs(found[0].xyz[0] - plain.xyz[0]).max() < 0.011
+        if name == "insertion_codes.psf":
+            labels = found[0].residues["residue"].tolist()
+            assert labels == ["215", "216", "217", "218", "219", "219A", "219B", *map(str, range(220, 233))]
+
+
+def test_a_table_that_excel_exports_is_read(shared, tmp_path, caplog):
+    path = shared / "data" / "bad" / "sixth" / "excel_sep.csv"
+    judge("400", lambda: [len(read_surface(path))], caplog, path.name)
+    lines = path.read_text().splitlines()[1:]
+    for name, change in (
+        ("behind every row", [line + ",," for line in lines]), ("in rows", [lines[0], *(line + "," for line in lines[1:])]),
+        ("empty rows", [*lines, 5 * ",", 5 * ","]), ("semicolons in front", ["sep=;", *lines]),
+    ):  # fmt: skip
+        (tmp_path / "a.csv").write_text("\n".join(change) + "\n")
+        judge("400", lambda: [len(read_surface(tmp_path / "a.csv"))], caplog, name)
 
 
 @pytest.mark.parametrize("name", ["charmm_octa.dcd", "scaled.lammpstrj"])

@@ -91,11 +91,11 @@ def as_dots(source: DotsLike) -> Surface:
         return source
     if isinstance(source, Points) or is_subset(source):
         return source.surface
-    source = opened(source)
-    if is_file_of_dots(source):
-        return read_surface(source.name)
-    if has_atoms(source):
-        name = source if isinstance(source, Source) else _with_article(source)
+    given = opened(source)
+    if is_file_of_dots(given):
+        return read_surface(given.name)
+    if has_atoms(given):
+        name = given if isinstance(given, Source) else _with_article(given)
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(source, tuple) and len(source) == 2:
         dots = Surface(*source)

@@ -22,6 +22,7 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
+from sparsurf.molecules.names import usual_name
 from sparsurf.molecules.residues import VARIANTS, standard_name
 
 if TYPE_CHECKING:
@@ -46,7 +47,6 @@ STATES = {
 STATE_OF = {variant: state for state, variants in STATES.items() for variant in variants.split()}
 N_TERMINUS = {"N": (-0.32, 0.99, 3), "CA": (0.33, 0.0, 0.0)}  # PARSE, BK+
 C_TERMINUS = {"C": (0.10, 0.0, 0.0), "O": (-0.55, 0.0, 0.0), "OXT": (-0.55, 0.0, 0.0)}  # PARSE, BK-
-OTHER_NAMES = {"OT1": "O", "OT2": "OXT", "O1P": "OP1", "O2P": "OP2", "C5M": "C7"}
 # Limits for the numbers of a PQR file
 MAX_CHARGE = 10  # e; no atom has more
 MAX_MEDIAN_CHARGE = 0.5  # e; a higher median means that the column holds radii
@@ -79,7 +79,10 @@ def _table_rows(molecule: Molecule, heavy: np.ndarray) -> np.ndarray:
     states, unknown = protonation_states(molecule), set()
     n_termini, c_termini = _chain_ends(molecule)
     for i in np.flatnonzero(heavy):
-        residue, atom = molecule.residue_index[i], OTHER_NAMES.get(molecule.name[i], molecule.name[i])
+        residue, atom = (
+            molecule.residue_index[i],
+            usual_name(str(molecule.residue_name[i]), str(molecule.name[i])),
+        )
         state = states[residue]
         terminus = N_TERMINUS if residue in n_termini else {}
         terminus = terminus | C_TERMINUS if residue in c_termini else terminus

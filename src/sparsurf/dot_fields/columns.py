@@ -13,6 +13,7 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
+from sparsurf.molecules.names import usual_names
 from sparsurf.surfaces.surface import COMPONENT_FIELD, is_field_name
 
 if TYPE_CHECKING:
@@ -46,6 +47,10 @@ def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule)
         )
     rows = pd.Series(values.to_numpy(float), index=pd.MultiIndex.from_frame(table[keys]))
     of_atoms = rows.reindex(pd.MultiIndex.from_arrays([labels[key] for key in keys])).to_numpy()
+    if "atom" in keys and np.isnan(of_atoms).any():  # atoms that the table may call by their usual names
+        labels["atom"] = usual_names(molecule.residue_name, molecule.name)
+        usual = rows.reindex(pd.MultiIndex.from_arrays([labels[key] for key in keys])).to_numpy()
+        of_atoms = np.where(np.isnan(of_atoms), usual, of_atoms)
     n_known = int(np.isfinite(of_atoms).sum())
     if n_known == 0:
         raise InputError(

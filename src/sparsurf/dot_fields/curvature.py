@@ -73,7 +73,9 @@ def _second_atoms(centres: np.ndarray, normals: np.ndarray, first: np.ndarray, o
         k = min(2 * k, n_atoms)
     atom = np.where(np.isinf(distance), 0, atom)
     touches = np.abs(distance - origin.radii[atom] - probe) < TOUCHING
-    touches &= atom != first[:, None]
+    # an atom in the place of the first one makes no arc with it
+    apart = np.linalg.norm(origin.xyz[atom] - origin.xyz[first][:, None], axis=2)
+    touches &= (atom != first[:, None]) & (apart > TOUCHING)
     across = np.cross((origin.xyz[first] - centres)[:, None], origin.xyz[atom] - centres[:, None])
     across /= np.maximum(np.linalg.norm(across, axis=2, keepdims=True), 1e-12)
     tilt = np.where(touches, np.abs((across * normals[:, None]).sum(axis=2)), np.inf)

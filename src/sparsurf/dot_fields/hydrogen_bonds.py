@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.charges import MAX_BOND_TO_HYDROGEN, OTHER_NAMES, protonation_states
+from sparsurf.dot_fields.charges import MAX_BOND_TO_HYDROGEN, protonation_states
+from sparsurf.molecules.names import usual_name
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -53,7 +54,7 @@ def _counts(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     table, counts, unknown = _table(), np.zeros((2, molecule.n_atoms)), set()
     states = _states(molecule)
     for i in np.flatnonzero(np.isin(molecule.element, ["N", "O"])):
-        kind, atom = str(molecule.kind[i]), OTHER_NAMES.get(molecule.name[i], molecule.name[i])
+        kind, atom = str(molecule.kind[i]), usual_name(str(molecule.residue_name[i]), str(molecule.name[i]))
         atom = "O" if kind == "water" else atom
         row = table.get((states[molecule.residue_index[i]], atom)) or table.get((kind, atom))
         if row is None:

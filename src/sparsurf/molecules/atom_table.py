@@ -114,7 +114,9 @@ def molecules_of_bonds(atoms: AtomTable, bonds: np.ndarray) -> np.ndarray:
 
 
 def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> np.ndarray | None:
-    """Return lattice vectors (3, 3), Å, from lengths (Å) and angles (degrees); None for an impossible box or a dummy of 1 Å."""
+    """Return lattice vectors (3, 3), Å, from lengths (Å) and angles (degrees); None if the box is impossible or a dummy."""
+    if a == b == c == 0:  # no box, as VMD writes it
+        return None
     try:
         cell = gemmi.UnitCell(a, b, c, alpha, beta, gamma)
         impossible = cell.is_crystal() and not cell.volume > MIN_BOX_VOLUME * a * b * c

@@ -427,7 +427,8 @@ def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, 
     selected = select_atoms(molecule, path, split=everything.split, **keys)
     residues = np.unique(molecule.residue_index[selected])
     touched = molecule.take(np.isin(molecule.residue_index, residues))
-    present, expected = count_heavy_atoms(touched.residue_name, touched.residue_index, touched.element)
+    columns = touched.residue_name, touched.residue_index, touched.element, touched.name
+    present, expected = count_heavy_atoms(*columns, touched.xyz[0])
     share = present.sum() / max(expected.sum(), 1)
     if (expected > 0).sum() >= MIN_RESIDUES_TO_JUDGE and share < MIN_HEAVY_ATOM_SHARE:
         raise InputError(

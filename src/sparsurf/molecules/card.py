@@ -41,7 +41,8 @@ def read_card(source: Source) -> AtomFile:
 
 def number_runs(values: list[str]) -> list[int]:
     """Return a number for each value that changes where the value does."""
-    runs, before = [], None
+    runs: list[int] = []
+    before = None
     for value in values:
         runs.append((runs[-1] if runs else -1) + (value != before))
         before = value

@@ -13,7 +13,7 @@ from sparsurf.molecules.text_frames import (
     box_of_gro,
     check_box_of_gro,
     count_of,
-    numbers_of,
+    numbers_of_box,
     positions_of_gro,
 )
 
@@ -42,4 +42,4 @@ def read_gro(source: Source) -> AtomFile:
         residue=[str(int(number)) for number in numbers],
         **dict(zip("xyz", xyz.T, strict=True)),
     )
-    return AtomFile(atoms, box_of_gro(numbers_of(box or "")))
+    return AtomFile(atoms, box_of_gro(numbers_of_box(box or "")))

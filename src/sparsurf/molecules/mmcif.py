@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any
 
+import gemmi
 import numpy as np
 from gemmi import cif
 
@@ -55,6 +56,8 @@ def read_mmcif(text: str, path: StrPath) -> AtomFile:
         raise InputError(
             f"{path} is not a readable mmCIF file ({reason}): copy it again or rename it."
         ) from None
+    for block in document:
+        _place_fractions(block, path)
     blocks = [block for block in document if len(block.find_values("_atom_site.Cartn_x"))]
     if not blocks:
         raise InputError(f"{path} holds no atoms: give a file with an _atom_site loop.")
@@ -67,6 +70,27 @@ def read_mmcif(text: str, path: StrPath) -> AtomFile:
     return AtomFile(
         atoms, box, _sequences(block), _crosslinked(block), origin_of_mmcif(block, box is not None)
     )
+
+
+def _place_fractions(block: cif.Block, path: StrPath) -> None:
+    """Add Cartesian coordinates, Å, to a block that has fractions of the cell instead."""
+    fractions = block.find("_atom_site.", [f"fract_{axis}" for axis in "xyz"])
+    if not len(fractions) or len(block.find_values("_atom_site.Cartn_x")):
+        return
+    lengths, angles = _cell(block)
+    if not np.isfinite(lengths + angles).all() or min(lengths) <= 0:
+        raise InputError(
+            f"{path} has fractional coordinates and no cell: add the lengths and angles of _cell."
+        )
+    cell = gemmi.UnitCell(*lengths, *angles)
+    places = [cell.orthogonalize(gemmi.Fractional(*map(cif.as_number, row))).tolist() for row in fractions]
+    columns = [[f"{value:.6f}" for value in values] for values in zip(*places, strict=True)]
+    loop = block.find_loop("_atom_site.fract_x").get_loop()
+    loop.add_columns([f"_atom_site.Cartn_{axis}" for axis in "xyz"], "?")
+    for axis, values in zip("xyz", columns, strict=True):
+        column = block.find_loop(f"_atom_site.Cartn_{axis}")
+        for k, value in enumerate(values):
+            column[k] = value
 
 
 def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
@@ -152,10 +176,17 @@ def _strings(block: cif.Block, items: list[str]) -> list[str]:
 
 def _box(block: cif.Block) -> np.ndarray | None:
     """Return the lattice vectors of a data block."""
-    sides = [f"_cell.{name}" for name in ("length_a", "length_b", "length_c")]
-    angles = [f"_cell.angle_{name}" for name in ("alpha", "beta", "gamma")]
-    values = [cif.as_number(block.find_value(item) or "?") for item in (*sides, *angles)]
-    return box_vectors(*values) if np.isfinite(values).all() else None
+    lengths, angles = _cell(block)
+    return box_vectors(*lengths, *angles) if np.isfinite(lengths + angles).all() else None
+
+
+def _cell(block: cif.Block) -> tuple[list[float], list[float]]:
+    """Return the lengths (Å) and the angles (degrees) of the cell of a data block; nan where they are absent."""
+    lengths, angles = (
+        [cif.as_number(block.find_value(f"_cell.{name}") or "?") for name in names]
+        for names in (("length_a", "length_b", "length_c"), ("angle_alpha", "angle_beta", "angle_gamma"))
+    )
+    return lengths, angles
 
 
 def _sequences(block: cif.Block) -> dict[str, list[str]]:

@@ -134,17 +134,21 @@ def _atom(line: str, where: str, wide_chains: bool, numbered: bool, read_number:
         raise InputError(f"{where} is cut short: copy the file again or repair the line.")
     if not all(map(NUMBER.fullmatch, coordinates)):
         raise InputError(f"{where} has no readable coordinates ('{line[30:54].strip()}'): repair the line.")
-    name, number = line[12:16].strip(), read_number(line[22:26].strip(), line[21:22])
+    element = _element(line[76:78], line[78:79])
+    hetero = line.startswith("HETATM")
+    # some programs leave the name of an ion blank
+    name = line[12:16].strip() or (element if hetero else "")
+    number = read_number(line[22:26].strip(), line[21:22])
     joined = any(record in line[54:] for record in ATOM_RECORDS)  # two lines that lost their newline
     if not name or number is None or line[27:30].strip() or joined:
         raise InputError(f"{where} is not in the columns of a PDB file: repair the line.")
     split = 20 if wide_chains else 21
     segid = "" if numbered else _segid(line[66:76])
     return (
-        line.startswith("HETATM"), name, line[16].strip(), line[17:split].strip(), line[split:22].strip(),
+        hetero, name, line[16].strip(), line[17:split].strip(), line[split:22].strip(),
         number + line[26].strip(), *map(float, coordinates),
         float(line[54:60]) if NUMBER.fullmatch(line[54:60]) else 1.0,
-        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, segid, _element(line[76:78], line[78:79]),
+        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, segid, element,
     )  # fmt: skip
 
 
@@ -243,7 +247,10 @@ def _check_end(
         raise InputError(f"{path} is cut short: it stops in the middle of an atom; copy it again.")
     ended = any(line[:6].strip() in AFTER_ATOMS for line in lines[last_atom:])
     if not ended and any(line.startswith("MODEL ") for line in lines):
-        raise InputError(f"{path} is cut short: its last MODEL has no ENDMDL; copy it again.")
+        numbers, counts = np.unique(atoms.model, return_counts=True)
+        if len(numbers) > 1 and (atoms.model == atoms.model[-1]).sum() < counts.max():
+            raise InputError(f"{path} is cut short: its last MODEL has no ENDMDL; copy it again.")
+        log.warning("%s: its last MODEL has no ENDMDL; is the file cut short?", path)
     missing = missing_residues(atoms, sequences)
     if missing and not ended:
         present, expected = (sum(counts) for counts in zip(*missing.values(), strict=True))

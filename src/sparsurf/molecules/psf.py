@@ -47,15 +47,15 @@ def read_psf(source: Source) -> AtomFile:
                 f"{source}: line {begin + 2 + k} is no atom of a PSF file, {shorten(repr(rows[k].strip()))}: repair the line."
             )
         labels.append(residue)
-    segid, _, residue_name, name, kind = map(list, zip(*fields, strict=True))
+    segids, _, residue_names, names, types = map(list, zip(*fields, strict=True))
     atoms = atom_table(
-        name=name,
-        residue_name=residue_name,
-        chain=segid,
-        segid=segid,
+        name=names,
+        residue_name=residue_names,
+        chain=segids,
+        segid=segids,
         residue=labels,
         # a Drude particle is no atom, and has the element of none
-        element=["VS" if each == DRUDE_TYPE else "" for each in kind],
+        element=["VS" if each == DRUDE_TYPE else "" for each in types],
     )
     bonds = _bonds(lines, sections.get("BOND", (len(lines), 0)), n_atoms, source)
     return AtomFile(atoms.assign(molecule=molecules_of_bonds(atoms, bonds)))
@@ -64,8 +64,10 @@ def read_psf(source: Source) -> AtomFile:
 def _fields(row: str, extended: bool) -> tuple[str, ...]:
     """Return segment, residue, its name, name and type of an atom: words, or columns if a word is missing."""
     words = row.split()
-    if len(words) >= MIN_WORDS:
+    if len(words) > MIN_WORDS or (len(words) == MIN_WORDS and LABEL.fullmatch(words[2])):
         return tuple(words[1:6])
+    if len(words) == MIN_WORDS and LABEL.fullmatch(words[1]):  # the segment is blank
+        return ("", *words[1:5])
     return tuple(row[first:last].strip() for first, last in (EXTENDED if extended else COLUMNS))
 
 

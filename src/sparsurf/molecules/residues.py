@@ -34,6 +34,11 @@ VARIANTS = {
     }.items()
     for variant in variants.split()
 }
+NUCLEOTIDES_WITH_PHOSPHATE = frozenset(
+    ["A", "C", "G", "U", "DA", "DC", "DG", "DT"]
+)  # nucleotides, counted with their phosphate
+ATOMS_OF_PHOSPHATE = ("P", "OP1", "OP2")
+MAX_PHOSPHATE = 3.0  # Å, between the two oxygen atoms that a phosphorus joins (2.5)
 AMINO_ACIDS = frozenset(name for name in HEAVY_ATOMS if len(name) == 3)
 # AMBER marks the residue at a chain's end with N or C: NALA, CHID.
 VARIANTS |= {end + name: VARIANTS.get(name, name) for end in "NC" for name in AMINO_ACIDS | VARIANTS.keys()}
@@ -149,6 +154,7 @@ def residue_kinds(
     kind = np.where(np.isin(known, [*LINKAGES]) & hetero[first_atom], "other", known)
     kind[(known == "other") & _hold_water(names, residue_index, name)] = "water"
     following = np.full(len(names), -1)
+    name = np.char.replace(name.astype(str), "*", "'")  # of nucleic acids in old files
     no_cap = (np.bincount(residue_index) == 1)[residue_index] | _named(name, "HD")  # ions, dummy atoms
     for polymer, linkage in LINKAGES.items():
         atoms = {
@@ -164,12 +170,16 @@ def residue_kinds(
         ends = np.concatenate([np.delete(last, before), np.delete(first, after)])
         member = kind[residue_index] == polymer
         ends = ends[(ends >= 0) & member[ends]]
-        other = np.flatnonzero((kind == "other")[residue_index] & ~no_cap)
-        for end in ends:
-            distance = np.linalg.norm(xyz[other] - xyz[end], axis=1)
-            for cap in residue_index[other[(distance > COVALENT[0]) & (distance < COVALENT[1])]]:
-                if _is_connected(xyz[other[residue_index[other] == cap]]):
-                    kind[cap] = polymer
+        while len(ends):  # a residue that is bonded to a cap also belongs to the chain
+            other = np.flatnonzero((kind == "other")[residue_index] & ~no_cap)
+            added = set[int]()
+            for end in ends:
+                distance = np.linalg.norm(xyz[other] - xyz[end], axis=1)
+                for cap in residue_index[other[(distance > COVALENT[0]) & (distance < COVALENT[1])]].tolist():
+                    if cap not in added and _is_connected(xyz[other[residue_index[other] == cap]]):
+                        kind[cap] = polymer
+                        added.add(cap)
+            ends = np.flatnonzero(np.isin(residue_index, [*added]) & ~no_cap)
     return kind, following
 
 
@@ -270,14 +280,46 @@ def _hold_water(residue_name: np.ndarray, residue_index: np.ndarray, name: np.nd
 
 
 def count_heavy_atoms(
-    residue_name: np.ndarray, residue_index: np.ndarray, element: np.ndarray
+    residue_name: np.ndarray,
+    residue_index: np.ndarray,
+    element: np.ndarray,
+    name: np.ndarray | None = None,
+    xyz: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Count the heavy atoms that each residue has and should have (R,); both 0 where the composition is not tabulated."""
+    """Count the heavy atoms that each residue has and should have (R,); both 0 where the composition is not tabulated.
+
+    With the names of the atoms and their positions (A, 3), Å, a nucleotide without O2' is one of DNA, and one at a 5' end may
+    lack its phosphate.
+    """
     first_atom = np.unique(residue_index, return_index=True)[1]
     expected = np.array([HEAVY_ATOMS.get(standard_name(name), 0) for name in residue_name[first_atom]], int)
+    if name is not None and xyz is not None:
+        expected -= _absent_from_nucleotides(residue_name[first_atom], residue_index, name, xyz)
     heavy = ~np.isin(element, ["H", "D"])
     present = np.bincount(residue_index[heavy], minlength=len(expected))
     return np.where(expected > 0, np.minimum(present, expected), 0), expected
+
+
+def _absent_from_nucleotides(
+    residue_name: np.ndarray, residue_index: np.ndarray, name: np.ndarray, xyz: np.ndarray
+) -> np.ndarray:
+    """Return how many heavy atoms each residue (R,) may lack: O2' of DNA under the name of RNA, the phosphate of a 5' end."""
+    absent = np.zeros(len(residue_name), int)
+    nucleotide = np.isin(residue_name, [*NUCLEOTIDES_WITH_PHOSPHATE])
+    if not nucleotide.any():
+        return absent
+    prime = np.char.replace(name.astype(str), "*", "'")
+    atom = {
+        each: atoms_of_residues(residue_index, prime == each, len(absent))
+        for each in ("P", "O2'", "O5'", "O3'")
+    }
+    absent += nucleotide & (atom["O2'"] < 0) & ~np.char.startswith(residue_name.astype(str), "D")
+    before = xyz[atom["O3'"][atom["O3'"] >= 0]]
+    for residue in np.flatnonzero(nucleotide & (atom["P"] < 0) & (atom["O5'"] >= 0)):
+        distance = np.linalg.norm(before - xyz[atom["O5'"][residue]], axis=1)
+        bridged = (distance > MAX_BOND) & (distance < MAX_PHOSPHATE)  # a phosphorus belongs between the two
+        absent[residue] += 0 if bridged.any() else len(ATOMS_OF_PHOSPHATE)
+    return absent
 
 
 @cache

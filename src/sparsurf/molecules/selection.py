@@ -14,6 +14,7 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atoms import Atoms
+from sparsurf.molecules.names import other_spellings
 from sparsurf.molecules.residues import split_label
 
 log = logging.getLogger("sparsurf")
@@ -80,6 +81,10 @@ def select_atoms(
         nothing = "there is no protein" if by_default else "the selection contains no atoms"
         nucleic = np.flatnonzero(within & (molecule.kind == "nucleic"))
         remedy = _remedy_for_nucleic(molecule, nucleic, ranges) if selection is None and len(nucleic) else ""
+        if selection is not None:
+            words = re.findall(r"[\w'*]+", selection)
+            spelt = other_spellings(dict.fromkeys(words), molecule.residue_name, molecule.name)
+            remedy += "".join(f"; it calls {word} {name}" for word, name in spelt.items())
         raise InputError(f"{path}: {nothing}; the file has {_inventory(molecule)}{remedy}.")
     return selected
 

@@ -22,6 +22,7 @@ from sparsurf.molecules.source import Source
 ANGSTROM_PER_NM = 10.0
 FIRST_COLUMN_OF_GRO = 20  # of the coordinates
 DECIMALS_OF_GRO = 5  # columns of a number besides its decimals
+BOX_OF_GRO = re.compile(r"-?\d+\.\d{5}")  # GROMACS writes five decimals
 TIME_OF_GRO = re.compile(r"\bt *= *([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 # mdcrd has a title, then ten numbers of eight characters per line; a restart file six of twelve. Each frame, and each box,
@@ -149,22 +150,24 @@ def frames_of_gro(lines: Lines, _n_atoms: int) -> Frames:
         box = lines.next()
         if first:
             check_box_of_gro(lines, box)
-        if rows is None or box is None or len(numbers_of(box)) not in (3, 9):
+        if rows is None or box is None or not numbers_of_box(box):
             yield None
             return
         first = False
         yield lambda rows=rows, box=box, title=title, begin=begin: TextFrame(  # type: ignore[misc]
-            positions_of_gro(lines, rows, begin), time_of_gro(title), box_of_gro(numbers_of(box))
+            positions_of_gro(lines, rows, begin), time_of_gro(title), box_of_gro(numbers_of_box(box))
         )
+
+
+def numbers_of_box(text: str) -> list[float]:
+    """Return the numbers in the last line of a frame of a GRO file, which touch in a wide box; none if they are not 3 or 9."""
+    numbers = numbers_of(text) or [float(word) for word in BOX_OF_GRO.findall(text)]
+    return numbers if len(numbers) in (3, 9) else []
 
 
 def check_box_of_gro(lines: Lines, box: str | None) -> None:
     """Raise InputError if a line is not the box of a GRO file."""
-    if box is None or len(numbers_of(box)) not in (3, 9):
-        if box and box.count(".") in (3, 9) and not box.strip(" .-+0123456789"):
-            raise InputError(
-                f"{lines.source}: the numbers of the box in line {lines.number} touch: put blanks between them."
-            )
+    if box is None or not numbers_of_box(box):
         number = lines.number + (box is None)
         raise InputError(f"{lines.source}: line {number} is not a box of 3 or 9 numbers: add it, or zeros.")
 
@@ -249,7 +252,7 @@ def frames_of_mdcrd(lines: Lines, n_atoms: int) -> Frames:
             return
         if boxed is None:
             line = lines.next()
-            boxed = line is not None and n_lines > 1 and len(numbers_of(line)) == 3 != 3 * n_atoms % per_line
+            boxed = line is not None and n_lines > 1 and len(numbers_of(line)) == 3
             if line is not None:
                 lines.back(line)
         box = lines.next() if boxed else None
@@ -265,7 +268,10 @@ def frames_of_mdcrd(lines: Lines, n_atoms: int) -> Frames:
 
 def _box_of_lengths(line: str | None) -> np.ndarray | None:
     """Return lattice vectors at right angles from the line of a box; None without one."""
-    return None if line is None else box_vectors(*numbers_of(line), 90.0, 90.0, 90.0)
+    if line is None:
+        return None
+    a, b, c = numbers_of(line)
+    return box_vectors(a, b, c, 90.0, 90.0, 90.0)
 
 
 def _of_columns(lines: Lines, rows: Sequence[str], width: int, n_atoms: int, begin: int) -> np.ndarray:
@@ -298,11 +304,8 @@ def frames_of_restart(lines: Lines, _n_atoms: int) -> Frames:
     rest = [line for line in iter(lines.next_filled, None) if line is not None]
     rest = rest[n_lines:] if len(rest) >= n_lines else rest  # the velocities
     numbers = [number for line in rest for number in fixed_columns(line, width)]
-    box = (
-        box_vectors(*numbers, *[90.0] * (6 - len(numbers)))
-        if len(numbers) in (3, 6) and n_atoms > 2
-        else None
-    )
+    boxed = len(numbers) in (3, 6) and n_atoms > 2
+    box = box_vectors(*[*numbers, 90.0, 90.0, 90.0][:6]) if boxed else None
     yield lambda: TextFrame(_of_columns(lines, rows, width, n_atoms, begin), box=box)
 
 

@@ -223,7 +223,6 @@ REFUSED = {
         ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,?\n1,2,4,0,0,1,-1\n", "line 3 has a negative or infinite area"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
         ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
-        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),
         ('x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,"a\nb"\n1,2,,0,0,1,c\n', "has NaN"),
         ("x;y;z;nx;ny;nz\n1;2;3;0;0;1\n", "no commas in its header: separate the columns with commas"),
     ],

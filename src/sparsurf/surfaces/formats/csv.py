@@ -27,8 +27,9 @@ FIELD_FORMAT = "%.6g"  # of fields, which may be small
 MAX_COLUMNS = 1000
 COLUMNS_OF_DOTS = ["x", "y", "z", "nx", "ny", "nz"]
 N_LINES_TO_COMPARE = 10  # their decimals show whether the last number is complete
-# Empty lines and comments before the header. A header whose first column begins with # (#,x,y,z or #id,x,y,z) is not a comment.
-COMMENTS = re.compile(r"(?:[ \t]*\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
+# Empty lines, Excel's line sep=, and comments before the header.
+# A header whose first column begins with # (#,x,y,z or #id,x,y,z) is not a comment.
+COMMENTS = re.compile(r"(?:[ \t,;]*\n|[sS][eE][pP]=.?\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
 
 
 def _sniff(head: bytes) -> bool:
@@ -90,6 +91,7 @@ def _columns(
     text = decode_text(content, path)
     n_skipped = text[: _length_of_comments(text)].count("\n")
     text = text[_length_of_comments(text) :]
+    text = _without_empty_cells(text)
     table, header = _parse_table(text, n_skipped, path)
     table.columns = pd.Index([name.lower() for name in header])
     if names == COLUMNS_OF_DOTS and list(table.columns).count("frame") == 1 and table["frame"].nunique() > 1:
@@ -123,6 +125,24 @@ def _columns(
     return values, fields, lines
 
 
+def _without_empty_cells(text: str) -> str:
+    """Return a table without the commas of empty cells behind its last column, and of empty rows at its end.
+
+    Spreadsheets write them where a cell was once filled.
+    """
+    if '"' in text or not re.search(r",[ \t,]*\n|,[ \t,]*$", text):
+        return text
+    header, *rows = text.split("\n")
+    n_commas = header.count(",")
+    while rows and not rows[-1].strip(" \t,"):
+        rows.pop()
+    for k, row in enumerate(rows):
+        cells = row.split(",")
+        if len(cells) - 1 > n_commas and not "".join(cells[n_commas + 1 :]).strip():
+            rows[k] = ",".join(cells[: n_commas + 1])
+    return "\n".join([header, *rows, ""] if text.endswith("\n") else [header, *rows])
+
+
 def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFrame, list[str]]:
     """Parse a table and the names in its header, which follows `n_skipped` lines of the file."""
     import pandas as pd
@@ -143,9 +163,7 @@ def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFr
             reason = f"line {n_skipped + int(match[2])} has {match[3]} values, not {match[1]}"
         raise InputError(f"{path} is not a table of dots: {reason}; repair it.") from None
     if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first values for names of the rows
-        raise InputError(
-            f"{path}: its rows have more values than its header has names; name every column, and end no row with a comma."
-        )
+        raise InputError(f"{path}: its rows have more values than its header has names; name every column.")
     # numpy's savetxt names the first column "# x"
     return table, [name.removeprefix("# ").strip() for name in header]
 

@@ -185,7 +185,8 @@ def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
         elif words[:1] == ["property"] and len(words) > 2 and elements:
             kinds = words[2:-1] if words[1] == "list" else words[1:2]
             known &= bool(kinds) and all(kind in TYPES for kind in kinds)
-            elements[-1][2].append((words[-1], *(TYPES.get(kind, "") for kind in kinds)))
+            name = words[-1].lower() if words[-1].lower() in AXES else words[-1]
+            elements[-1][2].append((name, *(TYPES.get(kind, "") for kind in kinds)))
     vertices = elements[-1][2] if elements and elements[-1][0] == "vertex" else []
     if byte_order is None or not known or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
         raise InputError(
