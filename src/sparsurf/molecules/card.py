@@ -23,9 +23,7 @@ def read_card(source: Source) -> AtomFile:
     labels = [of_segment or of_file for of_segment, of_file in zip(label, number, strict=True)]
     wrong = next((k for k, each in enumerate(labels) if not re.fullmatch(r"-?\d+[A-Za-z]?", each)), None)
     if wrong is not None:
-        raise InputError(
-            f"{source}: line {begin - len(rows) + wrong + 1} has no number of a residue: repair the line."
-        )
+        raise InputError(f"{source}: line {begin + wrong + 1} has no number of a residue: repair the line.")
     return AtomFile(
         atom_table(
             name=name,

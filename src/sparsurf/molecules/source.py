@@ -33,7 +33,7 @@ COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
 ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+\.\d+")
 ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
 NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
-ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*$", re.MULTILINE)
+ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*\r?$", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +69,8 @@ def open_source(path: StrPath | Source) -> Source:
     """Return the file at a path with its format; raise InputError if there is no such file, or if no program here reads it."""
     if isinstance(path, Source):
         return path
+    if _is_folder_of_desmond(path):
+        raise InputError(f"{path} {FORMATS['desmond'].refusal}.")
     existing_file(path)
     name = os.fspath(path)
     with open(name, "rb") as stored:
@@ -81,6 +83,11 @@ def open_source(path: StrPath | Source) -> Source:
     if found.refusal:
         raise InputError(f"{name} {found.refusal}.")
     return Source(name, found, known is not None, compressed)
+
+
+def _is_folder_of_desmond(path: StrPath) -> bool:
+    """Return whether a folder holds a trajectory of Desmond, which is a folder of frames."""
+    return isinstance(path, str | os.PathLike) and os.path.isfile(os.path.join(path, "clickme.dtr"))
 
 
 def _uncompressed(head: bytes) -> bytes:

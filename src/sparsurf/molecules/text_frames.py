@@ -329,21 +329,24 @@ def lines_of_card(lines: Lines) -> tuple[list[str] | None, tuple[tuple[int, int]
     words = (line or "").split()
     n_atoms = count_of(lines, words[0] if words else None, "give a CARD file of CHARMM")
     wide = "EXT" in words or n_atoms >= MAX_ATOMS_OF_CARD
-    return lines.take(n_atoms), EXTENDED_CARD if wide else CARD, lines.number
+    begin = lines.number
+    rows = lines.take(n_atoms)
+    if rows is not None and not lines.at_end():
+        lines.next()
+        lines.refuse(f"follows the {n_atoms} atoms that the file announces: correct their number")
+    return rows, EXTENDED_CARD if wide else CARD, begin
 
 
 def positions_of_card(
     lines: Lines, rows: Sequence[str], columns: tuple[tuple[int, int], ...], begin: int
 ) -> np.ndarray:
-    """Return positions (A, 3), Å, of the lines of a CARD file, which end with the line `begin`."""
+    """Return positions (A, 3), Å, of the lines of a CARD file, which follow the line `begin`."""
     xyz = np.empty((len(rows), 3))
     for k, row in enumerate(rows):
         try:
             xyz[k] = [float(row[first:last]) for first, last in columns[4:7]]
         except ValueError:
-            lines.refuse(
-                "has no three coordinates in its columns: repair the line", begin - len(rows) + k + 1
-            )
+            lines.refuse("has no three coordinates in its columns: repair the line", begin + k + 1)
     return xyz
 
 

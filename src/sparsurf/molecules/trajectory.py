@@ -56,9 +56,8 @@ class Frames:
 def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np.ndarray:
     """Read the first frame (A, 3), float64, Å; refuse what is no trajectory, or has another number of atoms than the topology."""
     if not source.format.places:
-        what = f"is a {source.format.label} file" if source.recognised else "is not a trajectory"
         raise InputError(
-            f"{source} {what}, which holds no coordinates: give the trajectory of {topology_path}."
+            f"{source} is no trajectory by its content, and holds no coordinates: give the trajectory of {topology_path}."
         )
     if source.compressed and not source.format.text:
         raise InputError(

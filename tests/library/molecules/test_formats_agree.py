@@ -1,0 +1,232 @@
+"""One molecule in every format: the same atoms, names, residues, chains, elements, positions, fields and dots."""
+
+from dataclasses import replace
+
+import gemmi
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import formats
+import sparsurf
+from conftest import ROOT
+from sparsurf.errors import InputError
+from sparsurf.molecules.names import usual_names
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.source import open_source
+
+FIELDS = ("hydropathy", "potential", "hbond")
+NAMES = ("name", "residue_name", "element", "residue_index", "kind")
+
+
+@pytest.fixture(scope="module")
+def example():
+    """Two frames of 14 residues, in the names of CHARMM, with positions that every format holds without rounding."""
+    whole = read_molecule(
+        ROOT / "data" / "tdp43" / "topology.pdb", ROOT / "data" / "tdp43" / "trajectory.xtc",
+        residues="209-222", stride=1000,
+    )  # fmt: skip
+    return replace(whole, xyz=whole.xyz[:2].round(2), chain=np.full(whole.n_atoms, "A"))
+
+
+def write_all(folder, molecule):
+    """Write the molecule in all formats: name -> files, whether they have the chain, all labels, and both frames."""
+    plain = folder / "plain.pdb"
+    molecule.write_pdb(plain)
+    files = {"PDB": ([plain], True, True, 1)}
+    document = gemmi.read_structure(str(plain))
+    document.setup_entities()
+    document.make_mmcif_document().write_file(str(folder / "a.cif"))
+    files["mmCIF"] = [folder / "a.cif"], True, True, 1
+    for name, write in (
+        ("gro", formats.gro),
+        ("xyz", formats.xyz),
+        ("mdcrd", formats.mdcrd),
+        ("data", formats.lammps_data),
+    ):
+        write(folder / f"a.{name}", molecule)
+    formats.card(folder / "a.crd", molecule)
+    formats.card(folder / "extended.crd", molecule, extended=True)
+    formats.psf(folder / "a.psf", molecule)
+    formats.psf(folder / "short.psf", molecule, extended=False)
+    formats.parm7(folder / "a.parm7", molecule)
+    formats.parm7(folder / "bare.parm7", molecule, labels=False)
+    formats.restart(folder / "a.rst7", molecule)
+    formats.restart(folder / "inpcrd.crd", molecule, velocities=False)
+    formats.mdcrd(folder / "box.crd", molecule, box=True)
+    formats.lammps_dump(folder / "a.lammpstrj", molecule)
+    formats.lammps_dump(folder / "scaled.dump", molecule, scaled=True)
+    for name in ("xtc", "trr", "dcd", "nc", "h5"):
+        formats.of_mdtraj(folder / f"a.{name}", molecule)
+    formats.of_mdtraj(folder / "a.ncrst", molecule.frame(0))
+    files["GRO"] = [folder / "a.gro"], False, False, 2
+    files["HDF5"] = [folder / "a.h5"], True, False, 2
+    files["CARD"] = [folder / "a.crd"], True, True, 1
+    files["CARD, extended"] = [folder / "extended.crd"], True, True, 1
+    files["PSF, PDB"] = [folder / "a.psf", plain], True, True, 1
+    files["parm7 without labels, NetCDF"] = [folder / "bare.parm7", folder / "a.nc"], False, False, 2
+    for topology, frames in (
+        ("a.psf", "a.dcd"), ("short.psf", "a.xtc"), ("a.parm7", "a.nc"), ("a.parm7", "a.trr"),
+    ):  # fmt: skip
+        files[f"{topology}, {frames}"] = [folder / topology, folder / frames], True, True, 2
+    for frames, n in (
+        ("a.mdcrd", 2), ("box.crd", 2), ("a.rst7", 1), ("inpcrd.crd", 1), ("a.ncrst", 1), ("a.xyz", 2), ("a.lammpstrj", 2),
+        ("scaled.dump", 2), ("a.data", 1), ("a.gro", 2), ("a.crd", 1),
+    ):  # fmt: skip
+        files[f"PDB, {frames}"] = [plain, folder / frames], True, True, n
+    return files
+
+
+@given(first=st.integers(-20, 9980), chain=st.sampled_from("ABx7"), code=st.booleans())
+@settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.filterwarnings("ignore")
+def test_every_format_has_the_same_molecule(example, tmp_path_factory, first, chain, code):
+    numbers = [str(first + k) for k in range(example.n_residues)]
+    if code:
+        numbers[3:5] = [f"{numbers[2]}A", f"{numbers[2]}B"]
+    molecule = replace(
+        example, residue=np.array(numbers)[example.residue_index], chain=np.full(example.n_atoms, chain)
+    )
+    for name, (paths, has_chain, has_labels, n_frames) in write_all(
+        tmp_path_factory.mktemp("a"), molecule
+    ).items():
+        found = read_molecule(*paths)
+        assert found.n_frames == n_frames, name
+        for column in NAMES:
+            assert np.array_equal(getattr(found, column), getattr(molecule, column)), (name, column)
+        if has_chain:
+            assert set(found.chain) == {chain}, name
+        if has_labels:
+            assert np.array_equal(found.residue, molecule.residue), name
+        np.testing.assert_allclose(found.xyz, molecule.xyz[:n_frames], atol=2e-5, err_msg=name)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_every_format_has_the_same_dots_and_fields(example, tmp_path):
+    files = write_all(tmp_path, example)
+    expected = sparsurf.surface(files["PDB"][0][0], density=1.0)
+    fields = sparsurf.fields(expected, FIELDS)
+    for name in ("mmCIF", "GRO", "HDF5", "CARD", "a.psf, a.dcd", "a.parm7, a.nc", "PDB, scaled.dump"):
+        dots = sparsurf.surface(read_molecule(*files[name][0]), density=1.0)
+        assert np.array_equal(dots.points, expected.points), name
+        np.testing.assert_allclose(sparsurf.fields(dots, FIELDS), fields, atol=1e-3, err_msg=name)
+
+
+def test_fields_do_not_depend_on_how_a_program_spells_names(example):
+    usual = replace(example, name=usual_names(example.residue_name, example.name))
+    assert {"HN", "CD"} <= {*example.name} and {"H", "CD1", "HB3"} <= {*usual.name} and "HN" not in usual.name
+    last = example.residue_index.max()
+    end = np.flatnonzero((example.residue_index == last) & (example.name == "O"))
+    charmm = replace(example, name=np.where(np.arange(example.n_atoms) == end, "OT1", example.name))
+    dots = [sparsurf.surface(each, density=1.0) for each in (example, usual, charmm)]
+    for other in dots[1:]:
+        assert sparsurf.fields(dots[0], FIELDS).equals(sparsurf.fields(other, FIELDS))
+
+
+def test_a_table_may_have_the_usual_names_of_atoms(example, tmp_path):
+    (tmp_path / "a.csv").write_text("residue,atom,shift\n210,H,8.5\n210,N,120\n")
+    dots = sparsurf.surface(example, density=1.0)
+    found = sparsurf.fields(dots, ["shift"], table=tmp_path / "a.csv")["shift"]
+    (tmp_path / "a.csv").write_text("residue,atom,shift\n210,HN,8.5\n210,N,120\n")
+    assert found.equals(sparsurf.fields(dots, ["shift"], table=tmp_path / "a.csv")["shift"])
+    assert found.min() < 100 < found.max()
+
+
+def test_a_selection_that_matches_nothing_names_the_spelling_of_the_file(example):
+    with pytest.raises(InputError, match=r"contains no atoms; .*; it calls H HN\.$"):
+        example.select(selection="name H")
+
+
+# ---- damaged files of each format: right, or one sentence
+
+
+WRITERS = {
+    "gro": formats.gro, "psf": formats.psf, "parm7": formats.parm7, "crd": formats.card, "xyz": formats.xyz,
+    "mdcrd": formats.mdcrd, "rst7": formats.restart, "lammpstrj": formats.lammps_dump, "data": formats.lammps_data,
+    "xtc": formats.of_mdtraj, "trr": formats.of_mdtraj, "dcd": formats.of_mdtraj, "nc": formats.of_mdtraj,
+}  # fmt: skip
+TEXTS = [name for name in WRITERS if name not in ("xtc", "trr", "dcd", "nc")]
+
+
+def paths_of(folder, molecule, kind):
+    """The file of a format, and the files that make a molecule with it."""
+    path = folder / f"a.{kind}"
+    WRITERS[kind](path, molecule)
+    if kind in ("gro", "crd"):
+        return path, [path]
+    other = folder / ("b.dcd" if kind in ("psf", "parm7") else "b.psf")
+    (formats.of_mdtraj if other.suffix == ".dcd" else formats.psf)(other, molecule)
+    return path, [path, other] if other.suffix == ".dcd" else [other, path]
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.filterwarnings("ignore")
+def test_a_file_that_is_cut_is_read_up_to_there_or_refused(example, tmp_path, caplog, kind):
+    path, paths = paths_of(tmp_path, example, kind)
+    content, whole = path.read_bytes(), read_molecule(*paths)
+    for share in np.linspace(0, 0.97, 10):
+        path.write_bytes(content[: int(share * len(content))])
+        caplog.clear()
+        try:
+            found = read_molecule(*paths)
+        except InputError as error:
+            assert str(error).endswith(".") and path.name in str(error) and "\n" not in str(error)
+            continue
+        assert found.n_atoms == whole.n_atoms and np.array_equal(found.name, whole.name)
+        assert np.array_equal(found.xyz, whole.xyz[: found.n_frames])
+        assert found.n_frames == whole.n_frames or "cut short" in caplog.text, share
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.filterwarnings("ignore")
+def test_line_ends_titles_and_upper_case_names_do_not_matter(example, tmp_path, kind):
+    path, paths = paths_of(tmp_path, example, kind)
+    content, whole = path.read_bytes(), read_molecule(*paths)
+    title = "LAMMPS data file" if kind == "data" else "title"
+    changes = {
+        "CRLF": content.replace(b"\n", b"\r\n"), "empty lines": content + b"\n\n",
+        "Latin-1": content.replace(title.encode(), f"{title} é".encode("latin-1"), 1),
+        "UTF-8": content.replace(title.encode(), f"{title} é".encode(), 1), "no line feed": content.rstrip(),
+    }  # fmt: skip
+    upper = tmp_path / path.name.upper()
+    for name, changed in changes.items():
+        upper.write_bytes(changed)
+        found = read_molecule(*(upper if each == path else each for each in paths))
+        assert np.array_equal(found.xyz, whole.xyz) and np.array_equal(found.name, whole.name), name
+
+
+@pytest.mark.parametrize("kind", ["gro", "psf", "parm7", "crd", "xyz", "rst7", "lammpstrj", "data"])
+@pytest.mark.filterwarnings("ignore")
+def test_a_wrong_number_of_atoms_is_one_sentence(example, tmp_path, kind):
+    path, paths = paths_of(tmp_path, example, kind)
+    text, n = path.read_text(), example.n_atoms
+    for wrong in (n + 1, n - 1, 10 * n, 0, "x"):
+        path.write_text(text.replace(f"{n:>3d}", f"{wrong!s:>3s}"))
+        with pytest.raises(InputError) as error:
+            read_molecule(*paths)
+        assert path.name in str(error.value) and "\n" not in str(error.value), wrong
+
+
+def test_what_is_no_file_of_atoms_says_what_to_do(tmp_path):
+    for name, content, words in (
+        (
+            "a.tpr",
+            b"\0\0\0\x0d\0\0\0\x0cVERSION 2021" + bytes(20),
+            r"run input of GROMACS \(TPR\).*gmx editconf",
+        ),
+        ("a.cms", b"{\n s_m_m2io_version\n :::\n 2.0.0\n}\n", "Desmond or Maestro.*DCD or XTC"),
+        ("frame000", b"DESM" + bytes(20), "Desmond or Maestro"),
+        ("a.nc", b"CDF\x05" + bytes(20), "CDF-5.*nccopy"),
+        ("a.h5", b"\x89HDF\r\n\x1a\n" + bytes(20) + b"h5md", "is an H5MD file"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=words) as error:
+            open_source(tmp_path / name)
+        assert str(error.value).startswith(str(tmp_path / name)) and "damaged" not in str(error.value)
+    folder = tmp_path / "run_trj"
+    folder.mkdir()
+    (folder / "clickme.dtr").write_text("")
+    for path in (folder, folder / "clickme.dtr"):
+        with pytest.raises(InputError, match=r"Desmond.*DCD or XTC"):
+            open_source(path)
