@@ -113,6 +113,40 @@ def test_every_format_has_the_same_dots_and_fields(example, tmp_path):
         np.testing.assert_allclose(sparsurf.fields(dots, FIELDS), fields, atol=1e-3, err_msg=name)
 
 
+@pytest.mark.parametrize("kind", ["gro", "crd", "xyz", "dcd", "xtc", "trr", "nc", "pdb"])
+@pytest.mark.filterwarnings("ignore")
+def test_files_that_mdanalysis_writes_are_read(example, tmp_path, kind):
+    mda = pytest.importorskip("MDAnalysis", reason="MDAnalysis is installed by the extra `interop`")
+    plain, path = tmp_path / "plain.pdb", tmp_path / f"a.{kind}"
+    example.write_pdb(plain)
+    mda.Universe(str(plain)).atoms.write(str(path))
+    is_whole = kind in ("gro", "crd", "pdb")
+    found = read_molecule(path) if is_whole else read_molecule(plain, path)
+    for column in (*NAMES, "residue"):
+        assert np.array_equal(getattr(found, column), getattr(example, column)), column
+    np.testing.assert_allclose(found.xyz, example.xyz[:1], atol=2e-5)
+
+
+@pytest.mark.parametrize("kind", ["gro", "rst7", "ncrst", "cif", "pdb", "mdcrd"])
+@pytest.mark.filterwarnings("ignore")
+def test_files_that_parmed_writes_are_read(example, tmp_path, kind):
+    parmed = pytest.importorskip("parmed", reason="ParmEd is installed by the extra `writers`")
+    plain, path = tmp_path / "plain.pdb", tmp_path / f"a.{kind}"
+    example.write_pdb(plain)
+    structure = parmed.load_file(str(plain))
+    if kind == "mdcrd":
+        frames = parmed.amber.AmberMdcrd(str(path), example.n_atoms, hasbox=False, mode="w")
+        frames.add_coordinates(structure.coordinates)
+        frames.close()
+    else:
+        structure.save(str(path))
+    is_whole = kind in ("gro", "cif", "pdb")
+    found = read_molecule(path) if is_whole else read_molecule(plain, path)
+    for column in NAMES:  # ParmEd numbers the residues anew
+        assert np.array_equal(getattr(found, column), getattr(example, column)), column
+    np.testing.assert_allclose(found.xyz, example.xyz[:1], atol=1e-3)
+
+
 def test_fields_do_not_depend_on_how_a_program_spells_names(example):
     usual = replace(example, name=usual_names(example.residue_name, example.name))
     assert {"HN", "CD"} <= {*example.name} and {"H", "CD1", "HB3"} <= {*usual.name} and "HN" not in usual.name
