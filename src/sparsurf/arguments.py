@@ -90,7 +90,7 @@ def share_of_plddt(bound: float) -> str:
 
 def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
     """Return a value of the user that is one of the choices; raise InputError for another."""
-    if value not in list(choices):  # a list: the value may have no hash
+    if not isinstance(value, str) or value not in choices:  # an array compares with each of them
         words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
         raise InputError(f"{name} is {value!r}; it must be {words}.")
     return value

@@ -41,12 +41,16 @@ def _make_printable(record: logging.LogRecord) -> bool:
 logging.getLogger("sparsurf").addFilter(_make_printable)
 
 
+closed_streams: set[str] = set()  # the standard streams that were closed when the program began
+
+
 def open_closed_streams() -> None:
     """Let a standard stream that is closed lead nowhere, here and in the processes to come; a file would take its number."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
         except OSError:
+            closed_streams.add(name)
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest free number
             setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115
 

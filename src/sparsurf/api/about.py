@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, printable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,12 +55,15 @@ class About:
 def heard(path: Any) -> Iterator[Heard]:
     """Collect what the library says of a file while it is read, its notes included; warnings are shown as always."""
     log, found = logging.getLogger("sparsurf"), Heard()
-    name, before = Path(str(path)).name, log.level
+    name, before = printable(Path(str(path)).name), log.level
     shown = log.getEffectiveLevel()
 
     def listen(record: logging.LogRecord) -> bool:
         """Keep the message, and tell whether it is shown to the user as well."""
-        text = record.getMessage().removeprefix(f"{path}: ").replace(str(path), name)
+        # the filter of the log has replaced what cannot be printed
+        text = (
+            printable(record.getMessage()).removeprefix(f"{printable(path)}: ").replace(printable(path), name)
+        )
         if text.startswith(LEFT_OUT):
             found.left_out += text.removeprefix(LEFT_OUT).split(", ")
         elif record.levelno >= logging.WARNING:

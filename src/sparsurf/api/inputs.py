@@ -128,7 +128,10 @@ def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
 
 def field_names(names: Any, key: str) -> tuple[Any, ...]:
     """Return fields, names or functions, from one or several; `key` names the argument in the error."""
-    result = (names,) if isinstance(names, str) or not hasattr(names, "__iter__") else tuple(names)
+    try:
+        result = (names,) if isinstance(names, str) else tuple(names)
+    except TypeError:  # a function, a number, or an array without a dimension
+        result = (names,)
     if not all(isinstance(name, str) or callable(name) for name in result):
         raise InputError(f"{key} is {names!r}; it must be names such as ('hydropathy', 'potential').")
     return result

@@ -42,6 +42,8 @@ def page_of_surface(
 
     `colour` is 'roughness' or 'kind', and `kept` are dots of a subset, which are shown first.
     """
+    if len(surface) < 2:
+        raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
     from sparsurf.views.overview.page import Notes, overview
     from sparsurf.views.viewer.page import MAX_DOTS, Values
 

@@ -19,8 +19,8 @@ from sparsurf.api.inputs import MoleculeLike
 from sparsurf.api.surfaces import _spheres, placement
 from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.files import collected_warnings, pluralise
-from sparsurf.molecules.formats import STRUCTURES, stem, suffix
+from sparsurf.files import as_path, collected_warnings, pluralise
+from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.progress import progress_bar
@@ -327,12 +327,12 @@ def points_of(
 
 def structures_in(folder: str | Path) -> dict[str, Path]:
     """Return the structures of a folder by name, which is that of the file without its suffixes."""
-    if not Path(folder).is_dir():
+    if not as_path(folder).is_dir():
         raise InputError(f"{folder} is not a folder; name a folder of structures.")
     files: dict[str, Path] = {}
     for path in sorted(Path(folder).iterdir(), key=lambda path: (stem(path), path.name)):
         if suffix(path) in STRUCTURES and path.is_file():
-            name = stem(path)
+            name = title(path)
             if name in files:
                 raise InputError(
                     f"{folder} holds {files[name].name} and {path.name}, which have the same name; rename one of them."

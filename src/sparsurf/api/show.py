@@ -7,6 +7,7 @@ import os
 import sys
 import tempfile
 import webbrowser
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from sparsurf.api.views import View, in_notebook
 from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import check_flag
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import stem
+from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
@@ -102,13 +103,13 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
     is_path = isinstance(source, Source)
     if trajectory is not None and not (is_path and has_atoms(source)):
         raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")
-    name = stem(source) if is_path else ""
+    name = title(source) if is_path else ""
     if has_atoms(source):
         with heard(source) as said:
             molecule = read_molecule(source, trajectory) if is_path else as_molecule(source)
             dots = surface(molecule, frame=frame)
         return dots, About(name, said if is_path else None)
-    if frame != 0:
+    if not isinstance(frame, Integral) or frame != 0:
         raise InputError("show: a frame is that of a molecule; leave it out for dots.")
     with heard(source) as said:
         dots = as_surface(labelled(source))

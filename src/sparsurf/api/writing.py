@@ -16,11 +16,11 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.about import About
-from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset
+from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
 from sparsurf.api.scenes import SCENES, write_scene
-from sparsurf.arguments import check_flag
+from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError
-from sparsurf.files import as_path, shorten
+from sparsurf.files import as_path, closed_streams, shorten
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
@@ -120,6 +120,8 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
         raise InputError(
             f"{shorten(repr(name))} cannot name a file; choose a shorter name of letters and digits."
         )
+    if name == "-" and "stdout" in closed_streams:
+        raise InputError("the standard output is closed: open it, or name a file to write.")
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file to write.")
     bare = name[:-3] if name.lower().endswith(".gz") else name
@@ -320,23 +322,33 @@ def write(
     >>> sparsurf.write(mesh, "/tmp/mesh.ply", names={"hydropathy": "hphob"})
     """
     as_path(path)  # or refuse what is none
+    frame = FRAME.check(frame, "frame")
     if colours is not None:
         check_flag(colours, "colours")
+    if names is not None and not isinstance(names, Mapping):
+        raise InputError(
+            f"write: names is {names!r}; it must be a dictionary such as {{'hydropathy': 'hphob'}}."
+        )
     is_table = hasattr(result, "iloc")  # of pandas
     if (is_table or isinstance(result, Molecule)) and (names or colours is not None):
         raise InputError("write: names and colours are about fields of dots and meshes; leave them out.")
     if is_table:
+        _refuse_frame(frame, 0)
         write_table(path, cast("pd.DataFrame", result))
         return
     if isinstance(result, Molecule):
+        check_frame(result, frame, "the molecule")
         if Path(path).suffix.lower() != ".pdb":
             raise InputError(f"{path}: a molecule is written as a PDB; name a file that ends in .pdb.")
         result.write_pdb(path, frame)
         return
     atoms = None if molecule is None else as_molecule(molecule)
+    if atoms is not None:
+        check_frame(atoms, frame, "the molecule")
     origin = result.surface.origin if isinstance(result, Points) else getattr(result, "origin", None)
     if isinstance(result, Surface | Points) and origin:
         if atoms is None:
+            _refuse_frame(frame, origin.frame)
             atoms, frame = origin.molecule, origin.frame
         if atoms is not None:
             origin.refuse_molecule("write", atoms, frame)
@@ -376,12 +388,14 @@ def _whole_surface(subset: Subset) -> Surface | None:
     return replace(whole, origin=origin) if np.array_equal(whole.points, origin.points) else None
 
 
-def _renamed(dots: Dots, names: Any) -> Dots:
+def _refuse_frame(frame: int, own: int) -> None:
+    """Raise InputError for a frame that belongs to no molecule of the arguments; dots may name their own."""
+    if frame not in (0, own):
+        raise InputError(f"write: frame={frame} is that of `molecule`; leave it out.")
+
+
+def _renamed(dots: Dots, names: Mapping[str, str]) -> Dots:
     """Return dots whose fields have other names."""
-    if not isinstance(names, Mapping):
-        raise InputError(
-            f"write: names is {names!r}; it must be a dictionary such as {{'hydropathy': 'hphob'}}."
-        )
     fields = dots.surface.fields
     for name in names:
         if name not in fields:

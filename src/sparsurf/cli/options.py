@@ -14,7 +14,7 @@ from sparsurf.api.about import About, heard
 from sparsurf.api.inputs import check_frame
 from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, PROBE, PROBE_RADIUS, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import DOTS, stem
+from sparsurf.molecules.formats import DOTS, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
@@ -198,7 +198,7 @@ def read_atoms(args: argparse.Namespace) -> Molecule:
 
 def about(args: argparse.Namespace, **known: Any) -> About:
     """Return what a page or picture says besides the dots; `known` are further attributes of About."""
-    return About(stem(args.file), args.heard, **known)
+    return About(title(args.file), args.heard, **known)
 
 
 def say(text: str) -> None:

@@ -15,7 +15,7 @@ from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow, pluralise
-from sparsurf.molecules.formats import stem
+from sparsurf.molecules.formats import title
 from sparsurf.surfaces.chosen_points import NamedPoints
 
 TABLE = ".parquet"
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> None:
         return
     few = points(args.file, args.n_dots, **settings)
     if parse_output(args.output, formats)[0] == TABLE:
-        named = [NamedPoints.of_points(stem(args.file), few)]
+        named = [NamedPoints.of_points(title(args.file), few)]
         write_file(args.output, formats, {TABLE: lambda path: _write_table(path, named, [])})
     else:
         write(few, args.output)

@@ -134,6 +134,10 @@ def compute_fields(
         raise InputError(
             f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
         )
+    if "potential" not in names and charges != "table":
+        raise InputError(
+            "charges: they are those of the field potential; add it to the names, or leave charges out."
+        )
     out, columns = {}, columns_of(table) if table is not None else []
     for field in fields:
         if table is not None and isinstance(field, str) and not kinds.has("field", field):

@@ -96,3 +96,8 @@ def stem(path: StrPath) -> str:
     """Return the name of a file without .gz and its extension, as it is written."""
     name = as_path(path).name
     return name[: len(name.lower().removesuffix(".gz")) - len(suffix(path))]
+
+
+def title(path: StrPath) -> str:
+    """Return the stem of a file name for pages and tables, where bytes that are not UTF-8 are replaced."""
+    return stem(path).encode("utf-8", "surrogateescape").decode("utf-8", "replace")

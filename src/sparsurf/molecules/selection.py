@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
@@ -209,9 +209,10 @@ def _as_list(value: object, key: str, example: str) -> list[str]:
     """Return the items of a string with commas or of a list."""
     if isinstance(value, str):
         return value.split(",")
-    if not isinstance(value, Iterable):
-        raise InputError(f"{key} is {value!r}; it must be a string such as '{example}', or a list.")
-    return [str(item) for item in value]
+    try:
+        return [str(item) for item in cast(Iterable, value)]
+    except TypeError:  # a number, or an array without a dimension
+        raise InputError(f"{key} is {value!r}; it must be a string such as '{example}', or a list.") from None
 
 
 def _rank(label: str) -> float:
@@ -249,7 +250,10 @@ def atoms_of_expression(molecule: Atoms, selection: str) -> np.ndarray:
 
 def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
     """Return whether ligands are named; an array has no truth value of its own."""
-    return len(ligands) > 0 if hasattr(ligands, "__len__") else bool(ligands)
+    try:
+        return len(cast(Sequence, ligands)) > 0
+    except TypeError:  # a flag, or an array without a dimension
+        return ligands is not None and not (isinstance(ligands, bool | np.bool_) and not ligands)
 
 
 def _in_ligands(molecule: Atoms, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:

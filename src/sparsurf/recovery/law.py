@@ -5,7 +5,7 @@ on the radii of atoms and probe, and differs little between proteins. It was mea
 1.4 Å; with a probe of 2 Å the error is up to a tenth smaller.
 """
 
-from sparsurf.arguments import DENSITY, DISTANCE
+from sparsurf.arguments import DENSITY, DISTANCE, check_flag
 
 MEAN_OF_HEAVY_ATOMS = 0.0125  # Å: mean error times dots per Å^2
 MEAN_WITH_HYDROGENS = 0.015
@@ -16,6 +16,7 @@ HIGH_99_OVER_MEAN = (
 
 def constant(hydrogens: bool) -> float:
     """Return the mean error times dots per Å^2, Å, of a molecule with or without explicit hydrogens."""
+    check_flag(hydrogens, "hydrogens")
     return MEAN_WITH_HYDROGENS if hydrogens else MEAN_OF_HEAVY_ATOMS
 
 

@@ -84,7 +84,9 @@ class Mesh:
     @property
     def volume(self) -> float:
         """Volume in Å^3, without that of cavities."""
-        a, b, c = (self.vertices.points[self.triangles[:, k]] for k in range(3))
+        # from one of the vertices, so that the terms do not grow with the distance from the origin
+        points = self.vertices.points - self.vertices.points[:1]
+        a, b, c = (points[self.triangles[:, k]] for k in range(3))
         return float(np.sum(a * np.cross(b, c)) / 6)
 
 

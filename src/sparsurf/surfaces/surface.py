@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -16,6 +16,7 @@ import numpy as np
 from sparsurf import surfaces
 from sparsurf.arguments import PROBE_RADIUS
 from sparsurf.errors import InputError
+from sparsurf.files import shorten
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
 if TYPE_CHECKING:
@@ -431,6 +432,14 @@ def is_field_name(name: str) -> bool:
         name.lower() not in RESERVED_COLUMNS | FORBIDDEN_FIELDS
         and re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) is not None
     )
+
+
+def warn_of_field_names(names: Iterable[str], path: Path | str) -> None:
+    """Warn of numbers of the dots of a file that cannot be fields, because of their names."""
+    for name in names:
+        if name and name.lower() not in RESERVED_COLUMNS and not is_field_name(name):
+            message = "%s: the column %s is left out: the name of a field may contain only letters, digits and _; rename it"
+            log.warning(message, path, shorten(repr(name)))
 
 
 def _checked_lengths(

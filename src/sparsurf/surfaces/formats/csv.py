@@ -15,7 +15,13 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
-from sparsurf.surfaces.surface import RESERVED_COLUMNS, Format, Surface, is_field_name, surface_of_columns
+from sparsurf.surfaces.surface import (
+    Format,
+    Surface,
+    is_field_name,
+    surface_of_columns,
+    warn_of_field_names,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -194,9 +200,7 @@ def _warn_of_omitted_columns(
             if 0 < len(wrong) < len(column) / 2:
                 message = "%s: the column %s is left out: it holds %s, which is not a number"
                 log.warning(message, path, name, shorten(repr(wrong.iloc[0])))
-        elif k in numeric and k not in possible_fields and name and table.columns[k] not in RESERVED_COLUMNS:
-            message = "%s: the column %s is left out: the name of a field may contain only letters, digits and _; rename it"
-            log.warning(message, path, shorten(repr(name)))
+    warn_of_field_names([header[k] for k in numeric], path)
 
 
 def _lines_of_rows(text: str, n_skipped: int) -> list[int]:

@@ -19,6 +19,7 @@ from sparsurf.surfaces.surface import (
     Surface,
     is_field_name,
     surface_of_columns,
+    warn_of_field_names,
     warn_of_float16,
 )
 
@@ -49,6 +50,8 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
         k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
     }
     n = columns["points"].shape[:1]
+    others = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}
+    warn_of_field_names((k for k, v in others.items() if v.dtype.kind in "fiu" and v.shape == n), path)
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
     if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
         raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.surface import Format, Surface, is_field_name, surface_of_columns
+from sparsurf.surfaces.surface import Format, Surface, is_field_name, surface_of_columns, warn_of_field_names
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -128,6 +128,7 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
         raise InputError(f"{path} holds more than the {n} vertices that its header announces: copy it again.")
     table = dict(zip(names, columns, strict=True))
     points, normals = (np.column_stack([table[axis] for axis in axes]) for axes in (AXES[:3], AXES[3:]))
+    warn_of_field_names(table, path)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
     return surface_of_columns(fields | {"points": points, "normals": normals}, path)
 
