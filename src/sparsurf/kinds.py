@@ -343,7 +343,7 @@ def register(
     >>> bool((dots.points[kept, 2] >= np.sort(dots.points[:, 2])[-100]).all())
     True
     """
-    if kind not in TABLE:
+    if not isinstance(kind, str) or kind not in TABLE:
         raise InputError(f"register: there is no kind {kind!r}; the kinds are {', '.join(TABLE)}.")
     word = KINDS[kind].word
     if not isinstance(name, str) or not NAME.fullmatch(name):

@@ -848,6 +848,19 @@ def test_files_of_molecular_dynamics(shared, caplog, name):
             assert labels == ["215", "216", "217", "218", "219", "219A", "219B", *map(str, range(220, 233))]
 
 
+def test_pseudoatoms_of_pymol_are_left_out_without_their_element(shared, tmp_path, caplog):
+    text = (shared / "data" / "bad" / "fifth" / "pymol_pseudo.pdb").read_text()
+    (tmp_path / "a.pdb").write_text(
+        "\n".join(line[:76] if "PS" in line else line for line in text.split("\n"))
+    )
+    judge(
+        "1 780 50 3506.9 ~ left out 4 particles",
+        lambda: measured(read_molecule(tmp_path / "a.pdb")),
+        caplog,
+        "a.pdb",
+    )
+
+
 def test_a_table_that_excel_exports_is_read(shared, tmp_path, caplog):
     path = shared / "data" / "bad" / "sixth" / "excel_sep.csv"
     judge("400", lambda: [len(read_surface(path))], caplog, path.name)

@@ -114,7 +114,9 @@ def prepare(
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
     kinds.load("descriptor", descriptor, "descriptor")
     patches = Patches(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
-    return _prepared(surface, patches.model_copy(update={"roughness": roughness, "descriptor": descriptor}), seed)
+    return _prepared(
+        surface, patches.model_copy(update={"roughness": roughness, "descriptor": descriptor}), seed
+    )
 
 
 def _prepared(surface: Any, patches: Patches, seed: int = DEFAULT_SEED) -> PreparedSurface:

@@ -134,7 +134,7 @@ def compute_fields(
         raise InputError(
             f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
         )
-    if "potential" not in names and charges != "table":
+    if "potential" not in fields and charges != "table":
         raise InputError(
             "charges: they are those of the field potential; add it to the names, or leave charges out."
         )

@@ -69,7 +69,7 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
     """Read a PDB file, lines ending in '\\n', and refuse a damaged one; MODEL, or END before further atoms, starts a model."""
     if text.lstrip().startswith(("data_", "loop_")):
         raise InputError(f"{path} is an mmCIF file by its content: rename it to .cif.")
-    lines = text.split("\n")
+    lines, name = text.split("\n"), str(path)
     wide_chains, numbered = _has_wide_chains(lines), _has_numbered_lines(lines)
     rows, box = [], None
     sequences: dict[str, list[str]] = defaultdict(list)
@@ -88,7 +88,7 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
             rows.append(
                 (
                     models[-1],
-                    *_atom(line, f"Line {number} of {path}", wide_chains, numbered, read_number),
+                    *_atom(line, f"Line {number} of {name}", wide_chains, numbered, read_number),
                     molecule,
                 )
             )

@@ -80,8 +80,8 @@ NO_ELEMENTS = frozenset(["Q", "PS", "LP", "EP", "VS"])
 # By their name, where the element says nothing else: lone pairs and extra points in any molecule, and virtual sites of waters
 LONE_PAIR = re.compile(r"LP[A-Z0-9]{0,3}|EPW?\d?")
 VIRTUAL_SITE = re.compile(r"E?[MLP]W?\d?|OM|IW|DUM\d?")
-# In amino acids: pseudoatoms (QB, QQG of CYANA), and the masses that carry virtual hydrogens (MCB1, MNZ2 of GROMACS)
-PSEUDOATOM = re.compile(r"Q[A-Z0-9]*|M(C|N|W|TRP)[A-Z0-9]*")
+# In amino acids: pseudoatoms (QB, QQG of CYANA, PS1 of PyMOL), and masses that carry virtual hydrogens (MCB1, MNZ2 of GROMACS)
+PSEUDOATOM = re.compile(r"Q[A-Z0-9]*|PS\d*|M(C|N|W|TRP)[A-Z0-9]*")
 DRUDE = re.compile(r"D[A-Z][A-Z0-9']*")  # the name of an atom behind a D
 AT_ITS_ATOM = 0.6  # Å; a Drude particle is that close to its atom
 

@@ -27,6 +27,7 @@ PDB_RECORDS = frozenset(
     ["ATOM", "HETATM", "HEADER", "OBSLTE", "TITLE", "SPLIT", "CAVEAT", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "NUMMDL",
      "AUTHOR", "REMARK", "JRNL", "DBREF", "SEQRES", "HELIX", "SHEET", "CRYST1", "ORIGX1", "SCALE1", "MODEL", "USER", "PARENT"]
 )  # fmt: skip
+PDB_TITLES = frozenset(["TITLE", "COMPND", "SOURCE", "AUTHOR", "REMARK", "MODEL", "USER", "PARENT", "SPLIT"])
 COUNT = re.compile(r"\s*\d+\s*")
 COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*")
 COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
@@ -69,9 +70,12 @@ def open_source(path: StrPath | Source) -> Source:
     """Return the file at a path with its format; raise InputError if there is no such file, or if no program here reads it."""
     if isinstance(path, Source):
         return path
-    if _is_folder_of_desmond(path):
-        raise InputError(f"{path} {FORMATS['desmond'].refusal}.")
-    existing_file(path)
+    try:
+        existing_file(path)
+    except InputError:
+        if _is_folder_of_desmond(path):
+            raise InputError(f"{path} {FORMATS['desmond'].refusal}.") from None
+        raise
     name = os.fspath(path)
     with open(name, "rb") as stored:
         head = stored.read(HEAD_BYTES)
@@ -143,8 +147,13 @@ def _recognise_text(text: str) -> str:
         count = next((line for line in lines if not line.startswith("*")), "")
         if COUNT_OF_CARD.fullmatch(count):
             return "card"
-    # titles of other formats may begin as a record of PDB does
-    return _recognise_columns(lines) or ("pdb" if first[:6].strip() in PDB_RECORDS else "")
+    record = first[:6].strip()
+    if record in PDB_RECORDS and (
+        record not in PDB_TITLES or (lines[1:] and lines[1][:6].strip() in PDB_RECORDS)
+    ):
+        return "pdb"
+    # the title of another format may begin as a record of PDB does
+    return _recognise_columns(lines) or ("pdb" if record in PDB_TITLES else "")
 
 
 def _recognise_columns(lines: list[str]) -> str:
