@@ -36,7 +36,7 @@ COMMANDS = {
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = """\
-FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or a file of dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz).
+FILE is a structure (PDB, mmCIF, GRO or CARD, also .gz, or HDF5) or a file of dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz).
 `surface`, `residues` and `points` accept only a structure, and `recover` accepts only dots. Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; `-o -` writes to standard output, and -q prints only warnings and errors. npz
 and DMS keep the area, kind and atom of every dot. Errors are printed on standard error.

@@ -71,10 +71,11 @@ def read_molecule(
     Parameters
     ----------
     path : str or Path
-        PDB or mmCIF file, also compressed (.pdb .ent .cif .mmcif, each also .gz), GRO or HDF5; with a trajectory also PSF or
-        AMBER topologies.
+        PDB, mmCIF, GRO or CHARMM CARD file, each also compressed, or HDF5 of mdtraj; with a trajectory also a PSF or AMBER
+        topology. The content determines the format. Names and labels are those of the file.
     trajectory : str or Path, optional
-        Trajectory in any format that mdtraj reads. Without it, the models of the structure are the frames.
+        XTC, TRR, DCD, NetCDF, HDF5, AMBER mdcrd or restart, XYZ, LAMMPS dump or data, or coordinates in any format of a
+        structure. Without it, the models of the structure are the frames.
     selection : str, optional
         Atoms as an expression of mdtraj, or 'all' for every atom. By default the protein is read.
     chains : str or list of str, optional

@@ -109,10 +109,11 @@ class Protein(Section):
     """A structure with or without a trajectory, or a ready surface."""
 
     structure: Text = optional(
-        "Path of the structure: a PDB or mmCIF file (also .gz); with a trajectory, any topology that mdtraj reads."
+        "Path of the structure: a PDB or mmCIF file (also .gz); with a trajectory, also GRO, PSF, AMBER parm7 or HDF5."
     )
     trajectory: Text = optional(
-        "Path of a trajectory in any format that mdtraj reads, whose frames are conformations of the structure. A file "
+        "Path of a trajectory (XTC, TRR, DCD, NetCDF, HDF5, mdcrd, restart, XYZ, LAMMPS dump), whose frames are "
+        "conformations of the structure. A file "
         "that was cut off between two frames cannot be recognised."
     )
     url: Url = optional("Address from which the structure is downloaded: https, or http with a sha256.")
