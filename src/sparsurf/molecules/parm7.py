@@ -75,7 +75,7 @@ def _fields(source: Source) -> dict[str, list[str]]:
 
 
 def _of_size(fields: dict[str, list[str]], flag: str, size: int, source: Source) -> list[str]:
-    """Return the words of a flag, of which there are as many as POINTERS says."""
+    """Return the words of a flag, whose number is that in POINTERS."""
     words = fields.get(flag, [])
     if len(words) != size or not size:
         raise InputError(
