@@ -67,7 +67,7 @@ ifeq ($(CLUSTER)$(SLURM_JOB_ID),)
 export SLURM_CONF ?= /dev/null
 endif
 
-# The numba kernels, compiled once, and again when a source was edited: numba notices no edit in another file than the kernel's
+# The numba kernels, compiled once, and again after the edit of a source with kernels: others are only loaded
 KERNELS := .cache/kernels-compiled
 
 .PHONY: evidence setup setup-test setup-docs run paper compare check test test-fast bench docs package lock schema
@@ -111,7 +111,7 @@ docs: setup-docs
 
 package: setup-docs
 	rm -rf dist
-	$(BIN)/python -m build --no-isolation
+	HATCH_BUILD_NO_HOOKS=1 $(BIN)/python -m build --no-isolation # without kernels: an index serves every processor
 	$(BIN)/twine check --strict dist/*
 
 bench: setup
@@ -129,7 +129,6 @@ evidence: setup
 $(KERNELS): $(READY) $(shell find src -name '*.py')
 	@echo "Compiling kernels (once, about half a minute)"
 	@mkdir -p .cache
-	@$(BIN)/python -m sparsurf.compile_kernels remove
 	@$(BIN)/python -m sparsurf.compile_kernels surfaces & job=$$!; \
 	  $(BIN)/python -m sparsurf.compile_kernels patches && $(BIN)/python -m sparsurf_study.compile_kernels && wait $$job
 	@touch $@

@@ -28,17 +28,15 @@ dots = sparsurf.surface("protein.pdb", density=1.0, d_link=1.5)
 sparsurf.write(dots, "dots.ply")
 print(len(dots), dots.points.sum(), dots.normals.sum())
 """
-KERNELS = """
-from pathlib import Path
-import numpy as np, users
-from sparsurf.compile_kernels import remove_kernels
+USE_KERNEL = """
+import numpy as np, sparsurf
 from sparsurf.dot_fields.smoothing import gaussian_mean
+from sparsurf import progress
 
-points = np.zeros((2, 3))
-assert gaussian_mean(np.ones(2), points, points).tolist() == [1, 1] and users.double(2) == 4
-print(*(len(list(Path("cache").rglob(f"{name}*.nbc"))) for name in ("smoothing", "users")))
-remove_kernels()
-print(*(len(list(Path("cache").rglob(f"{name}*.nb?"))) for name in ("smoothing", "users")))
+compiled = []
+progress.before_compiling = lambda: compiled.append(1)
+points = np.array([[0.0, 0, 0], [1, 0, 0]])
+print(gaussian_mean(np.array([0.0, 1]), points, points)[0], len(compiled))
 """
 SPHERES = "ATOM  {:5d}  {:3s} ALA A   1    {:8.3f}{:8.3f}{:8.3f}  1.00  0.00           C  \n"
 
@@ -50,36 +48,50 @@ def run(command, **keys):
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel of this checkout."""
+def build_wheel(project, folder, **variables):
+    """The wheel of a project in a folder, which must hold no other."""
     pytest.importorskip("hatchling", reason="hatchling builds the wheel")
-    folder = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet", "--no-index"]
+    command = [*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", folder, project]
+    run(command, cwd=folder, env=os.environ | variables)
+    return next(folder.glob("sparsurf-*.whl"))
+
+
+def environment_with(wheel, folder):
+    """Python of an environment that holds the wheel, and only sees the packages that it depends on."""
+    venv.create(folder, with_pip=False)
+    python = folder / "bin" / "python"
+    install(python, wheel)
+    own = next(folder.glob("lib/python*/site-packages"))
+    (own / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"])
+    return python
+
+
+def install(python, wheel, *options):
+    """Install a wheel for a Python, as `pip install` does."""
     pip = [
         sys.executable,
         "-m",
         "pip",
         "--disable-pip-version-check",
-        "wheel",
+        "--python",
+        python,
+        "install",
         "--quiet",
-        "--no-index",
-        "--no-deps",
     ]
-    run([*pip, "--no-build-isolation", "--wheel-dir", folder, ROOT], cwd=folder)
-    return next(folder.glob("sparsurf-*.whl"))
+    run([*pip, "--no-index", "--no-deps", *options, wheel])
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel of this checkout for an index, without kernels."""
+    return build_wheel(ROOT, tmp_path_factory.mktemp("wheel"), HATCH_BUILD_NO_HOOKS="1")
 
 
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory):
     """bin/ of an environment that holds the wheel, and only sees the packages that it depends on."""
-    folder = tmp_path_factory.mktemp("environment")
-    venv.create(folder, with_pip=False)
-    python = folder / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python]
-    run([*pip, "install", "--quiet", "--no-index", "--no-deps", wheel])
-    own = next(folder.glob("lib/python*/site-packages"))
-    (own / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"])
-    return python.parent
+    return environment_with(wheel, tmp_path_factory.mktemp("environment")).parent
 
 
 def test_the_wheel_holds_the_library_and_its_data(wheel):
@@ -116,11 +128,62 @@ def test_installed_it_is_used_from_another_folder(installed, tmp_path):
     assert len(table) == len(dots) + 1
 
 
-def test_compiled_kernels_of_the_package_can_be_removed(tmp_path):
-    (tmp_path / "users.py").write_text("from numba import njit\ndouble = njit(cache=True)(lambda x: 2 * x)\n")
-    path = os.pathsep.join([str(ROOT / "src"), str(tmp_path)])
-    environment = os.environ | {"NUMBA_CACHE_DIR": "cache", "PYTHONPATH": path}
-    assert run([sys.executable, "-c", KERNELS], cwd=tmp_path, env=environment) == "1 1\n0 2\n"
+@pytest.fixture
+def project(tmp_path):
+    """A copy of what a wheel is built from, in which `compile_kernels` compiles one small kernel alone."""
+    folder = tmp_path / "project"
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "src" / "sparsurf", folder / "src" / "sparsurf", ignore=ignored)
+    for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder)
+    (folder / "src" / "sparsurf" / "compile_kernels.py").write_text(USE_KERNEL)
+    return folder
+
+
+def use_kernel(python, folder, **variables):
+    """What the kernel of the smoothing gives in an environment, and whether it was compiled."""
+    environment = {"PATH": os.environ["PATH"], "HOME": str(folder)} | variables
+    value, compiled = run([python, "-c", USE_KERNEL], cwd=folder, env=environment).split()
+    return float(value), compiled != "0"
+
+
+def test_an_upgrade_does_not_run_the_kernels_of_the_older_version(project, tmp_path):
+    """pip leaves the kernels that were stored beside the modules, and only another file of their source has changed."""
+    for name in ("older", "newer"):
+        (tmp_path / name).mkdir()
+    older = build_wheel(project, tmp_path / "older", HATCH_BUILD_NO_HOOKS="1")
+    python = environment_with(older, tmp_path / "environment")
+    first = use_kernel(python, tmp_path)
+    assert first == (pytest.approx(use_kernel(python, tmp_path)[0]), True)
+    assert use_kernel(python, tmp_path) == (first[0], False)
+    vectors = project / "src" / "sparsurf" / "surfaces" / "vectors.py"
+    source = vectors.read_text()
+    vectors.write_text(source.replace("return (a[0] - b[0]) ** 2 +", "return 2 * (a[0] - b[0]) ** 2 +"))
+    assert vectors.read_text() != source
+    install(python, build_wheel(project, tmp_path / "newer", HATCH_BUILD_NO_HOOKS="1"), "--force-reinstall")
+    stored = [*(tmp_path / "environment").rglob("smoothing*.nbc")]
+    plain, _ = use_kernel(python, tmp_path, NUMBA_DISABLE_JIT="1")
+    assert stored and plain != pytest.approx(first[0])
+    assert use_kernel(python, tmp_path) == (pytest.approx(plain), True)
+
+
+def test_a_wheel_that_pip_builds_brings_its_kernels(project, tmp_path):
+    """They are loaded wherever numba stores others, and not by another processor; a plain wheel where compiling fails."""
+    (tmp_path / "compiled").mkdir()
+    wheel = build_wheel(project, tmp_path / "compiled")
+    version = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    assert f"-{version}-{version}-" in wheel.name
+    python = environment_with(wheel, tmp_path / "environment")
+    value, compiled = use_kernel(python, tmp_path)
+    assert not compiled
+    assert use_kernel(python, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == (value, False)
+    other = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    assert use_kernel(python, tmp_path, **other) == (pytest.approx(value), True)
+    run([sys.executable, "-m", "pip", "--python", python, "uninstall", "--yes", "--quiet", "sparsurf"])
+    assert [*(tmp_path / "environment").rglob("*.nbc")] == [*(tmp_path / "environment").rglob("*.2.nbc")]
+    (tmp_path / "plain").mkdir()
+    (project / "src" / "sparsurf" / "compile_kernels.py").write_text("raise SystemExit(1)\n")
+    assert build_wheel(project, tmp_path / "plain").name.endswith("-py3-none-any.whl")
 
 
 def test_make_can_install_the_checkout_itself(tmp_path):

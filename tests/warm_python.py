@@ -33,6 +33,7 @@ IMPORTED_BY_SNAKEMAKE = (
 OPENED = (
     ".opened"  # folder in the working folder of a script: where it is, a file lists what the script opened
 )
+COMPILED = "compiled"  # what such a file says of a kernel that the script compiled
 CLIENT = """
 import json, os, socket, sys
 python, address, *arguments = sys.argv[1:]
@@ -105,7 +106,7 @@ def serve(command, address):
     import_snakemake()
     for part in compile_kernels.PARTS.values():
         part()
-    importlib.import_module("sparsurf_study.compile_kernels").compile_grid()
+    importlib.import_module("sparsurf_study.compile_kernels").compile_study()
     gc.freeze()  # no fork searches what it shares with the others, which would copy it
     listener = socket.socket(socket.AF_UNIX)
     listener.bind(address)
@@ -154,6 +155,11 @@ def note_opened_files(folder):
                 if path.startswith(here):
                     writes = flags & (os.O_WRONLY | os.O_RDWR) or (mode and not {*"wax+"}.isdisjoint(mode))
                     notes.write(f"{'w' if writes else 'r'}\t{path.removeprefix(here)}\n")
+
+            elif event == "os.rename" and str(arguments[1]).endswith(
+                ".nbc"
+            ):  # of numba, once it has compiled a kernel
+                notes.write(f"{COMPILED}\t{os.path.basename(arguments[1])}\n")
 
         sys.addaudithook(note)
 

@@ -1,41 +1,61 @@
 """Compile the numba kernels into their cache, in two parts that take equally long: `python -m sparsurf.compile_kernels patches`.
 
-Each part calls every kernel on a tiny surface. The kernels of pairs and of meshes are compiled when they are first called.
-numba compiles a kernel again if its file was edited, not if a function or constant of another file was: `remove` removes
-the compiled kernels, for `make setup` after an edit.
+Each part runs commands on a peptide of three residues in a temporary folder, and calls what only functions of Python reach.
+`make setup` and the build of a wheel (`hatch_build.py`) run both parts, so that no command compiles anything afterwards.
 """
 
 import sys
-from importlib import import_module
+import tempfile
+from collections.abc import Sequence
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
-from numba.core.dispatcher import Dispatcher
+
+from sparsurf.errors import InputError
 
 from sparsurf import kinds
 
 BALL_DOTS = 300
+# Å; a residue of an extended chain, and the step to the next one
+ALANINE = (
+    ("N", (0, 0, 0)),
+    ("CA", (1.46, 0, 0)),
+    ("C", (2, 1.42, 0)),
+    ("O", (1.3, 2.43, 0)),
+    ("CB", (2, -0.8, 1.2)),
+)
+STEP = np.array([3.33, 1.42, 0])
+SURFACES = (
+    "surface peptide.pdb --cavities remove --fields potential,mean_curvature,hbond -o dots.csv",
+    "surface peptide.pdb --mesh --density 1 -o mesh.ply",
+    "points peptide.pdb -n 40 -o points.npz",
+    "points peptide.pdb -n 2000 --fields roughness,hydropathy -o points.ply",
+    "recover points.npz -o dense.npz",
+    "recover points.npz --mesh -o mesh.ply",
+)
+PATCHES = (
+    "show peptide.pdb --no-open -o page.html",
+    "minimal peptide.pdb -o minimal.csv",
+    "residues peptide.pdb --fields hydropathy,potential -o residues.csv",
+    "descriptors peptide.pdb --every 50 -o descriptors.npz",
+    "descriptors peptide.pdb --every 50 --descriptor rotation_robust -o robust.npz",
+)
 
 
 def compile_surfaces() -> None:
-    """Compile the kernels that place dots, draw surfaces and recover them."""
+    """Compile the kernels that place dots, draw surfaces and reconstruct them."""
     from sparsurf.patches.index import build_index
     from sparsurf.recovery.errors import curvature
-    from sparsurf.recovery.recovering import recover
-    from sparsurf.surfaces.components import components_of
     from sparsurf.surfaces.molecular_surface import molecular_surface
-    from sparsurf.surfaces.spacing import spacing
     from sparsurf.views import render
 
-    xyz, radii = np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7)
-    dots = molecular_surface(xyz, radii)
-    components_of(dots, xyz, radii)
-    spacing(dots.points)
-    camera = render.aim(dots.points, np.eye(3), (20, 20))
-    render.picture(render.draw_surface(dots.points, dots.normals, (0.5, 0.5, 0.5), camera))
+    run(SURFACES)
     points, normals = ball()
-    recover(points, normals)
+    molecular_surface(points[:3], np.full(3, 1.7), reentrant="dms")
     curvature(build_index(points, normals))
+    camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
+    render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))
 
 
 def compile_patches() -> None:
@@ -51,18 +71,29 @@ def compile_patches() -> None:
     prepared.distances(subsets, tests, prepared.describe(tests)[0], FULL_READING)
     for choose in samplers.get_samplers(kinds.TABLE["sampler"], "sampler").values():
         choose(prepared, 20, np.random.default_rng(0))
+    run(PATCHES)
 
 
-def remove_kernels() -> None:
-    """Remove the compiled kernels of the library, and of the study beside it, wherever numba stores them."""
-    library = Path(__file__).parent
-    for path in [*library.rglob("*.py"), *library.with_name("sparsurf_study").rglob("*.py")]:
-        if "@njit(" in path.read_text(encoding="utf-8"):
-            module = import_module(".".join(path.relative_to(library.parent).with_suffix("").parts))
-            kernels = (value for value in vars(module).values() if isinstance(value, Dispatcher))
-            for folder in {kernel.stats.cache_path for kernel in kernels}:
-                for file in Path(folder).glob("*.nb[ic]") if folder else ():
-                    file.unlink(missing_ok=True)
+def run(commands: Sequence[str]) -> None:
+    """Run commands on a peptide in a folder that is removed afterwards; raise InputError for one that fails."""
+    from sparsurf.cli.command import main
+
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        Path("peptide.pdb").write_text(peptide(), encoding="utf-8")
+        for command in commands:
+            if main([*command.split(), "--quiet"]):
+                raise InputError(f"the kernels of `sparsurf {command}` could not be compiled.")
+
+
+def peptide() -> str:
+    """Return the PDB lines of three alanines in an extended chain."""
+    lines: list[str] = []
+    for residue in range(3):
+        for name, place in ALANINE:
+            x, y, z = place + residue * STEP
+            atom = f"{len(lines) + 1:5d}  {name:<3s} ALA A{residue + 1:4d}"
+            lines.append(f"ATOM  {atom}    {x:8.3f}{y:8.3f}{z:8.3f}  1.00  0.00          {name[0]:>2s}\n")
+    return "".join(lines)
 
 
 def ball() -> tuple[np.ndarray, np.ndarray]:
@@ -75,6 +106,5 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
 PARTS = {"surfaces": compile_surfaces, "patches": compile_patches}
 
 if __name__ == "__main__":
-    steps = {"remove": remove_kernels} | PARTS
-    for step in sys.argv[1:] or PARTS:
-        steps[step]()
+    for part in sys.argv[1:] or PARTS:
+        PARTS[part]()

@@ -7,7 +7,14 @@ numba still prepares itself before it compiles. Kernels of users stay as they ar
 
 from __future__ import annotations
 
+import hashlib
+import inspect
+import os
+import re
+import sys
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
@@ -17,32 +24,98 @@ from sparsurf import progress
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# what `LightCache.load_overload` uses of numba, which does not document it
-USED = ("load_overload", "_load_overload", "_guard_against_spurious_io_errors")
+LIBRARY = Path(__file__).resolve().parent
+COMPILED = (b"@njit(", b"@intrinsic")  # in a source with kernels
+IMPORTED = re.compile(rb"^from (sparsurf\w*(?:\.\w+)+) import ([^\n(]*)", re.MULTILINE)
+# what `LightCache` uses of numba, which does not document it
+USED = ("load_overload", "_index_key", "_guard_against_spurious_io_errors")
 NUMBA_OFFERS_IT = (
     hasattr(caching, "FunctionCache")
     and all(hasattr(caching.FunctionCache, name) for name in USED)
+    and hasattr(caching, "IndexDataCacheFile")
     and hasattr(getattr(runtime, "rtsys", None), "initialize")
 )
 Cache: Any = caching.FunctionCache if NUMBA_OFFERS_IT else object
 
 
 class LightCache(Cache):
-    """numba's cache of the compiled forms of one kernel, which are loaded without `target_context.refresh()`."""
+    """numba's cache of the compiled forms of one kernel, which are loaded without `target_context.refresh()`.
+
+    numba stamps a stored kernel with its own source alone, although it contains what it calls from other sources: after an
+    upgrade, kernels of the older version would run. Here the stamp is `hash_of_kernels`. The kernels that were installed with
+    the package are read first, also where numba stores new ones in another folder.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Choose the folders as numba does, and the `__pycache__` beside the source."""
+        super().__init__(function)
+        source = inspect.getfile(function)
+        package = (function.__module__ or "").partition(".")[0]
+        stamp: Any = hash_of_kernels(package)
+        if not _is_inside(source, package):  # a function of another project
+            stamp = stamp, self._impl.locator.get_source_stamp()
+        beside = os.path.join(os.path.dirname(source), "__pycache__")
+        self._installed, self._cache_file = (
+            caching.IndexDataCacheFile(folder, self._impl.filename_base, stamp)
+            for folder in (beside, self._cache_path)
+        )
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored form for a signature; None if it is not stored."""
         runtime.rtsys.initialize(target_context)
         stored = None
         with self._guard_against_spurious_io_errors():
-            stored = self._load_overload(sig, target_context)
-        if stored is None and progress.before_compiling is not None:
+            if self._enabled:
+                key = self._index_key(sig, target_context.codegen())
+                stored = self._installed.load(key) or self._cache_file.load(key)
+        if stored is not None:
+            return self._impl.rebuild(target_context, stored)
+        if progress.before_compiling is not None:
             progress.before_compiling()
-        return stored
+        return None
+
+
+@cache
+def hash_of_kernels(package: str) -> bytes:
+    """Return a hash of the sources from which kernels are compiled: of the library, and of the package that calls it.
+
+    These are the sources with kernels and those from which they import constants.
+    """
+    digest = hashlib.sha256()
+    for folder in dict.fromkeys((LIBRARY, _folder_of(package) or LIBRARY)):
+        sources = {path: path.read_bytes() for path in folder.rglob("*.py")}
+        compiled = {path for path, text in sources.items() if any(word in text for word in COMPILED)}
+        for path in [*compiled]:
+            for module, names in IMPORTED.findall(sources[path]):
+                parts = module.decode().split(".")[1:]
+                for below in ([], *([name.strip()] for name in names.decode().split(","))):
+                    compiled.add(folder.joinpath(*parts, *below).with_suffix(".py"))
+        for path in sorted(compiled & sources.keys()):
+            digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + sources[path])
+    return digest.digest()
+
+
+def _folder_of(package: str) -> Path | None:
+    """Return the folder of a package that is imported; None for a module of one file."""
+    module = sys.modules.get(package)
+    file = getattr(module, "__file__", None)
+    return Path(file).resolve().parent if file and hasattr(module, "__path__") else None
+
+
+def _is_inside(source: str, package: str) -> bool:
+    """Return whether a source lies in the folder of its package, all of whose kernels are hashed."""
+    folder = _folder_of(package)
+    return folder is not None and Path(source).resolve().is_relative_to(folder)
 
 
 def njit(**options: Any) -> Callable[[Function], Function]:
-    """Compile a function with `numba.njit(**options)`, and load it as `LightCache` does where this numba allows it."""
+    """Compile a function with `numba.njit(**options)`, and store it as `LightCache` does.
+
+    Where this numba lacks what `LightCache` uses, kernels are compiled in each process: a stored one might be that of another
+    version.
+    """
+    if not NUMBA_OFFERS_IT:
+        options = options | {"cache": False}
 
     def decorate(function: Function) -> Function:
         kernel: Any = numba.njit(**options)(function)

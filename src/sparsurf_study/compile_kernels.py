@@ -1,20 +1,28 @@
-"""Compile the kernels of a grid that `sparsurf.compile_kernels` does not: `python -m sparsurf_study.compile_kernels`.
+"""Compile the kernels of a study that `sparsurf.compile_kernels` does not: `python -m sparsurf_study.compile_kernels`.
 
-The kernels of pairs are compiled when they are first called.
+After `make setup` no job compiles anything, which a test checks for every rule.
 """
 
 import numpy as np
 
 from sparsurf.compile_kernels import ball
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis.grid import evaluate_grid
+from sparsurf_study.pairs.nearest import nearest
+from sparsurf_study.pairs.neighbourhoods import means_within
 
 
-def compile_grid() -> None:
-    """Evaluate a grid of one combination on a tiny surface."""
-    evaluate_grid(PreparedSurface(Surface(*ball())), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+def compile_study() -> None:
+    """Evaluate a grid of one combination on a tiny surface, and search for its nearest patches and neighbours."""
+    points, normals = ball()
+    combination = np.array([[0.5, 0.5, 1.0, 1.0]])
+    for readings in (("kept",), GRID_READINGS):
+        evaluate_grid(PreparedSurface(Surface(points, normals)), combination, 4, readings=readings)
+    nearest(points, normals)
+    means_within(points, points, points[:, 0], 1.0)
 
 
 if __name__ == "__main__":
-    compile_grid()
+    compile_study()

@@ -1,10 +1,10 @@
-"""Stored kernels: loaded without what compiles them, and as numba loads them where another numba lacks what this needs."""
+"""Stored kernels: loaded without what compiles them, complete for all commands; none where another numba lacks what they need."""
 
+import ast
 import subprocess
 import sys
 
-from numba.core.caching import FunctionCache
-
+from conftest import ROOT
 from sparsurf import kernels
 
 CALL_ALL = """
@@ -29,13 +29,88 @@ def test_stored_kernels_load_without_what_compiles_them():
     assert run.stdout == "\n"
 
 
-def test_another_numba_loads_kernels_as_it_does(monkeypatch):
+def test_another_numba_stores_no_kernel(monkeypatch):
+    """A kernel that it stored would be that of the older version after an upgrade."""
     assert type(kernels.njit(cache=True)(double)._cache) is kernels.LightCache
     monkeypatch.setattr(kernels, "NUMBA_OFFERS_IT", False)
     kernel = kernels.njit(cache=True)(double)
-    assert type(kernel._cache) is FunctionCache and kernel(21) == 42
+    assert kernel.stats.cache_path is None and kernel(21) == 42
 
 
 def test_a_kernel_that_is_not_stored_stays_as_numba_makes_it():
     kernel = kernels.njit()(double)
     assert kernel(21) == 42 and kernel.stats.cache_path is None
+
+
+ALL_COMMANDS = """
+import sys
+from numba.core.dispatcher import Dispatcher
+from sparsurf import compile_kernels
+from sparsurf.cli.command import main
+
+def loaded():
+    kernels = {
+        kernel for name, module in [*sys.modules.items()] if name.startswith("sparsurf.")
+        for kernel in vars(module).values() if isinstance(kernel, Dispatcher)
+    }
+    return {(kernel.__module__, kernel.__name__, str(form)) for kernel in kernels for form in kernel.signatures}
+
+for part in compile_kernels.PARTS.values():
+    part()
+before = loaded()
+for command in open(sys.argv[1]).read().splitlines():
+    assert main([*command.split(), "-q"]) == 0, command
+    for kernel in sorted(loaded() - before):
+        print(command, *kernel)
+"""
+COMMANDS = """\
+surface protein.pdb --residues 209-214 -o dots.csv
+surface protein.pdb --fields hydropathy,potential,mean_curvature,gaussian_curvature,shape_index,hbond -o dots.npz
+surface protein.pdb --cavities remove --radii bondi -o dots.dms
+surface protein.pdb -o dots.png
+surface protein.pdb --mesh --fields potential -o mesh.ply
+surface protein.pdb --mesh --density 1 -o mesh.ply
+roughness dots.npz -o page.html
+roughness dots.dms -o roughness.csv
+residues protein.pdb --fields hydropathy,hbond -o residues.png
+points protein.pdb -n 512 -o points.ply
+points protein.pdb --density 0.5 --fields roughness,potential -o points.npz
+minimal protein.pdb --percent 10 --sampler paper -o minimal.csv
+minimal dots.npz --percent 10 --sampler paper_corrected -o minimal.npz
+minimal dots.npz --percent 10 --sampler poisson -o minimal.npz
+minimal dots.npz --density 0.6 --sampler uniform -o minimal.npz
+minimal protein.pdb -o minimal.csv
+minimal dots.npz --max-z 1 -o page.html
+recover minimal.csv -o dense.dms
+recover minimal.csv --mesh --density 2 -o mesh.ply
+recover minimal.csv --at minimal.csv -o descriptors.csv
+descriptors protein.pdb --every 500 -o descriptors.csv
+descriptors protein.pdb --every 500 --down --descriptor rotation_robust -o descriptors.npz
+show protein.pdb --no-open -o page.html
+show minimal.csv --no-open -o page.html
+show mesh.ply --no-open -o page.html
+"""
+
+
+def test_no_command_compiles_a_kernel_after_the_installation(tmp_path):
+    """All forms that commands load are among those that `compile_kernels`, which builds a wheel, has compiled before."""
+    lines = (ROOT / "data" / "tdp43" / "topology.pdb").read_text().splitlines(keepends=True)
+    atoms = [line for line in lines if line.startswith("ATOM") and int(line[22:26]) < 221]
+    (tmp_path / "protein.pdb").write_text("".join(atoms))
+    (tmp_path / "commands").write_text(COMMANDS)
+    call = [sys.executable, "-c", ALL_COMMANDS, "commands"]
+    run = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr[-2000:]
+    assert run.stdout == ""
+
+
+def test_kernels_import_their_constants_from_sources_that_are_hashed():
+    """A line of several rows, or a module that is imported by another, would be missed."""
+    folder, missed = ROOT / "src" / "sparsurf", []
+    for path in sorted(folder.rglob("*.py")):
+        if "@njit(" in (text := path.read_text()) and path.name != "kernels.py":
+            names = {each.decode() for each, _ in kernels.IMPORTED.findall(text.encode())}
+            imports = [each for each in ast.parse(text).body if isinstance(each, ast.ImportFrom)]
+            used = {each.module for each in imports if (each.module or "").startswith("sparsurf.")}
+            missed += sorted(used - names)
+    assert missed == []

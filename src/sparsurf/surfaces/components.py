@@ -313,7 +313,8 @@ def _join_loops(
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
     """Return the loop of each arc around one atom: arcs that meet at fixed probes, or a whole circle."""
     parent = np.arange(len(arcs))
-    arc, side = np.nonzero(meeting[arcs] >= 0)
+    # columns of one array, which would be another form of the kernels
+    arc, side = (np.ascontiguousarray(column) for column in np.nonzero(meeting[arcs] >= 0))
     _, first, of_probe = np.unique(meeting[arcs][arc, side], return_index=True, return_inverse=True)
     _join(parent, arc, arc[first[of_probe]])
     return dict(zip(arcs.tolist(), _roots(parent).tolist(), strict=True))

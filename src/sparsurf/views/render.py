@@ -220,7 +220,8 @@ def _paint(
 ) -> Scene:
     """Add shaded discs (radius in rendered pixels) to a scene."""
     sums = np.zeros((*scene.depth.shape, 7), np.float32)
-    colours = np.ascontiguousarray(np.broadcast_to(np.asarray(colours, np.float64), points.shape))
+    # a copy: what is broadcast is read-only, which would be another form of the kernel
+    colours = np.array(np.broadcast_to(np.asarray(colours, np.float64), points.shape), order="C")
     draw_discs(*_project(points, normals, scene.camera), disc, scene.depth, colours, scene.slack, sums)
     image = scene.colour.copy()
     light = LIGHT * np.array([1, -1, 1]) / np.linalg.norm(LIGHT)

@@ -140,6 +140,13 @@ def opened_files(folder):
     return opened
 
 
+def test_no_job_compiles_a_kernel(study):
+    """After the kernels that `make setup` compiles, as the warm Python did before the study."""
+    notes = [file.read_text() for file in (study / warm_python.OPENED).iterdir()]
+    rows = [line.split("\t") for text in notes for line in text.splitlines()]
+    assert rows and not {kernel for way, kernel in rows if way == warm_python.COMPILED}
+
+
 def test_a_job_reads_its_inputs_and_nothing_else(study, given):
     """As noted when the study ran. What it reads besides might be missing or old, and what it does not read be the wrong file."""
     opened = opened_files(study)
