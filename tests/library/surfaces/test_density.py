@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from conftest import ROOT
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -59,6 +60,20 @@ def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_pa
     placed = rolled.surface(DENSITY)
     assert rolled.surface_for_d_link("auto", 1.0, "a", placed)[0] is placed
     assert not caplog.text
+
+
+@pytest.mark.parametrize(("hydrogens", "expected"), [("keep", DENSITY), ("remove", 5.8)])
+def test_dots_are_placed_once_on_a_protein_and_their_spacing_is_measured(monkeypatch, hydrogens, expected):
+    """At a density that follows from the share of hydrogens; the published one leaves gaps on a protein without any."""
+    molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", hydrogens=hydrogens)
+    rolled, placed = roll_frame(molecule, 0, radii(molecule), SETTINGS), []
+    place = molecular_surface.place_dots
+    monkeypatch.setattr(molecular_surface, "place_dots", lambda *given: placed.append(given) or place(*given))
+    dots, density = rolled.surface_for_d_link("auto", 0.5, "a")
+    assert len(placed) == 1 and density == pytest.approx(expected)
+    assert MIN_D_LINK_PER_SPACING * spacing(dots.points) <= 0.5
+    suits = MIN_D_LINK_PER_SPACING * spacing(rolled.surface(DENSITY).points) <= 0.5
+    assert suits == (hydrogens == "keep")
 
 
 def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_densest(tmp_path):
