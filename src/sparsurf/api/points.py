@@ -24,8 +24,7 @@ from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.progress import progress_bar
-from sparsurf.sampling.farthest_point import farthest_point_sampling
-from sparsurf.sampling.samplers import nearest_kept
+from sparsurf.sampling.farthest_point import farthest_points
 from sparsurf.streams import DEFAULT_SEED, stream
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
@@ -160,8 +159,8 @@ def _chosen(molecule: Any, frame: int, request: Request, threads: int) -> Points
     dots, n, placed = _dense_dots(rolled, request.n_dots, request.density)
     # Positions that differ by rounding alone, on another machine, must not change the choice
     positions = np.rint(dots.points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
-    chosen = farthest_point_sampling(build_grid(positions), n, stream(request.seed, "points"))
-    area = np.bincount(nearest_kept(positions, chosen)[0], dots.area, n)
+    chosen, nearest = farthest_points(build_grid(positions), n, stream(request.seed, "points"))
+    area = np.bincount(nearest, dots.area, n)
     origin = Origin.of_atoms(
         atoms if isinstance(atoms, Molecule) else None, frame, xyz, rules, D_LINK, atom_radii
     )

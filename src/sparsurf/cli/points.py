@@ -1,12 +1,12 @@
 """`sparsurf points`: a few points with normals on the surface of a structure, or of every structure of a folder."""
 
+from __future__ import annotations
+
 import argparse
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from sparsurf import kinds
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
@@ -17,6 +17,9 @@ from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow, pluralise
 from sparsurf.molecules.formats import title
 from sparsurf.surfaces.chosen_points import NamedPoints
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TABLE = ".parquet"
 FORMATS = (TABLE, ".npz", ".ply")
@@ -90,6 +93,8 @@ def run(args: argparse.Namespace) -> None:
 
 def _write_table(path: Path, named: Iterable[NamedPoints], written: list[int]) -> None:
     """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`."""
+    import pandas as pd  # here: a file of another format needs no table
+
     pyarrow = import_pyarrow()
     waiting: list[pd.DataFrame] = []
     writer = None
@@ -120,6 +125,8 @@ def _write_table(path: Path, named: Iterable[NamedPoints], written: list[int]) -
 
 def _schema(pyarrow: Any, table: pd.DataFrame) -> Any:
     """Return the types of the columns: text, and numbers as they are."""
+    import pandas as pd
+
     types = {
         name: pyarrow.string()
         if pd.api.types.is_string_dtype(column)

@@ -8,10 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
+from conftest import make_blob
 from sparsurf import kinds
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.patches.index import build_index, select_separated
+from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.sampling import published
+from sparsurf.sampling.farthest_point import farthest_points
 from sparsurf.sampling.samplers import (
     farthest,
     get_sampler,
@@ -93,6 +95,7 @@ def plainly_spread(points, first, n):
     for _ in range(n):
         chosen.append(p)
         gap = np.minimum(gap, ((points - points[p]) ** 2).sum(axis=1))
+        gap[p] = -1  # never again, not even before a dot that coincides with another one
         p = int(np.argmax(gap))
     return chosen
 
@@ -108,20 +111,29 @@ def test_farthest_equals_the_plain_algorithm_and_is_nested(surface):
     assert reach[0] > reach[1] > reach[2]
 
 
-def test_of_dots_as_far_the_lowest_is_next():
-    points = np.array([[x, y, 0.0] for x in range(3) for y in range(3)])[[4, 8, 1, 6, 2, 3, 0, 7, 5]]
-    square = SimpleNamespace(points=points, index=build_index(points, points))
-    start = SimpleNamespace(integers=lambda n: 0)  # the middle
-    assert farthest(square, 9, start).tolist() == [0, 1, 3, 4, 6, 2, 5, 7, 8]
+CLOUDS = {
+    "lattice": np.stack(np.meshgrid(*[np.arange(7.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3),  # ties everywhere
+    "square": np.array([[x, y, 0.0] for x in range(3) for y in range(3)]),
+    "places of four dots": np.repeat(np.random.default_rng(0).normal(size=(10, 3)), 4, axis=0),
+    "far apart": np.concatenate([np.random.default_rng(2).normal(size=(200, 3)), [[1e4, 0, 0], [0, -3e4, 0]]]),
+    "shell": 12 * make_blob(1500)[0],
+    "one dot": np.zeros((1, 3)),
+}
 
 
-@pytest.mark.parametrize("n", [7, 12, 40])
-def test_dots_at_one_place_are_chosen_once_each(n):
-    points = np.repeat(np.random.default_rng(0).normal(size=(10, 3)), 4, axis=0)
-    dots = farthest(
-        SimpleNamespace(points=points, index=build_index(points, points)), n, np.random.default_rng(1)
-    )
-    assert len(np.unique(dots)) == n and len(np.unique(dots[:10] // 4)) == min(n, 10)  # every place first
+@pytest.mark.parametrize("name", CLOUDS)
+def test_farthest_points_and_the_nearest_of_them_equal_the_plain_algorithm(name):
+    """On a tie the dot of the lowest number is chosen, and the one chosen first is the nearest; each dot is chosen once."""
+    points = np.random.default_rng(4).permutation(CLOUDS[name])
+    grid = build_grid(points)
+    for n in sorted({1, min(9, len(points)), len(points)}):
+        start = np.random.default_rng(5)
+        dots, nearest = farthest_points(grid, n, np.random.default_rng(5))
+        assert dots.tolist() == plainly_spread(points, int(start.integers(len(points))), n)
+        assert nearest[dots].tolist() == [*range(n)]
+        d2 = ((points[:, None] - points[dots]) ** 2).sum(axis=2)
+        others = np.setdiff1d(np.arange(len(points)), dots)
+        assert np.array_equal(nearest[others], d2.argmin(axis=1)[others])
 
 
 def test_alpha_is_tuned_so_that_the_papers_sampler_keeps_about_n(surface):
