@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import pickle
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -364,6 +362,9 @@ def _outcome(path: Path, request: Request, threads: int) -> Outcome:
 
 def _in_processes(choose: Any, paths: Any, jobs: int) -> Iterator[Any]:
     """Yield the results of a function of a path in order; few of them wait at a time."""
+    import multiprocessing  # here: one structure needs no processes
+    from concurrent.futures import Future, ProcessPoolExecutor
+
     methods = multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("fork" if "fork" in methods else None)
     waiting: deque[Future] = deque()

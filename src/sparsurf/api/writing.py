@@ -85,9 +85,9 @@ class Dots:
     @property
     def numbers(self) -> dict[str, np.ndarray]:
         """The columns that hold numbers, by name; `dot` first."""
-        columns = {
-            name: self._all[name].to_numpy() for name in map(str, self._all) if name not in POSITION_COLUMNS
-        }
+        columns = {str(name): np.asarray(column) for name, column in self.table.items()}
+        columns |= {name: values for name, values in self.surface.fields.items() if name not in columns}
+        columns = {name: column for name, column in columns.items() if name not in POSITION_COLUMNS}
         columns = {name: columns[name] for name in sorted(columns, key=lambda name: name != "dot")}
         return {name: column for name, column in columns.items() if column.dtype.kind in "iuf"}
 
@@ -354,7 +354,7 @@ def write(
             origin.refuse_molecule("write", atoms, frame)
     source: Any = result
     if isinstance(source, Points):
-        table = source.to_frame().drop(columns=list(source.fields))
+        table = {name: column for name, column in source.columns().items() if name not in source.fields}
         dots = Dots(source.surface, table, molecule=atoms, frame=frame, single=True)
     elif is_subset(source):
         is_shown = str(path).lower().removesuffix(".gz").endswith(PAGES)
@@ -405,7 +405,11 @@ def _renamed(dots: Dots, names: Mapping[str, str]) -> Dots:
     if twice := [name for name in new.values() if [*new.values()].count(name) > 1]:
         raise InputError(f"write: names calls two fields {twice[0]!r}; give each a name of its own.")
     surface = replace(dots.surface, fields={new[name]: values for name, values in fields.items()})
-    return replace(dots, surface=surface, table=cast("pd.DataFrame", dots.table).rename(columns=new))
+    if isinstance(dots.table, Mapping):
+        return replace(
+            dots, surface=surface, table={new.get(name, name): column for name, column in dots.table.items()}
+        )
+    return replace(dots, surface=surface, table=dots.table.rename(columns=new))
 
 
 def _write_scene(path: Path, dots: Dots) -> None:

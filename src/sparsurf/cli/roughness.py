@@ -2,8 +2,6 @@
 
 import argparse
 
-import pandas as pd
-
 from sparsurf.api import writing
 from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
@@ -42,8 +40,7 @@ def run(args: argparse.Namespace) -> None:
     values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]
-    table = pd.DataFrame({"roughness": values})
-    table = table if molecule is None else table.join(molecule.labels(surface.atom))
+    table = {"roughness": values} | ({} if molecule is None else molecule.label_columns(surface.atom))
     words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
     patches = Patches(r_patch=args.r_patch, d_link=args.d_link)
     about = options.about(args, patches=patches, roughness=values)

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
@@ -67,6 +66,8 @@ def table_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
 @cache
 def _table() -> dict[tuple[str, str], tuple[float, ...]]:
     """Read the table: (residue, atom) -> charge, total charge of its hydrogens, their number."""
+    import pandas as pd
+
     table = pd.read_csv(Path(__file__).with_name("charges.csv"), keep_default_na=False)
     keys, values = table[["residue", "atom"]], table[["charge", "hydrogens", "number"]]
     return dict(zip(keys.itertuples(index=False, name=None), map(tuple, values.to_numpy(float)), strict=True))

@@ -9,7 +9,6 @@ import os
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.files import read_text
@@ -17,6 +16,8 @@ from sparsurf.molecules.names import usual_names
 from sparsurf.surfaces.surface import COMPONENT_FIELD, is_field_name
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
@@ -26,6 +27,8 @@ KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row;
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
     """Read a column of a CSV with `residue` and, where they matter, `chain` and `atom`, for the atoms, (A,); NaN if unknown."""
+    import pandas as pd
+
     table = _read_cells(path)
     if name not in table.columns or name in KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
@@ -67,6 +70,8 @@ def columns_of(path: str | os.PathLike[str]) -> list[str]:
 
 def _read_cells(path: str | os.PathLike[str]) -> pd.DataFrame:
     """Read the cells of a table as strings, without surrounding blanks."""
+    import pandas as pd
+
     lines = io.StringIO(read_text(path), "")
     reader = csv.reader(lines, skipinitialspace=True, strict=True)
     try:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.dot_fields.charges import MAX_BOND_TO_HYDROGEN, protonation_states
 from sparsurf.molecules.names import usual_name
@@ -42,6 +41,8 @@ def balance_of_atoms(molecule: Molecule) -> np.ndarray:
 @cache
 def _table() -> dict[tuple[str, str], tuple[int, int]]:
     """Read the table: (residue or kind of residue, atom) -> hydrogens that it donates, lone pairs that accept."""
+    import pandas as pd
+
     table = pd.read_csv(Path(__file__).with_name("hydrogen_bonds.csv"), keep_default_na=False)
     return {
         (residue, atom): (donates, accepts)

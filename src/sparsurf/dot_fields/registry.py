@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-import pandas as pd
 
 from sparsurf import kinds
 from sparsurf.arguments import checked_result
@@ -25,6 +24,8 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.residues import standard_name
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
@@ -130,6 +131,8 @@ def compute_fields(
 
     `dots` are the points as they were placed, which fields of dots need.
     """
+    import pandas as pd  # here: it takes long to load, and most commands compute no field
+
     if not isinstance(charges, str | os.PathLike):
         raise InputError(
             f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."

@@ -6,6 +6,7 @@ The table has one row per atom in the order of the input, and the columns of `CO
 from __future__ import annotations
 
 import logging
+import math
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -349,27 +350,47 @@ def _is_share(occupancy: np.ndarray) -> np.ndarray:
 
 def _choose_location(atoms: AtomTable, altloc: str) -> np.ndarray:
     """Return which atoms of a residue are kept, a bool per row."""
-    import pandas as pd  # here: it takes long to load, and few residues have several locations
-
-    residue = pd.DataFrame(atoms.columns)
-    labelled = residue[residue.altloc != ""]
-    letters = list(dict.fromkeys(labelled.altloc))
+    columns = (atoms.name, atoms.altloc, atoms.residue_name, atoms.occupancy)
+    names, locations, residue_names, occupancy = (column.tolist() for column in columns)
+    rows = range(len(names))
+    letters = list(dict.fromkeys(letter for letter in locations if letter))
     if altloc == "highest":
-        occupancy = labelled.groupby("altloc").occupancy.mean()
-        letters.sort(key=lambda letter: -occupancy[letter])  # stable: the first wins a tie
+        shares = {letter: [occupancy[k] for k in rows if locations[k] == letter] for letter in letters}
+        letters.sort(key=lambda letter: -_mean(shares[letter]))  # stable: the first wins a tie
     chosen = altloc if altloc in letters else letters[0]
-    keep = residue.altloc.isin(["", chosen])
-    both = residue[keep & residue.name.isin(residue.name[keep & (residue.altloc == "")])
-                   & residue.name.isin(residue.name[keep & (residue.altloc != "")])]  # fmt: skip
+    keep = np.array([letter in ("", chosen) for letter in locations])
+    common, located = ({names[k] for k in rows if locations[k] == letter} for letter in ("", chosen))
+    both = [k for k in rows if keep[k] and names[k] in common & located]
     if altloc == "highest":
-        both = both.sort_values("occupancy", ascending=False, kind="stable")
+        both.sort(key=lambda k: (math.isnan(occupancy[k]), -occupancy[k]))
     elif altloc in letters:
-        both = both.sort_values("altloc", ascending=False, kind="stable")
-    keep[both.index[both.duplicated("name")]] = False
-    name_kept = residue.residue_name.isin(residue.residue_name[residue.altloc == chosen])
-    missing = name_kept & ~residue.name.isin(residue.name[keep])
-    missing &= ~residue[missing].duplicated("name").reindex(residue.index, fill_value=True)
-    return (keep | missing).to_numpy()
+        both.sort(key=lambda k: locations[k] == "")
+    _drop_repeated(keep, both, names)
+    residues_kept = {residue_names[k] for k in rows if locations[k] == chosen}
+    names_kept = {names[k] for k in rows if keep[k]}
+    missing = [k for k in rows if residue_names[k] in residues_kept and names[k] not in names_kept]
+    keep[missing] = True
+    _drop_repeated(keep, missing, names)
+    return keep
+
+
+def _mean(values: list[float]) -> float:
+    """Return the mean of numbers, whose sum is compensated for rounding (Kahan), as that of pandas is."""
+    total = lost = 0.0
+    for value in values:
+        value -= lost
+        lost = (total + value) - total - value
+        total += value
+    return total / len(values)
+
+
+def _drop_repeated(keep: np.ndarray, rows: list[int], names: list[str]) -> None:
+    """Keep the first of several rows with the same name."""
+    seen: set[str] = set()
+    for k in rows:
+        if names[k] in seen:
+            keep[k] = False
+        seen.add(names[k])
 
 
 def refuse_control_characters(atoms: AtomTable, path: StrPath) -> None:

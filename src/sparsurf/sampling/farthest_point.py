@@ -53,13 +53,17 @@ def _farthest_positions(
                 begin[k] = index.start[cell]
                 k += 1
     begin[n_cells], column[n_columns] = n_dots, n_cells
-    unlimited = 4.0 * np.sum((index.shape * index.side) ** 2)
-    gap, nearest = np.full(n_dots, unlimited), np.zeros(n_dots, np.int32)  # squared distance to the nearest chosen dot
+    # no np.sum, np.full or copy: a stored kernel that calls them imports scipy.linalg when it is loaded
+    unlimited = 4.0 * index.side**2 * (index.shape[0] ** 2 + index.shape[1] ** 2 + index.shape[2] ** 2)
+    gap, nearest = np.empty(n_dots), np.zeros(n_dots, np.int32)  # squared distance to the nearest chosen dot
+    for q in range(n_dots):
+        gap[q] = unlimited
     box = np.empty((n_cells, 6))  # lowest and highest coordinates of the dots of each cell
-    limit = np.full(n_cells, unlimited)  # that no gap of the cell exceeds; the largest of them where no dot waits
-    best = begin[:-1].copy()  # the position with that gap
+    limit = np.empty(n_cells)  # that no gap of the cell exceeds; the largest of them where no dot waits
+    best = np.empty(n_cells, np.int32)  # the position with that gap
     waiting, n_waiting = np.empty((n_cells, WAITING), np.int32), np.zeros(n_cells, np.int32)
     for k in range(n_cells):
+        limit[k], best[k] = unlimited, begin[k]
         x0, y0, z0 = index.xyz[begin[k], 0], index.xyz[begin[k], 1], index.xyz[begin[k], 2]
         x1, y1, z1 = x0, y0, z0
         for q in range(begin[k] + 1, begin[k + 1]):
@@ -70,9 +74,11 @@ def _farthest_positions(
     leaves = 1
     while leaves < n_cells:
         leaves *= 2
-    winner = np.full(2 * leaves, -1, np.int32)  # tournament tree: the cell with the largest limit is at 1
-    for k in range(n_cells):
-        winner[leaves + k] = k
+    winner = np.empty(
+        2 * leaves, np.int32
+    )  # tournament tree: the cell with the largest limit is at 1; -1 for none
+    for k in range(leaves):
+        winner[leaves + k] = k if k < n_cells else -1
     for node in range(leaves - 1, 0, -1):
         winner[node] = winner[2 * node]
     out = np.empty(n, np.int32)
@@ -94,7 +100,9 @@ def _farthest_positions(
                 if dx * dx + dy * dy + dz * dz >= limit[k] and not own:
                     continue
                 if n_waiting[k] == WAITING:
-                    _compare(index, begin[k], begin[k + 1], out, waiting, n_waiting, k, gap, nearest, limit, best)
+                    _compare(
+                        index, begin[k], begin[k + 1], out, waiting, n_waiting, k, gap, nearest, limit, best
+                    )
                 waiting[k, n_waiting[k]] = i
                 n_waiting[k] += 1
                 dx, dy = max(x - box[k, 0], box[k, 3] - x), max(y - box[k, 1], box[k, 4] - y)

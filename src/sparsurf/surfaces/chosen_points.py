@@ -92,11 +92,22 @@ class Points(tuple):
             x, y, z, nx, ny, nz, area (float32), kind, chain, residue, residue_name, atom_name, atom, and the fields
             (float32). Spheres have no labels but `atom`.
         """
-        table = self.surface.to_frame()
+        import pandas as pd  # here: it takes long to load
+
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns of `to_frame` by name."""
+        table = {name: np.asarray(values) for name, values in self.surface._columns().items()}
         if "atom" not in table:
-            table.insert([*table].index("kind") + 1, "atom", self.surface.atom)
-        floats = table.columns[[column.kind == "f" for column in table.dtypes]]
-        return table.astype(dict.fromkeys(floats, np.float32) | {"atom": np.int32})
+            rest = [*table][[*table].index("kind") + 1 :]
+            table["atom"] = self.surface.atom
+            table |= {name: table.pop(name) for name in rest}
+        table = {
+            name: column.astype(np.float32) if column.dtype.kind == "f" else column
+            for name, column in table.items()
+        }
+        return table | {"atom": table["atom"].astype(np.int32)}
 
 
 class NamedPoints(Points):

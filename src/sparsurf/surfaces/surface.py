@@ -275,14 +275,21 @@ class Surface:
 
         if molecule is not None:
             _refuse_other_molecule(self, molecule)
-        axes = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*self.points.T, *self.normals.T], strict=True))
-        table = pd.DataFrame(axes | {"area": self.area, "kind": self.kind})
+        return pd.DataFrame(self._columns(molecule, columns))
+
+    def _columns(
+        self, molecule: Molecule | None = None, columns: Mapping[str, ArrayLike] | None = None
+    ) -> dict[str, ArrayLike]:
+        """Return the columns of `to_frame` by name."""
+        names = ("x", "y", "z", "nx", "ny", "nz")
+        table: dict[str, ArrayLike] = dict(zip(names, [*self.points.T, *self.normals.T], strict=True))
+        table |= {"area": self.area, "kind": self.kind}
         if self.placed:
             table[COMPONENT_FIELD] = self.placed.components(self)
-        table = table.assign(**columns)
+        table |= columns or {}
         molecule = self.molecule if molecule is None else molecule
-        table = table if molecule is None else table.join(molecule.labels(self.atom))
-        return table.assign(**{name: values for name, values in self.fields.items() if name not in table})
+        table |= {} if molecule is None else molecule.label_columns(self.atom)
+        return table | {name: values for name, values in self.fields.items() if name not in table}
 
     def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
         """Draw the surface with matplotlib as the reports do, coloured by `values` (N,) or by kind, and return the Axes."""

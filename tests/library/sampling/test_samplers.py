@@ -112,10 +112,14 @@ def test_farthest_equals_the_plain_algorithm_and_is_nested(surface):
 
 
 CLOUDS = {
-    "lattice": np.stack(np.meshgrid(*[np.arange(7.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3),  # ties everywhere
+    "lattice": np.stack(np.meshgrid(*[np.arange(7.0)] * 3, indexing="ij"), axis=-1).reshape(
+        -1, 3
+    ),  # ties everywhere
     "square": np.array([[x, y, 0.0] for x in range(3) for y in range(3)]),
     "places of four dots": np.repeat(np.random.default_rng(0).normal(size=(10, 3)), 4, axis=0),
-    "far apart": np.concatenate([np.random.default_rng(2).normal(size=(200, 3)), [[1e4, 0, 0], [0, -3e4, 0]]]),
+    "far apart": np.concatenate(
+        [np.random.default_rng(2).normal(size=(200, 3)), [[1e4, 0, 0], [0, -3e4, 0]]]
+    ),
     "shell": 12 * make_blob(1500)[0],
     "one dot": np.zeros((1, 3)),
 }
