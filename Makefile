@@ -23,7 +23,7 @@ CLUSTER ?=
 PROFILE ?=
 QUICK  ?=
 CONFIG ?= config.yaml
-BASE   ?= 6fac6755
+BASE   ?= 0cad9af8
 VENV   := .venv
 BIN    := $(VENV)/bin
 # uv, where it is installed, unpacks a warm cache in seconds; pip does the same where uv is missing or reaches no registry

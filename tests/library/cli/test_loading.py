@@ -61,7 +61,7 @@ MAY_LOAD = {
     "surface p.pdb -o x.ply": "",
     "roughness p.pdb -o x.npz": "pydantic",
     "surface p.pdb -o x.csv": "pandas",
-    "minimal p.pdb --percent 20 -o x.csv": "pandas pydantic scipy.linalg scipy.spatial",
+    "minimal p.pdb --percent 20 -o x.csv": "pandas pydantic scipy.linalg scipy.spatial numba.np.arraymath",
 }
 
 
@@ -72,4 +72,4 @@ def test_a_warm_command_loads_nothing_that_it_does_not_need(tmp_path, command):
     for _ in range(2):  # the first may compile kernels
         code, modules = loaded(tmp_path, *command.split(), "-q")
     assert code == 0 and (tmp_path / command.split()[-1]).stat().st_size
-    assert modules & {*LARGE} == {*MAY_LOAD[command].split()}
+    assert modules & {*LARGE} <= {*MAY_LOAD[command].split()}
