@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.errors import InputError
-
 from sparsurf import kinds
+from sparsurf.errors import InputError
 
 BALL_DOTS = 300
 # Å; a residue of an extended chain, and the step to the next one
