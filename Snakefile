@@ -39,6 +39,7 @@ rule all:
         ends_beside_proteins,
         first_page,
         deleted_results,
+        changed_results,
 
 
 rule complete_protein:  # one job for each, so that a failure does not stop the others
@@ -97,6 +98,7 @@ checkpoint choose_frames:
         frames=config["frames"],
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        inputs=lambda wildcards: checksums_of(molecule_files(wildcards).values()),
         code=code_of("choose_frames"),
     message:
         "Choosing the conformations of {wildcards.protein}"
@@ -171,6 +173,7 @@ rule read_surface:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
     params:
+        inputs=lambda wildcards: checksums_of([PROTEINS[wildcards.protein].surface]),
         code=code_of("read_surface"),
     message:
         "Reading the surface of {wildcards.protein}"
@@ -287,6 +290,7 @@ rule select_minimal_subset:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
+        inputs=lambda wildcards: checksums_of([PROTEINS[wildcards.protein].table]),
         code=code_of("select_minimal_subset"),
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"

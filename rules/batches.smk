@@ -46,6 +46,7 @@ rule analyse_batch:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
+        inputs=lambda wildcards: checksums_of(files_of_batch(wildcards)),
         code=code_of("analyse_batch"),
     message:
         "Batch {wildcards.batch} of structures"

@@ -7,6 +7,8 @@ from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf import kinds
 from sparsurf_study import catalogue
 from sparsurf_study.catalogue import first_of_each_rule
+from sparsurf_study.workflow import ledger
+from sparsurf_study.workflow.checksums import Checksums
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
@@ -51,6 +53,8 @@ LENGTHS_OF_GLOSSARY = {key: config["patches"][key] for key in ("r_patch", "r_zer
 LENGTHS_OF_GLOSSARY["interface"] = config["complementarity"]["interface"]
 # What the first page names; no parameter of its rule, since no result follows from it
 config["origin"] = astuple(origin_of(config, workflow.configfiles))
+RUN = Path(PREFIX, "results", config["run"])
+CHECKSUMS = Checksums(RUN / ledger.FOLDER / ledger.CHECKSUMS)  # of the files of the user
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
@@ -82,6 +86,21 @@ def in_report(path):
 def part_of(section, *keys):
     """Some keys of a section: a job is run again only where one of these changes."""
     return {key: config[section][key] for key in keys}
+
+
+def checksums_of(files):
+    """SHA-256 of the files of the user among some inputs, by path: Snakemake compares dates, which a replaced file may keep."""
+    return CHECKSUMS.of_all(
+        path for path in files if path and not path.startswith(f"results/{config['run']}/")
+    )
+
+
+def changed_results(wildcards):
+    """No files: results that disagree with the records of their jobs are made again, as --forcerun does, but only where a rule makes them."""
+    if workflow.is_main_process:
+        CHECKSUMS.save()
+        workflow.dag.forcefiles.update(ledger.changed_results(RUN))
+    return []
 
 
 def log_names(rules):

@@ -29,6 +29,7 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
         ensemble=part_of("ensemble", "combination", "test_dots", "stride"),
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        inputs=lambda wildcards: checksums_of(molecule_files(wildcards).values()),
         code=code_of("follow_frames"),
     message:
         "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.scatteritem}"
@@ -52,6 +53,7 @@ rule follow_ensemble:
         "../envs/study.yaml"
     params:
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        inputs=lambda wildcards: checksums_of(molecule_files(wildcards).values()),
         code=code_of("follow_ensemble"),
     message:
         "All frames of {wildcards.protein} in one table"

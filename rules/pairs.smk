@@ -1,6 +1,11 @@
 # Pairs: how well the patches of both partners match, for each entry of `pairs`.
 
 
+def files_of_pair(pair):
+    """Files of a pair that is given by structures: one of each partner, or one of both."""
+    return PAIRS[pair].get("files") or [PAIRS[pair]["complex"]]
+
+
 def partner_files(wildcards):
     """Surfaces of both partners of a pair, and their structures where they have atoms."""
     own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
@@ -19,7 +24,7 @@ def partner_files(wildcards):
 
 rule compute_partner_surfaces:
     input:
-        files=lambda wildcards: PAIRS[wildcards.pair].get("files") or PAIRS[wildcards.pair]["complex"],
+        files=lambda wildcards: files_of_pair(wildcards.pair),
     output:
         surface_1="results/{run}/pairs/{pair}/surface_1.npz",
         surface_2="results/{run}/pairs/{pair}/surface_2.npz",
@@ -34,6 +39,7 @@ rule compute_partner_surfaces:
         pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its files
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
+        inputs=lambda wildcards: checksums_of(files_of_pair(wildcards.pair)),
         code=code_of("compute_partner_surfaces"),
     message:
         "Surfaces of both partners of {wildcards.pair}"

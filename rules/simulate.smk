@@ -27,6 +27,7 @@ rule prepare_system:  # hydrogens, a box of water, ions
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
         structure_options=lambda wildcards: PROTEINS[wildcards.protein].file_options,
         seed=config["seed"],
+        inputs=lambda wildcards: checksums_of([structure_file(wildcards)]),
         code=code_of("prepare_system"),
     message:
         "Putting {wildcards.protein} into water"

@@ -1,15 +1,17 @@
 """Close a run: its warnings, its failures, its first page, and a description of all files for archives."""
 
-from pathlib import Path
+from dataclasses import replace
 
 from sparsurf_study.report.closing import close_run
 from sparsurf_study.report.provenance import Origin
 from sparsurf_study.workflow.job_logs import collected_warnings
 from sparsurf_study.workflow.jobs import job
+from sparsurf_study.workflow.ledger import libraries_of
 
 with job(snakemake) as s:
-    warnings = collected_warnings(s.input.results, Path(s.output.page).with_name("logs"), s.params.jobs)
-    origin = Origin(*s.config["origin"])
+    results = list(s.input.results)
+    warnings = collected_warnings(results, s.run / "logs", s.params.jobs)
+    origin = replace(Origin(*s.config["origin"]), libraries=libraries_of(s.run, results))
     close_run(
-        s.input.results, warnings, s.params.exclude, s.output, s.params.lengths, origin, s.params.minimal
+        s.run, results, warnings, s.params.exclude, s.output, s.params.lengths, origin, s.params.minimal
     )

@@ -19,12 +19,14 @@ from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams, pluralise
 from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.batches.assignment import TABLES, batched_structures, batches_of
+from sparsurf_study.workflow import adoption, ledger
 from sparsurf_study.workflow.config import check_config, read_config
 from sparsurf_study.workflow.job_logs import collected_warnings
 from sparsurf_study.workflow.jobs import DISK_ERRORS, job
 from sparsurf_study.workflow.memory import memory_of_grid, memory_of_machine
 from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.running import (
+    SNAKEMAKES_PROFILE,
     failed_jobs,
     failed_places,
     finished_parts,
@@ -34,9 +36,11 @@ from sparsurf_study.workflow.running import (
     say_what_failed,
 )
 from sparsurf_study.workflow.slurm import JOB_PREFIX, slurm_options, wait_on_slurm
+from sparsurf_study.workflow.staging import remove_leftovers
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
+METADATA = Path(".snakemake", "metadata")  # of Snakemake, in the checkout
 CONFIG_OPTIONS = {"--config", "-C", "--configfile", "--configfiles"}
 PLANNING_OPTIONS = {"-n", "-np", "--dry-run", "--dryrun", "-h", "--help"}
 SECONDS_OF_SILENCE = 2.0
@@ -64,12 +68,15 @@ def main(*arguments: str) -> int:
                 f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml."
             )
         files = [path, COMPARE] if "compare" in words else [path]
+        if not any(option.partition("=")[0] == "--profile" for option in words):
+            os.environ.pop(SNAKEMAKES_PROFILE, None)  # of a login file, for other workflows
         words = cluster_options([option for option in words if option != "compare"], here)
         on_cluster = {"--workflow-profile", "--executor"} & set(words)
+        if PLANNING_OPTIONS & set(words):  # also beside a study that runs
+            checked_config(files, here=not on_cluster)
+            return run_snakemake(ROOT, files, *words)
         with locked(ROOT):
             config = checked_config(files, here=not on_cluster)
-            if PLANNING_OPTIONS & set(words):
-                return run_snakemake(ROOT, files, *words)
             if not on_cluster:  # jobs run side by side as far as the memory reaches
                 words = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *words]
             return run_study(config, files, words)
@@ -135,11 +142,17 @@ def checked_config(paths: Sequence[Path], here: bool) -> dict:
 def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
     """Run what is out of date; where jobs fail, close the run without them. Return the exit code."""
     begin, run = time.time(), Path("results", config["run"])
-    make_writable(run / "logs")
+    for folder in (ledger.LOGS, ledger.FOLDER):
+        make_writable(run / folder)
     errors = run / "logs" / "snakemake.err"
     errors.unlink(missing_ok=True)
+    remove_leftovers(run)
+    keep_downloads_and_simulations(config, run, files, errors)
+    found = ledger.disagreements(run, METADATA)
+    for line in found.lines:
+        print(line, flush=True)
     wait = {"wait": wait_on_slurm} if JOB_PREFIX in options else {}
-    with failed_jobs() as failed:
+    with failed_jobs() as failed, ledger.handed_to_rules(found):
         code = run_snakemake(ROOT, files, "--logger", "sparsurf", *options, errors=errors, **wait)
     finished = code == 0
     if code:
@@ -150,6 +163,18 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
         config = config | {"exclude": failures}
     say_what_came_out(config, run, time.time() - begin, finished and (run / "index.html").is_file())
     return code
+
+
+def keep_downloads_and_simulations(config: dict, run: Path, files: list[Path], errors: Path) -> None:
+    """Record the downloads and simulations of an earlier version, and let Snakemake take them for up to date."""
+    adopted = adoption.adopt(config, run, METADATA)
+    if not adopted:
+        return
+    print(adoption.in_words(adopted, run), flush=True)
+    outputs = [output for kept in adopted for output in kept.outputs]
+    if run_snakemake(ROOT, files, "--quiet", "all", "--touch", *outputs, errors=errors):
+        adoption.forget(adopted, run)
+        raise InputError(f"They could not be kept, see {errors}. Nothing was changed.")
 
 
 def closed(config: dict, run: Path, failures: dict[str, str], files: Sequence[Path]) -> bool:

@@ -1,18 +1,20 @@
 """Close a run in batches: its first page, the figure of its distributions, failures and warnings, and the crate."""
 
-from pathlib import Path
+from dataclasses import replace
 
 from sparsurf_study.report.closing import close_batches
 from sparsurf_study.report.provenance import Origin
 from sparsurf_study.workflow.job_logs import collected_warnings
 from sparsurf_study.workflow.jobs import job
+from sparsurf_study.workflow.ledger import libraries_of
 
 with job(snakemake) as s:
     studied = list(s.input.studied)
-    logs = Path(s.output.page).with_name("logs")
-    warnings = collected_warnings(studied, logs, s.params.jobs) if studied else []
-    origin = Origin(*s.config["origin"])
+    warnings = collected_warnings(studied, s.run / "logs", s.params.jobs) if studied else []
+    libraries = libraries_of(s.run, [*s.input.tables, *studied])
+    origin = replace(Origin(*s.config["origin"]), libraries=libraries)
     close_batches(
+        s.run,
         s.input.tables,
         studied,
         warnings,

@@ -42,6 +42,7 @@ JOB = "analyse_batch"
 
 
 def close_run(
+    folder: Path,
     results: Sequence[str],
     warnings: Warnings,
     exclude: Mapping[str, str],
@@ -50,23 +51,26 @@ def close_run(
     origin: Origin = UNKNOWN,
     minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> None:
-    """Check a run with the files and folders `results`, and write its pages and tables; `exclude` has reasons by place."""
-    folder = Path(outputs["page"]).parent
+    """Check the run of a folder with the files and folders `results`, and write its pages and tables.
+
+    `exclude` has reasons by place.
+    """
     files = [Path(path).relative_to(folder).as_posix() for path in results]
 
     def write_page() -> tuple[list[str], list[tuple[str, str]]]:
-        broken = broken_invariants(folder, files)
-        answers = write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
-        if missing := numbers_missing_on_page(folder, files):
+        broken, page = broken_invariants(folder, files), outputs["page"]
+        answers = write_front(page, files, dict(exclude), None, lengths, broken, origin, minimal, folder)
+        if missing := numbers_missing_on_page(folder, files, page):
             broken += missing
-            write_front(outputs["page"], files, dict(exclude), None, lengths, broken, origin, minimal)
+            write_front(page, files, dict(exclude), None, lengths, broken, origin, minimal, folder)
         return answers, broken
 
     failures = pd.DataFrame(exclude.items(), columns=FAILURE_COLUMNS)
-    _write_pages(results, outputs, failures, pd.DataFrame(warnings, columns=COLUMNS), write_page)
+    _write_pages(folder, results, outputs, failures, pd.DataFrame(warnings, columns=COLUMNS), write_page)
 
 
 def close_batches(
+    run: Path,
     tables: Sequence[str],
     studied: Sequence[str],
     warnings: Warnings,
@@ -76,12 +80,11 @@ def close_batches(
     origin: Origin = UNKNOWN,
     minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> None:
-    """Check a run in batches, and write its outputs page, failures, warnings, checks, crate and png.
+    """Check the run of a folder in batches, and write its outputs page, failures, warnings, checks, crate and png.
 
     `tables` are the Parquet files of all batches; others in their folders are left from an earlier study and are removed.
     `studied` are the files of the structures that have pages of their own.
     """
-    run = Path(outputs["page"]).parent
     stored = {path for name in TABLES for path in (run / name).glob("*.parquet")}
     for path in stored - {*map(Path, tables)}:  # of an earlier study: a folder holds one run
         path.unlink()
@@ -100,24 +103,25 @@ def close_batches(
         "failures": grouped_reasons(failed),
         "n_batches": len({Path(path).name for path in tables}),
     }
-    files = [Path(path).relative_to(run).as_posix() for path in (outputs["png"], *studied)]
+    files = [Path(path).relative_to(run).as_posix() for path in studied]
 
     def write_page() -> tuple[list[str], list[tuple[str, str]]]:
         broken = [*broken_batches(run), *broken_invariants(run, files)]
-        page = outputs["page"]
-        return write_front(page, files, dict(exclude), batches, lengths, broken, origin, minimal), broken
+        page, shown = outputs["page"], [Path(outputs["png"]).name, *files]
+        return write_front(page, shown, dict(exclude), batches, lengths, broken, origin, minimal, run), broken
 
-    _write_pages([*tables, outputs["png"], *studied], outputs, failures, listed, write_page)
+    _write_pages(run, [*tables, outputs["png"], *studied], outputs, failures, listed, write_page)
 
 
 def _write_pages(
+    folder: Path,
     results: Sequence[str],
     outputs: Mapping[str, str],
     failures: pd.DataFrame,
     warnings: pd.DataFrame,
     write_page: Callable[[], tuple[list[str], list[tuple[str, str]]]],
 ) -> None:
-    """Write failures, warnings, the first page, checks and the crate of a run.
+    """Write failures, warnings, the first page, checks and the crate of the run of a folder.
 
     `write_page` writes the page, which quotes the warnings, and returns its answers and what contradicts itself in the results.
     """
@@ -126,7 +130,7 @@ def _write_pages(
     answers, broken = write_page()
     write_table(outputs["checks"], pd.DataFrame(broken, columns=CHECK_COLUMNS))
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
-    write_crate([*results, *pages], outputs["crate"], answers)
+    write_crate([*results, *pages], outputs["crate"], answers, folder)
 
 
 def close_partial_run(
@@ -149,9 +153,9 @@ def close_partial_run(
     lengths["interface"] = config["complementarity"]["interface"]
     if tables:
         outputs["png"] = str(run / "distributions.png")
-        close_batches(tables, results, warnings, failures, outputs, lengths, origin, config["minimal"])
+        close_batches(run, tables, results, warnings, failures, outputs, lengths, origin, config["minimal"])
     else:
-        close_run(results, warnings, failures, outputs, lengths, origin, config["minimal"])
+        close_run(run, results, warnings, failures, outputs, lengths, origin, config["minimal"])
     oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
     for path in [*map(str, written), *outputs.values()]:
         os.utime(path, (oldest, oldest))
@@ -185,18 +189,26 @@ def write_summaries(
     return written
 
 
-def write_crate(results: Sequence[str], crate: str, answers: Sequence[str]) -> None:
-    """Write the crate of the files and folders of a run: a description for archives, RO-Crate 1.1."""
-    folder = Path(crate).parent
+def write_crate(
+    results: Sequence[str], crate: str, answers: Sequence[str], folder: Path | None = None
+) -> None:
+    """Write the crate of the files and folders of a run: a description for archives, RO-Crate 1.1.
+
+    `folder` is that of the run, by default that of the crate; what lies beside the crate is described as if it lay there.
+    """
+    beside = Path(crate).parent
     paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
-    files = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
-    text = json.dumps(describe_files(folder, files, answers), indent=1)
+    paths = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
+    folder = folder or beside
+    files = {
+        path.relative_to(beside if path.is_relative_to(beside) else folder).as_posix(): path for path in paths
+    }
+    text = json.dumps(describe_files(folder.name, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")
 
 
-def describe_files(folder: Path, paths: list[Path], answers: Sequence[str]) -> dict:
-    """Return the files of a run as RO-Crate 1.1; licence and authors are for whoever publishes it."""
-    files = [path.relative_to(folder).as_posix() for path in paths]
+def describe_files(run: str, files: Mapping[str, Path], answers: Sequence[str]) -> dict:
+    """Return the files of a run, by path in its folder, as RO-Crate 1.1; licence and authors are for whoever publishes it."""
     metadata = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
     program = {"@id": "#sparsurf", "@type": "SoftwareApplication", "name": "sparsurf", "version": __version__}
     action = {
@@ -208,21 +220,21 @@ def describe_files(folder: Path, paths: list[Path], answers: Sequence[str]) -> d
     root = {
         "@id": "./",
         "@type": "Dataset",
-        "name": f"Minimal molecular surfaces: {folder.name}",
+        "name": f"Minimal molecular surfaces: {run}",
         "description": "Results of a sparsurf study; index.html shows them.",
         "abstract": answers,
         "datePublished": date.today().isoformat(),
         "hasPart": [{"@id": quote(file)} for file in files],
         "mentions": {"@id": "#run"},
     }
-    parts = [_describe_file(folder, file) for file in files]
+    parts = [_describe_file(*file) for file in files.items()]
     return {"@context": CONTEXT, "@graph": [metadata, root, action, program, *parts]}
 
 
-def _describe_file(folder: Path, file: str) -> dict:
+def _describe_file(file: str, path: Path) -> dict:
     """Describe one file, with the words that the catalogue has for it."""
     media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
-    size, output = str((folder / file).stat().st_size), catalogue.output_of(file)
+    size, output = str(path.stat().st_size), catalogue.output_of(file)
     part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
-    part["sha256"] = checksum(folder / file)
+    part["sha256"] = checksum(path)
     return part | ({"description": output.content} if output else {})

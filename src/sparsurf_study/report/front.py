@@ -58,16 +58,17 @@ def write_front(
     broken: Sequence[tuple[str, str]] = (),
     origin: Origin = UNKNOWN,
     minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
+    folder: Path | None = None,
 ) -> list[str]:
     """Write the first page of a run in the folder of its `files`, and return its answers, which the terminal prints.
 
     `exclude` has reasons for parts that are left out, and `broken` files that contradict others, with a sentence for each.
-    `minimal` is that section of the config.
+    `minimal` is that section of the config. `folder` is that of the run, by default that of the page, where warnings.csv lies.
     """
-    run = Run(Path(page).parent, list(dict.fromkeys(files)))
+    run = Run(folder or Path(page).parent, list(dict.fromkeys(files)))
     values = values_of(run, batches, minimal)
     figures = [*dict.fromkeys(figures_in(values))]
-    images = embedded_figures(run.folder, figures)
+    images = embedded_figures(run.folder, figures, Path(page).parent)
     write(
         page,
         TEMPLATE,
@@ -75,7 +76,7 @@ def write_front(
         **values,
         without=list(exclude.items()),
         broken=broken,
-        warnings=warned(run.folder / "warnings.csv", run.shown),
+        warnings=warned(Path(page).with_name("warnings.csv"), run.shown),
         images=images,
         n_outside=len({*figures} - images.keys()),
         provenance=provenance(origin),

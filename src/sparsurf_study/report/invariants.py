@@ -51,9 +51,11 @@ def broken_batches(run: Path) -> list[tuple[str, str]]:
     return broken
 
 
-def numbers_missing_on_page(run: Path, files: Iterable[str]) -> list[tuple[str, str]]:
-    """Return the d of ranges.csv that the first page of a run shows otherwise, or not at all."""
-    page = html.unescape((run / PAGE).read_text(encoding="utf-8"))
+def numbers_missing_on_page(
+    run: Path, files: Iterable[str], path_to_page: str | Path | None = None
+) -> list[tuple[str, str]]:
+    """Return the d of ranges.csv that the first page of a run, by default in its folder, shows otherwise, or not at all."""
+    page = html.unescape(Path(path_to_page or run / PAGE).read_text(encoding="utf-8"))
     missing = []
     for file in [file for file in files if Path(file).name == "ranges.csv"][:MAX_SHOWN]:
         for k, row in pd.read_csv(run / file).dropna(subset=["d_cv"]).iterrows():

@@ -37,16 +37,20 @@ def embedded(path: Path | str) -> str | None:
     return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
-def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
-    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`."""
+def embedded_figures(folder: Path, paths: Iterable[str], beside: Path | None = None) -> dict[str, str]:
+    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`.
+
+    Those that are written together with the page lie in the folder `beside`.
+    """
     from PIL import Image  # comes with matplotlib
 
     urls: dict[str, str] = {}
     size = 0
     for path in dict.fromkeys(paths):
-        if not (folder / path).is_file():
+        place = next((place for place in (beside or folder, folder) if (place / path).is_file()), None)
+        if place is None:
             continue
-        with Image.open(folder / path) as stored:
+        with Image.open(place / path) as stored:
             picture = stored.convert("RGB")
         picture.thumbnail((MAX_FIGURE_PIXELS, MAX_FIGURE_PIXELS))
         encoded = io.BytesIO()

@@ -14,11 +14,12 @@ from sparsurf.version import __version__
 
 @dataclass(frozen=True)
 class Origin:
-    """What a run was started with: the command, its input files if they are few, and their number."""
+    """What a run was started with: the command, its input files if they are few, and their number; what libraries computed."""
 
     command: str = ""
     inputs: Sequence[str] = ()
     n_inputs: int = 0
+    libraries: Sequence[str] = ()
 
 
 UNKNOWN = Origin()
@@ -32,5 +33,6 @@ def provenance(origin: Origin) -> dict[str, Any]:
         "date": date.today().isoformat(),
         "command": origin.command,
         "n_inputs": origin.n_inputs,
+        "libraries": origin.libraries,
         "inputs": [(path, checksum(path)) for path in known],
     }

@@ -19,6 +19,8 @@ from sparsurf.errors import InputError
 from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.settings import Settings
 from sparsurf_study.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
+from sparsurf_study.workflow.ledger import Entry
+from sparsurf_study.workflow.staging import Staging
 
 if TYPE_CHECKING:
     from sparsurf.streams import Streams
@@ -31,10 +33,15 @@ RAISE = "raises_errors"  # attribute of the object `snakemake` that sparsurf_stu
 
 
 class Job:
-    """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake."""
+    """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake.
 
-    def __init__(self, snakemake: Any) -> None:
+    `output` has the paths at which the script writes; they get their final names together, at the end of the job.
+    """
+
+    def __init__(self, snakemake: Any, output: Any = None) -> None:
         self.snakemake = snakemake
+        if output is not None:
+            self.output = output
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.snakemake, name)
@@ -43,6 +50,12 @@ class Job:
     def settings(self) -> Settings:
         """The sections of the config among the params."""
         return Settings.of(self.params)
+
+    @property
+    def run(self) -> Path:
+        """The folder of the run, where the logs of its jobs lie in logs/."""
+        log = Path(self.snakemake.log[0])
+        return next(folder.parent for folder in log.parents if folder.name == "logs")
 
     @property
     def place(self) -> str:
@@ -70,7 +83,8 @@ def job(snakemake: Any) -> Iterator[Job]:
         logging.basicConfig(handlers=[handler], level=logging.INFO, format=form, force=True)
         logging.captureWarnings(True)
         try:
-            yield Job(snakemake)
+            with _outputs_together(snakemake) as work:
+                yield work
             print(f"{USED}{used()}", file=log)
         except (KeyboardInterrupt, Exception) as error:
             sentence = _sentence(error, snakemake)
@@ -87,6 +101,25 @@ def job(snakemake: Any) -> Iterator[Job]:
             logging.getLogger().removeHandler(handler)
             with suppress(OSError):
                 log.close()
+
+
+@contextmanager
+def _outputs_together(snakemake: Any) -> Iterator[Job]:
+    """Let all outputs of a job appear when it has finished, with its record in the ledger; none where it fails."""
+    if not hasattr(snakemake, "output"):  # of a script that no rule runs
+        yield Job(snakemake)
+        return
+    entry = Entry(snakemake)
+    staging = Staging(snakemake.output, Path(snakemake.log[0]).stem)
+    entry.begin()
+    staging.begin()
+    try:
+        yield Job(snakemake, staging.outputs)
+        entry.finish(staging.written())
+        staging.publish()
+        entry.publish()
+    finally:
+        staging.discard()
 
 
 def let_jobs_import_packages() -> None:

@@ -26,6 +26,7 @@ from sparsurf_study.workflow.local_jobs import wait_here
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
+SNAKEMAKES_PROFILE = "SNAKEMAKE_PROFILE"  # environment variable, as --profile
 SNAKEMAKES_GREETING = "Using workflow specific profile"
 
 

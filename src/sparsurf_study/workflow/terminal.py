@@ -6,6 +6,7 @@ Snakemake hands its events to `Terminal`. Its own messages are in .snakemake/log
 """
 
 import errno
+import json
 import logging
 import os
 import shutil
@@ -22,6 +23,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from sparsurf.errors import printable
 from sparsurf_study.workflow.job_logs import FAILED_JOBS, STOPPED, failure, progress, warnings_in
+from sparsurf_study.workflow.ledger import TO_MAKE_AGAIN
 
 SECONDS_BEFORE_BAR = 10
 SECONDS_BETWEEN_LINES = 60  # where there is no terminal to draw a bar on
@@ -50,6 +52,9 @@ class Terminal(LogHandlerBase):
         self._finished: list[tuple[Any, float]] = []
         self._messages: set[str] = set()
         self._lock, self._ends = threading.Lock(), threading.Event()
+        self._reasons: dict[str, str] = {}  # by result: why it is made again
+        with suppress(OSError, KeyError):
+            self._reasons = json.loads(Path(os.environ[TO_MAKE_AGAIN]).read_text(encoding="utf-8"))
         self._steps = self._bar = ""
         self._stopping = self._has_picture = False
         if not self.common_settings.dryrun:
@@ -82,6 +87,9 @@ class Terminal(LogHandlerBase):
 
     def _begin(self, record: Any) -> None:
         self._running[record.jobid] = (record, time.monotonic())
+        for reason in [self._reasons.pop(path, "") for path in record.output or ()]:  # once
+            if reason:
+                self._say(f"{'':>10}  {reason}")
         if self.common_settings.dryrun and record.rule_msg:
             self._say(record.rule_msg)
 

@@ -539,7 +539,7 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
         tables.write_parquet(run / name / "0001.parquet", name, table)
     files = {name: str(run / path) for name, path in FILES_OF_RUN.items()}
     paths = [str(run / name / "0001.parquet") for name in rows]
-    close_batches(paths, [], [], {}, files)
+    close_batches(run, paths, [], [], {}, files)
     listed = pd.read_csv(files["warnings"])
     assert listed["sentence"].tolist() == ["it lacks atoms", "it has two models", "it lacks atoms"]
     assert listed["protein"].tolist() == ["a", "a", "b"] and listed["job"].unique().tolist() == [

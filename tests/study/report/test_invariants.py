@@ -77,7 +77,7 @@ def test_a_contradiction_is_on_the_first_page_and_in_the_list(run):
     ]
     for path in outputs.values():
         (run / path).unlink()
-    close_run(results, [], {}, outputs)
+    close_run(run, results, [], {}, outputs)
     checks = pd.read_csv(run / "checks.csv")
     assert checks["file"].to_list() == [f"{PLACE}/minimal.csv"]
     page = (run / "index.html").read_text(encoding="utf-8")

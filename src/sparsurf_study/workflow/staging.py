@@ -1,0 +1,66 @@
+"""Outputs of a job that appear together: written into a folder beside their places, and renamed at its end."""
+
+import copy
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+
+class Staging:
+    """The outputs of a job, where the job writes them; `name` differs from those of all other jobs in the same folders."""
+
+    def __init__(self, outputs: Any, name: str) -> None:
+        self.final = [str(path) for path in outputs]
+        self.name = name
+        self.folders = [*dict.fromkeys(self.place_of(path).parent for path in self.final)]
+        self.outputs = replaced(outputs, lambda path: str(self.place_of(path)))
+
+    def place_of(self, path: str) -> Path:
+        """Return where the job writes an output: a file of the same name."""
+        return Path(path).parent / f".{self.name}.new" / Path(path).name
+
+    def begin(self) -> None:
+        """Create the folders, without what a killed job left in them."""
+        self.discard()
+        for folder in self.folders:
+            folder.mkdir(parents=True)
+
+    def written(self) -> dict[str, Path]:
+        """Return where the outputs lie that the job has written, by their final paths."""
+        places = {path: self.place_of(path) for path in self.final}
+        return {path: place for path, place in places.items() if place.exists()}
+
+    def publish(self) -> None:
+        """Give the outputs their final names; of an earlier job, nothing stays."""
+        for path, place in self.written().items():
+            if place.is_dir() and os.path.isdir(path):
+                shutil.rmtree(path)
+            os.replace(place, path)
+
+    def discard(self) -> None:
+        """Remove the folders with what is left in them."""
+        for folder in self.folders:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def replaced(paths: Any, of: Callable[[str], str]) -> Any:
+    """Return a copy of named outputs of Snakemake with other paths; a new list of its class would import all of Snakemake."""
+    clone = copy.copy(paths)
+    clone[:] = map(of, paths)
+    for name, (first, end) in paths._get_names():
+        if end is None:
+            setattr(clone, name, clone[first])
+        else:
+            setattr(clone, name, part := copy.copy(getattr(paths, name)))
+            part[:] = clone[first:end]
+    return clone
+
+
+def remove_leftovers(run: Path) -> None:
+    """Remove what killed jobs left beside the places of their outputs, in the folder of a run."""
+    for folder, folders, _ in os.walk(run):
+        for left in [name for name in folders if name.startswith(".") and name.endswith(".new")]:
+            shutil.rmtree(Path(folder, left), ignore_errors=True)
+        folders[:] = [name for name in folders if not name.startswith(".")]
