@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -131,7 +132,7 @@ def checked_config(paths: Sequence[Path], here: bool) -> dict:
     patience.daemon = True
     patience.start()  # a table of 100,000 proteins takes a minute
     try:
-        config = check_config(raw, home=ROOT, here=here)
+        config = check_config(raw, paths[:1], ROOT, here)
     finally:
         patience.cancel()
     if (needed := memory_of_grid(config)) > REPORTED_MEMORY:
@@ -189,8 +190,11 @@ def closed(config: dict, run: Path, failures: dict[str, str], files: Sequence[Pa
     try:
         with job(closing):
             finished = finished_parts(config, run, failures)
-            origin = origin_of(config, files)
-            return close_partial_run(config, run, failures, finished, tables, warnings_of, origin)
+            libraries = ledger.libraries_of(run, [*tables, *map(str, finished.files)])
+            origin = replace(origin_of(config, files), libraries=libraries)
+            written = close_partial_run(config, run, failures, finished, tables, warnings_of, origin)
+            ledger.replace_records(run, written)
+            return bool(written)
     except SystemExit:  # with a sentence
         return False
 

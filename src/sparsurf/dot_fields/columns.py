@@ -80,6 +80,8 @@ def _read_cells(path: str | os.PathLike[str]) -> pd.DataFrame:
         raise InputError(
             f"{path} is not a table with commas between its columns ({error}): repair it."
         ) from None
+    while rows and not any(rows[-1]):  # a spreadsheet writes lines of commas below a table
+        rows.pop()
     header, rows = (rows[0], rows[1:]) if rows else ([], [])
     if "residue" not in header:
         raise InputError(f"{path} has no column residue, which identifies the residue of a row: add it.")

@@ -141,10 +141,10 @@ def close_partial_run(
     tables: Sequence[str],
     warnings_of: Callable[[Sequence[str]], Warnings],
     origin: Origin = UNKNOWN,
-) -> bool:
-    """Close a run in which jobs failed from what lies there, older than which it counts; return whether that is anything."""
+) -> list[str]:
+    """Close a run in which jobs failed from what lies there, older than which it counts; return the files written, if any."""
     if not (finished.conformations or finished.pairs or tables):
-        return False
+        return []
     written = write_summaries(config, run, finished.conformations, finished.sampled, finished.pairs)
     results = [*map(str, finished.files), *map(str, written)]
     outputs = {name: str(run / file) for name, file in PAGES.items()}
@@ -157,9 +157,10 @@ def close_partial_run(
     else:
         close_run(run, results, warnings, failures, outputs, lengths, origin, config["minimal"])
     oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
-    for path in [*map(str, written), *outputs.values()]:
+    closing = [*map(str, written), *outputs.values()]
+    for path in closing:
         os.utime(path, (oldest, oldest))
-    return True
+    return closing
 
 
 def write_summaries(

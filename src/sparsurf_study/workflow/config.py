@@ -20,7 +20,7 @@ from sparsurf_study.workflow.memory import too_large
 from sparsurf_study.workflow.mistakes import one_of, sentences
 from sparsurf_study.workflow.models import Config, Protein
 from sparsurf_study.workflow.protein_keys import FILE_KEYS
-from sparsurf_study.workflow.yaml_file import read_config
+from sparsurf_study.workflow.yaml_file import read_config, run_of_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
 
@@ -39,11 +39,15 @@ def check_config(
 ) -> dict:
     """Return a checked copy of `config` with all defaults, in the order of `Config`, without optional keys that are not given.
 
-    Without `proteins` and `pairs`, it changes the default study, which lies in `home`, key by key. The files `paths` that it
-    comes from are read again to find keys that occur twice. If jobs run `here`, the grid must fit into this machine's memory.
+    Without `proteins` and `pairs`, it changes the default study, which lies in `home`, key by key. The files `paths` that
+    it comes from are read again to find keys that occur twice; a run without a name takes that of the first. If jobs run
+    `here`, the grid must fit into this machine's memory.
     """
+    paths = [*paths]
     for path in paths:
         read_config(path)
+    if paths and "run" not in config:
+        config = config | {"run": run_of_config(paths[0])}
     config = _with_default_study(config, Path(home))
     errors: list[str] = []
     try:

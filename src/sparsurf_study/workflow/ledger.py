@@ -11,9 +11,10 @@ import tempfile
 import time
 from base64 import urlsafe_b64encode
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ MOST_FILES, MOST_BYTES = 10_000, 10 * 2**30  # of a run whose files are all read
 MOST_LINES = 20  # about results that disagree in the same way; of more, their number is said
 TO_MAKE_AGAIN = "_SPARSURF_TO_MAKE_AGAIN"  # environment variable: a file of results that disagree, with a sentence for each
 MOST_CHARACTERS = 254  # of a part of the name of a file of Snakemake's metadata
+KEPT_FOLDERS = (("download",), ("simulation",))  # of a protein
 NO_RESULTS = ("code", "inputs")  # parameters with a place of their own in a record
 
 
@@ -160,7 +162,11 @@ class Disagreements:
 
 
 def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
-    """Compare the records of a run with the disk; with the folder of Snakemake's metadata, those that it has lost count, too."""
+    """Compare the records of a run with the disk.
+
+    With the folder of Snakemake's metadata, results whose metadata it has lost count as well. Without, as plain Snakemake asks,
+    downloads and simulations without a record do not, since `adoption` keeps them.
+    """
     sizes, records = sizes_of_results(run), read_records(run)
     found = Disagreements()
     if not sizes:
@@ -185,7 +191,11 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
                 found.results |= dict.fromkeys(outputs, "")
     whole = {path for path in owners if os.path.isdir(path)}
     by_kind["unrecorded"] = {
-        path: "" for path in sizes if path not in owners and whole.isdisjoint(map(str, Path(path).parents))
+        path: ""
+        for path in sizes
+        if path not in owners
+        and whole.isdisjoint(map(str, Path(path).parents))
+        and not (metadata is None and Path(path).relative_to(run).parts[1:2] in KEPT_FOLDERS)
     }
     found.results |= dict.fromkeys(by_kind["unrecorded"], "")
     stored.save()
@@ -325,6 +335,40 @@ def changed_results(run: Path) -> dict[str, str]:
     if path := os.environ.get(TO_MAKE_AGAIN):
         return json.loads(Path(path).read_text(encoding="utf-8"))
     return disagreements(run).results
+
+
+def broken_links(run: Path, codes: Set[str]) -> Iterator[str]:
+    """Replay the records of a run from its inputs to its page; yield a sentence for each link that differs.
+
+    `codes` are the versions of the code of all scripts as they are now.
+    """
+    records = read_records(run)
+    owners = {output: path for path, record in records.items() for output in record.outputs}
+    needed = {
+        path: {owners[name] for name in record.inputs if owners.get(name, path) != path}
+        for path, record in records.items()
+    }
+    for path in TopologicalSorter(needed).static_order():
+        record = records[path]
+        outputs = [output for output in record.outputs if owners[output] == path and os.path.exists(output)]
+        if not outputs or record.origin == "partial":
+            continue
+        result = in_words(outputs[0], run)
+        for name, digest in record.inputs.items():
+            now = (
+                records[owners[name]].outputs[name]
+                if name in owners
+                else Checksums().of_all([name]).get(name)
+            )
+            if now is None:
+                yield f"{name} is missing, from which {record.rule} made {result}."
+            elif now != digest:
+                yield f"{name} is not the file from which {record.rule} made {result}."
+        if record.code and record.code not in codes:
+            yield f"{record.rule} had other code when it made {result}."
+        for output in outputs:
+            if Checksums().of(output) != record.outputs[output]:
+                yield f"{in_words(output, run)} was changed after {record.rule} had made it."
 
 
 def replace_records(run: Path, outputs: Sequence[str]) -> None:

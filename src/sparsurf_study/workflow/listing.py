@@ -89,6 +89,8 @@ def _named_rows(key: str, path: str, columns: str) -> list[tuple[int, str, dict[
         rows = [(reader.line_num, row) for row in reader]
     except csv.Error as error:
         raise InputError(f"{path} is not a CSV table ({error}); store it as CSV in UTF-8.") from None
+    while rows and _is_empty(rows[-1][1]):  # a spreadsheet writes lines of commas below a table
+        rows.pop()
     headers = [header.strip() for header in reader.fieldnames or ()]
     if not rows or "name" not in headers:
         raise InputError(f"{path} needs a header with {columns}, separated by commas, and at least one row.")
@@ -107,6 +109,12 @@ def _named_rows(key: str, path: str, columns: str) -> list[tuple[int, str, dict[
             raise InputError(f"line {number} of {path} has {reason}; give it its own.")
         named[name] = (number, name, cells)
     return [*named.values()]
+
+
+def _is_empty(row: dict[str | None, Any]) -> bool:
+    """Return whether no cell of a row holds anything, also beyond the header."""
+    cells = [cell for value in row.values() for cell in (value if isinstance(value, list) else [value])]
+    return not any(cell and cell.strip() for cell in cells)
 
 
 def _cell(key: str, value: str, folder: Path) -> Any:

@@ -29,6 +29,7 @@ from sparsurf_study.simulation.protocol import KEYS_OF_SIMULATION
 from sparsurf_study.workflow import listing
 from sparsurf_study.workflow.download import PDB_URL, file_name
 from sparsurf_study.workflow.protein_keys import MOLECULE_KEYS, SOURCE_KEYS
+from sparsurf_study.workflow.yaml_file import DEFAULT_RUN, MOST_OF_RUN
 
 RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
 
@@ -67,7 +68,7 @@ AS_TEXT = BeforeValidator(lambda value: str(value) if type(value) is int else va
 PdbId = Annotated[str, Field(pattern=PDB_ID), AS_TEXT]
 Sha256 = Annotated[str, Field(pattern=SHA256)]
 NAME_OF_FOLDER = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
-Name = Annotated[str, Field(pattern=NAME_OF_FOLDER, max_length=100)]
+Name = Annotated[str, Field(pattern=NAME_OF_FOLDER, max_length=MOST_OF_RUN)]
 Conformation = Annotated[str, Field(pattern=CONFORMATION)]
 Residues = Annotated[str, Field(pattern=RESIDUES)]
 
@@ -317,7 +318,10 @@ Excluded = Annotated[
 class Config(Section):
     """Config of a study. Lengths are in Å. A key that is left out takes its default."""
 
-    run: Name = key("default", "Name of the study, whose results are written to results/<run>/.")
+    run: Name = key(
+        DEFAULT_RUN,
+        "Name of the study, whose results are written to results/<run>/; by default, the name of the config file.",
+    )
     seed: Seed = key(DEFAULT_SEED, "Seed of all random numbers of the study.")
     proteins: ListedProteins = key(
         {},

@@ -12,6 +12,9 @@ MERGE = "tag:yaml.org,2002:merge"
 MAX_VALUES, MAX_BYTES = 40_000, 2**21  # of a config, read in about 2 s
 OTHER_BASE = re.compile(r"[+-]?(\d[\d_]*(:\d[\d_]*)+(\.\d*)?|0[0-7_]+)")  # 1:30 is 90 in YAML, 010 is 8
 
+DEFAULT_RUN = "default"
+MOST_OF_RUN = 100  # characters of the name of a run
+
 
 class _StrictLoader(yaml.SafeLoader):
     """YAML without repeated keys, keys that are not strings and numbers in other bases."""
@@ -75,6 +78,12 @@ def read_config(path: str | Path) -> dict:
         problem = "is empty" if config is None else f"contains {kind}"
         raise InputError(f"config: {name} {problem}; it must contain keys with values, such as `proteins`.")
     return config
+
+
+def run_of_config(path: str | Path) -> str:
+    """Return the name of a run whose config gives none: that of the config file, with underscores for special characters."""
+    name = re.sub(r"[^A-Za-z0-9_.-]", "_", Path(path).stem).lstrip("._-")
+    return name[:MOST_OF_RUN] or DEFAULT_RUN
 
 
 def _reason(error: yaml.YAMLError, content: bytes) -> str:

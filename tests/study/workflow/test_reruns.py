@@ -1,5 +1,6 @@
 """Results follow inputs, parameters and code: what runs again in the finished small study after a change."""
 
+import base64
 import os
 import shutil
 
@@ -38,11 +39,73 @@ def test_a_finished_study_has_nothing_to_do(study, config):
     ],
 )
 def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again, untouched):
+    """Also where it is older than what followed from the former one, as `cp -p`, `rsync -a` and archives leave it."""
     content = (own / file).read_bytes()
     (own / file).unlink()
     (own / file).write_bytes(content + b"\n")
+    os.utime(own / file, (10**9, 10**9))
     planned = planned_rules(own, config)
     assert again in planned and not untouched & planned
+
+
+def replace(path, content):
+    """Replace a file of a copy, and keep its date."""
+    times = path.stat().st_atime_ns, path.stat().st_mtime_ns
+    path.unlink()
+    path.write_bytes(content)
+    os.utime(path, ns=times)
+
+
+def edited(content):
+    """Content with another digit."""
+    digit = max(content.rfind(b"%d" % k) for k in range(1, 9))
+    return content[:digit] + bytes([content[digit] + 1]) + content[digit + 1 :]
+
+
+@pytest.mark.parametrize("change", [edited, lambda content: content[: len(content) // 3]])
+@pytest.mark.parametrize(
+    ("file", "rule", "untouched"),
+    [
+        ("still/structures/f0.pdb", "choose_single_frame", "choose_frames"),
+        ("moving/f0000/roughness.csv", "measure_roughness", "compute_surface"),
+        ("moving/f0700/residues.csv", "tabulate_residues", "select_minimal_subset"),
+        ("changes/bend/changes.csv", "compare_forms", "measure_roughness"),
+        ("loaded/download/loaded.pdb", "fetch_structure", "read_surface"),
+        ("surfaces.csv", "summarise_surfaces", "summarise_best"),
+    ],
+)
+def test_a_result_that_was_edited_or_cut_is_made_again(own, config, file, rule, untouched, change):
+    """Its date is kept, and it may lie behind the choice of the frames."""
+    path = own / "results" / "small" / file
+    replace(path, change(path.read_bytes()))
+    planned = planned_rules(own, config)
+    assert rule in planned and untouched not in planned
+
+
+@pytest.mark.parametrize("start", [0, 100])
+def test_what_a_killed_job_left_under_its_final_names_is_made_again(own, config, start):
+    """Half of it, or one of its files, with its marker: Snakemake looks for markers only before the frames are chosen."""
+    run = own / "results" / "small"
+    (run / ".ledger/moving/f0000/tabulate_residues.json").unlink(
+        missing_ok=True
+    )  # it goes when the job starts
+    path = run / "moving/f0000/residues.csv"
+    replace(path, path.read_bytes()[start:])
+    name = base64.urlsafe_b64encode(b"results/small/moving/f0000/residues.csv").decode()
+    (own / ".snakemake/incomplete" / name).write_text("")
+    assert "tabulate_residues" in planned_rules(own, config)
+
+
+def test_only_what_a_rule_of_the_study_makes_is_made_again(own, config):
+    """Not notes of the user, nor what a job left that the config no longer asks for."""
+    run = own / "results" / "small"
+    (run / "moving" / "notes.txt").write_text("mine\n")
+    assert planned_rules(own, config) == set()
+    for file in ("compare.csv", "moving/f0000/compare.csv"):
+        replace(run / file, b"")
+    assert {"compare_samplers", "summarise_comparison"} <= planned_rules(own, config)
+    config = {key: value for key, value in config.items() if key != "compare"}
+    assert not {"compare_samplers", "summarise_comparison"} & planned_rules(own, config)
 
 
 @pytest.mark.parametrize(
