@@ -239,8 +239,8 @@ def _resources(job):
     return attempts
 
 
-def run_job(folder, job):
-    """Run the script of a planned job in the folder of a study, as Snakemake does; return the finished process."""
+def run_job(folder, job, first=""):
+    """Run some code and the script of a planned job in the folder of a study, as Snakemake does; return the finished process."""
     from snakemake.script import Snakemake
 
     for path in map(folder.joinpath, (*job["output"], *job["log"])):
@@ -253,7 +253,7 @@ def run_job(folder, job):
     script = ROOT / "scripts" / Path(job["script"]).name
     (folder / "job.pickle").write_bytes(pickle.dumps(given))
     text = f"import pickle, sys; sys.path.insert(0, {str(script.parent)!r})\n"
-    text += f"snakemake = pickle.load(open('job.pickle', 'rb'))\n{script.read_text(encoding='utf-8')}"
+    text += f"snakemake = pickle.load(open('job.pickle', 'rb'))\n{first}{script.read_text(encoding='utf-8')}"
     (folder / "job.py").write_text(text, encoding="utf-8")
     call = [warm_python.interpreter(), "job.py"]
     return subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
