@@ -49,10 +49,10 @@ def forget(adopted: list[Kept], run: Path) -> None:
 def in_words(adopted: list[Kept], run: Path) -> str:
     """Return the sentence that says what is kept."""
     downloads = sum(kept.rule == "fetch_structure" for kept in adopted)
-    counts = [(downloads, "download"), (len(adopted) - downloads, "part")]
+    counts = [(downloads, "download"), (len(adopted) - downloads, "stage")]
     words = " and ".join(pluralise(n, noun) for n, noun in counts if n)
     of = " of simulations" if downloads < len(adopted) else ""
-    return f"{run}/: {words}{of} had no complete record and are kept as they are."
+    return f"Kept as they are in {run}/, without a complete record: {words}{of}."
 
 
 def _jobs(config: dict, run: Path) -> Iterator[Kept]:

@@ -448,6 +448,8 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
     residues = molecule.residues
     table = pd.DataFrame({"residue": residues["residue"], "score": np.arange(len(residues)) % 7})
     table.to_csv(tmp_path / "scores.csv", index=False)
+    with open(tmp_path / "scores.csv", "a") as stream:
+        stream.write(",\n, \n,,\n")  # as a spreadsheet writes below a table
     dots = sparsurf.surface(molecule)
     found = sparsurf.fields(molecule, dots, ("score",), table=tmp_path / "scores.csv")["score"]
     expected = gaussian_mean(

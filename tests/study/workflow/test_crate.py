@@ -11,6 +11,8 @@ import check_run
 import sparsurf
 from conftest import ROOT
 from sparsurf_study.report import closing
+from sparsurf_study.workflow.checksums import Checksums
+from sparsurf_study.workflow.ledger import Record
 from sparsurf_study.workflow.origin import origin_of
 
 
@@ -62,25 +64,39 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
     config.write_text("run: mine\n")
     assert check_run.main(config) == 2 and "There is no " in capsys.readouterr().err
     config.write_text("seed: 1\n")
-    assert check_run.name_of_run(config) == "default"
+    assert check_run.name_of_run(config) == "mine"
     config.write_text("run: mine\n")
     folder.mkdir(parents=True)
     files = [folder / name for name in ("a b.csv", "grid.csv", "roughness.csv", "view.html")]
     for path in files:
         path.write_text("x\n1\n2\n")
     closing.write_crate(list(map(str, files)), str(folder / closing.CRATE), [])
-    assert check_run.main(config) == 0 and capsys.readouterr().out.startswith("4 of 4 files in results/mine/")
+    assert check_run.main(config) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "no records of its jobs" in lines[0] and lines[1].startswith("4 of 4 files in results/mine/")
+    path = tmp_path / "in.pdb"
+    path.write_text("1")
+    results = ["results/mine/roughness.csv", "results/mine/grid.csv"]
+    made = {name: Checksums().of(tmp_path / name) for name in results}
+    of_first, of_second = {"in.pdb": Checksums().of(path)}, {results[0]: made[results[0]]}
+    for rule, read, name in (("second", of_second, results[1]), ("first", of_first, results[0])):
+        Record(rule, {name: made[name]}, read).write(folder / ".ledger" / f"{rule}.json")
+    assert check_run.main(config) == 0
+    assert capsys.readouterr().out.startswith(
+        "The 2 jobs of results/mine/ agree with their inputs, code and results.\n"
+    )
     for path, text in ((files[1], "x\n1\n3\n"), (files[2], "x\n1")):
         times = path.stat().st_atime_ns, path.stat().st_mtime_ns
         path.write_text(text)
         os.utime(path, ns=times)
     files[3].unlink()
     assert check_run.main(config) == 1
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.partition(". ")[0] for line in lines[:3]] == [
+    first, *lines = capsys.readouterr().out.splitlines()
+    assert first.startswith("The first link that differs: roughness.csv was changed after first had made it.")
+    assert [line.partition(": `")[0] for line in lines[:3]] == [
         "results/mine/grid.csv differs from what the run wrote",
         "results/mine/roughness.csv differs from what the run wrote",
-        "results/mine/view.html is missing: `make run` writes it again.",
+        "results/mine/view.html is missing",
     ]
     assert len(lines) == 4
     assert lines[2].endswith("is missing: `make run` writes it again.") and "elete" not in lines[2]
@@ -105,4 +121,4 @@ def test_check_writes_into_a_pipe_that_closes(tmp_path):
     done = subprocess.run(
         command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
-    assert done.stdout == "results/mine/0.csv is missing: `make run` writes it again.\n" and not done.stderr
+    assert done.stdout.startswith("results/mine/ has no records") and not done.stderr

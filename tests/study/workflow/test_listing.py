@@ -33,6 +33,7 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     table.write_text(
         "name,structure,chains,model,ligands,sampling,assembly,plddt,trajectory\n"
         "two,a.pdb,,,HEM XK2,false,,,t.xtc\none,a.pdb,A B,2,TRUE,,True,70,\n"
+        ",,,,,,,,\n, ,,,,,,,,,\n,\n"  # as a spreadsheet writes below a table
     )
     (tmp_path / "t.xtc").write_text("")
     proteins = from_table(str(table))
@@ -56,6 +57,8 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
         ("name,structure, structure\nx,a.pdb,b.pdb\n", "has the column 'structure' twice"),
         ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* earlier line"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
+        ("name,structure\n,\n", "at least one row"),
+        ("name,structure\n,\nx,a.pdb\n", "line 2 of .* has no name"),
         ("name,structure\n\n\nx,a.pdb\n\n,b.pdb\n", "line 6 of .* has no name"),
         ("name,structure\nx,a.pdb,more\n", "line 2 of .* number of cells"),
         ('name,structure\nx,"a.pdb\n', "is not a CSV table"),
@@ -275,7 +278,7 @@ def folder(tmp_path):
 def test_pairs_come_from_a_table_or_a_folder(folder):
     head = "name,first,second,complex,chains_1,chains_2\n"
     (table := folder / "pairs.csv").write_text(
-        f"{head} two ,,,both.pdb, H L ,A\none,both_r.pdb,both_l.pdb,,,\n"
+        f"{head} two ,,,both.pdb, H L ,A\none,both_r.pdb,both_l.pdb,,,\n,,,,,\n"
     )
     found = pairs_from_table(str(table))
     assert found["one"] == {"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]}

@@ -1,6 +1,7 @@
 """`make run` from its outside: what is said before and after, signals, the exit code; Snakemake itself is played."""
 
 import fcntl
+import json
 import os
 import re
 import shutil
@@ -22,7 +23,9 @@ from sparsurf.errors import InputError
 from sparsurf_study import catalogue
 from sparsurf_study.batches import assignment
 from sparsurf_study.report import closing
-from sparsurf_study.workflow import job_logs, memory, running, slurm
+from sparsurf_study.workflow import job_logs, ledger, memory, running, slurm
+from sparsurf_study.workflow.checksums import Checksums
+from sparsurf_study.workflow.ledger import Record
 
 CRATE = '{"@graph": [{"@id": "ro-crate-metadata.json"}, {"@id": "./", "abstract": ["first", "second"]}]}'
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
@@ -338,10 +341,12 @@ def test_a_disk_that_becomes_full_is_one_sentence(checkout, capsys, monkeypatch,
         (None, [], "no config file 'none.yaml'.* CONFIG="),
         (".snakemake", [], ".snakemake.* cannot be written"),
         ("results", [], "results.* cannot be written"),
+        ("results/mine/.ledger", [], "results/mine/.ledger.* cannot be written"),
     ],
 )
 def test_a_mistake_ends_before_anything_runs(checkout, capsys, config, options, words):
     if isinstance(config, str):
+        (checkout.root / config).parent.mkdir(parents=True, exist_ok=True)
         (checkout.root / config).symlink_to("/proc/no/such/place")  # where even root may not write
         config = {}
     elif config:
@@ -357,6 +362,112 @@ def test_a_dry_run_writes_nothing(checkout, word):
     checkout.codes = [7]
     assert study.main(checkout.config(), word) == 7
     assert len(checkout.calls) == 1 and not (checkout.root / "results").exists()
+
+
+def test_a_dry_run_is_planned_beside_a_study_that_runs(checkout):
+    (checkout.root / ".snakemake").mkdir()
+    with open(checkout.root / ".snakemake" / "study.lock", "w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        assert study.main(checkout.config(), "-n") == 0 and len(checkout.calls) == 1
+        assert study.main(checkout.config()) == 2 and len(checkout.calls) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "kept"), [([], None), (["--profile", "own"], "theirs"), (["--profile=own"], "theirs")]
+)
+def test_a_profile_of_the_login_file_counts_only_beside_one_that_is_given(
+    checkout, tmp_path, monkeypatch, words, kept
+):
+    """It is for other workflows, and its options would be added to those of the study."""
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "config.yaml").write_text("")
+    monkeypatch.setenv(running.SNAKEMAKES_PROFILE, "theirs")
+    found = []
+    checkout.work = [lambda: found.append(os.environ.get(running.SNAKEMAKES_PROFILE))]
+    assert study.main(checkout.config(), *words) == 0 and found == [kept]
+
+
+@pytest.mark.parametrize(
+    ("name", "run"),
+    [
+        ("my study (2).yaml", "my_study__2_"),
+        ("default_of_mine.yml", "default_of_mine"),
+        ("é.yaml", "default"),
+    ],
+)
+def test_a_config_without_a_run_gives_its_name_to_the_results(checkout, tmp_path, name, run):
+    """Also one that changes the default study key by key, so that it does not overwrite its results."""
+    for content in ({"proteins": {"p": STRUCTURE}}, {"seed": 3}):
+        (tmp_path / name).write_text(yaml.safe_dump(content))
+        assert study.main(str(tmp_path / name)) == 0
+        assert [path.name for path in (checkout.root / "results").iterdir()] == [run]
+        shutil.rmtree(checkout.root / "results")
+    (tmp_path / name).write_text("run: own\nseed: 3\n")
+    assert study.main(str(tmp_path / name)) == 0 and (checkout.root / "results/own").is_dir()
+
+
+def record(path, text, **keys):
+    """Write a result and the record of its job."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    run, name = path.parents[len(path.parts) - path.parts.index("results") - 3], path.name
+    outputs = {str(path.relative_to(run.parents[1])): Checksums().of(path)}
+    Record("work", outputs, **keys).write(run / ledger.FOLDER / f"{name}.json")
+
+
+def test_what_disagrees_with_the_records_is_handed_to_snakemake(checkout, capsys):
+    """With its metadata, which it has of none of these; lines about the run come before it starts."""
+    run, handed = checkout.root / "results" / "mine", []
+    for name in ("a.csv", "b.csv"):
+        record(run / "p" / name, "1", versions={"numpy": "1.0"})
+        path = ledger.path_of_metadata(checkout.root / ".snakemake/metadata", f"results/mine/p/{name}")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("{}")
+    (run / "p" / "a.csv").write_text("2")
+    path.unlink()
+    (run / "p" / ".job.new").mkdir()  # of a killed job
+
+    def look():
+        handed.append(json.loads(Path(os.environ[ledger.TO_MAKE_AGAIN]).read_text()))
+        assert "2 jobs of results/mine/ computed with numpy 1.0" in capsys.readouterr().out
+
+    checkout.work = [look]
+    assert study.main(checkout.config()) == 0
+    assert handed == [
+        {
+            "results/mine/p/a.csv": "a.csv of p was changed after its job: it is made again.",
+            "results/mine/p/b.csv": "b.csv of p has lost its metadata in .snakemake/: it is made again.",
+        }
+    ]
+    assert ledger.TO_MAKE_AGAIN not in os.environ and not (run / "p" / ".job.new").exists()
+
+
+def test_records_of_a_newer_version_start_nothing(checkout, capsys):
+    record(checkout.root / "results/mine/a.csv", "1", format=2)
+    assert study.main(checkout.config()) == 2 and not checkout.calls
+    assert capsys.readouterr().err.startswith("results/mine/ was written by a newer version of sparsurf")
+    assert (checkout.root / "results/mine/a.csv").read_text() == "1"
+
+
+@pytest.mark.parametrize("code", [0, 1])
+def test_a_download_of_an_earlier_version_is_kept_before_anything_runs(checkout, capsys, code):
+    """Snakemake touches it, so that it takes it for up to date; where that fails, nothing else starts."""
+    folder = checkout.root / "results/mine/p/download"
+    folder.mkdir(parents=True)
+    (folder / "1UBI.cif.gz").write_text("x")
+    origin = {
+        "url": "https://files.rcsb.org/download/1UBI.cif.gz",
+        "sha256": Checksums().of(folder / "1UBI.cif.gz"),
+    }
+    (folder / "1UBI.cif.gz.json").write_text(json.dumps(origin))
+    checkout.codes = [code]
+    assert study.main(checkout.config(proteins={"p": {"pdb": "1ubi"}})) == 2 * code
+    said = capsys.readouterr()
+    assert "Kept as they are in results/mine/, without a complete record: 1 download." in said.out
+    touched = [f"results/mine/p/download/1UBI.cif.gz{end}" for end in ("", ".json")]
+    assert checkout.calls[0] == ["--quiet", "all", "--touch", *touched] and len(checkout.calls) == 2 - code
+    records = ledger.read_records(checkout.root / "results/mine")
+    assert len(records) == 1 - code and ("Nothing was changed" in said.err) == bool(code)
 
 
 def test_a_comparison_is_added_to_the_study(checkout):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf_study.workflow import job_logs, terminal
+from sparsurf_study.workflow import job_logs, ledger, terminal
 from sparsurf_study.workflow.terminal import Terminal
 
 
@@ -41,6 +41,19 @@ def test_a_job_is_a_line_with_its_warnings(said, tmp_path):
     ends = [(LogEvent.JOB_FINISHED, {"job_id": 1}), (LogEvent.PROGRESS, {"done": 3, "total": 12})]
     assert said(*ends).splitlines() == ["   3 of 12  Surface of p/c1 (0 s)", "            Warning: a hole"]
     assert said((LogEvent.JOB_FINISHED, {"job_id": 2}), (LogEvent.PROGRESS, {"done": 4, "total": 12})) == ""
+
+
+def test_why_a_result_is_made_again_is_said_when_its_job_begins(said, tmp_path, monkeypatch):
+    """Once, also where the job is tried again; of the results of other studies in the folder, nothing."""
+    (tmp_path / "reasons.json").write_text(
+        '{"a.csv": "a.csv was changed.", "b.csv": "", "other.csv": "other."}'
+    )
+    monkeypatch.setenv(ledger.TO_MAKE_AGAIN, str(tmp_path / "reasons.json"))
+    own = Terminal(SimpleNamespace(dryrun=False), None)
+    monkeypatch.setattr(said.terminal, "emit", own.emit)
+    begin = begins(1, "Surface of p/c1", "a.log", output=["a.csv", "b.csv"])
+    assert said(begin) == f"{'':>10}  a.csv was changed.\n"
+    assert said(begins(1, "Surface of p/c1", "a.log", output=["a.csv", "b.csv"])) == ""
 
 
 def test_a_job_that_failed_is_reported_with_its_sentence_and_noted(said, tmp_path, monkeypatch):
