@@ -1,7 +1,7 @@
 # make run     set up, run the default study on the embedded example, and write results/default/index.html
 # make paper   the same for conformation A1 of the paper, with the paper's tables beside ours (see studies/paper.yaml)
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
-# make check   compare the files of a run with the checksums that it wrote, and name those that were changed or are missing
+# make check   follow the records of a run from its inputs to its page, name the first link that differs, and the files that do
 # make test    set up, run every check and test
 # make test-fast  the tests without those that run whole studies, Slurm, a browser, a package or a recipe: after each edit
 # make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs

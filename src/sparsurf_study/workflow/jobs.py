@@ -20,7 +20,7 @@ from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.settings import Settings
 from sparsurf_study.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
 from sparsurf_study.workflow.ledger import Entry
-from sparsurf_study.workflow.staging import Staging
+from sparsurf_study.workflow.staging import Staging, with_final_names
 
 if TYPE_CHECKING:
     from sparsurf.streams import Streams
@@ -69,6 +69,13 @@ class Job:
         return Streams(self.params.seed, self.place if name is None else name, shared)
 
 
+class _FinalNames(logging.Formatter):
+    """Name outputs in the log by their final paths."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return with_final_names(super().format(record))
+
+
 @contextmanager
 def job(snakemake: Any) -> Iterator[Job]:
     """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
@@ -79,15 +86,15 @@ def job(snakemake: Any) -> Iterator[Job]:
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it removes its temporary folders
     with redirect_stdout(log), redirect_stderr(log):
         handler = logging.StreamHandler(log)
-        form = "%(levelname)s %(message)s"
-        logging.basicConfig(handlers=[handler], level=logging.INFO, format=form, force=True)
+        handler.setFormatter(_FinalNames("%(levelname)s %(message)s"))
+        logging.basicConfig(handlers=[handler], level=logging.INFO, force=True)
         logging.captureWarnings(True)
         try:
             with _outputs_together(snakemake) as work:
                 yield work
             print(f"{USED}{used()}", file=log)
         except (KeyboardInterrupt, Exception) as error:
-            sentence = _sentence(error, snakemake)
+            sentence = with_final_names(_sentence(error, snakemake))
             with suppress(OSError):  # the log may lie on the same full disk
                 print(f"{ERROR}{sentence}", file=log)
             if sentence == STOPPED:

@@ -2,6 +2,7 @@
 
 import copy
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -56,6 +57,11 @@ def replaced(paths: Any, of: Callable[[str], str]) -> Any:
             setattr(clone, name, part := copy.copy(getattr(paths, name)))
             part[:] = clone[first:end]
     return clone
+
+
+def with_final_names(text: str) -> str:
+    """Return a sentence with the final paths of the outputs that it names."""
+    return re.sub(r"/\.[^/\s]+\.new(?=/)", "", text)
 
 
 def remove_leftovers(run: Path) -> None:

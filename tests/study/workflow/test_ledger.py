@@ -147,7 +147,12 @@ def test_a_job_that_fails_leaves_no_output_and_no_record(folder):
     run()
     with pytest.raises(SystemExit), jobs.job(snakemake()) as s:
         Path(s.output[0]).write_text("half")
-        raise InputError("it is wrong.")
+        jobs.logging.getLogger("sparsurf").warning("%s is odd", s.output[1])
+        raise InputError(f"{s.output[0]} is wrong.")
+    assert Path("results/r/logs/p/work.log").read_text().splitlines() == [
+        "WARNING results/r/p/b.csv is odd",
+        "ERROR results/r/p/a.csv is wrong.",
+    ]
     assert Path("results/r/p/a.csv").read_text() == "y\n2\n"  # Snakemake removes what an earlier job wrote
     assert not ledger.read_records(RUN) and not [*Path(RUN).rglob(".*.new")]
 
