@@ -96,7 +96,7 @@ def checksums_of(files):
 
 
 def changed_results(wildcards):
-    """No files: results that disagree with the records of their jobs are made again, as --forcerun does, but only where a rule makes them."""
+    """No files: results that disagree with the records of their jobs are computed again, as --forcerun does, but only where a rule makes them."""
     if workflow.is_main_process:
         CHECKSUMS.save()
         workflow.dag.forcefiles.update(ledger.changed_results(RUN))

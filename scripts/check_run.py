@@ -50,7 +50,7 @@ def first_broken_link(run: Path) -> bool:
     if sentence is None:
         print(f"The {n_jobs} jobs of {run}/ agree with their inputs, code and results.")
         return False
-    print(f"The first link that differs: {sentence} `make run` makes again what follows from it.")
+    print(f"The first link that differs: {sentence} `make run` computes again what follows from it.")
     return True
 
 

@@ -201,7 +201,7 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
     stored.save()
     if not any(record.origin == "job" for record in records.values()):
         found.lines.append(
-            f"{run}/ has no records of its jobs, as version 3.0.0 and earlier ones left it: its results are made again."
+            f"{run}/ has no records of its jobs, as version 3.0.0 and earlier ones left it: its results are computed again."
         )
         by_kind["unrecorded"] = {}
     for kind, paths in by_kind.items():
@@ -219,20 +219,20 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
 # What is said of one result, and of many
 KINDS = {
     "changed": (
-        "{result} was changed after its job: it is made again.",
-        "{n} results in {run}/ were changed after their jobs: they are made again.",
+        "{result} was changed after its job: it is computed again.",
+        "{n} results in {run}/ were changed after their jobs: they are computed again.",
     ),
     "inputs": (
-        "{result} was made from another {other}: it is made again.",
-        "{n} results in {run}/ were made from other inputs: they are made again.",
+        "{result} was made from another {other}: it is computed again.",
+        "{n} results in {run}/ were made from other inputs: they are computed again.",
     ),
     "metadata": (
-        "{result} has lost its metadata in .snakemake/: it is made again.",
-        "{n} jobs of {run}/ have lost their metadata in .snakemake/: their results are made again.",
+        "{result} has lost its metadata in .snakemake/: it is computed again.",
+        "{n} jobs of {run}/ have lost their metadata in .snakemake/: their results are computed again.",
     ),
     "unrecorded": (
-        "{result} has no record of its job: it is made again.",
-        "{n} files in {run}/ have no record of a job: those that this study writes are made again.",
+        "{result} has no record of its job: it is computed again.",
+        "{n} files in {run}/ have no record of a job: those that this study writes are computed again.",
     ),
 }
 

@@ -52,7 +52,7 @@ class Terminal(LogHandlerBase):
         self._finished: list[tuple[Any, float]] = []
         self._messages: set[str] = set()
         self._lock, self._ends = threading.Lock(), threading.Event()
-        self._reasons: dict[str, str] = {}  # by result: why it is made again
+        self._reasons: dict[str, str] = {}  # by result: why it is computed again
         with suppress(OSError, KeyError):
             self._reasons = json.loads(Path(os.environ[TO_MAKE_AGAIN]).read_text(encoding="utf-8"))
         self._steps = self._bar = ""

@@ -41,9 +41,8 @@ def run(folder, *options):
     call = [sys.executable, "-m", "snakemake", "--cores", "2", *options]
     process = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
     assert process.returncode == 0, output(process)
-    return {
-        path.relative_to(folder).as_posix(): path for path in folder.rglob("results/**/*") if path.is_file()
-    }
+    paths = [path for path in folder.rglob("results/**/*") if path.is_file() and ".ledger" not in path.parts]
+    return {path.relative_to(folder).as_posix(): path for path in paths}
 
 
 def write_workflow(folder, name):

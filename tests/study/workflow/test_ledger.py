@@ -174,7 +174,7 @@ def test_names_of_outputs_stay_in_lists_and_folders(folder):
     assert Path("results/r/p/one/f0.pdb").read_text() == "f0.pdb" and Path("results/r/q/c.csv").exists()
     Path("results/r/p/one/f0.pdb").write_text("edited")
     assert said(ledger.disagreements(RUN)) == {
-        "results/r/p/one": "one of p was changed after its job: it is made again."
+        "results/r/p/one": "one of p was changed after its job: it is computed again."
     }
 
 
@@ -232,26 +232,28 @@ def test_each_disagreement_is_one_sentence(folder):
     digit, times = Path("results/r/p/b.csv"), os.stat("results/r/p/b.csv")
     digit.write_text("y\n3\n")
     os.utime(digit, ns=(times.st_atime_ns, times.st_mtime_ns))
-    changed = "b.csv of p was changed after its job: it is made again."
+    changed = "b.csv of p was changed after its job: it is computed again."
     found = ledger.disagreements(RUN, metadata)
     assert said(found) == {"results/r/p/b.csv": changed} and "results/r/p/a.csv" in found.results
     run()
     Path("in.csv").write_text("x\n7\n")
     os.utime("in.csv", LONG_AGO)
     found = said(ledger.disagreements(RUN, metadata))
-    assert found == {"results/r/p/a.csv": "a.csv of p was made from another in.csv: it is made again."}
+    assert found == {"results/r/p/a.csv": "a.csv of p was made from another in.csv: it is computed again."}
     run(text="y\n9\n")
     found = said(ledger.disagreements(RUN, metadata))
-    assert found == {"results/r/q.csv": "q.csv was made from another results/r/p/a.csv: it is made again."}
+    assert found == {
+        "results/r/q.csv": "q.csv was made from another results/r/p/a.csv: it is computed again."
+    }
     run(snakemake(["results/r/p/a.csv"], ["results/r/q.csv"], "second"))
     path.unlink()
     found = said(ledger.disagreements(RUN, metadata))
-    assert found == {"results/r/q.csv": "q.csv has lost its metadata in .snakemake/: it is made again."}
+    assert found == {"results/r/q.csv": "q.csv has lost its metadata in .snakemake/: it is computed again."}
     assert said(ledger.disagreements(RUN)) == {}
     Path("results/r/p/new.csv").write_text("")
     Path("results/r/p/.hidden").write_text("")
     found = said(ledger.disagreements(RUN))
-    assert found == {"results/r/p/new.csv": "new.csv of p has no record of its job: it is made again."}
+    assert found == {"results/r/p/new.csv": "new.csv of p has no record of its job: it is computed again."}
 
 
 def test_results_that_are_gone_need_no_word(folder):
@@ -267,7 +269,7 @@ def test_of_many_that_disagree_in_one_way_the_number_is_said(folder):
     for path in outputs[:21]:
         Path(path).write_text("")
     found = ledger.disagreements(RUN)
-    assert found.lines == ["21 results in results/r/ were changed after their jobs: they are made again."]
+    assert found.lines == ["21 results in results/r/ were changed after their jobs: they are computed again."]
     assert not said(found) and found.results.keys() == {*outputs}
 
 
@@ -304,7 +306,7 @@ def test_a_damaged_record_is_none(folder, damage):
     run(snakemake(["in.csv"], ["results/r/q.csv"], "second"))
     path = next(path for path, record in ledger.read_records(RUN).items() if record.rule == "work")
     path.write_text(damage)
-    sentence = "{} of p has no record of its job: it is made again."
+    sentence = "{} of p has no record of its job: it is computed again."
     assert said(ledger.disagreements(RUN)) == {
         f"results/r/p/{name}": sentence.format(name) for name in ("a.csv", "b.csv")
     }

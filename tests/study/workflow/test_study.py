@@ -435,8 +435,8 @@ def test_what_disagrees_with_the_records_is_handed_to_snakemake(checkout, capsys
     assert study.main(checkout.config()) == 0
     assert handed == [
         {
-            "results/mine/p/a.csv": "a.csv of p was changed after its job: it is made again.",
-            "results/mine/p/b.csv": "b.csv of p has lost its metadata in .snakemake/: it is made again.",
+            "results/mine/p/a.csv": "a.csv of p was changed after its job: it is computed again.",
+            "results/mine/p/b.csv": "b.csv of p has lost its metadata in .snakemake/: it is computed again.",
         }
     ]
     assert ledger.TO_MAKE_AGAIN not in os.environ and not (run / "p" / ".job.new").exists()
