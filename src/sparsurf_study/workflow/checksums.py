@@ -74,7 +74,9 @@ class Checksums:
 
     def save(self) -> None:
         """Keep what was read in the store, where its folder is and can be written."""
-        if self.store is not None and self._is_new and self.store.parent.parent.is_dir():
+        if (
+            self.store is not None and self._is_new and self.store.parent.parent.is_dir()
+        ):  # of a run that has begun
             with suppress(OSError):
                 write_json(self.store, self._known)
                 self._is_new = False
@@ -83,6 +85,6 @@ class Checksums:
 def write_json(path: Path, content: Mapping) -> None:
     """Write JSON that is whole whenever it has its name."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.new")
+    beside = path.with_name(f".{path.name}.{os.getpid()}")  # of several jobs, each has its own
     beside.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     os.replace(beside, path)

@@ -25,6 +25,7 @@ from sparsurf_study.workflow.checksums import Checksums, Stamp, stamp, stamps, w
 FORMAT = 1  # of a record; a higher number is of a newer version of this program
 FOLDER, LOGS = ".ledger", "logs"  # of a run; a record lies in the one as the log of its job in the other
 CHECKSUMS = ".checksums.json"  # in the ledger: see `Checksums`
+FOLDERS = ".folders"  # in the ledger: the same of each folder that jobs read
 LIBRARIES = ("numpy", "scipy", "mdtraj", "gemmi", "numba")  # that compute
 MOST_FILES, MOST_BYTES = 10_000, 10 * 2**30  # of a run whose files are all read before it continues
 MOST_LINES = 20  # about results that disagree in the same way; of more, their number is said
@@ -75,12 +76,23 @@ class Entry:
         """Note the inputs as they are before the job reads them; an earlier record no longer counts."""
         if self.path is None:
             return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         self.path.unlink(missing_ok=True)
         self.before = stamps(path for path in self.paths if os.path.exists(path))
-        self.inputs = Checksums().of_all(self.paths)
+        for path in self.paths:
+            known = self._checksums(path)
+            self.inputs |= known.of_all([path])
+            known.save()
         for path, planned in (self.params.get("inputs") or {}).items():
             if self.inputs.get(path) != planned:
                 raise InputError(f"{path} was changed after the study had started; run again.")
+
+    def _checksums(self, path: str) -> Checksums:
+        """Return checksums that are kept for a folder, which the jobs of all of its conformations read."""
+        if self.path is None or not os.path.isdir(path):
+            return Checksums()
+        folder = next(folder for folder in self.path.parents if folder.name == FOLDER)
+        return Checksums(folder / FOLDERS / f"{path.replace('/', '_')}.json")
 
     def finish(self, written: Mapping[str, Path]) -> None:
         """Write the record of the job and its outputs beside its place; raise InputError if an input was changed meanwhile."""
@@ -138,6 +150,8 @@ def read_records(run: Path) -> dict[Path, Record]:
     """Return the records of a run by their paths, the newest last, without damaged ones; InputError for a newer version's."""
     records = {}
     for path in (run / FOLDER).rglob("[!.]*.json"):
+        if FOLDERS in path.parts:
+            continue
         content: Any = None
         with suppress(OSError, ValueError):
             content = json.loads(path.read_text(encoding="utf-8"))

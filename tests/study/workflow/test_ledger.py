@@ -421,6 +421,26 @@ def test_a_checksum_is_kept_until_the_file_changes(folder, monkeypatch):
         assert known()[0] == as_it_is("in.csv")
 
 
+def test_a_folder_is_read_by_one_of_the_jobs_of_its_conformations(folder, monkeypatch):
+    """Each of a thousand would else read the structures of all."""
+    read = []
+    monkeypatch.setattr(checksums, "checksum", lambda path: read.append(str(path)) or as_it_is(path))
+    monkeypatch.setattr(checksums, "SECONDS_UNTIL_SETTLED", -1.0)
+    Path("results/r/p/structures").mkdir(parents=True)
+    for k in range(3):
+        Path(f"results/r/p/structures/f{k}.pdb").write_text(f"{k}")
+    for k in range(2):
+        run(snakemake(["results/r/p/structures"], [f"results/r/p/f{k}/a.csv"], f"work_{k}"))
+    assert len([path for path in read if path.endswith(".pdb")]) == 3
+    first, second = ledger.read_records(RUN).values()
+    assert (
+        first.inputs == second.inputs == {"results/r/p/structures": Checksums().of("results/r/p/structures")}
+    )
+    Path("results/r/p/structures/f1.pdb").write_text("9")
+    run(snakemake(["results/r/p/structures"], ["results/r/p/f3/a.csv"], "work_3"))
+    assert [*ledger.read_records(RUN).values()][-1].inputs != first.inputs
+
+
 def test_a_folder_has_the_checksum_of_its_files_and_their_names(folder):
     for name in ("a/x.pdb", "a/sub/y.pdb"):
         Path(name).parent.mkdir(parents=True, exist_ok=True)
