@@ -126,10 +126,21 @@ def command(folder, config, *options, root=ROOT, python=sys.executable):
 
 def run_script(name, folder, inputs, outputs, params=(), **wildcards):
     """Run a script of a rule in this process, with its log in a folder; its error is raised."""
-    files = [Namedlist(fromdict=files) for files in (inputs, outputs, dict(params), wildcards)]
+    files = [named_files(inputs), named_files(outputs)]
+    files += [Namedlist(fromdict=values) for values in (dict(params), wildcards)]
     given = dict(zip(("input", "output", "params", "wildcards"), files, strict=True))
     snakemake = SimpleNamespace(**given, log=[folder / f"{name}.log"], rule=name, threads=1)
     debug.run_script(ROOT / "scripts" / f"{name}.py", snakemake)
+
+
+def named_files(files):
+    """Return files by name, each a path or a list of paths, as Snakemake hands them to a script."""
+    given = Namedlist()
+    for name, paths in files.items():
+        begin, several = len(given), isinstance(paths, list)
+        given.extend(paths if several else [paths])
+        given._set_name(name, begin, end=len(given) if several else None)
+    return given
 
 
 def output(process):

@@ -23,6 +23,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views.numbers import share
 from sparsurf_study.batches.tables import read_parquet
+from sparsurf_study.workflow import ledger
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.models import Config, Pair, Protein
 
@@ -345,8 +346,10 @@ def test_a_simulation_reads_what_its_stages_wrote(folder, simulated):
         assert given["params"].stage == stage and given["params"].unfinished == f"{place}/.running/{stage}"
 
 
-def test_the_page_of_a_simulation_lists_its_tables(folder, simulated, tmp_path):
-    """Where all of it is there, with frames that were chosen."""
+def test_the_page_of_a_simulation_lists_its_tables(folder, simulated, tmp_path, monkeypatch):
+    """Where all of it is there, with frames that were chosen; no job has recorded these files."""
+    (tmp_path / "none.json").write_text("{}")
+    monkeypatch.setenv(ledger.TO_MAKE_AGAIN, str(tmp_path / "none.json"))
     folder = copy_of(folder, tmp_path / "own")
     jobs = [job for job in planned_jobs(folder, simulated) if job["script"]]
     for path in [path for job in jobs for path in job["output"]]:

@@ -6,6 +6,7 @@ import itertools
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 from urllib.parse import unquote
 
 import numpy as np
@@ -220,7 +221,7 @@ def test_the_first_page_of_a_surface_shows_its_roughness_and_residues(run, place
 
 def test_figures_over_frames_show_their_tables(run, tmp_path, monkeypatch):
     saved = {}
-    monkeypatch.setattr(layout, "save", lambda figure, path: saved.update({path: figure}))
+    monkeypatch.setattr(layout, "save", lambda figure, path: saved.update({Path(path).name: figure}))
     tables = {
         name: run / f"moving/{name}.csv" for name in ("frames", "silhouette", "projection", "explained")
     }
