@@ -170,7 +170,11 @@ def opened_by_ledger(path):
     while frame is not None and len(names) < 6:
         names.append(frame.f_code.co_filename)
         frame = frame.f_back
-    return "/.ledger/" in path or any(name.endswith("workflow/checksums.py") for name in names)
+    return (
+        "/.ledger/" in path
+        or path.endswith(".new")
+        or any(name.endswith("workflow/checksums.py") for name in names)
+    )
 
 
 def run(arguments):
