@@ -11,7 +11,7 @@ from sparsurf.sampling.samplers import sampler_label
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.rough_and_flat import kept_and_any, table_of_bins
-from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table
+from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table, surface_of_minimal
 from sparsurf_study.report import pictures
 from sparsurf_study.report.figures import rough_and_flat, subsets
 from sparsurf_study.report.figures.results import Results
@@ -24,7 +24,7 @@ with job(snakemake) as s:
     combination = Combination.from_row(best[readings[0]]["unrestricted"])
     prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(), s.threads)
     table = read_minimal(s.input.minimal, prepared.surface)
-    minimal = Surface(table[["x", "y", "z"]].to_numpy(), table[["nx", "ny", "nz"]].to_numpy())
+    minimal, errors = surface_of_minimal(table), read_table(s.input.recovered)
     sampled, uniform = (
         Surface(prepared.points[kept], prepared.normals[kept]) for kept in prepared.pair(combination, 0)
     )
@@ -39,12 +39,12 @@ with job(snakemake) as s:
         subsets=[
             (words, sampled, layout.SAMPLED),
             ("random subset of the same size", uniform, layout.RANDOM),
-            (f"minimal subset, {sampler_label(s.settings.minimal.sampler)}", minimal, layout.DARK),
+            (f"minimal subset, {sampler_label(errors['sampler'].iloc[0])}", minimal, layout.DARK),
         ],
         recovered=subsets.recovered_from(prepared, minimal, s.threads),
         rough_and_flat=rough_and_flat.content(around, best["references"]),
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
-        recovered_errors=read_table(s.input.recovered),
+        recovered_errors=errors,
     )
     drawn = [Path(path) for path in s.output if Path(path).parent.name == "figures"]
     for name in dict.fromkeys(path.stem for path in drawn):

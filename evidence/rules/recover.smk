@@ -87,3 +87,55 @@ rule draw_recovery:
         "Figure of a recovered surface"
     script:
         "../measure.py"
+
+
+SPHERES_GROUPS = {
+    "chains": names_in_set(STRUCTURES, "chains")[:: config["spheres"]["every"]],
+    "with hydrogens": config["spheres"]["with_hydrogens"],
+}
+SPHERES_PARTS = {
+    f"{'chains' if group == 'chains' else 'hydrogens'}_{k}": (group, names[k :: config["spheres"]["parts"]])
+    for group, names in SPHERES_GROUPS.items()
+    for k in range(min(config["spheres"]["parts"], len(names)))
+}
+
+
+rule measure_spheres:
+    input:
+        structures=lambda wildcards: ancient(
+            [structure_file(name) for name in SPHERES_PARTS[wildcards.part][1]]
+        ),
+    output:
+        errors=f"{RESULTS}/spheres/{{part}}.csv",
+    log:
+        f"{RESULTS}/logs/spheres/{{part}}.log",
+    wildcard_constraints:
+        part=one_of(SPHERES_PARTS),
+    params:
+        structures=lambda wildcards: {name: structure_file(name) for name in SPHERES_PARTS[wildcards.part][1]},
+        group=lambda wildcards: SPHERES_PARTS[wildcards.part][0],
+        hydrogens="keep",
+        densities=config["spheres"]["densities"],
+        of_cover=lambda wildcards: config["spheres"]["of_cover"][SPHERES_PARTS[wildcards.part][0]],
+        requested_errors=config["spheres"]["errors"],
+        seed=config["seed"],
+    message:
+        "Errors of the interpolant and of the spheres: {wildcards.part}"
+    script:
+        "../measure.py"
+
+
+rule tabulate_spheres:
+    input:
+        errors=expand(f"{RESULTS}/spheres/{{part}}.csv", part=SPHERES_PARTS),
+    output:
+        table=f"{TABLES}/spheres.csv",
+        means=f"{TABLES}/spheres_means.csv",
+        predictions=f"{TABLES}/spheres_predictions.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_spheres.log",
+    localrule: True
+    message:
+        "Errors of the interpolant and of the spheres"
+    script:
+        "../measure.py"

@@ -60,6 +60,7 @@ from sparsurf.kernel_cache import choose_kernel_cache, choose_matplotlib_folder,
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
+    from sparsurf.api.atoms import infer_atoms
     from sparsurf.api.fields import fields, residues
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
@@ -74,6 +75,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.recovery.law import density_for, error_at
+    from sparsurf.recovery.spheres.atoms import Atoms
     from sparsurf.surfaces.chosen_points import Points
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.read_surface import read_surface
@@ -97,6 +99,7 @@ FUNCTIONS = {
     "density_for": "recovery.law",
     "error_at": "recovery.law",
     "floors": "api.minimal",
+    "infer_atoms": "api.atoms",
     "recover": "api.minimal",
     "fields": "api.fields",
     "residues": "api.fields",
@@ -105,6 +108,7 @@ FUNCTIONS = {
     "register": "kinds",
 }
 CLASSES = {
+    "Atoms": "recovery.spheres.atoms",
     "Molecule": "molecules.molecule",
     "Surface": "surfaces.surface",
     "Points": "surfaces.chosen_points",
@@ -113,6 +117,7 @@ CLASSES = {
     "PreparedSurface": "evaluation.prepared_surface",
 }
 __all__ = [
+    "Atoms",
     "InputError",
     "Mesh",
     "Molecule",
@@ -128,6 +133,7 @@ __all__ = [
     "error_at",
     "fields",
     "floors",
+    "infer_atoms",
     "mesh",
     "minimal",
     "points",

@@ -46,12 +46,15 @@ def compile_surfaces() -> None:
     """Compile the kernels that place dots, draw surfaces and reconstruct them."""
     from sparsurf.patches.index import build_index
     from sparsurf.recovery.errors import curvature
+    from sparsurf.recovery.spheres.rebuilding import rebuild
     from sparsurf.surfaces.molecular_surface import molecular_surface
     from sparsurf.views import render
 
     run(SURFACES)
     points, normals = ball()
     molecular_surface(points[:3], np.full(3, 1.7), reentrant="dms")
+    dots = molecular_surface(*helix())
+    rebuild(dots.points, dots.normals)
     curvature(build_index(points, normals))
     camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
     render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))
@@ -68,7 +71,9 @@ def compile_patches() -> None:
     tests = prepared.draw_tests(4)
     subsets = list(prepared.pair((0.5, 0.5, 1.0, 1.0), 0))
     prepared.distances(subsets, tests, prepared.describe(tests)[0], FULL_READING)
-    for choose in samplers.get_samplers(kinds.TABLE["sampler"], "sampler").values():
+    # the kernels of cover, which takes dots on atoms, are those of surfaces and of the spheres
+    names = [name for name, choice in kinds.TABLE["sampler"].items() if choice.applies != kinds.ORIGIN]
+    for choose in samplers.get_samplers(names, "sampler").values():
         choose(prepared, 20, np.random.default_rng(0))
     run(PATCHES)
 
@@ -100,6 +105,12 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
     normals = np.random.default_rng(0).normal(size=(BALL_DOTS, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return 2 * normals, normals
+
+
+def helix() -> tuple[np.ndarray, np.ndarray]:
+    """Return centres and radii of atoms whose surface says by its dots that it lies on spheres."""
+    turn = np.arange(16)
+    return np.column_stack([3 * np.cos(turn), 3 * np.sin(turn), 1.2 * turn]), np.where(turn % 2, 1.9, 1.5)
 
 
 PARTS = {"surfaces": compile_surfaces, "patches": compile_patches}

@@ -119,6 +119,12 @@ TABLE: dict[str, dict[str, Choice]] = {
             nested=True,
             line=("#0072B2", 1.6, "o"),
         ),
+        "cover": Choice(
+            "sparsurf.sampling.cover:cover",
+            "every atom touched",
+            "Dots that touch every exposed atom, and more where the surface that is rebuilt from its atoms errs.",
+            applies=ORIGIN,
+        ),
     },
     "descriptor": {
         "published": Choice(

@@ -20,10 +20,12 @@ from pydantic_core import PydanticKnownError
 
 from sparsurf import arguments, kinds
 
+Model = Literal["auto", "interpolant", "spheres"]  # arguments.MODELS
 # `minimal` takes exactly one of them
 REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 
 DEFAULT_ERROR = 0.02  # Å
+TAIL_PER_ERROR = 5  # 99 % error over the mean error that is requested, with the sampler cover
 
 T = TypeVar("T")
 
@@ -247,10 +249,22 @@ class Evaluation(Section):
 class Minimal(Section):
     """The minimal subset of the dots; give at most one of error, density, percent, n_dots, max_z and combination."""
 
-    sampler: Sampler = key("farthest", "Sampler that chooses the subset.")
+    sampler: Literal["auto"] | Sampler = key(
+        "auto",
+        "Sampler that chooses the subset; auto: cover where an error is requested of dots on atoms, else farthest.",
+    )
+    model: Model = key(
+        "auto",
+        "How the surface is reconstructed from the subset: by the spheres that its dots lie on, or by the interpolant; auto: "
+        "spheres with the sampler cover, else the interpolant.",
+    )
     error: Distance = optional(
         "Mean error in Å of the surface reconstructed from the subset; the fewest dots that reach it are kept. "
         f"{DEFAULT_ERROR:g} if no other of these keys is given; in batches, percent: 10 instead."
+    )
+    error_99: Distance = optional(
+        "Error in Å that at most 1 % of the reconstructed surface exceeds, besides the mean error; with the sampler cover "
+        f"{TAIL_PER_ERROR} times the mean error if it is not given."
     )
     density: Density = optional("Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å.")
     percent: Percent = optional("Share of the dots to keep, %.")
@@ -272,6 +286,8 @@ class Minimal(Section):
             )
         if not requests:
             vars(self)["error"] = DEFAULT_ERROR
+        if self.error_99 is not None and self.error is None:
+            raise ValueError(f"takes error_99 with error only, but has {requests[0]}; remove one of them.")
         if self.combination is not None and "sampler" not in self.model_fields_set:
             vars(self)["sampler"] = "paper"
         return self

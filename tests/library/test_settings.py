@@ -35,7 +35,7 @@ def test_each_key_has_its_limits(section, key, allowed, refused):
 
 def test_a_minimal_subset_has_one_request():
     """An error unless something else is requested; a combination is one of the paper's sampling unless it is the corrected."""
-    assert (Minimal().error, Minimal().sampler) == (0.02, "farthest")
+    assert (Minimal().error, Minimal().sampler) == (0.02, "auto")
     assert Minimal(percent=5).error is None and Minimal(error=0.05).error == 0.05
     combination = [0.5, 0, 2, 0]
     for given, sampler in (({}, "paper"), ({"sampler": "paper_corrected"}, "paper_corrected")):

@@ -253,20 +253,21 @@ def mesh(
 
 def _mesh_of_dots(few: Surface, n_vertices: int | None, density: float, names: Sequence[FieldLike]) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
-    from sparsurf.recovery.mesh import recovered_mesh
-    from sparsurf.recovery.recovering import recover
+    from sparsurf.recovery.mesh import mesh_of_dense
+    from sparsurf.recovery.reconstructing import reconstruct
     from sparsurf.sampling.samplers import nearest_kept
     from sparsurf.surfaces.mesh import grid_step_for_density
 
-    build = partial(recovered_mesh, few.points, few.normals, density=density, threads=available_cores())
+    threads = available_cores()
+    dense, outward, _ = reconstruct(few, density, threads=threads)
+    build = partial(mesh_of_dense, dense, outward, threads=threads)
     made = _sized(build, grid_step_for_density(density), n_vertices, density)
     vertices = made.vertices
     both = np.concatenate([few.points, vertices.points])
     nearest = nearest_kept(both, np.arange(len(few)))[0][len(few) :]
     origin = few.origin and few.origin.atoms_alone
     vertices = replace(vertices, atom=few.atom[nearest], origin=origin)
-    dense = partial(recover, few.points, few.normals, threads=available_cores())
-    vertices = with_fields(vertices, names, lambda: Surface(*dense()), "mesh", available_cores())
+    vertices = with_fields(vertices, names, lambda: Surface(dense, outward), "mesh", threads)
     return _with_fields_of(few, replace(made, vertices=vertices))
 
 

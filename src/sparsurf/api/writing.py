@@ -27,7 +27,7 @@ from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.surface import ARRAY_NAMES, Surface
+from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, without_reconstruction
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,6 +88,8 @@ class Dots:
         columns = {str(name): np.asarray(column) for name, column in self.table.items()}
         columns |= {name: values for name, values in self.surface.fields.items() if name not in columns}
         columns = {name: column for name, column in columns.items() if name not in POSITION_COLUMNS}
+        # which a PLY says in its header
+        columns = without_reconstruction(columns, self.surface.reconstruction)
         columns = {name: columns[name] for name in sorted(columns, key=lambda name: name != "dot")}
         return {name: column for name, column in columns.items() if column.dtype.kind in "iuf"}
 

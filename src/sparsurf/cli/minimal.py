@@ -5,9 +5,12 @@ import argparse
 from sparsurf import kinds
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
+from sparsurf.arguments import DISTANCE
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
+from sparsurf.recovery.reconstructing import AUTO, SPHERES
+from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import number, share
 
@@ -15,13 +18,16 @@ FORMATS = (*writing.DOTS_ALONE, *writing.PAGES)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
-By default, the command keeps the smallest subset from which the surface is reconstructed with a mean error of 0.02 Å (see
---error). The error is the distance of the dots that are not kept from the surface that `sparsurf recover` reconstructs from the
-kept ones. The number of kept dots is an estimate, which is printed with its 95 % interval.
+By default, the command keeps the smallest subset from which the surface is reconstructed with a mean error of 0.02 Å and a 99 %
+error of 0.1 Å (see --error and --error-99). The error is the distance of independent dots of the whole surface from the surface
+that `sparsurf recover` reconstructs from the kept ones. For a file of dots, whose atoms are not known, it is the distance of the
+dots that are not kept.
 
-The mean error is about 0.0125 Å divided by the number of kept dots per Å^2, or 0.015 Å divided by it if the molecule has explicit
-hydrogens. Without hydrogens, 0.25 dots per Å^2 therefore give a mean error of about 0.05 Å, 0.6 dots an error of 0.02 Å, and
-1.25 dots an error of 0.01 Å. Z is the mean distance between the descriptors of a patch on the full surface and on the kept dots.
+Where an error is requested of a structure, the kept dots touch every exposed atom (--sampler cover), and the atoms are inferred
+from them: 0.16 to 0.2 dots per Å^2 are enough for the default, and a quarter to a half more if the molecule has explicit
+hydrogens. Such dots serve this reconstruction alone: do not drop some of them at random. All other requests keep evenly spread
+dots (--sampler farthest), whose number for an error is an estimate that is printed with its 95 % interval. Z is the mean distance
+between the descriptors of a patch on the full surface and on the kept dots.
 
 The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
 represents; `spacing` is the distance between the kept dots around it, in Å; and `reach` says how far the surface extends around
@@ -37,6 +43,7 @@ examples:
   sparsurf minimal protein.pdb -o minimal.pml
   sparsurf minimal protein.pdb --percent 10 -o minimal.html
   sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
+  sparsurf minimal protein.pdb --error 0.05 --sampler farthest --model interpolant -o minimal.csv
   sparsurf minimal dots.csv --max-z 1.0 -o minimal.npz
 """
 
@@ -44,7 +51,7 @@ examples:
 HELP = {
     "percent": "share of all dots to keep, %%",
     "n_dots": f"number of dots to keep (approximate for {' and '.join(kinds.samplers_of_combinations())})",
-    "density": "number of dots to keep per Å^2; 0.6 dots give a mean error of about 0.02 Å",
+    "density": "number of dots to keep per Å^2",
     "error": "keep the fewest dots from which the surface is reconstructed with this mean error, Å (default 0.02)",
     "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this value",
 }
@@ -60,15 +67,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         size.add_argument(option, type=options.number(limits), help=HELP[name])
     parser.add_argument(
         "--sampler",
-        choices=options.Names("sampler"),
+        choices=options.Names("sampler", AUTO),
         metavar="SAMPLER",
-        default="farthest",
-        help="method that chooses the dots: %(choices)s (default farthest)",
+        default=AUTO,
+        help="method that chooses the dots: %(choices)s (default auto: cover for an error of a structure, else farthest)",
+    )
+    parser.add_argument(
+        "--error-99",
+        type=options.number(DISTANCE),
+        help="distance in Å within which 99 %% of the surface lies (default with cover: 5 times --error)",
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser)
     options.add_d_link(parser)
-    options.add_molecule(parser)
+    options.add_molecule(parser, reconstructs=True)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -78,7 +90,8 @@ def run(args: argparse.Namespace) -> None:
     options.say(f"choosing among {len(surface):,} dots")
     sizes = {name: getattr(args, name) for name in SIZES}
     surface = options.with_fields(args, surface, molecule)
-    result = represented(surface, sizes, args.sampler, args.seed, args.d_link)
+    model = getattr(args, "reconstruction", AUTO)
+    result = represented(surface, sizes, args.sampler, args.seed, args.d_link, model, args.error_99)
     few, words = result.subset, ""
     if outputs.is_reported(args):
         percent = 100 * len(few) / len(surface)
@@ -88,7 +101,7 @@ def run(args: argparse.Namespace) -> None:
             words = f"{kept} %; 95 % interval {low} to {high} %"
         else:
             words = f"{share(percent)} %"
-        words = f"{len(few):,} of {len(surface):,} dots ({words})"
+        words = f"{len(few):,} of {len(surface):,} dots ({words}), chosen by {sampler_label(few.sampler)}"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             words += ". The interval is wide: --percent keeps a fixed share"
         if len(few) < len(surface):
@@ -102,9 +115,11 @@ def run(args: argparse.Namespace) -> None:
 def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
+    how = "from the atoms that they determine" if result.subset.model == SPHERES else "by interpolation"
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
-        f"The surface reconstructed from these dots deviates by {errors['mean']:.3f} Å on average (99 %: "
-        f"{errors['high_99']:.3f} Å).\nIts Z is {errors['Z_published']:.2f}: "
+        f"The surface reconstructed from these dots {how} deviates by {errors['mean']:.3f} Å on average (99 %: "
+        f"{errors['high_99']:.3f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}).\n"
+        f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
     )

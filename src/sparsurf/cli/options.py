@@ -12,7 +12,7 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.api.about import About, heard
 from sparsurf.api.inputs import check_frame
-from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, PROBE, PROBE_RADIUS, SEED, Limits
+from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, MODELS, PROBE, PROBE_RADIUS, SEED, Limits
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import DOTS, title
 from sparsurf.molecules.molecule import Molecule
@@ -29,17 +29,17 @@ STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # withou
 class Names(Container[str]):
     """The names of a kind, as choices of an option: installed packages are asked only for help and for an unknown name."""
 
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
+    def __init__(self, kind: str, *others: str) -> None:
+        self.kind, self.others = kind, others
 
     def __contains__(self, name: object) -> bool:
-        return kinds.has(self.kind, name)
+        return name in self.others or kinds.has(self.kind, name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(kinds.names(self.kind))
+        return iter([*self.others, *kinds.names(self.kind)])
 
     def __len__(self) -> int:
-        return len(kinds.names(self.kind))
+        return len(self.others) + len(kinds.names(self.kind))
 
 
 def number(limits: Limits) -> Callable[[str], float]:
@@ -64,8 +64,21 @@ def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=words)
 
 
-def add_molecule(parser: argparse.ArgumentParser) -> None:
-    """Add the options that choose atoms of a structure."""
+class ModelOrNumber(argparse.Action):
+    """Take `--model` as how a surface is reconstructed, if it names that, and else as the number of a model of the file."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
+        if values in MODELS:
+            namespace.reconstruction = values
+        elif values.lstrip("-").isdecimal():
+            namespace.model = int(values)
+        else:
+            words = f"{values!r} is neither the number of a model of the file nor one of {', '.join(MODELS)}"
+            parser.error(f"argument {option_string}: {words}")
+
+
+def add_molecule(parser: argparse.ArgumentParser, reconstructs: bool = False) -> None:
+    """Add the options that choose atoms of a structure; if it `reconstructs`, `--model` also says by which model."""
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="trajectory whose frames belong to the structure")
     atoms.add_argument("--frame", type=number(FRAME), help="frame or model to read, from 0 (default 0)")
@@ -74,7 +87,11 @@ def add_molecule(parser: argparse.ArgumentParser) -> None:
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
     several = atoms.add_mutually_exclusive_group()
     words = "number of the only model to read, as written in the file (default: all models, as frames)"
-    several.add_argument("--model", type=int, metavar="NUMBER", help=words)
+    if reconstructs:
+        words += f"; or how the surface is reconstructed: {', '.join(MODELS)} (default auto)"
+        atoms.add_argument("--model", action=ModelOrNumber, metavar="MODEL", help=words)
+    else:
+        several.add_argument("--model", type=int, metavar="NUMBER", help=words)
     words = "treat all models as one molecule (a biological assembly)"
     several.add_argument("--assembly", action="store_true", default=None, help=words)
 

@@ -10,10 +10,12 @@ from sparsurf.api import writing
 from sparsurf.api.minimal import REACHES, recover
 from sparsurf.api.patches import describe_points
 from sparsurf.arguments import DENSITY as DENSITIES
+from sparsurf.arguments import MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
+from sparsurf.recovery.reconstructing import AUTO, reconstruct
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
@@ -23,8 +25,10 @@ from sparsurf.threads import available_cores
 EXAMPLES = """\
 FILE contains a few dots with normals, such as minimal.csv, or the dots of any program. The result contains these dots first and
 then the new dots between them. Other columns of FILE, such as a potential, are interpolated.
-At 0.6 dots per Å^2 (a fifth more with explicit hydrogens), the mean error is about 0.02 Å, and 99 % of the surface deviates by
-less than 0.11 Å. Single places deviate by more (docs/recover.md).
+Every dot of a molecular surface lies on a sphere of known radius, and the atoms follow from few dots with their normals. Where
+dots agree with the inferred atoms, the surface is that of the atoms, and elsewhere it is interpolated; --model interpolant never
+infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, and 99 % of the surface deviates by less
+than 0.11 Å. FILE may name the probe radius, the atomic radii and the model; otherwise the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
 --mesh writes a closed surface of triangles, whose fineness --density sets. It closes holes between the dots, and warns of wide
@@ -61,6 +65,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "closes holes between unevenly spaced dots; larger values add dots where there is no surface)",
     )
     parser.add_argument(
+        "--model",
+        choices=MODELS,
+        default=AUTO,
+        help="auto (default) uses the inferred atoms wherever dots agree with them, interpolant never does, and spheres refuses "
+        "dots that do not lie on spheres",
+    )
+    parser.add_argument(
         "--at",
         metavar="POINTS",
         help="CSV with x,y,z in Å, or a file of dots, at which descriptors are computed (zeros where there is no surface)",
@@ -82,7 +93,7 @@ def run(args: argparse.Namespace) -> None:
         writing.write_dots(args.output, triangles)
         outputs.report(args, f"{triangles.words} from {len(few):,} dots")
         return
-    dense = recover(few, density=args.density, reach=args.reach)
+    dense = recover(few, density=args.density, reach=args.reach, model=args.model)
     if points_at is not None:
         _describe(args, dense, points_at)
         return
@@ -93,12 +104,12 @@ def run(args: argparse.Namespace) -> None:
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.Dots:
     """Return the triangles of the reconstructed surface."""
-    from sparsurf.recovery.mesh import recovered_mesh  # here: dots need none of its kernels
+    from sparsurf.recovery.mesh import mesh_of_dense  # here: dots need none of its kernels
     from sparsurf.surfaces.mesh import grid_step_for_density
 
-    step = grid_step_for_density(args.density)
-    settings = args.density, args.reach, NEWTON_STEPS, available_cores()
-    return writing.mesh_dots(recovered_mesh(few.points, few.normals, step, *settings))
+    threads = available_cores()
+    dense, outward, _ = reconstruct(few, args.density, args.model, args.reach, NEWTON_STEPS, threads)
+    return writing.mesh_dots(mesh_of_dense(dense, outward, grid_step_for_density(args.density), threads))
 
 
 def _is_dms(args: argparse.Namespace) -> bool:

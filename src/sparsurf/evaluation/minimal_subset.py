@@ -13,21 +13,32 @@ from sparsurf.dot_fields.registry import compute_fields, takes_dots
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.residues import residue_table
-from sparsurf.evaluation.subset_search import find_subset, smallest_subset_of_error
+from sparsurf.evaluation.subset_search import find_subset, smallest_cover, smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
+from sparsurf.patches.index import build_grid, build_index
+from sparsurf.recovery.errors import curvature, error_table
 from sparsurf.recovery.fields import recovery_table
-from sparsurf.recovery.readings import RECOVERED
+from sparsurf.recovery.readings import comparable_density
+from sparsurf.recovery.reconstructing import (
+    AUTO,
+    INTERPOLANT,
+    SPHERES,
+    distance_to_reconstructed,
+    reconstruct,
+)
 from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
+from sparsurf.sampling.cover import cover_dots
 from sparsurf.sampling.samplers import farthest, subset_weights
-from sparsurf.settings import Minimal, Settings
+from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Origin, Surface
 
 DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
+FARTHEST, COVER = "farthest", "cover"  # samplers
+INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors are measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +51,10 @@ class Subset:
     weight : (n,) int64, number of dots of the surface that each represents
     surface : Surface of the kept dots alone
     molecule : Molecule that the dots lie on, or None
-    interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered
+    interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered, and were not
+        chosen by the sampler cover, whose number follows from the dots themselves
+    sampler : str, how the dots were chosen
+    model : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
     """
 
     dots: np.ndarray
@@ -48,6 +62,8 @@ class Subset:
     surface: Surface
     molecule: Molecule | None = None
     interval: tuple[float, float] | None = None
+    sampler: str = "farthest"
+    model: str = INTERPOLANT
 
     def __repr__(self) -> str:
         return f"Subset of {len(self):,} dots of {self.weight.sum():,}"
@@ -105,20 +121,25 @@ class Representation:
         return residue_table(self.surface, self.roughness, self.molecule, self.subset.dots, weight, component)
 
     def errors(self, threads: int = 1) -> pd.DataFrame:
-        """Return the distances of all dots from the surface reconstructed from the subset: the rows of recovered.csv."""
-        few, prepared = self.subset, self.trials.prepared
-        distances = distance_to_recovered(
-            prepared.points, few.points, few.normals, threads, DENSITY_FOR_ERRORS
-        )
-        errors = error_table(distances, curvature(prepared.index, threads=threads), few.dots)
+        """Return the distances of the true surface from the one reconstructed from the subset: the rows of recovered.csv.
+
+        They are measured on independent dots of the whole surface, or on the dots that were not kept where the atoms of the dots
+        are not known.
+        """
+        few, prepared, test = self.subset, self.trials.prepared, self.trials.test_surface
+        points, kept = (prepared.points, few.dots) if test is None else (test.points, np.empty(0, int))
+        index = prepared.index if test is None else build_grid(test.points, test.normals)
+        distances = distance_to_reconstructed(points, few.surface, few.model, threads)
+        errors = error_table(distances, curvature(index, threads=threads), kept)
         low, high = few.interval or (np.nan, np.nan)
         of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
         of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
-        of_subset |= {"density": len(few) / prepared.area} | recovered_z(
-            prepared, few.dots, self.trials.tests
-        )
+        of_subset |= {"density": len(few) / prepared.area}
+        of_subset |= recovered_z(prepared, few.surface, few.model, self.trials.tests)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
-        return errors
+        about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
+        about |= {"sampler": few.sampler, "model": few.model}
+        return errors.assign(**about)
 
     def errors_of_fields(self) -> pd.DataFrame:
         """Return how well the subset, and others, predict the fields at all other dots: the rows of fields.csv."""
@@ -153,19 +174,67 @@ def represent(
         computed = compute_fields(names, molecule, surface.points, table=table, dots=placed)
         fields = {str(name): computed[name].to_numpy() for name in computed}
         surface = replace(surface, fields=surface.fields | fields)
+    if molecule is not None and surface.origin is None and min(surface.kind.min(), surface.atom.min()) >= 0:
+        surface = _on_molecule(surface, molecule, settings)
     prepared = PreparedSurface(surface, settings, roughness, replace(streams, shared=True), threads)
     n_tests, request = number_of_tests(settings.evaluation.test_dots, len(surface)), settings.minimal
-    trials, interval = Trials(prepared, request.sampler, n_tests, choices), None
+    atoms = _atoms_of_all(surface, molecule)
+    sampler: str = request.sampler
+    if sampler == AUTO:
+        sampler = COVER if request.error is not None and atoms is not None else FARTHEST
+    trials, interval = Trials(prepared, sampler, n_tests, choices, _model(request, sampler), atoms), None
     if request.error is not None:
         hydrogens = molecule is not None and not molecule.heavy.all()
-        dots, interval = smallest_subset_of_error(trials, request.error, hydrogens)
+        trials, dots, interval = _smallest(trials, request, hydrogens, choices)
         weight = subset_weights(prepared.points, dots)
     else:
         n_s, n_tests = _n_s(request, prepared), len(trials.tests)
         wanted = (n_s, request.max_z, request.combination)
-        dots, weight = find_subset(prepared, request.sampler, *wanted, n_tests, choices)
-    subset = Subset(dots, weight, surface.take(dots), molecule, interval)
+        dots, weight = find_subset(prepared, sampler, *wanted, n_tests, choices)
+    kept = surface.take(dots)
+    if atoms is not None:
+        said = SPHERES if trials.model == SPHERES else request.model
+        kept = replace(kept, reconstruction=atoms.reconstruction(said))
+    if request.model == SPHERES:  # refuse dots that do not lie on spheres
+        reconstruct(kept, model=SPHERES, threads=threads)
+    model = INTERPOLANT if trials.model == INTERPOLANT else SPHERES
+    subset = Subset(dots, weight, kept, molecule, interval, trials.sampler, model)
     return Representation(trials, subset, molecule)
+
+
+def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> Origin | None:
+    """Return the atoms that all dots of a surface were placed on; None if they are not known, or the dots are some of them."""
+    whole = surface.placed is not None or molecule is not None
+    known = whole and surface.kind.min() >= 0 and surface.atom.min() >= 0
+    return surface.origin if known else None
+
+
+def _model(request: Minimal, sampler: str) -> str:
+    """Return the model by which errors are measured: with the sampler cover the spheres, with others the interpolant."""
+    return request.model if request.model != AUTO else SPHERES if sampler == COVER else INTERPOLANT
+
+
+def _smallest(
+    trials: Trials, request: Minimal, hydrogens: bool, choices: Choices
+) -> tuple[Trials, np.ndarray, tuple[float, float] | None]:
+    """Return the smallest subset of the requested errors and its interval, and the trials of its sampler."""
+    assert request.error is not None
+    error, error_99 = request.error, request.error_99
+    if trials.sampler != COVER or trials.model == INTERPOLANT or trials.atoms is None:
+        return trials, *smallest_subset_of_error(trials, error, hydrogens, error_99)
+    bound = TAIL_PER_ERROR * error if error_99 is None else error_99
+    dots = smallest_cover(trials, error, bound)
+    if dots is not None:
+        more = len(dots) > len(cover_dots(trials.prepared.surface, trials.atoms))
+        if more or request.sampler != AUTO:
+            return trials, dots, None
+    # dots that touch every atom are more than enough, or do not determine their spheres
+    model = INTERPOLANT if dots is None and request.model == AUTO else AUTO
+    spread = Trials(trials.prepared, FARTHEST, len(trials.tests), choices, model, trials.atoms)
+    few, interval = smallest_subset_of_error(spread, error, hydrogens, error_99 if dots is None else bound)
+    if dots is not None and len(dots) <= len(few):
+        return trials, dots, None
+    return spread, few, interval
 
 
 def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surface:
@@ -175,12 +244,16 @@ def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surfa
     return replace(dots, origin=Origin.of_atoms(molecule, 0, xyz, rules, settings.patches.d_link, radii))
 
 
-def recovered_z(prepared: PreparedSurface, dots: np.ndarray, tests: np.ndarray) -> dict[str, float]:
-    """Compute Z of the surface reconstructed from some dots, at test dots, by two descriptors: the columns Z_<descriptor>."""
-    out = {}
+def recovered_z(prepared: PreparedSurface, few: Surface, model: str, tests: np.ndarray) -> dict[str, float]:
+    """Compute Z of the surface reconstructed from few dots, at test dots, by two descriptors: the columns Z_<descriptor>."""
+    out, d_link = {}, prepared.patches.d_link
+    density = comparable_density(prepared.density, d_link)
+    model = model if model == INTERPOLANT else AUTO
+    points, normals, _ = reconstruct(few, density, model, threads=prepared.threads)
+    index = build_index(points, normals, d_link)
     for name in DESCRIPTORS_OF_ERRORS:
         view = prepared.with_descriptor(name)
-        z = view.distances([dots], tests, view.describe(tests)[0], RECOVERED)[0]
+        z = view.distances_to_index(index, tests, view.describe(tests)[0])[0]
         out[f"Z_{name}"] = float(z.mean())
     return out
 
@@ -209,4 +282,6 @@ def subset_table(
     table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
     table["weight"], table["spacing"] = weight, dot_spacing(kept.points, kept.normals)
     table["reach"] = REACH
+    if kept.reconstruction is not None:
+        table = table.assign(**kept.reconstruction.columns)
     return table if molecule is None else table.join(molecule.labels(kept.atom))

@@ -11,8 +11,10 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
 from sparsurf.evaluation.trials import MIN_DOTS, MeasuredError, Trials
-from sparsurf.recovery.law import density_for
+from sparsurf.recovery.law import start_density
+from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
+from sparsurf.sampling.cover import ROUNDS, cover_dots, dots_to_add, rebuilt_from
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
 
 log = logging.getLogger("sparsurf")
@@ -22,6 +24,7 @@ PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60
 NEAR = 0.02  # the search for an error ends once the logarithm of a measured one is so near
 MOST_MEASUREMENTS = 8  # two or three are enough for evenly spread dots
 STEEPEST, FLATTEST = -3.0, -0.3  # slope of the logarithm of the error over that of n_S
+MAX_SURPLUS = 0.02  # share of the dots that touch every atom by which they may exceed those that are needed
 MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by more than this share
 
 
@@ -110,9 +113,11 @@ def _fewest(trials: Trials, limit: float) -> int:
 
 
 def smallest_subset_of_error(
-    trials: Trials, error: float, hydrogens: bool
+    trials: Trials, error: float, hydrogens: bool, error_99: float | None = None
 ) -> tuple[np.ndarray, tuple[float, float] | None]:
     """Find the smallest subset from which the surface is reconstructed with a mean `error`, Å, and the interval of its size.
+
+    With `error_99`, Å, 99 % of the surface also deviates by at most as much.
 
     Returned are its dots, in order, and the 95 % interval of their number.
     The search starts where the law of `recovery.law` has that error, and follows straight lines through the logarithms of the
@@ -121,19 +126,20 @@ def smallest_subset_of_error(
     """
     name, sampler, n_dots = trials.prepared.name, trials.sampler, trials.n_dots
     fewest = min(MIN_DOTS, n_dots)
-    n, slope = _clip(trials.prepared.area * density_for(error, hydrogens=hydrogens), fewest, n_dots), -1.0
+    n, slope = _clip(trials.prepared.area * start_density(error, hydrogens), fewest, n_dots), -1.0
     tried: dict[int, MeasuredError] = {}
     while n not in tried and len(tried) < MOST_MEASUREMENTS:
         tried[n] = trials.error(n)
         if n == n_dots:
             break
-        nearest = sorted(tried, key=lambda m: (abs(math.log(tried[m].mean / error)), m))[:2]
+        over = {m: found.over(error, error_99) for m, found in tried.items()}
+        nearest = sorted(tried, key=lambda m: (abs(math.log(over[m])), m))[:2]
         start = tried[nearest[0]]
         if len(nearest) == 2:
-            rise = math.log(tried[nearest[1]].mean / start.mean)
+            rise = math.log(over[nearest[1]] / over[nearest[0]])
             slope = min(max(rise / math.log(nearest[1] / nearest[0]), STEEPEST), FLATTEST)
-        n = _clip(nearest[0] * (error / start.mean) ** (1 / slope), fewest, n_dots)
-        if abs(math.log(start.mean / error)) <= NEAR:
+        n = _clip(nearest[0] * over[nearest[0]] ** (-1 / slope), fewest, n_dots)
+        if abs(math.log(over[nearest[0]])) <= NEAR:
             break
     interval = None
     if fewest < n < n_dots:
@@ -146,6 +152,43 @@ def smallest_subset_of_error(
         f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", error,
     )  # fmt: skip
     return subset, interval
+
+
+def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray | None:
+    """Find few dots that touch every exposed atom and reconstruct the surface with a mean and a 99 % error, Å.
+
+    Dots are added where the surface errs, and those of the last round only as far as they are needed. The result is None where
+    the dots do not determine their spheres, or where no round reaches the errors.
+    """
+    surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
+    assert atoms is not None
+    chosen, fewer = cover_dots(surface, atoms), 0
+    for most in (*ROUNDS, None):
+        rebuilt = rebuilt_from(surface, atoms, chosen, threads)
+        if rebuilt.share < MIN_SHARE:
+            return None
+        if trials.error_of(chosen, rebuilt).over(error, error_99) <= 1:
+            return _fewest_of_round(trials, chosen, fewer, error, error_99)
+        if most is not None:
+            errs = min(most, error_99)
+            added = dots_to_add(surface, chosen, rebuilt, errs, most == ROUNDS[0], threads)
+            chosen, fewer = np.concatenate([chosen, added]), len(chosen)
+    return None
+
+
+def _fewest_of_round(
+    trials: Trials, chosen: np.ndarray, too_few: int, error: float, error_99: float
+) -> np.ndarray:
+    """Return the first of the chosen dots, more than `too_few`, that are enough, by bisection to `MAX_SURPLUS`."""
+    enough = len(chosen)
+    atoms, threads = trials.atoms, trials.prepared.threads
+    assert atoms is not None
+    while too_few and enough - too_few > MAX_SURPLUS * enough:
+        middle = (too_few + enough) // 2
+        rebuilt = rebuilt_from(trials.prepared.surface, atoms, chosen[:middle], threads)
+        met = trials.error_of(chosen[:middle], rebuilt).over(error, error_99) <= 1
+        too_few, enough = (too_few, middle) if met else (middle, enough)
+    return chosen[:enough]
 
 
 def _clip(n: float, fewest: int, most: int) -> int:

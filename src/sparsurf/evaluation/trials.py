@@ -1,5 +1,6 @@
 """Subsets of one sampler, the Z of the kept dots, and the error of the surface reconstructed from them."""
 
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -7,18 +8,28 @@ import numpy as np
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING
-from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, kept_out
+from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_surface, kept_out
+from sparsurf.recovery.reconstructing import INTERPOLANT, distance_to_reconstructed
+from sparsurf.recovery.spheres.rebuilding import Rebuilt
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
+from sparsurf.surfaces.molecular_surface import roll_spheres
+from sparsurf.surfaces.surface import Origin, Surface
 
 MIN_DOTS = 12  # no surface can be recovered from fewer
+TEST_DENSITY = 8.0  # dots per Å^2 of the surface, on which errors are measured; other dots than those that are chosen from
 
 
 class MeasuredError(NamedTuple):
-    """Mean error of the surface reconstructed from a subset, Å, and the standard error of its logarithm."""
+    """Mean error of the surface reconstructed from a subset, Å, the standard error of its logarithm, and the 99 % error, Å."""
 
     mean: float
     log_error: float
+    high_99: float = 0.0
+
+    def over(self, error: float, error_99: float | None) -> float:
+        """Return the larger ratio of the mean and the 99 % error to what is requested; at most 1 where both are met."""
+        return max(self.mean / error, 0.0 if error_99 is None else self.high_99 / error_99)
 
 
 class Trials:
@@ -30,8 +41,10 @@ class Trials:
         sampler: SamplerLike,
         n_tests: int,
         choices: Choices = PUBLISHED_CHOICES,
+        model: str = INTERPOLANT,
+        atoms: Origin | None = None,
     ) -> None:
-        self.prepared = prepared
+        self.prepared, self.model, self.atoms = prepared, model, atoms
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         ((self.sampler, self._sampler),) = get_samplers([sampler], "minimal.sampler", choices).items()
         self._z: dict[int, float] = {}  # requested n_S -> Z
@@ -74,17 +87,50 @@ class Trials:
             self._errors[n] = self._measure_error(self.draw(n))
         return self._errors[n]
 
+    @cached_property
+    def test_surface(self) -> Surface | None:
+        """Independent dots of the whole surface; None where the atoms of the dots are not known."""
+        return None if self.atoms is None else independent_dots(self.atoms)
+
+    def distances_to_true(self, dots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Measure the surface reconstructed from a subset: positions on the true surface (M, 3), and their distances (M,), Å.
+
+        The positions are independent dots of the whole surface. Where its atoms are not known, they are the dots that were not
+        kept, of which those near kept dots lie nearer to the reconstructed surface.
+        """
+        surface, threads, test = self.prepared.surface, self.prepared.threads, self.test_surface
+        points = kept_out(surface.points, dots) if test is None else test.points
+        return points, distance_to_reconstructed(points, self.few(dots), self.model, threads)
+
+    def error_of(self, dots: np.ndarray, rebuilt: Rebuilt) -> MeasuredError:
+        """Measure the error of a surface that is reconstructed from dots already."""
+        points = (
+            kept_out(self.prepared.points, dots) if self.test_surface is None else self.test_surface.points
+        )
+        errors = distance_to_surface(points, rebuilt.points, rebuilt.normals, self.prepared.threads)
+        return MeasuredError(float(errors.mean()), 0.0, float(np.quantile(errors, TAIL_QUANTILE)))
+
+    def few(self, dots: np.ndarray) -> Surface:
+        """Return the surface of some dots, with what is known of their spheres."""
+        few = self.prepared.surface.take(dots)
+        return few if self.atoms is None else replace(few, reconstruction=self.atoms.reconstruction("auto"))
+
     def _measure_error(self, dots: np.ndarray) -> MeasuredError:
         """Measure the error of the surface reconstructed from a subset."""
         if len(dots) == self.n_dots:
             return MeasuredError(0.0, 0.0)
-        surface, threads = self.prepared.surface, self.prepared.threads
-        kept = surface.take(dots)
-        distance = distance_to_recovered(
-            surface.points, kept.points, kept.normals, threads, DENSITY_FOR_ERRORS
-        )
-        errors = kept_out(distance, dots)
+        points, errors = self.distances_to_true(dots)
         mean = float(errors.mean())
-        cell = kept_out(nearest_kept(surface.points, dots, threads)[0], dots)
+        cell = nearest_kept(
+            np.concatenate([self.prepared.points[dots], points]), np.arange(len(dots)), self.prepared.threads
+        )[0][len(dots) :]
         deviations = np.bincount(cell, weights=errors - mean)
-        return MeasuredError(mean, float(np.sqrt(np.sum(deviations**2)) / (len(errors) * mean)))
+        log_error = float(np.sqrt(np.sum(deviations**2)) / (len(errors) * mean))
+        return MeasuredError(mean, log_error, float(np.quantile(errors, TAIL_QUANTILE)))
+
+
+def independent_dots(atoms: Origin) -> Surface:
+    """Place dots on the whole surface of atoms, by the rules of their origin, where no dot of the surface lies."""
+    rules = atoms.rules
+    rolled = roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)
+    return rolled.surface(TEST_DENSITY)

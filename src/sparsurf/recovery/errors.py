@@ -77,7 +77,7 @@ def _curvature(
 
 def kept_out(values: np.ndarray, kept: np.ndarray) -> np.ndarray:
     """Return the values of the dots that are not among the kept ones: these lie on the reconstructed surface by construction."""
-    return np.delete(values, kept)
+    return np.delete(values, kept, axis=0)
 
 
 def error_table(distance: np.ndarray, curvature: np.ndarray, kept: np.ndarray) -> pd.DataFrame:

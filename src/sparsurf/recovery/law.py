@@ -1,93 +1,204 @@
-"""How many dots a surface needs: the error of the reconstructed surface is inversely proportional to the number of dots per Å^2.
+"""How many dots a surface needs: measured errors of reconstructed surfaces by the density of the kept dots.
 
-The error grows with the square of the spacing of the dots, as it does for any surface of bounded curvature. The constant depends
-on the radii of atoms and probe, and differs little between proteins. It was measured for farthest-point dots and a probe of
-1.4 Å; with a probe of 2 Å the error is up to a tenth smaller.
+The errors are means over proteins of the distances of independent dots of the whole surface from the reconstructed one, with a
+probe of 1.4 Å and the radii of DMS (`evidence/measures/spheres.py`). Between two measured densities, their logarithms are joined
+by a straight line. With the interpolant the mean error is nearly inversely proportional to the density: one dot for each patch
+of a sphere or torus. With the spheres it falls two to three times as fast, because two or three dots determine an atom.
 """
 
-from sparsurf.arguments import DENSITY, DISTANCE, check_flag
+import math
+from itertools import pairwise
+from typing import NamedTuple
 
-MEAN_OF_HEAVY_ATOMS = 0.0125  # Å: mean error times dots per Å^2
-MEAN_WITH_HYDROGENS = 0.015
-HIGH_99_OVER_MEAN = (
-    5.2  # 99 % of the surface lies within so many times the mean error: 4.2 to 7.0 on the proteins tried
+from sparsurf.arguments import DENSITY, DISTANCE, MODELS, check_choice, check_flag
+from sparsurf.errors import InputError
+
+FARTHEST, COVER = "farthest", "cover"
+AUTO, INTERPOLANT, SPHERES = MODELS
+TAIL_PER_ERROR = 5  # 99 % error over the mean error that `minimal` allows with the sampler cover
+# Å, mean error times dots per Å^2, from which a search for a density starts
+START_OF_HEAVY_ATOMS, START_WITH_HYDROGENS = 0.0125, 0.015
+
+
+class Measured(NamedTuple):
+    """Mean and 99 % error, Å, at some densities of the kept dots, dots per Å^2, ascending."""
+
+    density: tuple[float, ...]
+    mean: tuple[float, ...]
+    high_99: tuple[float, ...]
+
+
+MEASURED_FROM, MEASURED_TO = 0.15, 2.4  # dots per Å^2, of evenly spread dots
+ROUNDING = 1e-9  # relative, of a density from `density_for`
+LARGEST_REQUEST = (
+    0.02  # Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
 )
+# By sampler, model, and whether the molecules have explicit hydrogens: means in spheres_means.csv
+MEASURED = {
+    (FARTHEST, INTERPOLANT, False): Measured(
+        (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
+        (0.086, 0.0483, 0.039, 0.0284, 0.018, 0.00852, 0.00481),
+        (0.421, 0.242, 0.198, 0.151, 0.104, 0.0541, 0.0293),
+    ),
+    (FARTHEST, SPHERES, False): Measured(
+        (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
+        (0.0397, 0.0103, 0.00649, 0.00404, 0.00252, 0.00199, 0.00188),
+        (0.35, 0.149, 0.106, 0.0708, 0.0357, 0.0186, 0.0145),
+    ),
+    (COVER, SPHERES, False): Measured((0.161, 0.24), (0.00463, 0.00175), (0.0751, 0.0104)),
+    (FARTHEST, INTERPOLANT, True): Measured(
+        (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
+        (0.105, 0.0562, 0.0458, 0.0335, 0.0216, 0.0107, 0.006),
+        (0.48, 0.269, 0.22, 0.166, 0.113, 0.0594, 0.0356),
+    ),
+    (FARTHEST, SPHERES, True): Measured(
+        (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
+        (0.0854, 0.022, 0.0129, 0.00681, 0.0038, 0.00253, 0.0022),
+        (0.454, 0.2, 0.145, 0.0962, 0.0579, 0.0296, 0.0179),
+    ),
+    (COVER, SPHERES, True): Measured((0.269, 0.31), (0.00454, 0.00207), (0.0573, 0.0171)),
+}
 
 
-def constant(hydrogens: bool) -> float:
-    """Return the mean error times dots per Å^2, Å, of a molecule with or without explicit hydrogens."""
-    check_flag(hydrogens, "hydrogens")
-    return MEAN_WITH_HYDROGENS if hydrogens else MEAN_OF_HEAVY_ATOMS
+def start_density(error: float, hydrogens: bool) -> float:
+    """Return the dots per Å^2 at which a search for evenly spread dots with a mean error, Å, starts; any error has one."""
+    return (START_WITH_HYDROGENS if hydrogens else START_OF_HEAVY_ATOMS) / error
 
 
-def density_for(error: float, *, hydrogens: bool = False) -> float:
-    """Return the density of evenly spread dots from which a surface is reconstructed with a given mean error.
+def density_for(
+    error: float, *, hydrogens: bool = False, sampler: str = FARTHEST, model: str = AUTO
+) -> float:
+    """Return the density of kept dots from which a surface is reconstructed with a given mean error.
 
     Parameters
     ----------
     error : float
-        Mean distance of the reconstructed surface from the true one, Å; more than 0 and at most 10.
+        Mean distance of the true surface from the reconstructed one, Å. With the sampler 'cover', 99 % of the surface also lies
+        within 5 times this distance, as in `minimal`.
     hydrogens : bool
-        Whether the molecule has explicit hydrogens (default False). They need a fifth more dots.
+        Whether the molecule has explicit hydrogens (default False). They need more dots.
+    sampler : {'farthest', 'cover'}
+        How the dots are chosen, as in `minimal` (default 'farthest', evenly spread dots).
+    model : {'auto', 'interpolant', 'spheres'}
+        How the surface is reconstructed; 'auto' (default) is 'spheres' with the sampler 'cover', and 'interpolant' with
+        'farthest', as in `minimal`. 'spheres' is what `recover` does by default.
 
     Returns
     -------
     float
-        Dots per Å^2: 0.0125 Å / error, or 0.015 Å / error with hydrogens.
+        Dots per Å^2.
 
     Raises
     ------
     InputError
-        The error is not above 0 and at most 10 Å.
+        The error lies outside of the measured range, which the message says, or the sampler or model was not measured.
 
     Notes
     -----
-    This law was fitted to dots chosen by farthest-point sampling, with a probe of 1.4 Å. `minimal` starts from it and
-    measures the error.
+    Single proteins deviate from these means of many: `minimal` measures the error of each surface.
 
     Examples
     --------
     >>> import sparsurf
-    >>> sparsurf.density_for(0.02)
-    0.625
-    >>> sparsurf.density_for(0.02, hydrogens=True)
-    0.75
+    >>> evenly, by_spheres = sparsurf.density_for(0.02), sparsurf.density_for(0.02, model="spheres")
+    >>> evenly > 2 * by_spheres > 2 * sparsurf.density_for(0.02, sampler="cover")
+    True
     """
-    return constant(hydrogens) / DISTANCE.check(error, "error")
+    error = DISTANCE.check(error, "error")
+    law = _law(hydrogens, sampler, model)
+    most, least = law.mean[0], law.mean[-1]
+    if sampler == COVER:
+        most, least = (max(pair[0], pair[1] / TAIL_PER_ERROR) for pair in zip(*_ends(law), strict=True))
+        most = max(most, LARGEST_REQUEST)
+    if not least <= error <= most:
+        raise InputError(
+            f"error is {error:g}; the densities for errors of {least:.2g} to {most:.2g} Å were measured{_of(sampler, model)}. "
+            "`minimal` measures other errors on a surface."
+        )
+    density = _at(law.mean, law.density, error)
+    return (
+        max(density, _at(law.high_99, law.density, TAIL_PER_ERROR * error)) if sampler == COVER else density
+    )
 
 
-def error_at(density: float, *, hydrogens: bool = False) -> tuple[float, float]:
-    """Return the error of a surface that is reconstructed from evenly spread dots of a given density.
+def error_at(
+    density: float, *, hydrogens: bool = False, sampler: str = FARTHEST, model: str = AUTO
+) -> tuple[float, float]:
+    """Return the error of a surface that is reconstructed from kept dots of a given density.
 
     Parameters
     ----------
     density : float
-        Kept dots per Å^2; more than 0 and at most 100.
+        Kept dots per Å^2.
     hydrogens : bool
         Whether the molecule has explicit hydrogens (default False).
+    sampler, model : str
+        As in `density_for`.
 
     Returns
     -------
     mean : float
-        Mean distance of the reconstructed surface from the true one, Å.
+        Mean distance of the true surface from the reconstructed one, Å.
     high_99 : float
-        Distance within which 99 % of the reconstructed surface lies, Å; 5.2 times the mean.
+        Distance within which 99 % of the true surface lies, Å.
 
     Raises
     ------
     InputError
-        The density is not above 0 and at most 100.
+        The density lies outside of the measured range, which the message says, or the sampler or model was not measured.
 
     Notes
     -----
-    This is the inverse of `density_for`, with the same law.
+    This is the inverse of `density_for`, from the same measurements.
 
     Examples
     --------
     >>> import sparsurf
-    >>> mean, high_99 = sparsurf.error_at(0.625)
-    >>> round(mean, 3), round(high_99, 2)
-    (0.02, 0.1)
+    >>> mean, high_99 = sparsurf.error_at(sparsurf.density_for(0.02))
+    >>> round(mean, 4)
+    0.02
     """
-    mean = constant(hydrogens) / DENSITY.check(density, "density")
-    return mean, HIGH_99_OVER_MEAN * mean
+    density = DENSITY.check(density, "density")
+    law = _law(hydrogens, sampler, model)
+    if not law.density[0] * (1 - ROUNDING) <= density <= law.density[-1] * (1 + ROUNDING):
+        raise InputError(
+            f"density is {density:g}; errors were measured at {law.density[0]:.2g} to {law.density[-1]:.2g} dots per Å^2"
+            f"{_of(sampler, model)}. `minimal` measures the error of other subsets."
+        )
+    return _at(law.density, law.mean, density), _at(law.density, law.high_99, density)
+
+
+def _law(hydrogens: bool, sampler: str, model: str) -> Measured:
+    """Return the measurements of a sampler and a model; raise InputError if there are none."""
+    check_flag(hydrogens, "hydrogens")
+    check_choice(sampler, (FARTHEST, COVER), "sampler")
+    check_choice(model, MODELS, "model")
+    if model == AUTO:
+        model = SPHERES if sampler == COVER else INTERPOLANT
+    if (sampler, model, bool(hydrogens)) not in MEASURED:
+        raise InputError(
+            f"the sampler {sampler!r} chooses dots for the model 'spheres', not for {model!r}; leave out the model."
+        )
+    return MEASURED[sampler, model, bool(hydrogens)]
+
+
+def _ends(law: Measured) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return mean and 99 % error at the lowest and the highest density."""
+    return (law.mean[0], law.mean[-1]), (law.high_99[0], law.high_99[-1])
+
+
+def _of(sampler: str, model: str) -> str:
+    """Return for which dots something was measured, unless these are the default."""
+    return "" if (sampler, model) == (FARTHEST, AUTO) else f" with sampler={sampler!r} and model={model!r}"
+
+
+def _at(x: tuple[float, ...], y: tuple[float, ...], value: float) -> float:
+    """Interpolate y at a value of x between the logarithms of both; beyond the ends it is the value at the end."""
+    pairs = sorted(zip(map(math.log, x), map(math.log, y), strict=True))
+    at = math.log(value)
+    if at <= pairs[0][0]:
+        return math.exp(pairs[0][1])
+    for (x0, y0), (x1, y1) in pairwise(pairs):
+        if at <= x1:
+            return math.exp(y0 + (y1 - y0) * (at - x0) / (x1 - x0))
+    return math.exp(pairs[-1][1])

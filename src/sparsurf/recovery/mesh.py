@@ -29,8 +29,12 @@ def recovered_mesh(
     steps: int = NEWTON_STEPS,
     threads: int = 1,
 ) -> Mesh:
-    """Triangulate the reconstructed surface by a grid of `step` Å, where the signed distance to its dense dots changes sign."""
-    dense, outward = recover(points, normals, density, reach, steps, threads)
+    """Triangulate the surface that `recover` interpolates between dots, see `mesh_of_dense`."""
+    return mesh_of_dense(*recover(points, normals, density, reach, steps, threads), step, threads)
+
+
+def mesh_of_dense(dense: np.ndarray, outward: np.ndarray, step: float = GRID_STEP, threads: int = 1) -> Mesh:
+    """Triangulate a surface by a grid of `step` Å, where the signed distance to its dense dots (N, 3) changes sign."""
     if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface
         log.warning("the normals point inward, so that the mesh encloses the outside: reverse them")
     low, shape = grid_around(dense, BANDS[-1] * step, step)

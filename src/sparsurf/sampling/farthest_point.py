@@ -17,7 +17,12 @@ def farthest_point_sampling(index: PatchIndex, n: int, rng: np.random.Generator)
     are as far, the one with the lowest number. Cells of dots have a limit above all distances of their dots; these are only
     compared where the limit is the largest of all (after QuickFPS, Han et al., IEEE Trans. CAD, 2023).
     """
-    first = int(index.position[int(rng.integers(len(index.dot)))])
+    return farthest_after(index, np.array([rng.integers(len(index.dot))]), n)
+
+
+def farthest_after(index: PatchIndex, chosen: np.ndarray, n: int) -> np.ndarray:
+    """Return the first n of some chosen dots (at least one) followed by dots that are as far as possible from all before."""
+    first = index.position[chosen].astype(np.int64)
     return index.dot[_farthest_positions(index, first, n, False)[0]].astype(np.int64)
 
 
@@ -26,7 +31,7 @@ def farthest_points(index: PatchIndex, n: int, rng: np.random.Generator) -> tupl
 
     Of several that are as near, it is the one that was chosen first.
     """
-    first = int(index.position[int(rng.integers(len(index.dot)))])
+    first = index.position[np.array([rng.integers(len(index.dot))])].astype(np.int64)
     positions, nearest = _farthest_positions(index, first, n, True)
     nearest_of_dot = np.empty(len(nearest), np.int64)
     nearest_of_dot[index.dot] = nearest
@@ -35,7 +40,7 @@ def farthest_points(index: PatchIndex, n: int, rng: np.random.Generator) -> tupl
 
 @njit(cache=True, nogil=True)
 def _farthest_positions(
-    index: PatchIndex, first: int, n: int, with_nearest: bool
+    index: PatchIndex, first: np.ndarray, n: int, with_nearest: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return positions in the order of choice, (n,) int32, and the chosen one nearest to each, (N,) int32, if asked for."""
     n_dots = len(index.dot)
@@ -82,7 +87,7 @@ def _farthest_positions(
     for node in range(leaves - 1, 0, -1):
         winner[node] = winner[2 * node]
     out = np.empty(n, np.int32)
-    p, reach2 = first, unlimited
+    p, reach2 = first[0], unlimited
     for i in range(n):
         out[i] = p
         x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
@@ -114,6 +119,8 @@ def _farthest_positions(
             _compare(index, begin[k], begin[k + 1], out, waiting, n_waiting, k, gap, nearest, limit, best)
             _play(k, leaves, winner, limit, n_waiting, best, index.dot)
         p, reach2 = best[winner[1]], limit[winner[1]]
+        if i + 1 < len(first):
+            p = first[i + 1]
     if with_nearest:
         for k in range(n_cells):
             _compare(index, begin[k], begin[k + 1], out, waiting, n_waiting, k, gap, nearest, limit, best)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from sparsurf import surfaces
-from sparsurf.arguments import PROBE_RADIUS
+from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
@@ -70,6 +70,36 @@ class Placement:
 Rules: TypeAlias = "Placement | SurfaceSettings"
 
 
+class Reconstruction(NamedTuple):
+    """How the surface is reconstructed from dots of a subset; the files of a subset say it."""
+
+    probe_radius: float  # Å, with which the dots were placed
+    radii: str | None  # table of atomic radii; None where it is not known
+    model: str  # 'spheres', 'interpolant' or 'auto', as in `recover`
+
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, Any]) -> Reconstruction | None:
+        """Return what a file says by its columns of these names, which hold one value each; None if it says nothing."""
+        values = [
+            columns[name][0] if name in columns and len(columns[name]) else None for name in cls._fields
+        ]
+        probe, radii, model = (None if value != value else value for value in values)
+        number = isinstance(probe, float | int | np.number) and PROBE.allow(float(probe))
+        if not number or model not in MODELS or radii not in (None, "", *RADII_TABLES):
+            return None
+        return cls(float(probe), str(radii) if radii else None, str(model))  # type: ignore[arg-type]
+
+    @property
+    def is_uneven(self) -> bool:
+        """Whether the dots may lie far from evenly, so that their distances say nothing about the file."""
+        return self.model == "spheres"
+
+    @property
+    def columns(self) -> dict[str, float | str]:
+        """The same as columns of a table, blank where a value is not known."""
+        return {name: "" if value is None else value for name, value in self._asdict().items()}
+
+
 @dataclass(frozen=True, eq=False)
 class Origin:
     """The atoms that dots were placed on, and what follows from them."""
@@ -97,6 +127,15 @@ class Origin:
         """Make the origin of points or vertices that are not all dots of a placement; it keeps no rolled probe."""
         nowhere = np.empty((0, 3))
         return cls(molecule, frame, xyz, rules, d_link, radii, _not_placed, nowhere, _not_placed)
+
+    @property
+    def table(self) -> str | None:
+        """Name of the table of their radii; None for spheres with radii of the user."""
+        return None if self.molecule is None else self.rules.radii
+
+    def reconstruction(self, model: str) -> Reconstruction:
+        """Return how the surface is reconstructed from some of the dots."""
+        return Reconstruction(self.rules.probe_radius, self.table, model)
 
     @property
     def atoms_alone(self) -> Origin:
@@ -155,6 +194,7 @@ class Surface:
     atom : (N,) int32, index into the structure; -1 where unknown
     fields : dict, name -> (N,) float64, further values at the dots, such as a potential; NaN where unknown
     origin : Origin, if `sparsurf.surface` placed the dots, else None
+    reconstruction : Reconstruction, if these are the dots of a subset whose probe and radii are known, else None
 
     Raises
     ------
@@ -169,6 +209,7 @@ class Surface:
     atom: np.ndarray
     fields: dict[str, np.ndarray]
     origin: Origin | None
+    reconstruction: Reconstruction | None
 
     def __init__(
         self,
@@ -179,6 +220,7 @@ class Surface:
         atom: ArrayLike | None = None,
         fields: Mapping[str, ArrayLike] = MappingProxyType({}),
         origin: Origin | None = None,
+        reconstruction: Reconstruction | None = None,
     ) -> None:
         arrays = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
         numbers = {
@@ -201,6 +243,7 @@ class Surface:
                 object.__setattr__(self, name, np.array(value, ARRAY_TYPES[name], order="C"))
         object.__setattr__(self, "fields", _fields(fields, n))
         object.__setattr__(self, "origin", origin)
+        object.__setattr__(self, "reconstruction", reconstruction)
         if n == 0:
             raise InputError("surface: there are no dots.")
         if not (np.isfinite(self.points).all() and np.isfinite(self.normals).all()):
@@ -230,7 +273,7 @@ class Surface:
         """Return the surface of only `dots`, a mask or indices, with all that is known of them."""
         fields = {name: value[dots] for name, value in self.fields.items()}
         points, normals, area, kind, atom = (getattr(self, name)[dots] for name in ARRAY_NAMES)
-        return Surface(points, normals, area, kind, atom, fields, self.origin)
+        return Surface(points, normals, area, kind, atom, fields, self.origin, self.reconstruction)
 
     @property
     def molecule(self) -> Molecule | None:
@@ -423,6 +466,11 @@ def surface_of_columns(
             raise InputError(f"{path}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
+
+
+def without_reconstruction(fields: Mapping[str, Any], said: Reconstruction | None) -> dict[str, Any]:
+    """Return the fields of a file without those that say how its surface is reconstructed, if it says so."""
+    return {name: values for name, values in fields.items() if said is None or name not in said._fields}
 
 
 def warn_of_float16(points: np.ndarray, name: Path | str) -> None:

@@ -48,9 +48,9 @@ def select_methods(
     prepared: PreparedSurface, names: Iterable[str] | None = None, ranges: pd.DataFrame | None = None
 ) -> dict[str, Method]:
     """Select samplers, all by default: functions (n, rng) -> dots by name, the paper's with winners of `ranges` or of Table I."""
-    chosen = samplers.get_samplers(
-        names or kinds.TABLE["sampler"], "compare.samplers", choices_from_ranges(ranges)
-    )
+    # compared with the interpolant, for which dots that touch every atom were not chosen
+    of_dots = [name for name, choice in kinds.TABLE["sampler"].items() if choice.applies != kinds.ORIGIN]
+    chosen = samplers.get_samplers(names or of_dots, "compare.samplers", choices_from_ranges(ranges))
     return {name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()}
 
 

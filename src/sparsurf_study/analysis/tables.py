@@ -19,6 +19,7 @@ from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_c
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.surface import Reconstruction, Surface
 from sparsurf_study.analysis.best_set import best_set
 from sparsurf_study.columns import missing_columns
 
@@ -79,6 +80,13 @@ def read_minimal(path: Path | str, surface: Surface) -> pd.DataFrame:
             f"{path} does not represent all {len(surface)} dots: delete it and run the study again."
         )
     return table
+
+
+def surface_of_minimal(table: pd.DataFrame) -> Surface:
+    """Return the kept dots of a minimal.csv, which say how their surface is reconstructed."""
+    said = Reconstruction.of_columns({str(name): column.to_numpy() for name, column in table.items()})
+    points, normals = table[["x", "y", "z"]].to_numpy(), table[["nx", "ny", "nz"]].to_numpy()
+    return Surface(points, normals, reconstruction=said)
 
 
 def grid_table(grid: Grid) -> pd.DataFrame:

@@ -57,7 +57,9 @@ def test_the_subset_has_the_rows_of_its_dots(found, dots, molecule):
     assert np.array_equal(np.asarray(few), dots.points[few.dots]) and few.to_frame().equals(few.table)
     names = ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]
     labels = ["chain", "residue", "residue_name", "atom_name", "atom"]
-    assert list(few.table) == names + labels
+    said = {"probe_radius": 1.4, "radii": "dms", "model": "auto"}
+    assert list(few.table) == [*names, *said, *labels]
+    assert (few.table[list(said)] == list(said.values())).all(axis=None)
     assert np.array_equal(few.table[["x", "y", "z"]], dots.points[few.dots])
     assert np.array_equal(few.table[["nx", "ny", "nz"]], dots.normals[few.dots])
     gaps = np.linalg.norm(dots.points[:, None] - few.points, axis=2)
@@ -66,19 +68,35 @@ def test_the_subset_has_the_rows_of_its_dots(found, dots, molecule):
     assert few.table["reach"].eq(1).all() and few.table["dot"].tolist() == few.dots.tolist()
     assert few.table["atom"].tolist() == dots.atom[few.dots].tolist()
     assert few.table["atom_name"].tolist() == molecule.name[dots.atom[few.dots]].tolist()
-    assert list(subset_table(few.dots, few.weight, few.surface)) == names
+    assert list(subset_table(few.dots, few.weight, few.surface)) == [*names, *said]
+    assert list(subset_table(few.dots, few.weight, Surface(few.points, few.normals))) == names
 
 
-def test_errors_are_those_of_the_dots_that_are_not_kept(found, dots):
+def test_errors_without_atoms_are_those_of_the_dots_that_are_not_kept(dots):
+    found = represent(dots, asked(error=0.06), Streams(2, "p"))
+    few, table = found.subset, found.errors()
+    distance = distance_to_recovered(dots.points, few.points, few.normals, 1, 20.0)
+    others = np.delete(distance, few.dots)
+    assert table.loc[0, ["mean", "largest"]].tolist() == pytest.approx([others.mean(), others.max()])
+    assert table["measured_on"].eq("dots not kept").all()
+
+
+def test_errors_are_those_of_independent_dots_of_the_whole_surface(found, dots, molecule):
     few, table = found.subset, found.errors()
     row = table.iloc[0]
-    distance = distance_to_recovered(dots.points, few.points, few.normals, 1, 20.0)
-    others = np.delete(np.arange(len(dots)), few.dots)
-    assert row[["mean", "largest"]].tolist() == pytest.approx(
-        [distance[others].mean(), distance[others].max()]
+    fresh = molecular_surface(molecule.xyz[0].round(3), radii(molecule, "dms"), density=8.0)
+    distance = distance_to_recovered(fresh.points, few.points, few.normals, 1, 20.0)
+    assert row[["mean", "high_99", "largest"]].tolist() == pytest.approx(
+        [distance.mean(), np.quantile(distance, 0.99), distance.max()]
     )
-    bend = curvature(build_index(dots.points, dots.normals))
-    ridges = others[bend[others] > 0.05]
+    # too few dots to infer atoms from
+    assert row[["measured_on", "sampler", "model"]].tolist() == [
+        "independent dots",
+        "farthest",
+        "interpolant",
+    ]
+    bend = curvature(build_index(fresh.points, fresh.normals))
+    ridges, others = np.flatnonzero(bend > 0.05), fresh.points
     assert table["where"].tolist() == ["everywhere", "clefts", "flats", "ridges"]
     assert table["mean"][3] == pytest.approx(distance[ridges].mean())
     assert table["dots"][3] == len(ridges) < len(others)

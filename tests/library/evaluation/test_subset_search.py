@@ -1,5 +1,6 @@
 """The fewest dots for an error: by made-up errors whose answer can be read off, and on a real surface."""
 
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -121,7 +122,7 @@ def test_the_stream_of_a_subset_is_that_of_its_sampler(blob):
         trials = Trials(prepared, name, 9)
         assert np.array_equal(draw_subset(prepared, name, 90), wanted)
         assert np.array_equal(trials.draw(90), wanted) and len(trials.tests) == 9
-        assert trials.error(3000) == (0, 0)
+        assert trials.error(3000) == (0, 0, 0)
 
 
 def test_the_search_starts_where_the_law_says():
@@ -148,8 +149,8 @@ def test_beyond_the_dots_of_the_surface_there_is_no_interval():
 def test_the_surface_is_as_far_off_as_was_asked_for(error, sampler):
     surface = sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb")
     few = sparsurf.minimal(surface, error=error, sampler=sampler)
-    distance = distance_to_recovered(surface.points, few.points, few.normals, 1, DENSITY_FOR_ERRORS)
-    reached = np.delete(distance, few.dots).mean()
+    fresh = sparsurf.surface(surface.molecule, density=8.0)
+    reached = distance_to_recovered(fresh.points, few.points, few.normals, 1, DENSITY_FOR_ERRORS).mean()
     if sampler == "farthest":
         assert reached == pytest.approx(error, rel=0.02)
         assert few.interval[0] < len(few) < few.interval[1] < 1.1 * few.interval[0]
@@ -165,9 +166,10 @@ def test_the_error_of_the_error_is_that_of_the_cells_of_the_kept_dots():
     distance = np.repeat([1.0, 3.0] * 4, 4)
     distance[::4] = 0.0
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sparsurf.evaluation.trials.distance_to_recovered", lambda *_: distance)
+        others = np.delete(distance, np.arange(0, 32, 4))
+        patch.setattr("sparsurf.evaluation.trials.distance_to_reconstructed", lambda *_: others)
         measured = trials._measure_error(np.arange(0, 32, 4))
-    assert measured == pytest.approx((2.0, 1 / np.sqrt(8) / 2))
+    assert measured == pytest.approx((2.0, 1 / np.sqrt(8) / 2, 3.0))
 
 
 def test_dots_per_area():
@@ -179,17 +181,27 @@ def test_dots_per_area():
 
 
 def test_the_law_and_its_inverse():
-    assert sparsurf.density_for(0.05) == pytest.approx(0.25)
-    for hydrogens in (False, True):
-        density = sparsurf.density_for(0.03, hydrogens=hydrogens)
-        mean, high_99 = sparsurf.error_at(density, hydrogens=hydrogens)
-        assert mean == pytest.approx(0.03) and high_99 == pytest.approx(5.2 * mean)
-        assert 0.03 * density == pytest.approx(0.015 if hydrogens else 0.0125)
-    assert sparsurf.error_at(100)[0] == pytest.approx(1.25e-4)  # the largest density
-    for call in (
-        lambda: sparsurf.density_for(0),
-        lambda: sparsurf.error_at(-1),
-        lambda: sparsurf.error_at(101),
+    for hydrogens, sampler, model in itertools.product(
+        (False, True), ("farthest", "cover"), ("auto", "spheres")
     ):
-        with pytest.raises(InputError):
+        how = {"hydrogens": hydrogens, "sampler": sampler, "model": model}
+        density = sparsurf.density_for(0.02, **how)
+        mean, high_99 = sparsurf.error_at(density, **how)
+        if sampler == "farthest":
+            assert mean == pytest.approx(0.02) and 0.05 < high_99 < 0.3
+        else:  # where the errors of 99 % decide
+            assert mean < 0.01 and high_99 <= 0.1
+    lines = [sparsurf.density_for(0.02, **how) for how in ({}, {"model": "spheres"}, {"sampler": "cover"})]
+    assert lines == sorted(lines, reverse=True) and lines[0] > 2 * lines[1]
+    assert sparsurf.density_for(0.02, hydrogens=True) > lines[0]
+    for call, words in (
+        (lambda: sparsurf.density_for(0), "error is 0"),
+        (lambda: sparsurf.density_for(1), "errors of 0.00.* to 0.0.* Å were measured"),
+        (lambda: sparsurf.error_at(-1), "density is -1"),
+        (lambda: sparsurf.error_at(5), "errors were measured at 0.15 to 2.4 dots"),
+        (lambda: sparsurf.error_at(0.5, sampler="cover"), "sampler='cover'"),
+        (lambda: sparsurf.density_for(0.02, sampler="uniform"), "sampler is 'uniform'"),
+        (lambda: sparsurf.density_for(0.02, sampler="cover", model="interpolant"), "for the model 'spheres'"),
+    ):
+        with pytest.raises(InputError, match=words):
             call()

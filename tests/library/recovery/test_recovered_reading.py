@@ -19,6 +19,7 @@ from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis import grid
 
 
@@ -34,7 +35,8 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     kept = farthest(prepared, 500, np.random.default_rng(1))
     z, _ = prepared.distances([kept], tests, z_tot, "recovered")
     index = build_index(*recover(prepared.points[kept], prepared.normals[kept], prepared.density))
-    by_descriptor = recovered_z(prepared, kept, tests)
+    few = Surface(prepared.points[kept], prepared.normals[kept])
+    by_descriptor = recovered_z(prepared, few, "interpolant", tests)
     for name in kinds.TABLE["descriptor"]:  # each beside the full surface in its own descriptor
         whole, alone = (
             descriptors.describe(dots, prepared.points[tests], descriptor=name)[0]
@@ -46,7 +48,7 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     patches = prepared.patches.model_copy(update={"r_zernike": 4.0, "d_link": 0.7})
     narrow = PreparedSurface(prepared.surface, Settings(patches=patches), streams=Streams(1))
     of_narrow, _ = narrow.distances([kept], tests, narrow.describe(tests)[0], "recovered")
-    assert recovered_z(narrow, kept, tests)["Z_published"] == pytest.approx(of_narrow.mean())
+    assert recovered_z(narrow, few, "interpolant", tests)["Z_published"] == pytest.approx(of_narrow.mean())
     alone, _ = descriptors.describe(index, prepared.points[tests])
     assert z[0] == pytest.approx(np.linalg.norm(alone - z_tot, axis=1), rel=1e-9)
     as_it_is, _ = prepared.distances([kept], tests, z_tot, "full")

@@ -8,6 +8,7 @@ import io
 import logging
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +18,12 @@ from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import (
     Format,
+    Reconstruction,
     Surface,
     is_field_name,
     surface_of_columns,
     warn_of_field_names,
+    without_reconstruction,
 )
 
 if TYPE_CHECKING:
@@ -55,13 +58,20 @@ def _length_of_comments(text: str) -> int:
 
 def read_csv(content: bytes, path: Path | str) -> Surface:
     """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case."""
-    values, fields, lines = _columns(content, path, COLUMNS_OF_DOTS)
-    return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]} | fields, path, lines)
+    values, fields, lines, table = _columns(content, path, COLUMNS_OF_DOTS)
+    said = Reconstruction.of_columns(
+        {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields}
+    )
+    fields = without_reconstruction(fields, said)
+    judge = said is None or not said.is_uneven
+    columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields
+    surface = surface_of_columns(columns, path, lines, judge=judge)
+    return surface if said is None else replace(surface, reconstruction=said)
 
 
 def read_points(content: bytes, path: Path | str) -> np.ndarray:
     """Read the points (T, 3), Å, of a table with x, y, z in its header, in upper or lower case; points that occur twice stay."""
-    points, _, lines = _columns(content, path, ["x", "y", "z"])
+    points, _, lines, _ = _columns(content, path, ["x", "y", "z"])
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(wrong):
         raise InputError(
@@ -90,8 +100,8 @@ def write_csv(path: Path | str, table: pd.DataFrame, fields: Sequence[str] = ())
 
 def _columns(
     content: bytes, path: Path | str, names: list[str]
-) -> tuple[np.ndarray, dict[str, np.ndarray], list[int]]:
-    """Return the columns `names`, (N, names) float64 with NaN for other text, fields by name, and the line of each row."""
+) -> tuple[np.ndarray, dict[str, np.ndarray], list[int], pd.DataFrame]:
+    """Return the columns `names`, (N, names) float64 with NaN for other text, fields by name, the line of each row, and all."""
     import pandas as pd  # here: it takes long to load
 
     text = decode_text(content, path)
@@ -128,7 +138,7 @@ def _columns(
         _check_sizes(table, lines, path)
     if not text.endswith("\n") and _ends_within_a_number(text):
         raise InputError(f"{path} is cut short: line {lines[-1]} ends within a number; copy it again.")
-    return values, fields, lines
+    return values, fields, lines, table
 
 
 def _without_empty_cells(text: str) -> str:

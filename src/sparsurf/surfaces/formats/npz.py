@@ -16,11 +16,13 @@ from sparsurf.files import no_warnings, read_archive, read_bytes
 from sparsurf.surfaces.surface import (
     ARRAY_NAMES,
     Format,
+    Reconstruction,
     Surface,
     is_field_name,
     surface_of_columns,
     warn_of_field_names,
     warn_of_float16,
+    without_reconstruction,
 )
 
 REQUIRED = ("points", "normals")
@@ -49,6 +51,8 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
     columns = {
         k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
     }
+    said = Reconstruction.of_columns(arrays)
+    columns = without_reconstruction(columns, said)
     n = columns["points"].shape[:1]
     others = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}
     warn_of_field_names((k for k, v in others.items() if v.dtype.kind in "fiu" and v.shape == n), path)
@@ -59,7 +63,9 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
     columns |= {
         name: columns[name].astype(float) for name in ("points", "normals", "area") if name in columns
     }
-    return surface_of_columns(columns, path, weighted="weight" in arrays, judge=judge)
+    judge = judge and (said is None or not said.is_uneven)
+    surface = surface_of_columns(columns, path, weighted="weight" in arrays, judge=judge)
+    return surface if said is None else replace(surface, reconstruction=said)
 
 
 def write_npz(path: Path | str, surface: Surface) -> None:

@@ -8,14 +8,23 @@ from __future__ import annotations
 import codecs
 import logging
 from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
 from itertools import chain, repeat
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.surface import Format, Surface, is_field_name, surface_of_columns, warn_of_field_names
+from sparsurf.surfaces.surface import (
+    Format,
+    Reconstruction,
+    Surface,
+    is_field_name,
+    surface_of_columns,
+    warn_of_field_names,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -32,6 +41,7 @@ TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4"
 TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
 TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 Element = tuple[str, int, list[tuple[str, ...]]]  # name, number, name and types of each property
+SAID = "sparsurf"  # first word of the comment that says how the surface is reconstructed
 MAX_DIGITS_OF_COUNT = 12  # of vertices in a header; a longer number is damaged
 
 
@@ -64,13 +74,34 @@ def write_ply(
         types = dict.fromkeys([*AXES, *CHANNELS], "float") | types
         types |= dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
     table |= properties
-    header = ["ply", "format ascii 1.0", f"element vertex {len(surface)}"]
+    header = ["ply", "format ascii 1.0", *_comments(surface), f"element vertex {len(surface)}"]
     header += [f"property {kind} {key}" for key, kind in types.items()]
     if faces is not None:
         header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     _write_text(
         path, [*header, "end_header"], table, integers, np.empty((0, 3), int) if faces is None else faces
     )
+
+
+def _comments(surface: Surface) -> list[str]:
+    """Return the line of the header that says how the surface is reconstructed from the dots, if that is known."""
+    said = surface.reconstruction
+    if said is None:
+        return []
+    return [
+        f"comment {SAID} {' '.join(f'{name} {value}' for name, value in said.columns.items() if value != '')}"
+    ]
+
+
+def _reconstruction(header: str) -> Reconstruction | None:
+    """Return what such a line says."""
+    for words in (line.split() for line in header.splitlines()):
+        if words[:2] == ["comment", SAID]:
+            said: dict[str, Any] = dict(zip(words[2::2], words[3::2], strict=False))
+            with suppress(KeyError, ValueError):
+                said["probe_radius"] = float(said["probe_radius"])
+            return Reconstruction.of_columns({name: [value] for name, value in said.items()})
+    return None
 
 
 def _write_text(
@@ -130,7 +161,10 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
     points, normals = (np.column_stack([table[axis] for axis in axes]) for axes in (AXES[:3], AXES[3:]))
     warn_of_field_names(table, path)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
-    return surface_of_columns(fields | {"points": points, "normals": normals}, path)
+    said = _reconstruction(header.decode("latin-1"))
+    judge = said is None or not said.is_uneven
+    surface = surface_of_columns(fields | {"points": points, "normals": normals}, path, judge=judge)
+    return surface if said is None else replace(surface, reconstruction=said)
 
 
 def _binary_columns(body: bytes, byte_order: str, n: int, types: list[str]) -> tuple[list[np.ndarray], bool]:

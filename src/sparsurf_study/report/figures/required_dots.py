@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from sparsurf.recovery.law import error_at
+from sparsurf.recovery.law import MEASURED_FROM, MEASURED_TO, error_at
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf.views.numbers import share
@@ -49,7 +49,9 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     drawing = layout.constrained(134, 84, name)
     ax = drawing.add_subplot()
     low, high = min(SPAN[0], 0.8 * table["density"].min()), max(SPAN[1], 1.25 * table["density"].max())
-    density = np.geomspace(low, high, 50)
+    density = np.geomspace(max(low, MEASURED_FROM), min(high, MEASURED_TO), 50).clip(
+        MEASURED_FROM, MEASURED_TO
+    )
     for hydrogens, dashes, words in ((False, (), ""), (True, (4, 2), ", with hydrogens")):
         mean, high_99 = np.array([error_at(float(x), hydrogens=hydrogens) for x in density]).T
         ax.plot(

@@ -12,7 +12,7 @@ from matplotlib import colors
 
 from sparsurf.recovery.errors import distance_to_surface
 from sparsurf.recovery.readings import comparable_density
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.reconstructing import measured_model, reconstruct
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
@@ -39,7 +39,8 @@ def recovered_from(
 ) -> tuple[str, Surface, np.ndarray]:
     """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
     density = comparable_density(prepared.density, prepared.patches.d_link)
-    surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
+    points, normals, _ = reconstruct(subset, density, measured_model(subset), threads=threads)
+    surface = Surface(points, normals)
     distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
     return "reconstructed from the minimal subset", surface, distance
 

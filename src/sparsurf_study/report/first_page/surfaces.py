@@ -26,6 +26,9 @@ class Request(NamedTuple):
     words: str  # how good it is, or the dots that it keeps
 
 
+HOW = {"spheres": " from the atoms that its dots determine", "interpolant": " by interpolation"}
+
+
 def requested(minimal: Mapping[str, Any]) -> Request:
     """Say what the section `minimal` of a config asks for."""
     words = {
@@ -40,6 +43,13 @@ def requested(minimal: Mapping[str, Any]) -> Request:
     is_enough, form = words[key]
     value = Combination(*minimal[key]) if key == "combination" else minimal[key]
     return Request(is_enough, form.format(value))
+
+
+def _how(run: Run) -> str:
+    """Say how the surfaces were reconstructed, where it is the same for all."""
+    tables = [run.read(f"{place}/recovered.csv") for place in run.ending("recovered.csv")]
+    models = {table["model"].iloc[0] for table in tables if "model" in table}
+    return HOW[models.pop()] if len(models) == 1 else ""
 
 
 def of_dots(run: Run) -> dict[str, Any] | None:
@@ -60,6 +70,7 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "density": of["minimal_density"],
         "mean": of["recovered_mean"],
         "high_99": of["recovered_high_99"],
+        "how": _how(run),
         "largest": run.surfaces["recovered_largest"].max(),
         "path": f"{first}/minimal.csv" if run.has(f"{first}/minimal.csv") else "",
         "figure": run.figure(path),

@@ -1,0 +1,74 @@
+"""Reconstruct a surface from few dots by the model that is asked for, and measure its distance from other dots."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sparsurf.errors import InputError
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, distance_to_surface
+from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, recover
+from sparsurf.recovery.spheres.rebuilding import rebuild
+from sparsurf.recovery.spheres.votes import MIN_DOTS
+from sparsurf.surfaces.spacing import DENSITY
+
+if TYPE_CHECKING:
+    from sparsurf.surfaces.surface import Surface
+
+log = logging.getLogger("sparsurf")
+
+AUTO, INTERPOLANT, SPHERES = "auto", "interpolant", "spheres"
+MIN_SHARE = 0.5  # of the dots on spheres of inferred atoms, where the spheres are asked for
+# Dots per Å^2 of the surface from which the errors of spheres are measured, which are smaller than those of the interpolant
+DENSITY_FOR_SPHERES = 30.0
+
+
+def reconstruct(
+    few: Surface,
+    density: float = DENSITY,
+    model: str = AUTO,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Reconstruct the surface of few dots: points and normals, the dots first, and the share of the dots on inferred spheres.
+
+    The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
+    `recovering.recover`.
+    """
+    said = few.reconstruction
+    if model == INTERPOLANT or (model == AUTO and said is not None and said.model == INTERPOLANT):
+        return *recover(few.points, few.normals, density, reach, steps, threads), 0.0
+    known = (None, None) if said is None else (said.probe_radius, said.radii)
+    found = rebuild(few.points, few.normals, density, reach, steps, threads, *known)
+    if model == SPHERES and found.share < MIN_SHARE:
+        reason = f"{100 * found.share:.0f} % of them lie on spheres of atoms that follow from them, and half of them must"
+        if len(few) < MIN_DOTS:
+            reason = f"there are {len(few)}, and atoms follow from at least {MIN_DOTS}"
+        raise InputError(
+            f"recover: the model 'spheres' does not suit these dots: {reason}; leave out the model, or give 'interpolant'."
+        )
+    if said is not None and said.model == SPHERES and found.share < MIN_SHARE:
+        log.warning(
+            "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them; the rest is interpolated, with a "
+            "larger error", 100 * found.share,
+        )  # fmt: skip
+    return found.points, found.normals, found.share
+
+
+def measured_model(few: Surface) -> str:
+    """Return the model by which the errors of a minimal subset are measured: spheres where dots were chosen for them."""
+    return SPHERES if few.reconstruction is not None and few.reconstruction.model == SPHERES else INTERPOLANT
+
+
+def distance_to_reconstructed(
+    points: np.ndarray, few: Surface, model: str = AUTO, threads: int = 1
+) -> np.ndarray:
+    """Compute the distance (M,), Å, of points from the surface of few dots; 'spheres' refuses no dots here."""
+    if model != INTERPOLANT:
+        dense, outward, share = reconstruct(few, DENSITY_FOR_SPHERES, AUTO, threads=threads)
+        if share > 0:
+            return distance_to_surface(points, dense, outward, threads)
+    return distance_to_recovered(points, few.points, few.normals, threads, DENSITY_FOR_ERRORS)

@@ -1,0 +1,339 @@
+"""Infer the atoms of a surface from few of its dots, by trilateration from their probe centres.
+
+An atom of radius r is the centre of a sphere of radius r + probe that passes through probe centres and holds none inside. Its
+centre follows from one contact dot, from three probe centres, or from one known atom and the normal of a saddle dot.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sparsurf.kernels import njit
+from sparsurf.patches.index import PatchIndex, build_grid, select_separated, span
+from sparsurf.recovery.spheres.votes import CLOSE, SphereModel
+from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, doubled, point, subtract
+from sparsurf.threads import parallel_map
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+SAME_ATOM = 0.7  # Å; of two candidates this close, the one that more probes touch stays
+NEIGHBOURS = 14  # of a probe centre, itself included, among which triples are tried
+NEIGHBOURS_OF_SADDLE = 25  # probe centres that are tried with a saddle dot and one atom
+MIN_TRIPLE, MIN_HEIGHT2 = (
+    0.05,
+    0.01,
+)  # Å^4 and Å^2: three centres in one line, or in one plane with the atom, fix no sphere
+# Probes that must touch an atom, of which a contact dot and a triple fix one and three
+TOUCHES_OF_CONTACT, TOUCHES_OF_TRIPLE, TOUCHES_OF_SADDLE = 2, 5, 3
+STEPS, MIN_TOUCHES, MAX_STEP = 3, 4, 0.05  # of least squares; a step is at most so long, Å
+DAMPING = 1e-6  # relative to the trace: directions that no touch fixes do not move
+ROUNDS_OF_SADDLES = 3
+MAX_DISTANCE_OF_TOUCH = 0.02  # Å, beyond which a probe cannot touch
+PROBES_PER_TASK = 256
+COLUMNS = 5  # of a candidate: position, radius, touches beyond those that fix it
+
+
+class Atoms(NamedTuple):
+    """Atoms that were inferred from dots.
+
+    Attributes
+    ----------
+    centres : (A, 3) float64, Å
+    radii : (A,) float64, Å
+    touches : (A,) int64, number of distinct probes of the dots that touch each atom
+    """
+
+    centres: np.ndarray
+    radii: np.ndarray
+    touches: np.ndarray
+
+
+def infer(points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: int = 1) -> Atoms:
+    """Infer the atoms that the probes of dots (n, 3) touch."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+    probe, tolerance = model.probe, model.tolerance
+    all_probes = points + probe * normals
+    kept = select_separated(build_grid(all_probes), np.arange(len(points)), 2 * tolerance, len(points), 0)
+    probes = build_grid(all_probes[kept])
+    rows = []
+    for radius in model.radii:
+        centres = points - radius * normals
+        touched = _touches(probes, centres, radius + probe, tolerance)
+        rows.append(np.column_stack([centres, np.full(len(centres), radius), touched - 1.0]))
+        rows[-1] = rows[-1][touched >= TOUCHES_OF_CONTACT]
+    spread = kept[select_separated(build_grid(points[kept]), np.arange(len(kept)), CLOSE, len(kept), 0)]
+    seeds = np.ascontiguousarray(all_probes[spread])
+    near = _neighbours(cKDTree(seeds), seeds, NEIGHBOURS)
+    rows += parallel_map(
+        lambda begin, end: _spheres_of_triples(
+            probes, seeds, near, begin, end, model.radii, probe, tolerance
+        ),
+        len(seeds),
+        threads,
+        PROBES_PER_TASK,
+    )
+    atoms = _best_supported(np.concatenate(rows))
+    _refine(probes, atoms, probe, tolerance)
+    if len(atoms):
+        near = _neighbours(cKDTree(probes.xyz), all_probes, NEIGHBOURS_OF_SADDLE)
+        for _ in range(ROUNDS_OF_SADDLES):
+            grid = build_grid(atoms[:, :3])
+            radii_of_grid = np.ascontiguousarray(atoms[grid.dot, 3])
+            more = _second_atoms(
+                probes, near, all_probes, normals, grid, radii_of_grid, model.radii, probe, tolerance
+            )
+            if len(more) == 0:
+                break
+            atoms = np.concatenate([atoms, _best_supported(more)])
+    touches = np.array(
+        [max(0, _touches(probes, atom[None, :3], atom[3] + probe, 2 * tolerance)[0]) for atom in atoms],
+        np.int64,
+    )
+    return Atoms(atoms[:, :3].copy(), atoms[:, 3].copy(), touches)
+
+
+def _neighbours(tree: cKDTree, points: np.ndarray, n: int) -> np.ndarray:
+    """Return the nearest points of a tree, at most n, (m, k) int32."""
+    near = tree.query(points, k=min(n, tree.n))[1]
+    return np.asarray(near, np.int32).reshape(len(points), -1)
+
+
+def _best_supported(rows: np.ndarray) -> np.ndarray:
+    """Return the candidates (m, 5) of which none is near a better one, those with most touches first."""
+    if len(rows) == 0:
+        return rows
+    order = np.lexsort((rows[:, 3], -rows[:, 4]))
+    chosen = select_separated(build_grid(rows[:, :3]), order, SAME_ATOM, len(rows), 0)
+    return rows[chosen]
+
+
+@njit(cache=True, nogil=True)
+def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float) -> int:
+    """Count the probe centres at the distance `reach` from a centre, up to the tolerance; -1 if one is nearer."""
+    x, y, z = centre
+    outer, inner2, outer2, n = reach + tolerance, (reach - tolerance) ** 2, (reach + tolerance) ** 2, 0
+    a0, a1 = span(x, outer, probes.origin[0], probes.side, probes.shape[0])
+    b0, b1 = span(y, outer, probes.origin[1], probes.side, probes.shape[1])
+    c0, c1 = span(z, outer, probes.origin[2], probes.side, probes.shape[2])
+    if c1 < c0:
+        return 0
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * probes.shape[1] + b) * probes.shape[2]
+            for q in range(probes.start[row + c0], probes.start[row + c1 + 1]):
+                d2 = (probes.xyz[q, 0] - x) ** 2 + (probes.xyz[q, 1] - y) ** 2 + (probes.xyz[q, 2] - z) ** 2
+                if d2 <= inner2:
+                    return -1
+                n += 1 if d2 <= outer2 else 0
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _touches(probes: PatchIndex, centres: np.ndarray, reach: float, tolerance: float) -> np.ndarray:
+    """Return `_touching` of centres (m, 3)."""
+    out = np.empty(len(centres), np.int64)
+    for i in range(len(centres)):
+        out[i] = _touching(probes, point(centres, i), reach, tolerance)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _append(rows: np.ndarray, n: int, centre: Vector, radius: float, touches: int) -> np.ndarray:
+    """Write a candidate into row n, of a longer array where there is no such row."""
+    if n == len(rows):
+        rows = doubled(rows)
+    rows[n, 0], rows[n, 1], rows[n, 2] = centre
+    rows[n, 3], rows[n, 4] = radius, touches
+    return rows
+
+
+@njit(cache=True, nogil=True)
+def _lists_pair(near: np.ndarray, i: int, j: int, k: int) -> bool:
+    """Return whether j and k are both among the neighbours of probe i."""
+    found = 0
+    for e in range(1, near.shape[1]):
+        found += 1 if (near[i, e] == j) | (near[i, e] == k) else 0
+    return found == 2
+
+
+@njit(cache=True, nogil=True)
+def _spheres_of_triples(
+    probes: PatchIndex,
+    seeds: np.ndarray,
+    near: np.ndarray,
+    begin: int,
+    end: int,
+    radii: np.ndarray,
+    probe: float,
+    tolerance: float,
+) -> np.ndarray:
+    """Return the spheres (m, 5) through three seeds, one of a slice and two of its neighbours, that hold no probe inside."""
+    rows, n = np.empty((64, COLUMNS)), 0
+    for i in range(begin, end):
+        origin = point(seeds, i)
+        for e in range(1, near.shape[1]):
+            j = near[i, e]
+            for f in range(e + 1, near.shape[1]):
+                k = near[i, f]
+                # each triple once: by its lowest member among those whose neighbours it consists of
+                if (j < i and _lists_pair(near, j, i, k)) or (k < i and _lists_pair(near, k, i, j)):
+                    continue
+                b, c = subtract(point(seeds, j), origin), subtract(point(seeds, k), origin)
+                w = cross(b, c)
+                w2 = dot(w, w)
+                if w2 <= MIN_TRIPLE:
+                    continue
+                middle = add_scaled((0.0, 0.0, 0.0), dot(c, c) / (2 * w2), cross(w, b))
+                middle = add_scaled(middle, dot(b, b) / (2 * w2), cross(c, w))
+                for r in radii:
+                    height2 = (r + probe) ** 2 - dot(middle, middle)
+                    if height2 <= MIN_HEIGHT2:
+                        continue
+                    for sign in range(2):
+                        up = math.sqrt(height2 / w2) * (1 - 2 * sign)
+                        centre = add_scaled(add_scaled(origin, 1.0, middle), up, w)
+                        touched = _touching(probes, centre, r + probe, tolerance)
+                        if touched >= TOUCHES_OF_TRIPLE:
+                            rows = _append(rows, n, centre, r, touched - 3)
+                            n += 1
+    return rows[:n].copy()
+
+
+@njit(cache=True, nogil=True)
+def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: float) -> None:
+    """Move the atoms (A, 5), in place, to the least squares of their distances from the probes that touch them."""
+    for i in range(len(atoms)):
+        for _ in range(STEPS):
+            x, y, z, reach = atoms[i, 0], atoms[i, 1], atoms[i, 2], atoms[i, 3] + probe
+            s = np.zeros(9)  # xx, xy, xz, yy, yz, zz of the system, and its right side
+            n, outer = 0, reach + MAX_DISTANCE_OF_TOUCH
+            a0, a1 = span(x, outer, probes.origin[0], probes.side, probes.shape[0])
+            b0, b1 = span(y, outer, probes.origin[1], probes.side, probes.shape[1])
+            c0, c1 = span(z, outer, probes.origin[2], probes.side, probes.shape[2])
+            for a in range(a0, a1 + 1):
+                for b in range(b0, b1 + 1):
+                    row = (a * probes.shape[1] + b) * probes.shape[2]
+                    for q in range(probes.start[row + c0], probes.start[row + c1 + 1]):
+                        u, v, w = x - probes.xyz[q, 0], y - probes.xyz[q, 1], z - probes.xyz[q, 2]
+                        d = math.sqrt(u * u + v * v + w * w)
+                        if abs(d - reach) < 2 * tolerance:
+                            u, v, w, n = u / d, v / d, w / d, n + 1
+                            s[0] += u * u
+                            s[1] += u * v
+                            s[2] += u * w
+                            s[3] += v * v
+                            s[4] += v * w
+                            s[5] += w * w
+                            s[6] += u * (reach - d)
+                            s[7] += v * (reach - d)
+                            s[8] += w * (reach - d)
+            if n < MIN_TOUCHES:
+                break
+            step = _solved(s)
+            if dot(step, step) < MAX_STEP**2:
+                atoms[i, 0], atoms[i, 1], atoms[i, 2] = x + step[0], y + step[1], z + step[2]
+
+
+@njit(cache=True, nogil=True)
+def _solved(s: np.ndarray) -> Vector:
+    """Solve a symmetric system of three equations, damped, by Cramer's rule."""
+    ridge = DAMPING * (s[0] + s[3] + s[5])
+    a, d, f = s[0] + ridge, s[3] + ridge, s[5] + ridge
+    first, second, third = (a, s[1], s[2]), (s[1], d, s[4]), (s[2], s[4], f)
+    right = (s[6], s[7], s[8])
+    whole = dot(first, cross(second, third))
+    return (
+        dot(right, cross(second, third)) / whole,
+        dot(first, cross(right, third)) / whole,
+        dot(first, cross(second, right)) / whole,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _only_atom(grid: PatchIndex, radii: np.ndarray, centre: Vector, probe: float, tolerance: float) -> int:
+    """Return the position of the only atom that the probe at a centre touches; -1 if it touches none or several."""
+    x, y, z = centre
+    outer, found = radii.max() + probe + 2 * tolerance, -1
+    a0, a1 = span(x, outer, grid.origin[0], grid.side, grid.shape[0])
+    b0, b1 = span(y, outer, grid.origin[1], grid.side, grid.shape[1])
+    c0, c1 = span(z, outer, grid.origin[2], grid.side, grid.shape[2])
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            for c in range(c0, c1 + 1):
+                cell = (a * grid.shape[1] + b) * grid.shape[2] + c
+                for q in range(grid.start[cell], grid.start[cell + 1]):
+                    v = subtract(point(grid.xyz, q), centre)
+                    if abs(math.sqrt(dot(v, v)) - radii[q] - probe) < 2 * tolerance:
+                        if found >= 0:
+                            return -1
+                        found = q
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _is_near(grid: PatchIndex, centre: Vector, distance: float) -> bool:
+    """Return whether a point of the grid lies within a distance of a centre."""
+    return _touching(grid, centre, 0.5 * distance, 0.5 * distance) != 0
+
+
+@njit(cache=True, nogil=True)
+def _second_atoms(
+    probes: PatchIndex,
+    near: np.ndarray,
+    centres: np.ndarray,
+    normals: np.ndarray,
+    grid: PatchIndex,
+    radii_of_grid: np.ndarray,
+    radii: np.ndarray,
+    probe: float,
+    tolerance: float,
+) -> np.ndarray:
+    """Return candidates (m, 5) for the second atom of each saddle dot that touches one known atom.
+
+    The normal of a saddle dot lies in the plane of the probe centre and both atoms. In this plane the second atom lies at the
+    distance r + probe, and another probe that touches it fixes its angle.
+    """
+    rows, n = np.empty((64, COLUMNS)), 0
+    for i in range(len(centres)):
+        centre = point(centres, i)
+        atom = _only_atom(grid, radii_of_grid, centre, probe, tolerance)
+        if atom < 0:
+            continue
+        e1 = subtract(point(grid.xyz, atom), centre)
+        e1 = add_scaled((0.0, 0.0, 0.0), 1.0 / math.sqrt(dot(e1, e1)), e1)
+        inward = add_scaled((0.0, 0.0, 0.0), -1.0, point(normals, i))
+        along = dot(inward, e1)
+        e2 = add_scaled(inward, -along, e1)
+        length = math.sqrt(dot(e2, e2))
+        if along >= 1.0 - max(1e-5, 8 * tolerance**2) or length <= 0.05:
+            continue  # a contact dot touches no second atom
+        e2 = add_scaled((0.0, 0.0, 0.0), 1.0 / length, e2)
+        beyond = (
+            math.acos(max(-1.0, min(1.0, along))) + 0.02
+        )  # the dot lies between the directions to both atoms
+        for e in range(near.shape[1]):
+            v = subtract(point(probes.xyz, near[i, e]), centre)
+            v2, x, y = dot(v, v), dot(v, e1), dot(v, e2)
+            size = math.sqrt(x * x + y * y)
+            if v2 <= 0.09:
+                continue
+            for r in radii:
+                q = v2 / (2 * (r + probe))
+                if size <= q:
+                    continue
+                for sign in range(2):
+                    t = (math.atan2(y, x) + math.acos(q / size) * (1 - 2 * sign)) % (2 * math.pi)
+                    if t <= beyond or t >= 2.6:
+                        continue
+                    place = add_scaled(centre, (r + probe) * math.cos(t), e1)
+                    place = add_scaled(place, (r + probe) * math.sin(t), e2)
+                    touched = _touching(probes, place, r + probe, 2 * tolerance)
+                    if touched >= TOUCHES_OF_SADDLE and not _is_near(grid, place, SAME_ATOM):
+                        rows = _append(rows, n, place, r, touched)
+                        n += 1
+    return rows[:n].copy()

@@ -1,0 +1,282 @@
+"""Rebuild a surface from few dots with the spheres that they lie on, where these dots say so; elsewhere it is interpolated.
+
+The interpolant guides: the probe never rolls freely over the inferred atoms, since it would leak through missing ones and cut
+the outer wall from inside. Points of the interpolant move onto the surface of the inferred atoms only between dots that lie on
+it. Every gate leads back to the interpolant, to the byte.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from sparsurf.kernels import njit
+from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated, span
+from sparsurf.recovery.recovering import CELL, NEWTON_STEPS, REACH, recover
+from sparsurf.recovery.spheres.atoms import Atoms, infer
+from sparsurf.recovery.spheres.votes import SphereModel, vote
+from sparsurf.surfaces.molecular_surface import roll_spheres
+from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.surface import CONTACT, Surface
+from sparsurf.threads import parallel_map
+
+MIN_ATOMS = 4
+# A kept dot that lies deep inside the probe of another: never among exact dots, one of a hundred among those of DMS, three
+# where positions have a noise of 0.01 Å, and more on a surface of another kind.
+DEEP, MAX_DEEP_SHARE = 0.01, 0.02  # Å; share of the kept dots
+SUNK = 0.05  # Å: deeper than noise, so that the program did not trim concave parts where probes overlap, as DMS does not
+# Of a kept dot on the rebuilt surface: height, distance to the nearest dot there, and cosine of both normals
+MAX_HEIGHT, MAX_GAP, MIN_COSINE = 0.02, 0.3, 0.9
+MIN_SHARE_ON = 0.3  # of the kept dots, on the rebuilt surface; surfaces of another kind have less than 0.06
+ROLLED_DENSITY = 40.0  # dots per Å^2 of the surface of the inferred atoms, at least
+KEPT_AROUND = 3  # nearest kept dots of a point, which all must lie on the rebuilt surface
+MAX_MOVE = 0.6  # Å, of a point of the interpolant onto the rebuilt surface
+FILL = 0.7  # Å around moved points in which dots of the rebuilt surface close holes
+SAME_SIDE = 0.3  # cosine of the normals of a point and of the rebuilt surface
+PUSHES = 3  # out of the probe balls of kept dots
+INSIDE = 0.05  # Å; a point that is so deep in an inferred atom was left behind
+ATOMS_AROUND = 8
+SEPARATION = (
+    0.72  # of a new dot from all others, in 1 / sqrt(density): up to a third more dots than requested
+)
+POINTS_PER_TASK = 16384
+
+
+class Rebuilt(NamedTuple):
+    """A reconstructed surface and what its kept dots say of their spheres."""
+
+    points: np.ndarray  # (N, 3) float64, Å, kept dots first
+    normals: np.ndarray  # (N, 3) float64
+    share: float  # of the kept dots that lie on the surface of the inferred atoms; 0 where the interpolant is used everywhere
+    model: SphereModel
+    atoms: Atoms | None = None
+
+
+def rebuild(
+    points: np.ndarray,
+    normals: np.ndarray,
+    density: float = DENSITY,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+    probe_radius: float | None = None,
+    radii: str | Sequence[float] | None = None,
+) -> Rebuilt:
+    """Reconstruct the surface of dots (n, 3), with their spheres where these hold and the interpolant elsewhere.
+
+    Other arguments are those of `recovering.recover`, and the probe radius (Å) and the radii where they are known.
+    """
+    return rebuild_known(
+        points, normals, vote(points, normals, probe_radius, radii), density, reach, steps, threads
+    )
+
+
+def rebuild_known(
+    points: np.ndarray,
+    normals: np.ndarray,
+    model: SphereModel,
+    density: float = DENSITY,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+) -> Rebuilt:
+    """Reconstruct the surface of dots (n, 3) like `rebuild`, with what is known of their spheres."""
+    points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
+    guide = recover(points, normals, density, reach, steps, threads)
+    if len(model.radii) == 0:
+        return Rebuilt(*guide, 0.0, model)
+    centres = build_grid(points + model.probe * normals)
+    depth = model.probe - _distances_to_nearest(centres, points, model.probe)
+    deep = float((depth > DEEP).mean())
+    if deep >= MAX_DEEP_SHARE:
+        return Rebuilt(*guide, 0.0, model)
+    atoms = infer(points, normals, model, threads)
+    if len(atoms.radii) < MIN_ATOMS:
+        return Rebuilt(*guide, 0.0, model, atoms)
+    reentrant = "dms" if (depth > SUNK).any() else "exact"
+    rolled = roll_spheres(atoms.centres, atoms.radii, model.probe, reentrant)
+    surface = rolled.surface(max(ROLLED_DENSITY, density))
+    index = build_grid(surface.points, surface.normals, side=MAX_MOVE)
+    on = _lies_on(index, points, normals, threads)
+    share = float(on.mean())
+    if share < MIN_SHARE_ON:
+        return Rebuilt(*guide, 0.0, model, atoms)
+    moved = _moved(
+        guide, len(points), on, points, centres, surface, index, atoms, model.probe, deep == 0, threads
+    )
+    return Rebuilt(*_filled(*moved, len(points), surface, density, threads), share, model, atoms)
+
+
+def _lies_on(index: PatchIndex, points: np.ndarray, normals: np.ndarray, threads: int) -> np.ndarray:
+    """Return which dots lie on the rebuilt surface, with the same normal, (n,) bool."""
+    nearest = _nearest_facing(index, points, normals, MAX_GAP, MIN_COSINE, threads)
+    height = np.einsum("ij,ij->i", points - index.xyz[nearest], index.normals[nearest])
+    return (nearest >= 0) & (np.abs(height) < MAX_HEIGHT)
+
+
+def _moved(
+    guide: tuple[np.ndarray, np.ndarray],
+    n_kept: int,
+    on: np.ndarray,
+    kept: np.ndarray,
+    centres: PatchIndex,
+    surface: Surface,
+    index: PatchIndex,
+    atoms: Atoms,
+    probe: float,
+    push: bool,
+    threads: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points and normals of the guide, those between dots on the rebuilt surface moved onto it, and which these are."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+    points, normals = guide[0].copy(), guide[1].copy()
+    if push:
+        parallel_map(
+            lambda begin, end: _push_out(centres, max(begin, n_kept), end, probe, points, normals),
+            len(points),
+            threads,
+            POINTS_PER_TASK,
+        )
+    around = min(KEPT_AROUND, n_kept)
+    near = np.asarray(cKDTree(kept).query(points, k=around, workers=threads)[1])
+    trusted = on[near].reshape(len(points), -1).all(axis=1)
+    nearest = _nearest_facing(index, points, normals, MAX_MOVE, SAME_SIDE, threads)
+    moves = trusted & (nearest >= 0)
+    new = moves.copy()
+    new[:n_kept] = False
+    at = nearest[new]
+    points[new], normals[new] = _onto_sphere(points[new], index.dot[at], surface, atoms, probe)
+    left = np.flatnonzero(trusted & ~moves)
+    left = left[left >= n_kept]
+    stays = np.ones(len(points), bool)
+    if len(left):
+        distance, atom = cKDTree(atoms.centres).query(points[left], k=min(ATOMS_AROUND, len(atoms.radii)))
+        stays[left] = ~(distance < atoms.radii[atom] - INSIDE).any(axis=1)
+    return points[stays], normals[stays], moves[stays]
+
+
+def _onto_sphere(
+    points: np.ndarray, dots: np.ndarray, surface: Surface, atoms: Atoms, probe: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Project points onto the sphere of an atom, or of a probe, on which a dot of the rebuilt surface lies."""
+    contact = surface.kind[dots] == CONTACT
+    radius = np.where(contact, -atoms.radii[surface.atom[dots]], probe)
+    centre = surface.points[dots] + radius[:, None] * surface.normals[dots]
+    outward = (centre - points) * np.sign(radius)[:, None]
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    return centre - radius[:, None] * outward, outward
+
+
+def _filled(
+    points: np.ndarray,
+    normals: np.ndarray,
+    moved: np.ndarray,
+    n_kept: int,
+    surface: Surface,
+    density: float,
+    threads: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Add the dots of the rebuilt surface around moved points, which close holes, before the guide, and thin what overlaps."""
+    from scipy.spatial import cKDTree
+
+    distance, nearest = cKDTree(points[moved]).query(
+        surface.points, distance_upper_bound=FILL, workers=threads
+    )
+    near = np.flatnonzero(distance < FILL)
+    cosine = np.einsum("ij,ij->i", surface.normals[near], normals[moved][np.asarray(nearest)[near]])
+    fill = near[cosine > SAME_SIDE]
+    points = np.concatenate([points[:n_kept], surface.points[fill], points[n_kept:]])
+    normals = np.concatenate([normals[:n_kept], surface.normals[fill], normals[n_kept:]])
+    n, gap = len(points), SEPARATION / math.sqrt(density)
+    chosen = select_separated(build_grid(points, side=CELL), np.arange(n), gap, n, n_kept)
+    return points[chosen], normals[chosen]
+
+
+def _nearest_facing(
+    index: PatchIndex, points: np.ndarray, normals: np.ndarray, radius: float, cosine: float, threads: int
+) -> np.ndarray:
+    """Return the position of the nearest dot within `radius` Å of each point that faces the same way, (m,), or -1."""
+    out = np.empty(len(points), np.int64)
+    parallel_map(
+        lambda begin, end: _write_nearest_facing(index, points, normals, begin, end, radius, cosine, out),
+        len(points),
+        threads,
+        POINTS_PER_TASK,
+    )
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _write_nearest_facing(
+    index: PatchIndex,
+    points: np.ndarray,
+    normals: np.ndarray,
+    begin: int,
+    end: int,
+    radius: float,
+    cosine: float,
+    out: np.ndarray,
+) -> None:
+    """Write the position of the nearest dot that faces the same way, for a slice of points; the lowest of equally near ones."""
+    for i in range(begin, end):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
+        best, found = radius * radius, -1
+        a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
+        b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
+        c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+        for a in range(a0, a1 + 1):
+            for b in range(b0, b1 + 1):
+                if c1 < c0:
+                    continue
+                row = (a * index.shape[1] + b) * index.shape[2]
+                for q in range(index.start[row + c0], index.start[row + c1 + 1]):
+                    d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
+                    if d2 < best:
+                        along = u * index.normals[q, 0] + v * index.normals[q, 1] + w * index.normals[q, 2]
+                        if along > cosine:
+                            best, found = d2, q
+        out[i] = found
+
+
+@njit(cache=True, nogil=True)
+def _distances_to_nearest(index: PatchIndex, points: np.ndarray, radius: float) -> np.ndarray:
+    """Return the distance of each point from the nearest dot of the index, (m,), at most `radius` Å."""
+    out, nearby = np.full(len(points), radius), np.empty(len(index.dot) + 1, np.int32)
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        for e in range(ball(index, x, y, z, radius, nearby)):
+            q = nearby[e]
+            d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
+            out[i] = min(out[i], math.sqrt(d2))
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _push_out(
+    centres: PatchIndex, begin: int, end: int, probe: float, points: np.ndarray, normals: np.ndarray
+) -> None:
+    """Push the points of a slice, in place, out of the probe balls of the kept dots, which are empty."""
+    nearby = np.empty(len(centres.dot) + 1, np.int32)
+    for i in range(begin, end):
+        for _ in range(PUSHES):
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            best, found = (probe - 1e-6) ** 2, -1
+            for e in range(ball(centres, x, y, z, probe, nearby)):
+                q = nearby[e]
+                d2 = (
+                    (centres.xyz[q, 0] - x) ** 2 + (centres.xyz[q, 1] - y) ** 2 + (centres.xyz[q, 2] - z) ** 2
+                )
+                if d2 < best:
+                    best, found = d2, q
+            if found < 0:
+                break
+            distance = max(math.sqrt(best), 1e-9)
+            for c in range(3):
+                outward = (points[i, c] - centres.xyz[found, c]) / distance
+                points[i, c] = centres.xyz[found, c] + probe * outward
+                normals[i, c] = -outward

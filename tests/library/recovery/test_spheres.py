@@ -1,0 +1,203 @@
+"""Atoms inferred from few dots, and the surface rebuilt from them: a real molecule whose atoms and whole surface are known."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import sparsurf
+from conftest import ROOT, ball
+from sparsurf.errors import InputError
+from sparsurf.patches.index import build_grid
+from sparsurf.recovery.errors import distance_to_surface
+from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.spheres.atoms import infer
+from sparsurf.recovery.spheres.rebuilding import rebuild
+from sparsurf.recovery.spheres.votes import known_model, vote
+from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.radii import radii as radii_of
+
+DENSITY = 0.4  # kept dots per Å^2
+AS_IN_A_FILE = 4  # decimals
+
+
+@cache
+def protein():
+    return sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb", selection="not element H")
+
+
+def spread(dots, n):
+    """Farthest-point dots."""
+    index = build_grid(dots.points, dots.normals)
+    return dots.take(farthest_point_sampling(index, n, np.random.default_rng(0)))
+
+
+@cache
+def atoms_and_dots(probe=1.4, table="dms", density=DENSITY, molecule=protein):
+    """Centres and radii of the atoms, dots of them as a file holds them, and independent dots of the whole surface."""
+    centres, radii = molecule().xyz[0], radii_of(molecule(), table)
+    dots = molecular_surface(centres, radii, probe)
+    few = spread(dots, round(density * dots.area.sum()))
+    fresh = molecular_surface(centres, radii, probe, density=8.0)
+    return centres, radii, few.points.round(AS_IN_A_FILE), few.normals.round(AS_IN_A_FILE), fresh
+
+
+def errors(fresh, points, normals):
+    distance = distance_to_surface(fresh.points, points, normals)
+    return distance.mean(), np.quantile(distance, 0.99), distance.max()
+
+
+@pytest.mark.parametrize(
+    ("probe", "table"), [(1.4, "dms"), (1.2, "dms"), (1.5, "dms"), (1.4, "bondi"), (1.7, "bondi")]
+)
+def test_probe_radii_and_atoms_follow_from_the_dots(probe, table):
+    centres, radii, points, normals, _ = atoms_and_dots(probe, table)
+    model = vote(points, normals)
+    assert (model.probe, model.table) == (probe, table)
+    atoms = infer(points, normals, model)
+    distance, nearest = cKDTree(centres).query(atoms.centres)
+    sure = atoms.touches >= 8
+    assert sure.sum() > 0.4 * len(sure) > 120
+    right = (distance < 1e-3) & (atoms.radii == radii[nearest])
+    assert right[sure].mean() > 0.99 and right.mean() > 0.85
+    assert np.median(distance[right]) < 2e-4
+
+
+def test_exact_dots_give_exact_atoms():
+    """Without the rounding of a file, and with the probe and radii given."""
+    centres, radii = protein().xyz[0], radii_of(protein(), "dms")
+    dots = molecular_surface(centres, radii)
+    few = spread(dots, 2500)
+    atoms = sparsurf.infer_atoms(few.points, few.normals)
+    distance, nearest = cKDTree(centres).query(atoms.centres)
+    sure = atoms.touches >= 8
+    assert distance[sure].max() < 1e-3 and np.median(distance) < 1e-6
+    assert (atoms.radii == radii[nearest])[sure].all()
+    exposed = np.unique(dots.atom)
+    found = cKDTree(atoms.centres).query(centres[exposed])[0] < 1e-3
+    assert found.mean() > 0.8
+    untold = sparsurf.infer_atoms(few.points, few.normals, probe_radius="auto", radii=None)
+    assert np.array_equal(untold.centres, atoms.centres)
+    listed = sparsurf.infer_atoms(few.points, few.normals, radii=[1.4, 1.5, 1.85, 1.9])
+    assert np.array_equal(listed.radii, atoms.radii)
+
+
+def test_touches_are_those_of_a_plain_count():
+    _, _, points, normals, _ = atoms_and_dots()
+    model = known_model(points, normals, 1.4, "dms")
+    atoms = infer(points, normals, model)
+    probes = points + 1.4 * normals
+    gap = np.abs(np.linalg.norm(probes[:, None] - atoms.centres, axis=2) - atoms.radii - 1.4)
+    touching = (gap < 2 * model.tolerance).sum(axis=0)  # of all dots, several of which may share one probe
+    assert (atoms.touches <= touching).all()
+    inside = (np.linalg.norm(probes[:, None] - atoms.centres, axis=2) < atoms.radii + 1.4 - 0.01).sum(axis=0)
+    assert (inside == 0).all()  # no atom holds a probe
+
+
+@pytest.mark.parametrize(
+    ("density", "most", "most_99"), [(0.25, 0.5, 0.9), (0.4, 0.3, 0.65), (0.6, 0.3, 0.6)]
+)
+def test_the_rebuilt_surface_errs_less_than_the_interpolant(density, most, most_99):
+    _, _, points, normals, fresh = atoms_and_dots(density=density)
+    before, found = errors(fresh, *recover(points, normals, 20.0)), rebuild(points, normals, 30.0)
+    after = errors(fresh, found.points, found.normals)
+    assert found.share > 0.75
+    assert after[0] < most * before[0] and after[1] < most_99 * before[1] and after[2] < before[2] + 0.05
+    assert np.array_equal(found.points[: len(points)], points)  # the dots themselves stay
+    assert len(found.points) < 1.4 * 30 * fresh.area.sum()
+
+
+def wavy(points, normals):
+    """A surface that is not made of spheres: dots of a ball of 9 Å with waves, and the normals of these."""
+    unit = ball(800)[1]
+    height, step = lambda u: 9 + 0.6 * np.sin(3 * u).prod(axis=1), 1e-5
+    slope = [(height(unit + step * axis) - height(unit - step * axis)) / (2 * step) for axis in np.eye(3)]
+    slope = np.array(slope).T
+    slope -= (slope * unit).sum(axis=1, keepdims=True) * unit
+    outward = unit - slope / height(unit)[:, None]
+    return height(unit)[:, None] * unit, outward / np.linalg.norm(outward, axis=1, keepdims=True)
+
+
+def gaussian(points, normals):
+    """The level of a sum of Gaussian functions at the atoms, on which the dots are moved along its gradient."""
+    atoms, place = protein().xyz[0], points.copy()
+    tree = cKDTree(atoms)
+    for _ in range(12):
+        value, gradient = np.zeros(len(place)), np.zeros_like(place)
+        distance, near = tree.query(place, k=40)
+        weight = np.exp(-2.35 * (distance**2 / 3.2 - 1))
+        value = weight.sum(axis=1)
+        gradient = -(2 * 2.35 / 3.2) * (weight[:, :, None] * (place[:, None] - atoms[near])).sum(axis=1)
+        size = np.linalg.norm(gradient, axis=1, keepdims=True)
+        step = np.clip((value - 1)[:, None] / size**2 * gradient, -0.2, 0.2)
+        place -= step
+    good = np.abs(value - 1) < 1e-3
+    return place[good], (-gradient / size)[good]
+
+
+def noisy(points, normals):
+    return points + np.random.default_rng(1).normal(0, 0.02, points.shape), normals
+
+
+def turned(points, normals):
+    out = normals + np.random.default_rng(1).normal(0, np.radians(2), normals.shape)
+    return points, out / np.linalg.norm(out, axis=1, keepdims=True)
+
+
+def few(points, normals):
+    return points[:99], normals[:99]
+
+
+@pytest.mark.parametrize("change", [wavy, gaussian, noisy, turned, few])
+def test_dots_that_do_not_lie_on_spheres_are_interpolated_to_the_byte(change):
+    _, _, points, normals, _ = atoms_and_dots()
+    points, normals = change(points, normals)
+    found = rebuild(points, normals)
+    assert found.share == 0
+    for value, expected in zip(found[:2], recover(points, normals), strict=True):
+        assert value.tobytes() == expected.tobytes()
+    with pytest.raises(InputError, match="model 'spheres' does not suit"):
+        sparsurf.recover(sparsurf.Surface(points, normals), model="spheres")
+
+
+def test_bytes_do_not_depend_on_threads():
+    _, _, points, normals, _ = atoms_and_dots()
+    one, three = (rebuild(points, normals, threads=threads) for threads in (1, 3))
+    assert one.points.tobytes() == three.points.tobytes() and one.normals.tobytes() == three.normals.tobytes()
+    assert one.atoms.centres.tobytes() == three.atoms.centres.tobytes()
+
+
+def test_missing_atoms_do_not_leak():
+    """Without the dots of one side, no atom is known there; a probe that rolled freely over the others would enter."""
+    _, _, points, normals, fresh = atoms_and_dots(density=0.6)
+    side = points[:, 0] > np.quantile(points[:, 0], 0.35)
+    found = rebuild(points[side], normals[side], 20.0)
+    assert found.share > 0.5
+    true = cKDTree(fresh.points)
+    guide = recover(points[side], normals[side], 20.0)[0]
+    assert true.query(guide)[0].max() < 1.0 and true.query(found.points)[0].max() < 1.4  # the probe's radius
+
+
+def test_the_models_of_recover():
+    _, _, points, normals, _ = atoms_and_dots()
+    dots = sparsurf.Surface(points, normals)
+    auto, spheres, interpolant = (sparsurf.recover(dots, model=m) for m in ("auto", "spheres", "interpolant"))
+    assert auto.points.tobytes() == spheres.points.tobytes()
+    assert interpolant.points.tobytes() == recover(points, normals)[0].tobytes() != auto.points.tobytes()
+    with pytest.raises(InputError, match="model"):
+        sparsurf.recover(dots, model="atoms")
+
+
+@pytest.mark.parametrize("wrong", [{"radii": "x"}, {"radii": 1.5}, {"radii": []}, {"probe_radius": -1}])
+def test_infer_atoms_names_the_wrong_argument(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        sparsurf.infer_atoms(*ball(200, 5), **wrong)
+
+
+def test_infer_atoms_says_why_dots_tell_nothing():
+    with pytest.raises(InputError, match="there are 99, and 100"):
+        sparsurf.infer_atoms(*ball(99, 5), probe_radius="auto")
+    with pytest.raises(InputError, match="another kind"):
+        sparsurf.infer_atoms(*wavy(None, None), probe_radius="auto", radii="auto")

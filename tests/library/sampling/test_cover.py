@@ -1,0 +1,130 @@
+"""Dots that touch every exposed atom, and the smallest subset of them with a requested error."""
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.cli import command
+from sparsurf.errors import InputError
+from sparsurf.recovery.errors import distance_to_surface
+from sparsurf.sampling.cover import cover_dots
+from sparsurf.surfaces.surface import CONTACT, Reconstruction
+
+
+@pytest.fixture(scope="module")
+def dots():
+    molecule = sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb", selection="not element H")
+    return sparsurf.surface(molecule)
+
+
+@pytest.fixture(scope="module")
+def fresh(dots):
+    return sparsurf.surface(dots.molecule, density=8.0)
+
+
+@pytest.fixture(scope="module")
+def few(dots):
+    return sparsurf.minimal(dots)
+
+
+def errors(fresh, dense):
+    distance = distance_to_surface(fresh.points, dense.points, dense.normals)
+    return distance.mean(), np.quantile(distance, 0.99)
+
+
+def test_every_exposed_atom_is_touched_twice(dots):
+    """By a contact dot and by another one; atoms without a contact dot by up to five, as a plain count of distances finds."""
+    chosen, atoms = cover_dots(dots, dots.origin), dots.origin
+    assert len(np.unique(chosen)) == len(chosen)
+    contact = dots.kind[chosen] == CONTACT
+    assert np.array_equal(np.sort(dots.atom[chosen[contact]]), np.unique(dots.atom[dots.kind == CONTACT]))
+    probes = dots.points + 1.4 * dots.normals
+    touches = np.abs(np.linalg.norm(probes[:, None] - atoms.xyz, axis=2) - atoms.radii - 1.4) < 1e-5
+    by_others = touches[chosen[~contact]].sum(axis=0)
+    possible = touches[dots.kind != CONTACT].any(axis=0)
+    assert (by_others[possible] >= 1).all() and possible.sum() > 200
+    blind = possible & ~np.isin(np.arange(len(atoms.xyz)), dots.atom[chosen[contact]])
+    assert blind.any() and np.median(by_others[blind]) >= 3
+
+
+def test_the_default_keeps_few_dots_and_bounds_both_errors(dots, fresh, few):
+    assert (few.sampler, few.model) == ("cover", "spheres")
+    assert few.surface.reconstruction == Reconstruction(1.4, "dms", "spheres")
+    assert len(few) < 0.23 * dots.area.sum()
+    mean, high_99 = errors(fresh, sparsurf.recover(few, density=30))
+    assert mean < 0.02 and high_99 < 0.105
+    again = sparsurf.minimal(dots)
+    assert np.array_equal(few.dots, again.dots)
+
+
+def test_a_smaller_99_percent_error_takes_more_dots(dots, fresh, few):
+    more = sparsurf.minimal(dots, error=0.02, error_99=0.04)
+    assert len(few) < len(more) < 1.4 * len(few)
+    assert errors(fresh, sparsurf.recover(more, density=30))[1] < 0.042
+    evenly = sparsurf.minimal(dots, error=0.05, sampler="farthest")
+    bounded = sparsurf.minimal(dots, error=0.05, error_99=0.15, sampler="farthest")
+    assert len(evenly) < len(bounded)
+
+
+def test_other_requests_keep_farthest_points(dots):
+    percent = sparsurf.minimal(dots, percent=5)
+    assert np.array_equal(percent.dots, sparsurf.sample(dots, percent=5))
+    assert (percent.sampler, percent.model) == ("farthest", "interpolant")
+    assert percent.surface.reconstruction == Reconstruction(1.4, "dms", "auto")
+    with pytest.raises(InputError, match="error_99 belongs to an error"):
+        sparsurf.minimal(dots, percent=5, error_99=0.1)
+
+
+def test_cover_keeps_any_number_of_dots(dots, fresh):
+    area, previous = dots.area.sum(), np.inf
+    for density in (0.1, 0.2):
+        few = sparsurf.minimal(dots, density=density, sampler="cover")
+        assert len(few) == len(np.unique(few.dots)) == round(density * area)
+        mean = errors(fresh, sparsurf.recover(few, density=30))[0]
+        assert mean < previous
+        previous = mean
+    assert previous < 0.004
+
+
+def test_dots_without_atoms_are_refused(dots):
+    with pytest.raises(InputError, match="cover: this sampler takes dots that `surface` placed"):
+        sparsurf.minimal((dots.points, dots.normals), percent=3, sampler="cover")
+
+
+@pytest.mark.parametrize("suffix", ["csv", "npz", "ply"])
+def test_files_say_how_their_surface_is_reconstructed(few, suffix, tmp_path, caplog):
+    path = tmp_path / f"few.{suffix}"
+    sparsurf.write(few, path)
+    read = sparsurf.read_surface(path)
+    assert read.reconstruction == few.surface.reconstruction and not caplog.records
+    assert not {"probe_radius", "radii", "model"} & {*read.fields}
+    kept = sparsurf.minimal(few.molecule, percent=2, model="interpolant")
+    sparsurf.write(kept, path)
+    read = sparsurf.read_surface(path)
+    obeyed, told = sparsurf.recover(read), sparsurf.recover(read, model="interpolant")
+    assert obeyed.points.tobytes() == told.points.tobytes()
+
+
+def test_commands_take_the_model(few, dots, tmp_path):
+    sparsurf.write(few, tmp_path / "few.csv")
+    results = []
+    for options in ([], ["--model", "interpolant"], ["--model", "spheres"]):
+        path = tmp_path / "dense.csv"
+        assert command.main(["recover", str(tmp_path / "few.csv"), "-o", str(path), "--quiet", *options]) == 0
+        results.append(path.read_bytes())
+    assert results[0] == results[2] != results[1]
+    structure = str(ROOT / "data/tdp43/topology.pdb")
+    path = tmp_path / "two.csv"
+    words = ["--model", "interpolant", "--model", "1", "--percent", "2"]
+    assert command.main(["minimal", structure, "-o", str(path), "--quiet", *words]) == 0
+    assert sparsurf.read_surface(path).reconstruction == Reconstruction(1.4, "dms", "interpolant")
+    with pytest.raises(SystemExit):
+        command.main(["minimal", structure, "-o", str(path), "--model", "atoms"])
+
+
+def test_columns_of_these_names_that_say_something_else_are_fields(dots, tmp_path):
+    path = tmp_path / "own.csv"
+    table = dots[:200].to_frame()[["x", "y", "z", "nx", "ny", "nz"]].assign(model=3.5, probe_radius=2.0)
+    table.to_csv(path, index=False)
+    assert {*sparsurf.read_surface(path).fields} == {"model", "probe_radius"}
