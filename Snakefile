@@ -283,7 +283,7 @@ rule select_minimal_subset:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
-        surface=part_of("surface", "probe_radius", "radii"),
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         evaluation=part_of("evaluation", "test_dots"),

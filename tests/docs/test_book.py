@@ -38,9 +38,11 @@ def test_the_commands_show_their_options():
 def test_the_release_is_one():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    first = re.search(r"^## (\S+).*?\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
-    assert citation["version"] == sparsurf.__version__ == first[1]
-    assert len(re.findall(r"^- ", first[2], re.M)) <= 20
+    releases = re.findall(r"^## (\S+) \(([^)]*)\)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
+    released = [version for version, date, _ in releases if date != "unreleased"]
+    assert citation["version"] == sparsurf.__version__ == released[0]
+    assert len(releases) - len(released) <= 1 and releases[0][1] in ("unreleased", str(citation["date-released"]))
+    assert all(len(re.findall(r"^- ", text, re.M)) <= 20 for _, _, text in releases[:2])
 
 
 @built
