@@ -62,8 +62,8 @@ def check_config(
             for name, protein in checked["proteins"].items()
         }
         if batched_structures(checked) and not {*REQUEST_KEYS} & {*config.get("minimal", {})}:
-            sampler = checked["minimal"]["sampler"]
-            checked["minimal"] = {"sampler": sampler, "percent": BATCH_PERCENT}
+            rest = {key: value for key, value in checked["minimal"].items() if key not in REQUEST_KEYS}
+            checked["minimal"] = rest | {"percent": BATCH_PERCENT}
         errors = [*_check_keys_together(checked)]
         if here:
             errors += [*too_large(checked)] if sampled_proteins(checked) else []
