@@ -221,6 +221,7 @@ def _dry_run(log, listed, options, all_jobs, edited):
         from sparsurf_study.workflow import code_version
 
         code_version.code_of.cache_clear()
+        code_version.counted.cache_clear()
         as_it_is = Path.read_bytes
         Path.read_bytes = lambda path: as_it_is(path) + (b"\n# a line more" if path in edited else b"")
         try:

@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import os
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -12,7 +13,9 @@ from sparsurf import kinds
 
 ROOT = Path(__file__).parents[3]  # of the checkout
 SOURCES = ROOT / "src"
-LOAD_OF_A_KIND = re.compile(r'\bkinds\.load\(\s*"(\w+)"')
+IMPORT = re.compile(r"^[ \t]*((?:import|from)\b[^(\n]*(?:\([^)]*\))?)", re.MULTILINE)
+IMPORT_AFTER_ANOTHER = re.compile(r"[:;][ \t]*(?:import|from)\b")  # in one line with another statement
+LOAD_OF_A_KIND = re.compile(r'kinds\.load\(\s*"(\w+)"')
 LARGEST_FILE_READ = 10**7  # bytes, of a file of an installed package
 PACKAGES = ("sparsurf", "sparsurf_study")
 NO_RESULTS = (
@@ -35,9 +38,7 @@ def code_of(script: str) -> str:
         for choice in kinds.plugins_in_use(kind).values():
             digest.update(code_of_package(choice))
     for path in sources:
-        name = path.relative_to(SOURCES).as_posix()
-        if not name.startswith(NO_RESULTS):
-            digest.update(name.encode() + b"\0" + path.read_bytes())
+        digest.update(counted(path))
     return digest.hexdigest()[:16]
 
 
@@ -54,19 +55,40 @@ def sources_of(script: Path) -> set[Path]:
 
 
 @cache
+def counted(path: Path) -> bytes:
+    """Return what the hash contains of a file: its name and content; nothing of a file from which no number follows."""
+    name = path.relative_to(SOURCES).as_posix()
+    return b"" if name.startswith(NO_RESULTS) else name.encode() + b"\0" + path.read_bytes()
+
+
+@cache
 def needed_by(path: Path) -> frozenset[Path]:
     """Return the modules of this project that a Python file imports, and the data beside it that it names in quotes."""
     text = path.read_text(encoding="utf-8")
-    tree = ast.parse(text, str(path))
-    names = {name for node in statements(tree) for name in imported_names(node, path)}
+    names = {name for node in statements(tree_of_imports(text, path)) for name in imported_names(node, path)}
     files = {file for name in names if name.partition(".")[0] in PACKAGES for file in files_of_module(name)}
     if "import_module(" in text:  # the only expression that imports; a walk over all of them takes long
-        files |= {file for node in ast.walk(tree) for file in imported_by_name(node)}
+        files |= {file for node in ast.walk(ast.parse(text)) for file in imported_by_name(node)}
     files |= {file for kind in kinds_loaded_by(path) for file in files_of_kind(kind)}
-    return frozenset(
-        files
-        | {file for data in path.parent.iterdir() if f'"{data.name}"' in text for file in all_files(data)}
-    )
+    for name, data in data_in(path.parent).items():
+        if f'"{name}"' in text:
+            files.update(data)
+    return frozenset(files)
+
+
+def tree_of_imports(text: str, path: Path) -> ast.Module:
+    """Return the syntax tree of the imports of a file; that of the whole file where its lines alone do not tell them.
+
+    Each call of Snakemake reads all modules of the project, and parsing them takes twenty times as long as parsing their imports.
+    """
+    found = [*IMPORT.finditer(text)]
+    in_a_string = any(text.count('"""', 0, match.start()) % 2 for match in found)
+    if not in_a_string and not IMPORT_AFTER_ANOTHER.search(text):
+        try:
+            return ast.parse("\n".join(match[1] for match in found))
+        except SyntaxError:  # an import over several lines without parentheses, or a line of another string
+            pass
+    return ast.parse(text, str(path))
 
 
 def statements(tree: ast.Module) -> Iterator[ast.AST]:
@@ -153,15 +175,18 @@ def code_of_package(choice: kinds.Choice) -> bytes:
 def files_of_module(name: str) -> list[Path]:
     """Return the file of a module and the __init__.py of its packages, but not that of the root, which loads lazily."""
     parts = name.split(".")
-    module = SOURCES.joinpath(*parts).with_suffix(".py")
-    packages = [SOURCES.joinpath(*parts[:k], "__init__.py") for k in range(2, len(parts) + 1)]
-    return [file for file in (module, *packages) if file.is_file()]
+    packages = ["/".join([*parts[:k], "__init__.py"]) for k in range(2, len(parts) + 1)]
+    return [
+        SOURCES / file for file in ("/".join(parts) + ".py", *packages) if os.path.isfile(f"{SOURCES}/{file}")
+    ]
 
 
-def all_files(path: Path) -> list[Path]:
-    """Return a file of data, or those of a folder; none of a package."""
-    if path.is_file():
-        return [path] if path.suffix != ".py" else []
-    if (path / "__init__.py").is_file():
-        return []
-    return [file for file in path.rglob("*") if file.is_file() and "__pycache__" not in file.parts]
+@cache
+def data_in(folder: Path) -> dict[str, list[Path]]:
+    """Return the files of data of a folder, and the folders of data with their files, by name."""
+    found = {}
+    for path in folder.iterdir():
+        if path.suffix != ".py" and path.name != "__pycache__" and not (path / "__init__.py").is_file():
+            files = [path] if path.is_file() else path.rglob("*")
+            found[path.name] = [file for file in files if file.is_file() and "__pycache__" not in file.parts]
+    return found

@@ -1,5 +1,6 @@
 """The version of the code of a script: bytes of the modules that it imports and of their data, and of nothing else."""
 
+import ast
 import sys
 
 import pytest
@@ -60,11 +61,9 @@ def checkout(tmp_path, monkeypatch):
 
 def version():
     """The version of the script, read anew."""
-    code_version.code_of.cache_clear()
-    code_version.needed_by.cache_clear()
-    code_version.files_of_module.cache_clear()
-    for cached in (code_version.needed_by, code_version.kinds_loaded_by, code_version.code_of_package):
-        cached.cache_clear()
+    for cached in vars(code_version).values():
+        if hasattr(cached, "cache_clear"):
+            cached.cache_clear()
     return code_version.code_of("measure")
 
 
@@ -159,3 +158,16 @@ def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kin
 def test_a_config_refuses_a_name_that_no_package_has(package):
     with pytest.raises(ValueError, match="'topmost'"):
         Minimal(sampler="lowest", percent=10)
+
+
+def test_the_imports_of_every_module_are_those_of_its_whole_tree():
+    for path in [*code_version.SOURCES.rglob("*.py"), *(code_version.ROOT / "scripts").glob("*.py")]:
+        text = path.read_text()
+        found, expected = (
+            {name for node in nodes for name in code_version.imported_names(node, path)}
+            for nodes in (
+                code_version.statements(code_version.tree_of_imports(text, path)),
+                ast.walk(ast.parse(text)),
+            )
+        )
+        assert found == expected, path
