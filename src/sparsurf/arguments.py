@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 
 if TYPE_CHECKING:
     import numpy as np
@@ -46,7 +46,7 @@ class Limits(NamedTuple):
         is_number = isinstance(value, Real) and not isinstance(value, bool)
         if not is_number or not self.allow(value):
             either = "" if word is None else f"{word!r} or "
-            raise InputError(f"{name} is {value!r}; it must be {either}{self.words}.")
+            raise InputError(f"{argument(name)} is {value!r}; it must be {either}{self.words}.")
         return int(value) if self.whole else float(value)
 
 
@@ -79,7 +79,7 @@ def check_plddt(value: Any, name: str = "plddt") -> float:
     """Return a bound of pLDDT; raise InputError for what is none, and for a share of 1, which would leave out nothing."""
     bound = PLDDT.check(value, name)
     if words := share_of_plddt(bound):
-        raise InputError(f"{name} {words}")
+        raise InputError(f"{argument(name)} {words}")
     return bound
 
 
@@ -94,7 +94,7 @@ def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
     """Return a value of the user that is one of the choices; raise InputError for another."""
     if not isinstance(value, str) or value not in choices:  # an array compares with each of them
         words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
-        raise InputError(f"{name} is {value!r}; it must be {words}.")
+        raise InputError(f"{argument(name)} is {value!r}; it must be {words}.")
     return value
 
 
@@ -103,7 +103,7 @@ def check_flag(value: Any, name: str) -> None:
     import numpy as np
 
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{name} is {value!r}; it must be True or False.")
+        raise InputError(f"{argument(name)} is {value!r}; it must be True or False.")
 
 
 def checked_result(
@@ -146,11 +146,11 @@ def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
     import numpy as np
 
     if np.ma.is_masked(values):
-        raise InputError(f"{name}: the array has masked values; leave these dots out.")
+        raise InputError(f"{argument(name)}: the array has masked values; leave these dots out.")
     try:
         array = np.asarray(values)
     except ValueError:
-        raise InputError(f"{name}: give one array, not several of unequal length.") from None
+        raise InputError(f"{argument(name)}: give one array, not several of unequal length.") from None
     if array.shape == (0,):  # an empty list has no type of its own
         return array.astype(np.int64)
     return np.flatnonzero(array) if array.dtype == bool and array.shape == (n_dots,) else array

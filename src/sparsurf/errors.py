@@ -1,11 +1,58 @@
-"""The error of everything that a user gave wrongly."""
+"""The error of everything that a user gave wrongly, and the arguments that its message names."""
+
+import re
+from collections.abc import Callable
+
+NAME = re.compile(r"[A-Za-z_][\w.]*")  # of an argument, or of a key
+MARKED = re.compile(
+    "\x02([\\w.]+)\x03"
+)  # a name within a message; neither character is written in a file of text
 
 
 class InputError(ValueError):
-    """Raised when an input is wrong; the message says what is wrong, where, and what to do."""
+    """Raised when an input is wrong; the message says what is wrong, where, and what to do.
+
+    Functions, commands and studies raise the same errors, but the user knows an argument by another name in each of them:
+    `d_link` in a call, `--d-link` in a command line, `patches.d_link` in a config. A message names its arguments by
+    `argument`. As a string, it has the names of a call; commands and studies call `worded`.
+
+    Parameters
+    ----------
+    message : object, the message; control characters are escaped
+    """
 
     def __init__(self, message: object = "") -> None:
-        super().__init__(printable(message))
+        pieces = MARKED.split(str(message))  # text, name, text, name, ..., text
+        super().__init__(
+            "".join(argument(piece) if k % 2 else printable(piece) for k, piece in enumerate(pieces))
+        )
+
+    def __str__(self) -> str:
+        """Return the message with the names that the arguments have in a call."""
+        return self.worded(name_in_call)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The arguments that the message names, in its order."""
+        return tuple(MARKED.findall(self.args[0]))
+
+    def worded(self, name: Callable[[str], str]) -> str:
+        """Return the message with `name(argument)` for each of its arguments."""
+        return MARKED.sub(lambda match: name(match[1]), self.args[0])
+
+
+def argument(name: str) -> str:
+    """Return the name of an argument for the message of an `InputError`, such as d_link.
+
+    The key of a config, such as minimal.density, may stand for an argument whose name occurs in several sections. Part of an
+    argument, such as "combination: alpha", is called the same everywhere and returned as it is.
+    """
+    return f"\x02{name}\x03" if NAME.fullmatch(name) else name
+
+
+def name_in_call(argument: str) -> str:
+    """Return what an argument is called in Python: the last part of a key."""
+    return argument.rpartition(".")[2]
 
 
 def printable(message: object) -> str:

@@ -15,7 +15,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.suggestions import did_you_mean, public
 
 ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
@@ -402,7 +402,7 @@ def find(kind: str, value: Any, key: str) -> Choice:
         listed, word = names(kind), KINDS[kind]
         hint = did_you_mean(str(value), listed) or "."
         raise InputError(
-            f"{key}: there is no {word.word} {value!r}; the {word.words} are {', '.join(listed)}{hint}"
+            f"{argument(key)}: there is no {word.word} {value!r}; the {word.words} are {', '.join(listed)}{hint}"
         )
     return choice
 
@@ -426,7 +426,7 @@ def load(kind: str, value: Any, key: str) -> tuple[Choice, Any]:
             function = getattr(function, part)
     except Exception as error:  # whatever a foreign module does when it is imported
         raise InputError(
-            f"{key}: the {KINDS[kind].word} {choice.name!r} of {choice.package} cannot be imported: {_reason(error)}"
+            f"{argument(key)}: the {KINDS[kind].word} {choice.name!r} of {choice.package} cannot be imported: {_reason(error)}"
         ) from error
     choice = _registered[kind].get(choice.name, choice)  # the module may have registered its label
     _check_signature(kind, choice.name, function, choice.takes_dots)
@@ -532,12 +532,13 @@ def _of_function(kind: str, function: Callable[..., Any], key: str) -> Choice:
     name = getattr(function, "__name__", "")
     if not NAME.fullmatch(name):
         raise InputError(
-            f"{key}: {function!r} has no name; write a function with def, or call sparsurf.register({kind!r}, name, function)."
+            f"{argument(key)}: {function!r} has no name; write a function with def, or call "
+            f"sparsurf.register({kind!r}, name, function)."
         )
     former = _known(kind, name)
     if former is not None and not _replaces(function, former):
         raise InputError(
-            f"{key}: there is a {word} {name!r} already ({_origin(former)}); rename your function."
+            f"{argument(key)}: there is a {word} {name!r} already ({_origin(former)}); rename your function."
         )
     _check_signature(kind, name, function, bool(former and former.takes_dots))
     former = former or Choice(function, name.replace("_", " "), name=name)

@@ -42,3 +42,18 @@ class Settings(LibrarySettings):
     """The sections that the analysis of one surface of a study follows."""
 
     ensemble: Ensemble = Ensemble()
+
+
+def name_in_config(argument: str) -> str:
+    """Return the key of the config for an argument of the library: patches.d_link for d_link.
+
+    An argument that no section has, or more than one, is called as in Python.
+    """
+    sections = [
+        name
+        for name, field in Settings.model_fields.items()
+        if isinstance(field.annotation, type)
+        and issubclass(field.annotation, Section)
+        and argument in field.annotation.model_fields
+    ]
+    return f"{sections[0]}.{argument}" if len(sections) == 1 else argument

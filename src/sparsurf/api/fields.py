@@ -24,7 +24,7 @@ from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.registry import FieldLike, compute_fields
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.suggestions import public
@@ -112,7 +112,7 @@ def fields(
         surface.origin.refuse_molecule("fields", atoms, frame, whole=False)
     names = field_names(names, "names")
     if not names:
-        raise InputError("names: there are no fields; give at least one, such as 'potential'.")
+        raise InputError(f"{argument('names')}: there are no fields; give at least one, such as 'potential'.")
     return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface)
 
 

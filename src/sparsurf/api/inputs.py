@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 import numpy as np
 
 from sparsurf.arguments import index_array
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.molecules.formats import DOTS
 from sparsurf.molecules.libraries import (
     from_biopython,
@@ -122,7 +122,9 @@ def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
     subset = index_array(subset.dots if is_subset(subset) else subset, n_dots, name)
     valid = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset) > 0
     if not (valid and subset.min() >= 0 and subset.max() < n_dots and len(np.unique(subset)) == len(subset)):
-        raise InputError(f"{name}: expected unique dot indices between 0 and {n_dots - 1} (at least one).")
+        raise InputError(
+            f"{argument(name)}: expected unique dot indices between 0 and {n_dots - 1} (at least one)."
+        )
     return subset.astype(np.int64)
 
 
@@ -133,7 +135,9 @@ def field_names(names: Any, key: str) -> tuple[Any, ...]:
     except TypeError:  # a function, a number, or an array without a dimension
         result = (names,)
     if not all(isinstance(name, str) or callable(name) for name in result):
-        raise InputError(f"{key} is {names!r}; it must be names such as ('hydropathy', 'potential').")
+        raise InputError(
+            f"{argument(key)} is {names!r}; it must be names such as ('hydropathy', 'potential')."
+        )
     return result
 
 

@@ -23,7 +23,7 @@ from sparsurf.arguments import (
     check_choice,
 )
 from sparsurf.arguments import DENSITY as DENSITIES
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import COVER, Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
@@ -156,7 +156,7 @@ def represented(
     dots = _linked_dots(source, d_link)
     if request.get("n_dots", 0) > len(dots):
         raise InputError(
-            f"minimal: n_dots is {request['n_dots']}, more than the {len(dots)} dots of the surface; request fewer."
+            f"minimal: {argument('n_dots')} is {request['n_dots']}, more than the {len(dots)} dots of the surface; request fewer."
         )
     if sampler != AUTO:
         get_samplers([sampler], "minimal.sampler")  # names an unknown one

@@ -11,7 +11,7 @@ from sparsurf import kinds
 from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index
 from sparsurf.arguments import LENGTH, check_flag, index_array
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
 from sparsurf.patches.roughness import RoughnessFunction
@@ -170,13 +170,13 @@ def _points_at(index: PatchIndex, at: Any) -> np.ndarray:
     at = index_array(at, n, "at")
     if at.ndim == 2 and at.shape[1] == 3:
         if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
-            raise InputError("at: some points have NaN or infinity; leave them out.")
+            raise InputError(f"{argument('at')}: some points have NaN or infinity; leave them out.")
         return np.ascontiguousarray(at, dtype=float)
     if at.ndim != 1 or at.dtype.kind not in "iu":
         raise InputError(
-            f"at: give (T,) numbers of dots or (T, 3) points, not {at.dtype} of shape {at.shape}."
+            f"{argument('at')}: give (T,) numbers of dots or (T, 3) points, not {at.dtype} of shape {at.shape}."
         )
     if len(at) and not (at.min() >= 0 and at.max() < n):
         wrong = at.min() if at.min() < 0 else at.max()
-        raise InputError(f"at: there is no dot {wrong}; the dots are numbered 0 to {n - 1}.")
+        raise InputError(f"{argument('at')}: there is no dot {wrong}; the dots are numbered 0 to {n - 1}.")
     return points[at]

@@ -23,7 +23,7 @@ from sparsurf.arguments import (
     TEST_DOTS,
     Limits,
 )
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.statistics import mean_and_error, reference_values
@@ -322,7 +322,7 @@ def _combination(values: Sequence[float]) -> Combination:
         combination = Combination(*values)
     except TypeError:
         raise InputError(
-            f"combination is {values!r}; it must be the four numbers alpha, beta, gamma and delta."
+            f"{argument('combination')} is {values!r}; it must be the four numbers alpha, beta, gamma and delta."
         ) from None
     limits = (ALPHA, EXPONENT, EXPONENT, EXPONENT)
     checked = [

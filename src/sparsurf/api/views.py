@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.api.pages import patches_for
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
@@ -132,7 +132,7 @@ def _values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | 
         return None
     numbers = real_numbers(values, "values").astype(float)
     if numbers.shape != (len(surface),):
-        raise InputError(f"values has the shape {numbers.shape}; the dots are {len(surface)}.")
+        raise InputError(f"{argument('values')} has the shape {numbers.shape}; the dots are {len(surface)}.")
     return numbers
 
 

@@ -14,10 +14,11 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from inspect import signature
 from typing import Any, NoReturn
 
 from sparsurf import __version__, progress
-from sparsurf.errors import InputError, printable
+from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
 from sparsurf.kernel_cache import require_kernel_cache
 from sparsurf.suggestions import did_you_mean
@@ -224,22 +225,27 @@ def _warnings_to_stderr() -> Iterator[None]:
 
 
 def _sentence(error: InputError | OSError, options: Parser | None) -> str:
-    """Return the message of an error, with the options of the command where it names arguments of Python or keys of a study."""
+    """Return the message of an error, with the options of the command where it names arguments."""
     if isinstance(error, OSError):
         return printable(f"{error.filename or 'the output'}: {error.strerror}.")
-    known = set(options._option_string_actions) if options else set()
+    python_only = []
 
-    def option(match: re.Match[str]) -> str:
-        """Return the option that stands for a name; the name as it is where there is none."""
-        word = "--" + match["name"].replace("_", "-")
-        return word if word in known else match[0]
+    def option(argument: str) -> str:
+        """Return the option that stands for an argument; the argument as it is where the command has none."""
+        name = name_in_call(argument)
+        word = "--" + name.replace("_", "-")
+        if options is not None and word in options._option_string_actions:
+            return word
+        python_only.append(name)
+        return name
 
-    name = re.compile(r"^(?P<name>[a-z_]+)(?=: | is | has )")
-    message = name.sub(option, str(error))
-    bare = re.sub(rf"^(?:{'|'.join(COMMANDS)}): ", "", message)  # the line begins with the command
-    message = name.sub(option, bare)
-    message = re.sub(r"\b(?:structures|frames|surface|patches)\.(?P<name>[a-z_]+)", option, message)
-    message = re.sub(r"`(?P<name>[a-z_]+)`", option, message)
-    if re.search(r"`(?:model|plddt|assembly|altloc|hydrogens|chains|residues)`", message):
+    message = error.worded(option)
+    command, _, rest = message.partition(": ")
+    if command in COMMANDS:  # the line begins with the command already
+        message = rest
+    # imported here, since a mistake in the command line needs no numpy
+    from sparsurf.molecules.read_molecule import read_molecule
+
+    if any(name in signature(read_molecule).parameters for name in python_only):
         message = f"{message.removesuffix('.')} (arguments of sparsurf.read_molecule in Python)."
     return message

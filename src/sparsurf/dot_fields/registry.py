@@ -20,7 +20,7 @@ from sparsurf.dot_fields.curvature import principal_curvatures
 from sparsurf.dot_fields.hydrogen_bonds import balance_of_atoms
 from sparsurf.dot_fields.potential import potential_of_charges
 from sparsurf.dot_fields.smoothing import gaussian_mean
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.molecules.residues import standard_name
 
 if TYPE_CHECKING:
@@ -105,7 +105,8 @@ def hbond(dots: Surface | None) -> np.ndarray:
     origin = None if dots is None else dots.origin
     if dots is None or origin is None or origin.molecule is None or dots.atom.min() < 0:
         raise InputError(
-            "fields: hbond follows from the names of residues and atoms; give dots, points or a mesh of a structure."
+            f"{argument('fields')}: hbond follows from the names of residues and atoms; give dots, points or a mesh "
+            "of a structure."
         )
     return balance_of_atoms(origin.molecule.frame(origin.frame))[dots.atom]
 
@@ -114,7 +115,8 @@ def _curvatures(dots: Surface | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the principal curvatures of dots of which it is known where they were placed."""
     if dots is None or dots.origin is None or dots.atom.min() < 0:
         raise InputError(
-            "fields: curvature follows from the atoms that the dots were placed on; give dots from surface() or points()."
+            f"{argument('fields')}: curvature follows from the atoms that the dots were placed on; give dots from "
+            "surface() or points()."
         )
     return principal_curvatures(dots, dots.origin)
 
@@ -135,7 +137,7 @@ def compute_fields(
 
     if not isinstance(charges, str | os.PathLike):
         raise InputError(
-            f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
+            f"{argument('charges')} is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
         )
     if "potential" not in fields and charges != "table":
         raise InputError(
@@ -161,7 +163,7 @@ def compute_fields(
                 values = checked_result(values, f"the field {name!r}", (len(points),), allow_nan=True)
             out[name] = values
         if not np.isfinite(out[name]).any():
-            raise InputError(f"fields: {name} has no value at any dot; leave it out.")
+            raise InputError(f"{argument('fields')}: {name} has no value at any dot; leave it out.")
     return pd.DataFrame(out)
 
 

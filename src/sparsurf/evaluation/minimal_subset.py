@@ -10,7 +10,7 @@ from numpy.typing import DTypeLike
 
 from sparsurf import kinds
 from sparsurf.dot_fields.registry import compute_fields, takes_dots
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.evaluation.subset_search import find_subset, smallest_cover, smallest_subset_of_error
@@ -267,7 +267,8 @@ def _n_s(request: Minimal, prepared: PreparedSurface) -> int | None:
         n_s = max(1, round(request.density * prepared.area))
         if n_s > n_dots:
             raise InputError(
-                f"minimal.density is {request.density:g}, but {prepared.name or 'the surface'} has {prepared.density:.3g} dots "
+                f"{argument('minimal.density')} is {request.density:g}, but {prepared.name or 'the surface'} has "
+                f"{prepared.density:.3g} dots "
                 "per Å^2: request fewer, or place more."
             )
         return n_s

@@ -7,7 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
 from sparsurf.evaluation.trials import MIN_DOTS, MeasuredError, Trials
@@ -50,12 +50,13 @@ def find_subset(
         subset = prepared.pair(combination, 0)[0]
     elif z is not None:
         if not z >= 0:
-            raise InputError(f"minimal.max_z is {z:g}, but a distance cannot be negative.")
+            raise InputError(f"{argument('minimal.max_z')} is {z:g}, but a distance cannot be negative.")
         subset = _smallest_for_z(z, Trials(prepared, sampler, n_tests, choices))
     else:
         if n_s is None or not 1 <= n_s <= n_dots:
             raise InputError(
-                f"minimal.n_dots is {n_s}, but {prepared.name} has {n_dots} dots; give 1 to {n_dots}, or percent."
+                f"{argument('minimal.n_dots')} is {n_s}, but {prepared.name} has {n_dots} dots; give 1 to {n_dots}, "
+                f"or {argument('minimal.percent')}."
             )
         subset = draw_subset(prepared, sampler, n_s, choices)
     return subset, subset_weights(prepared.points, subset)
@@ -86,7 +87,8 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
     least = trials.z(trials.n_dots)
     if least > z + 1e-9:  # Z of the full surface is 0 except for rounding
         raise InputError(
-            f"minimal.max_z is {z:g}, but {trials.sampler} reaches only {least:.3g} with the {len(all_dots)} dots that it can "
+            f"{argument('minimal.max_z')} is {z:g}, but {trials.sampler} reaches only {least:.3g} with the "
+            f"{len(all_dots)} dots that it can "
             "keep; request a larger Z, or choose a sampler that can keep every dot."
         )
     subset = trials.draw(_fewest(trials, z))

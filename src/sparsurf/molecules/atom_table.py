@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import gemmi
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_BOND, standard_name
 
@@ -320,7 +320,9 @@ def choose_altlocs(atoms: AtomTable, altloc: str, path: StrPath) -> AtomTable:
     other locations of the residue have is kept too, so that there is no hole.
     """
     if not isinstance(altloc, str) or (altloc not in ("first", "highest") and len(altloc.strip()) != 1):
-        raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
+        raise InputError(
+            f"{argument('altloc')}: '{altloc}' is neither first, highest nor one letter: choose one of them."
+        )
     letters = sorted(set(atoms.altloc) - {""})
     if not letters:
         if altloc not in ("first", "highest"):
@@ -329,7 +331,8 @@ def choose_altlocs(atoms: AtomTable, altloc: str, path: StrPath) -> AtomTable:
     located = atoms.altloc != ""
     if altloc == "highest" and not _is_share(atoms.occupancy[located]).all():
         raise InputError(
-            f"{path} has an alternate location whose occupancy is not between 0 and 1: name a letter as altloc, or 'first'."
+            f"{path} has an alternate location whose occupancy is not between 0 and 1: name a letter as "
+            f"{argument('altloc')}, or 'first'."
         )
     if altloc not in ("first", "highest", *letters):
         message = "%s has no alternate location %s (it has %s): the first is used"

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.atom_table import (
     AtomFile,
@@ -275,8 +275,9 @@ def molecule_of_models(
     if not all(_same(frame, frames[0]) for frame in frames):
         counts = " ".join(str(frame.n_atoms) for frame in frames[:9])
         raise InputError(
-            f"{path} has models of different atoms (selected atoms: {counts}): choose one by `model`, or take all models as "
-            "one molecule by `assembly`."
+            f"{path} has models of different atoms (selected atoms: {counts}): choose one by `{argument('model')}`, "
+            "or take all models as "
+            f"one molecule by `{argument('assembly')}`."
         )
     xyz = np.concatenate([frame.xyz for frame in frames])
     # crystals pass unchanged: no bond there is cut
@@ -300,7 +301,7 @@ def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[i
     numbers = [int(table.model[0]) for table in tables.values()]
     listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
     if not isinstance(model, Integral) or isinstance(model, bool):
-        raise InputError(f"model: {model!r} is not a whole number: {path} has {listed}.")
+        raise InputError(f"{argument('model')}: {model!r} is not a whole number: {path} has {listed}.")
     if model not in numbers:
         models = "models are" if len(numbers) > 1 else "only model is"
         raise InputError(f"{path} has no model {model}: its {models} {listed}.")
@@ -315,8 +316,9 @@ def _refuse_conformations(tables: dict[int, AtomTable], path: StrPath) -> None:
     tree = cKDTree(first.xyz)
     if any(np.median(tree.query(other.xyz)[0]) < MIN_SEPARATION for other in others):
         raise InputError(
-            f"assembly: the models of {path} lie within one another, so they are conformations and not parts of one molecule; "
-            "leave out `assembly`."
+            f"{argument('assembly')}: the models of {path} lie within one another, so they are conformations and not "
+            "parts of one molecule; "
+            f"leave out `{argument('assembly')}`."
         )
 
 

@@ -15,7 +15,7 @@ import re
 import numpy as np
 from gemmi import cif
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath
 
 log = logging.getLogger("sparsurf")
@@ -99,7 +99,7 @@ def doubtful_residues(
     if origin and not (possible and origin == PREDICTED):
         raise InputError(
             f"{path} is a predicted model without pLDDT in its B factors: give the file as it was predicted, "
-            "or remove `plddt`."
+            f"or remove `{argument('plddt')}`."
         )
     scale = MAX_PLDDT if possible and b_factor.max() <= 1 else 1.0
     atoms = slice(None) if polymer is None else polymer

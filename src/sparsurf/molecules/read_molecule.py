@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sparsurf.arguments import STRIDE, check_flag, check_plddt
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath, no_warnings, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
@@ -129,14 +129,18 @@ def read_molecule(
         try:
             times = np.atleast_1d(np.asarray(times, float)).tolist()
         except (TypeError, ValueError):
-            raise InputError(f"times is {shorten(repr(times))}; it must be a list of numbers, ps.") from None
+            raise InputError(
+                f"{argument('times')} is {shorten(repr(times))}; it must be a list of numbers, ps."
+            ) from None
     keys: SelectionKeys = {
         "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
     }  # fmt: skip
     if assembly and (trajectory is not None or model is not None):
         raise InputError(ASSEMBLY_OF_MODELS)
     if plddt is not None and trajectory is not None:
-        raise InputError("plddt: a trajectory has none; remove `plddt`, or choose the residues.")
+        raise InputError(
+            f"{argument('plddt')}: a trajectory has none; remove `{argument('plddt')}`, or choose the residues."
+        )
     options = model, altloc, stride, times, bool(whole), plddt, bool(assembly)
     return molecule_of_files(
         open_source(path), None if trajectory is None else open_source(trajectory), keys, *options
@@ -164,7 +168,7 @@ def molecule_of_files(
     has_frames = source.format.places and not source.format.models
     if times is not None and frames is None and not has_frames:
         raise InputError(
-            "times: there is no trajectory to take frames from; give one, or leave out the times."
+            f"{argument('times')}: there is no trajectory to take frames from; give one, or leave out the times."
         )
     if model is not None and not source.format.models:
         raise InputError(f"{source} has frames and no models: leave out the model, and name the frame.")

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atoms import Atoms
 from sparsurf.molecules.names import other_spellings
@@ -75,7 +75,9 @@ def select_atoms(
     if isinstance(hydrogens, str) and hydrogens == "remove":
         selected &= molecule.heavy
     elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
-        raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
+        raise InputError(
+            f"{argument('hydrogens')}: '{hydrogens}' is neither keep nor remove: choose one of them."
+        )
     if not selected.any():
         by_default = all(key is None for key in (selection, chains, residues))
         nothing = "there is no protein" if by_default else "the selection contains no atoms"
@@ -93,7 +95,9 @@ def _remedy_for_nucleic(molecule: Atoms, atoms: np.ndarray, ranges: list[str] | 
     """Return the remedy where nucleic acids are meant: they are selected by their chains."""
     chains = list(dict.fromkeys(molecule.chain[atoms].tolist()))
     if ranges is None:
-        return f": name the chains of the nucleic acids, as `chains` {','.join(chains) or QUOTES}"
+        return (
+            f": name the chains of the nucleic acids, as `{argument('chains')}` {','.join(chains) or QUOTES}"
+        )
     labels = molecule.residue[atoms][molecule.chain[atoms] == chains[0]]
     return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
@@ -105,9 +109,11 @@ def _in_chains(molecule: Atoms, path: StrPath, chains: str | Sequence[str] | Non
     names = [name.strip() for name in _as_list(chains, "chains", "A,B")]  # '' is a chain without a name
     absent = [name for name in names if name not in molecule.chain]
     if not names or "" in absent:
-        raise InputError(f"chains: empty chain name; the chains of {path} are {_chains(molecule)}.")
+        raise InputError(
+            f"{argument('chains')}: empty chain name; the chains of {path} are {_chains(molecule)}."
+        )
     if absent and not any(molecule.chain):
-        raise InputError(f"{path} has one chain, which has no name: leave out `chains`.")
+        raise InputError(f"{path} has one chain, which has no name: leave out `{argument('chains')}`.")
     if absent:
         raise InputError(
             f"{path} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."
@@ -134,7 +140,7 @@ def _in_residues(
         parsed = RANGE.fullmatch(item)
         if not parsed:
             raise InputError(
-                f"residues: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
+                f"{argument('residues')}: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
             )
         chain = parsed["chain"] if parsed["chain"] is not None else chain
         ends = parsed["first"], parsed["last"] or parsed["first"]
@@ -148,14 +154,19 @@ def _in_residues(
         if chain is not None:
             inside &= chain_of == chain
         if backwards and not inside.any():
-            raise InputError(f"residues: '{shorten(item)}' ends before it begins: swap the two numbers.")
+            raise InputError(
+                f"{argument('residues')}: '{shorten(item)}' ends before it begins: swap the two numbers."
+            )
         if not inside.any():
-            raise InputError(f"residues: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}.")
+            raise InputError(
+                f"{argument('residues')}: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}."
+            )
         several = [[each for each in ids if each in chain_of[inside & in_chains]] for ids in split.values()]
         if chain is None and any(len(ids) > 1 for ids in several):
             ids = next(ids for ids in several if len(ids) > 1)
             raise InputError(
-                f"residues: '{shorten(item)}' of {path} are in {shorten(', '.join(ids))}: name one, as in {ids[0]}:{item}."
+                f"{argument('residues')}: '{shorten(item)}' of {path} are in {shorten(', '.join(ids))}: name one, as "
+                f"in {ids[0]}:{item}."
             )
         present = {label.upper() for label in labels[np.unique(inverse[inside])].tolist()}
         absent = [end for end in dict.fromkeys(ends) if end.upper() not in present]
@@ -212,7 +223,9 @@ def _as_list(value: object, key: str, example: str) -> list[str]:
     try:
         return [str(item) for item in cast(Iterable, value)]
     except TypeError:  # a number, or an array without a dimension
-        raise InputError(f"{key} is {value!r}; it must be a string such as '{example}', or a list.") from None
+        raise InputError(
+            f"{argument(key)} is {value!r}; it must be a string such as '{example}', or a list."
+        ) from None
 
 
 def _rank(label: str) -> float:
@@ -224,23 +237,25 @@ def _rank(label: str) -> float:
 def atoms_of_expression(molecule: Atoms, selection: str) -> np.ndarray:
     """Return the mask (A,) of the atoms that an mdtraj expression, or 'all', selects."""
     if not isinstance(selection, str):
-        raise InputError(f"selection is {selection!r}; it must be an mdtraj expression, or 'all'.")
+        raise InputError(
+            f"{argument('selection')} is {selection!r}; it must be an mdtraj expression, or 'all'."
+        )
     if selection.strip() == "all":
         return np.ones(len(molecule.chain), bool)
     if not selection.strip():
-        raise InputError("selection is empty: give an mdtraj expression, or leave it out.")
+        raise InputError(f"{argument('selection')} is empty: give an mdtraj expression, or leave it out.")
     if len(selection) > LONGEST_SELECTION:
         raise InputError(
-            f"selection has {len(selection):,} characters, more than {LONGEST_SELECTION:,}: name ranges, as in "
-            "'resSeq 10 to 52', or use `residues`."
+            f"{argument('selection')} has {len(selection):,} characters, more than {LONGEST_SELECTION:,}: name ranges, as in "
+            f"'resSeq 10 to 52', or use `{argument('residues')}`."
         )
     try:
         indices = np.asarray(molecule.topology.select(selection), dtype=int)
     except Exception as error:  # mdtraj compiles the expression, which can raise any exception
         reason = (str(error).splitlines() or [""])[0]
-        remedy = ", or choose chains by `chains`" if re.search(r"\bchain\b", selection) else ""
+        remedy = f", or choose chains by `{argument('chains')}`" if re.search(r"\bchain\b", selection) else ""
         raise InputError(
-            f"selection: '{shorten(selection)}' is not an mdtraj expression ({shorten(reason)}): "
+            f"{argument('selection')}: '{shorten(selection)}' is not an mdtraj expression ({shorten(reason)}): "
             f"see mdtraj.org{remedy}."
         ) from None
     selected = np.zeros(len(molecule.chain), bool)
@@ -288,7 +303,8 @@ def _refuse_ligands_outside(
             add = [] if in_chains[first] else [f"{chain} to the chains"]
             add += [] if in_residues[first] else [f"{chain}:{molecule.residue[first]} to the residues"]
             raise InputError(
-                f"ligands: {name} of {path} lies outside of the requested chains and residues: add {' and '.join(add)}."
+                f"{argument('ligands')}: {name} of {path} lies outside of the requested chains and residues: add "
+                f"{' and '.join(add)}."
             )
 
 

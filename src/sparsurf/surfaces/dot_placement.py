@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
 from sparsurf.surfaces.rolling_probe import (
     E1,
@@ -164,7 +164,7 @@ def checked_spheres(
     if not ((radii > 0) & (radii <= MAX_ATOM_RADIUS)).all():
         raise InputError(f"surface: atomic radii must be positive numbers of at most {MAX_ATOM_RADIUS} Å.")
     if not 0 < probe < np.inf:
-        raise InputError(f"surface.probe_radius is {probe}; it must be a positive number.")
+        raise InputError(f"{argument('surface.probe_radius')} is {probe}; it must be a positive number.")
     kept = _distinct(xyz, radii)
     return xyz[kept], radii[kept], kept
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
@@ -139,8 +139,8 @@ def _below_limit(density: float, d_link: float, name: str) -> float:
     """Return a density that suits d_link, Å; raise InputError if it is too high."""
     if density > MAX_DENSITY:
         raise InputError(
-            f"{name}: d_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
-            "give a larger patches.d_link."
+            f"{name}: {argument('patches.d_link')} = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per "
+            f"Å^2; give a larger {argument('patches.d_link')}."
         )
     return density
 
@@ -159,7 +159,7 @@ def roll_spheres(
     """Roll the probe over spheres; arguments are those of `molecular_surface`, and whether to keep or remove cavities."""
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     if reentrant not in ("exact", "dms"):
-        raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
+        raise InputError(f"{argument('surface.reentrant')} is {reentrant!r}; it must be 'exact' or 'dms'.")
     return RolledFrame(roll_probe(xyz, radii, float(probe), reentrant == "exact"), kept, cavities)
 
 
@@ -213,5 +213,5 @@ def molecular_surface(
 def _lattice(density: float) -> float:
     """Return the dots per Å^2 of the lattice for a density of the surface."""
     if not 0 < density < np.inf:
-        raise InputError(f"surface.density is {density}; it must be a positive number.")
+        raise InputError(f"{argument('surface.density')} is {density}; it must be a positive number.")
     return LATTICE * (density / DENSITY)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.arguments import PROBE_RADIUS as PROBE_RADIUS  # re-exported: most users import it from here
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -36,7 +36,7 @@ RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 def radii(molecule: Molecule, table: str = "dms") -> np.ndarray:
     """Look up atomic radii by element, (A,) Å, in the table 'dms' or 'bondi'; hydrogens do not change those of other atoms."""
     if table not in list(RADII):  # a list, since the value of a user may not be hashable
-        raise InputError(f"radii is {table!r}; it must be one of {', '.join(RADII)}.")
+        raise InputError(f"{argument('radii')} is {table!r}; it must be one of {', '.join(RADII)}.")
     by_element, default = RADII[table], RADIUS_OF_OTHER_ELEMENTS[table]
     unknown = sorted(set(np.unique(molecule.element).tolist()) - by_element.keys())
     if unknown:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
 from sparsurf.surfaces.surface import DENSITY as DENSITY  # re-exported: most users import it from here
 from sparsurf.surfaces.vectors import point, squared_distance
@@ -132,7 +132,10 @@ def _search_cubes(
 
 
 def refuse_sparse(
-    points: np.ndarray, d_link: float, name: str, remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger d_link"
+    points: np.ndarray,
+    d_link: float,
+    name: str,
+    remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger {argument('patches.d_link')}",
 ) -> None:
     """Raise InputError if d_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
     if len(points) == 1:
@@ -140,7 +143,8 @@ def refuse_sparse(
     gap = spacing(points)
     if d_link < MIN_D_LINK_PER_SPACING * gap:
         raise InputError(
-            f"{name}: d_link = {d_link:g} Å is below {MIN_D_LINK_PER_SPACING} times the median distance between "
+            f"{name}: {argument('patches.d_link')} = {d_link:g} Å is below {MIN_D_LINK_PER_SPACING} times the median "
+            "distance between "
             f"neighbouring dots ({gap:.3f} Å), so every patch would fall apart; {remedy}."
         )
 

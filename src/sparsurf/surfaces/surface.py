@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf import surfaces
 from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.files import shorten
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
@@ -379,9 +379,9 @@ def real_numbers(value: Any, name: str) -> np.ndarray:
     except (TypeError, ValueError, OverflowError):
         array = np.array("")
     if array.dtype.kind not in "biuf" or array.ndim == 0:
-        raise InputError(f"{name} must hold real numbers, in rows of equal length.")
+        raise InputError(f"{argument(name)} must hold real numbers, in rows of equal length.")
     if np.ma.is_masked(value):
-        raise InputError(f"{name} has masked values; leave these dots out.")
+        raise InputError(f"{argument(name)} has masked values; leave these dots out.")
     return array
 
 

@@ -69,7 +69,7 @@ def frame_row(
         rolled = roll_frame(molecule, position, atom_radii, settings.surface)
         surface = rolled.surface(density)
     except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+        raise InputError(f"{where}: {error.args[0]}") from None  # str(error) has the names of a call
     of_frame = replace(streams, name=f"{streams.name}/f{number}")
     prepared = PreparedSurface(surface, settings, None, of_frame)
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame

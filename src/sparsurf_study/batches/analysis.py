@@ -22,6 +22,7 @@ from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
 from sparsurf_study.batches.assignment import TABLES
 from sparsurf_study.batches.tables import pack_dots
+from sparsurf_study.settings import name_in_config
 
 log = logging.getLogger("sparsurf")
 
@@ -99,7 +100,7 @@ def analyse_batch(
 def _reason(error: Exception, structure: Structure) -> str:
     """Return why a structure failed, in one sentence; the log has the traceback of a defect."""
     if isinstance(error, InputError):
-        return str(error)
+        return error.worded(name_in_config)
     if isinstance(error, MemoryError):
         return f"{structure.path} needs more memory than there is: run it alone, on a larger machine."
     traceback.print_exc()

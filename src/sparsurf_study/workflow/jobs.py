@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
 from sparsurf.threads import ignore_numba_threads
-from sparsurf_study.settings import Settings
+from sparsurf_study.settings import Settings, name_in_config
 from sparsurf_study.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
 from sparsurf_study.workflow.ledger import Entry
 from sparsurf_study.workflow.staging import Staging, with_final_names
@@ -141,7 +141,7 @@ def _sentence(error: BaseException, snakemake: Any) -> str:
     if KeyboardInterrupt in (type(error), type(error.__cause__)):  # numba makes it the cause of its own
         return STOPPED
     if isinstance(error, InputError):
-        return str(error)
+        return error.worded(name_in_config)
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
         what = error.filename or f"the outputs of {snakemake.rule}"
         return f"{what}: {os.strerror(error.errno)}. Free or repair the disk and run again: finished results stay."

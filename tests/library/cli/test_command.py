@@ -492,7 +492,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields contains no name"),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
     ("surface protein.pdb --mesh --fields hydropath -o x.ply", 1, "no field 'hydropath'; did you mean 'hydropathy'"),
-    ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "d_link = 0.1"),
+    ("roughness dots.csv --d-link 0.1 -o x.csv", 1, "--d-link = 0.1"),
     ("roughness dots.csv more.csv -o -", 2, "one file at a time"),
     ("roughness . -o -", 1, "folder"),
     ("descriptors protein.pdb --at 9999999 -o x.csv", 1, "no dot 9999999"),

@@ -88,8 +88,8 @@ ERRORS = {  # of functions that name arguments of Python or keys of a study
     "surface two.pdb --chains Q": "two.pdb has no chain Q",
     "surface two.pdb --residues 9-5": "--residues: '9-5' ends",
     "roughness two.pdb --d-link 0.01": "needs more than 100 dots per Å^2; give a larger --d-link.",
-    "surface two.pdb --assembly": "conformations and not parts of one molecule; leave out --assembly.",
-    "minimal mixed.pdb --percent 10": "choose one by --model, or take all models as one molecule by --assembly.",
+    "surface two.pdb --assembly": "conformations and not parts of one molecule; leave out `--assembly`.",
+    "minimal mixed.pdb --percent 10": "choose one by `--model`, or take all models as one molecule by `--assembly`.",
     "points mixed.pdb": "choose one by `model`, or take all models as one molecule by `assembly` (arguments of",
 }
 

@@ -78,9 +78,7 @@ def test_dots_are_placed_once_on_a_protein_and_their_spacing_is_measured(monkeyp
 
 def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_densest(tmp_path):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
-    with pytest.raises(
-        InputError, match=r"a: d_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.d_link"
-    ):
+    with pytest.raises(InputError, match=r"a: d_link = 0.05 Å .* 100 dots per Å\^2; give a larger d_link"):
         roll_frame(molecule, 0, atom_radii, SETTINGS).surface_for_d_link("auto", 0.05, "a")
     points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
     refuse_sparse(points, 1.301, "a")

@@ -357,7 +357,7 @@ def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, m
     out = analyse_batch(both, Settings.of(config), config["seed"], lambda *steps: told.append(steps))
     assert told == [(1, 2), (2, 2)] and out["failures"]["protein"].tolist() == ["gone"]
     sparse = Settings.of(config | {"surface": config["surface"] | {"density": 1.0}})
-    assert "d_link" in analyse_batch(both[:1], sparse, config["seed"])["failures"]["reason"][0]
+    assert "patches.d_link" in analyse_batch(both[:1], sparse, config["seed"])["failures"]["reason"][0]
     assert out["surfaces"]["protein"].tolist() == ["two"]
     assert "two: 2 models; the first is taken" in out["warnings"]["sentence"].tolist()
     assert "does not exist" in out["failures"]["reason"][0]
