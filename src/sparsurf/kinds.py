@@ -11,7 +11,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -36,6 +36,8 @@ class Choice(NamedTuple):
     name : str, filled in when it is looked up
     nested : of a sampler, whether smaller subsets are the beginnings of larger ones (from the same random stream)
     takes_combinations : of a sampler, whether it draws by alpha, beta, gamma and delta and also takes the paper's `choices`
+    in_browser : of a sampler, whether the page of a surface draws subsets by it, in sampling.js
+    condition : of a reading, what it does with unconnected dots, as the end of a sentence
     line : of a sampler, colour, line width and marker in figures; other samplers get spare ones
     takes_dots : of a field, whether its function takes the dots in place of (molecule, points)
     carries : of a format, what its files can hold
@@ -52,6 +54,8 @@ class Choice(NamedTuple):
     name: str = ""
     nested: bool = False
     takes_combinations: bool = False
+    in_browser: bool = False
+    condition: str = ""
     line: tuple[str, float, str] | None = None
     takes_dots: bool = False
     carries: tuple[str, ...] = ()
@@ -90,6 +94,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "paper's sampling",
             "The paper's sampling, which keeps more dots where the surface is rough.",
             takes_combinations=True,
+            in_browser=True,
             line=("#D55E00", 1.6, "D"),
         ),
         "paper_corrected": Choice(
@@ -104,6 +109,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "random subset",
             "Dots drawn at random, each with the same chance.",
             nested=True,
+            in_browser=True,
             line=("#000000", 1.6, "s"),
         ),
         "poisson": Choice(
@@ -117,6 +123,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "farthest point",
             "Dots that are as far from one another as possible.",
             nested=True,
+            in_browser=True,
             line=("#0072B2", 1.6, "o"),
         ),
         "cover": Choice(
@@ -205,21 +212,25 @@ TABLE: dict[str, dict[str, Choice]] = {
             "sparsurf.patches.readings:AMONG_KEPT",
             "among the kept dots",
             "All but the largest island of a patch are removed among the kept dots, as in the authors' code.",
+            condition="unconnected dots are removed from each subset, as in the authors' code",
         ),
         "kept_scaled": Choice(
             "sparsurf.patches.readings:SCALED",
             "among the kept dots, scaled link",
             "The same, with a link that grows with the spacing of the kept dots.",
+            condition="unconnected dots are removed with a link that grows with the spacing",
         ),
         "full": Choice(
             "sparsurf.patches.readings:ON_FULL",
             "on the full surface",
             "All but the largest island of a patch are removed once, on the full surface.",
+            condition="unconnected dots are removed once, from the full surface",
         ),
         "recovered": Choice(
             "sparsurf.recovery.readings:ON_RECOVERED",
             "recovered",
             "The patches are those of the surface that is reconstructed from the kept dots.",
+            condition="a dense surface is reconstructed from each subset",
         ),
     },
     "format": {
@@ -413,10 +424,13 @@ def name_of(kind: str, value: Any, key: str) -> str:
 
 
 def load(kind: str, value: Any, key: str) -> tuple[Choice, Any]:
-    """Return a choice and its function, which is imported now; raise InputError if a package of the user cannot be imported."""
+    """Return a choice and its function, which is imported now; raise InputError if a package of the user cannot be imported.
+
+    A function from outside of the library raises InputError, from its own error, when it fails.
+    """
     choice = find(kind, value, key)
     if not isinstance(choice.source, str):
-        return choice, choice.source
+        return _named(kind, choice, choice.source)
     module, _, attribute = choice.source.partition(":")
     if choice.is_built_in:
         return choice, getattr(import_module(module), attribute)
@@ -430,7 +444,26 @@ def load(kind: str, value: Any, key: str) -> tuple[Choice, Any]:
         ) from error
     choice = _registered[kind].get(choice.name, choice)  # the module may have registered its label
     _check_signature(kind, choice.name, function, choice.takes_dots)
-    return choice, function
+    return _named(kind, choice, function)
+
+
+def _named(kind: str, choice: Choice, function: Any) -> tuple[Choice, Any]:
+    """Return a choice from outside of the library and its function, whose errors name it from now on."""
+    package = f" of {choice.package}" if choice.package else ""
+    who = f"the {KINDS[kind].word} {choice.name!r}{package}"
+    if choice.sniff is not None:
+        choice = choice._replace(sniff=partial(_call, who, choice.sniff))
+    return choice, partial(_call, who, function) if callable(function) else function
+
+
+def _call(who: str, function: Callable[..., Any], *values: Any, **named: Any) -> Any:
+    """Call a function of the user; raise InputError, from its own error, if it fails."""
+    try:
+        return function(*values, **named)
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # whatever a foreign function does
+        raise InputError(f"{who} fails: {_reason(error)}") from error
 
 
 def describe(kind: str, name: str) -> Choice | None:
@@ -452,6 +485,13 @@ def label(kind: str, name: str) -> str:
     """Return what figures and pages call a choice; the name itself if there is none of this name."""
     choice = describe(kind, name)
     return choice.label if choice else name
+
+
+def origin(kind: str, choice: Choice) -> str:
+    """Return where a choice comes from, within a sentence: "a built-in field", "a field of my-package 1.0"."""
+    return (
+        f"a built-in {KINDS[kind].word}" if choice.is_built_in else f"a {KINDS[kind].word} {_origin(choice)}"
+    )
 
 
 def samplers_of_combinations() -> tuple[str, ...]:
@@ -501,7 +541,9 @@ def plugins() -> dict[str, dict[str, Choice]]:
             _warn(f"{package}: the entry point {point.name} = {point.value} is left out; write {example}")
         elif former := TABLE[kind].get(name) or found[kind].get(name):
             if former.source != point.value:  # the same package may be found twice on the path
-                _warn(f"{package}: the {kind} {name!r} is left out: {_origin(former)} has that name already")
+                _warn(
+                    f"{package}: the {kind} {name!r} is left out: {origin(kind, former)} has that name already"
+                )
         else:
             source = f"{point.module}:{point.attr}"
             found[kind][name] = Choice(source, name.replace("_", " "), package=package, name=name)

@@ -25,12 +25,17 @@ def elevation(molecule, points):
     return points[:, 2] - molecule.xyz[0, :, 2].min()
 
 
+def faulty(molecule, points):
+    return 1 / 0
+
+
 sparsurf.register("field", "elevation", elevation, label="height over the lowest atom", unit="Å")
 """
 POINTS = """
 [sparsurf]
 sampler.topmost = my_plugin:topmost
 field.elevation = my_plugin:elevation
+field.faulty = my_plugin:faulty
 field.gone = my_missing_plugin:gone
 sampler.farthest = my_plugin:topmost
 nonsense = my_plugin:topmost
@@ -228,25 +233,47 @@ def test_a_package_that_cannot_be_imported_stops_only_what_uses_it(dots, plugin,
     assert caplog.text.count("cannot be imported") == 1
 
 
-def test_a_command_takes_the_names_of_an_installed_package(tmp_path):
-    install(tmp_path)
-    write(tmp_path / "protein.pdb", peptide(["ALA", "LYS"]) + "END\n")
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from sparsurf.cli.command import main; sys.exit(main())"
-    words = [
-        "minimal",
-        "protein.pdb",
-        "--n-dots",
-        "20",
-        "--sampler",
-        "topmost",
-        "--fields",
-        "elevation",
-        "-o",
-        "-",
-    ]
-    done = subprocess.run(
-        [sys.executable, "-c", code, *words], cwd=tmp_path, capture_output=True, text=True, check=False
+def command(folder, words):
+    """Run a command of the library, to which the small package is installed."""
+    install(folder)
+    write(folder / "protein.pdb", peptide(["ALA", "LYS"]) + "END\n")
+    code = f"import sys; sys.path.insert(0, {str(folder)!r}); from sparsurf.cli.command import main; sys.exit(main())"
+    return subprocess.run(
+        [sys.executable, "-c", code, *words.split()], cwd=folder, capture_output=True, text=True, check=False
     )
+
+
+def broken(*_):
+    raise KeyError("no such atom")
+
+
+@pytest.mark.parametrize(
+    ("kind", "call"),
+    [
+        ("sampler", lambda dots: sparsurf.sample(dots, n_dots=9, sampler=broken)),
+        ("descriptor", lambda dots: sparsurf.descriptors(dots, [0], descriptor=broken)),
+        ("roughness", lambda dots: sparsurf.roughness(dots, roughness=broken)),
+        ("field", lambda dots: sparsurf.fields(dots, broken)),
+        ("reading", lambda dots: sparsurf.compare(dots, [0, 1, 2], reading=broken)),
+    ],
+)
+def test_an_error_in_a_function_of_the_user_names_the_function(dots, empty, kind, call):
+    with pytest.raises(InputError, match=f"the {kind} 'broken' fails: KeyError: 'no such atom'") as told:
+        call(dots)
+    assert isinstance(told.value.__cause__, KeyError)  # whose traceback Python prints as well
+
+
+def test_a_command_tells_the_error_of_an_installed_package_in_one_sentence(tmp_path):
+    done = command(tmp_path, "surface protein.pdb --fields faulty -o dots.csv")
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1] == (
+        "sparsurf surface: the field 'faulty' of my-plugin 1.2 fails: ZeroDivisionError: division by zero."
+    )
+
+
+def test_a_command_takes_the_names_of_an_installed_package(tmp_path):
+    done = command(tmp_path, "minimal protein.pdb --n-dots 20 --sampler topmost --fields elevation -o -")
     assert done.returncode == 0, done.stderr
     header, *rows = done.stdout.splitlines()
     z, elevation = (header.split(",").index(name) for name in ("z", "elevation"))

@@ -153,9 +153,8 @@ def compute_fields(
             choice, function = kinds.load("field", field, "fields")
             name = choice.name
             if name in columns:
-                whose = "a built-in field" if choice.is_built_in else "a field"
                 raise InputError(
-                    f"{table} has the column {name!r}, which is the name of {whose}; rename the column."
+                    f"{table} has the column {name!r}, which is the name of {kinds.origin('field', choice)}; rename the column."
                 )
             options = {"charges": charges} if name == "potential" else {}
             values = function(dots) if choice.takes_dots else function(molecule, points, **options)

@@ -197,12 +197,6 @@ def _check_proteins(config: dict) -> Iterator[str]:
             yield f"{key}.plddt cannot be used with a trajectory or a simulation; remove it, or choose residues with `residues`."
         if "simulate" in protein and protein.get("ligands"):
             yield f"{key} asks for ligands, but only the protein is simulated; remove `ligands` or `simulate`."
-        if (
-            "table" in protein
-            and "surface" not in protein
-            and all(kinds.has("field", field) for field in config["fields"])
-        ):
-            yield f"{key}.table: `fields` names none of its columns; name one, or remove `table`."
         if "sha256" in protein and not {"url", "pdb"} & protein.keys():
             yield f"{key}.sha256 is only for a file that is downloaded; remove it."
         for other in Protein(**protein).keys_of_atoms:
@@ -210,17 +204,28 @@ def _check_proteins(config: dict) -> Iterator[str]:
 
 
 def _check_fields(config: dict) -> Iterator[str]:
-    """Yield a sentence for each field that is neither computed from the atoms nor a column of every table."""
-    tables = [protein["table"] for protein in config["proteins"].values() if "table" in protein]
-    tables = [table for table in tables if os.path.isfile(table)]
-    columns: list[set[str]] = []
-    if tables and not all(kinds.has("field", field) for field in config["fields"]):
-        from sparsurf.dot_fields.columns import columns_of  # imports pandas, which few configs need
-        from sparsurf.surfaces.surface import is_field_name
+    """Yield a sentence for each field that is not either computed from the atoms or a column of every table."""
+    columns: dict[str, set[str]] = {}  # of the table of each protein
+    for name, protein in config["proteins"].items():
+        if os.path.isfile(protein.get("table", "")):
+            from sparsurf.dot_fields.columns import columns_of  # imports pandas, which few configs need
+            from sparsurf.surfaces.surface import is_field_name
 
-        columns = [{*filter(is_field_name, columns_of(table))} for table in tables]
+            columns[name] = {*filter(is_field_name, columns_of(protein["table"]))}
+            if not columns[name] & {*config["fields"]} and all(
+                kinds.has("field", field) for field in config["fields"]
+            ):
+                yield f"proteins.{name}.table: `fields` names none of its columns; name one, or remove `table`."
     for k, field in enumerate(config["fields"]):
-        if not kinds.has("field", field) and not (columns and all(field in names for names in columns)):
+        if kinds.has("field", field):
+            whose = kinds.origin("field", kinds.find("field", field, "fields"))
+            for name in columns:
+                if field in columns[name]:
+                    yield (
+                        f"fields.{k} is {field!r}, which is {whose} and also a column of proteins.{name}.table; rename the "
+                        "column."
+                    )
+        elif not (columns and all(field in names for names in columns.values())):
             words = one_of(field, kinds.names("field"))
             end = "" if words.endswith("?") else "."
             yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {words}{end}"

@@ -141,6 +141,8 @@ def _sentence(error: BaseException, snakemake: Any) -> str:
     if KeyboardInterrupt in (type(error), type(error.__cause__)):  # numba makes it the cause of its own
         return STOPPED
     if isinstance(error, InputError):
+        if error.__cause__ is not None:  # such as the error of a function of a package
+            traceback.print_exc()
         return error.worded(name_in_config)
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
         what = error.filename or f"the outputs of {snakemake.rule}"

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from conftest import ROOT
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf_study.workflow import config_reference, memory
 from sparsurf_study.workflow.config import Protein, check_config, read_config, with_absolute_paths
@@ -197,7 +198,7 @@ def test_a_mistake_is_answered_with_the_key_and_the_remedy(path, value, word):
     assert word in str(error.value) and all(key in str(error.value) for key in path.split("."))
 
 
-def test_a_field_may_be_a_column_of_every_table(tmp_path):
+def test_a_field_may_be_a_column_of_every_table(tmp_path, monkeypatch):
     for name, head in (("a", 'chain, residue ,"a\nnote",score\n'), ("b", '\nresidue, "score",other\n')):
         row = "1,2,3,4" if name == "a" else "1,2,3"
         (tmp_path / f"{name}.csv").write_text(f"{head}{row}\n")
@@ -223,6 +224,12 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
         with pytest.raises(InputError) as error:
             check_config(config)
         assert key in str(error.value) and words in str(error.value)
+    score = kinds.Choice(lambda molecule, points: ..., "s", package="mine 1.0")
+    monkeypatch.setitem(kinds._registered["field"], "score", score)
+    with pytest.raises(
+        InputError, match=r"a field of mine 1\.0 and also a column of proteins\.a\.table; rename"
+    ):
+        check_config(of_a | {"fields": ["score"]})
 
 
 def test_the_minimal_subset_has_an_error_where_no_other_wish_is_given():

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from sparsurf import kinds
 from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -46,7 +47,6 @@ CORNERS_PER_CELL, MAX_CORNERS = 4.2, 10_000  # corners on an area of a squared s
 MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
-SAMPLERS = ("farthest", "uniform", "paper")  # that sampling.js draws
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,9 @@ def _header(
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     numbers = grid[columns].to_numpy(float)
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
-    samplers |= {name: sampler_label(name) for name in (*orders, *SAMPLERS)}
+    # from the most even subsets to the paper's, which is the last of the list since its parameters stand below it
+    in_browser = [name for name, choice in reversed(kinds.TABLE["sampler"].items()) if choice.in_browser]
+    samplers |= {name: sampler_label(name) for name in (*orders, *in_browser)}
     return {
         "total": len(surface),
         "stored": len(dots),
