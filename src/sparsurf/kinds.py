@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import textwrap
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 from importlib import import_module
@@ -19,6 +20,9 @@ from sparsurf.errors import InputError, argument
 from sparsurf.suggestions import did_you_mean, public
 
 ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
+CHOICES = re.compile(
+    r"^(?P<indent> *)\{choices of (?P<kind>\w+)\}$", re.MULTILINE
+)  # in the documentation of a function
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
 
 
@@ -492,6 +496,20 @@ def origin(kind: str, choice: Choice) -> str:
     return (
         f"a built-in {KINDS[kind].word}" if choice.is_built_in else f"a {KINDS[kind].word} {_origin(choice)}"
     )
+
+
+def with_choices(documentation: str) -> str:
+    """Return the documentation of a function with a list of the library's names in place of a line such as {choices of field}."""
+
+    def listed(match: re.Match[str]) -> str:
+        entries = []
+        for name, choice in TABLE[match["kind"]].items():
+            unit = f" ({choice.unit})" if choice.unit else ""
+            meaning = f"- '{name}'{unit}: {choice.meaning}"
+            entries.append(textwrap.fill(meaning, 120, subsequent_indent="  ", break_on_hyphens=False))
+        return textwrap.indent("\n".join(entries), match["indent"])
+
+    return CHOICES.sub(listed, documentation)
 
 
 def samplers_of_combinations() -> tuple[str, ...]:

@@ -59,13 +59,15 @@ def fields(
     dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
     names : str, callable, or sequence of these
-        hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
-        over 2.5 Å), mean_curvature (1/Å), gaussian_curvature (1/Å^2) and shape_index (-1 to 1) of the sphere or torus that
-        a dot of `surface` or `points` lies on, exact and positive where the surface is convex, hbond, or columns of `table`.
-        hbond is (donated - accepted) / (donated + accepted) hydrogen bonds of the atom that the dot belongs to, by the names
-        of residue and atom: 1 a donor, -1 an acceptor, 0 neither or both alike. It needs no hydrogens. It is no energy and
-        has no direction, and it does not say whether a bond is formed. A function (molecule, points) that returns (N,)
-        numbers, or a name given to `register`, may take the place of these names.
+        Fields, or columns of `table`. A function (molecule, points) that returns (N,) numbers, or a name given to
+        `register`, may take the place of these names:
+
+        {choices of field}
+
+        Hydropathy and B factors are averaged over 2.5 Å. The curvatures are those of the sphere or torus that a dot of
+        `surface` or `points` lies on, and exact. An atom that both donates and accepts hydrogen bonds has (donated - accepted)
+        / (donated + accepted) of them, by the names of residue and atom; no hydrogens are needed. This is no energy and has
+        no direction, and it does not say whether a bond is formed.
     frame : int
         Position of the frame, from 0.
     charges : str

@@ -46,8 +46,10 @@ def roughness(
         Distance below which two dots are linked, Å (default 0.5). A patch is the largest linked island of dots within
         `r_patch`.
     roughness : str or callable
-        Definition of the roughness (default 'published', that of the paper): a name, also one given to `register`, or a
-        function (index, radius, threads) of a PatchIndex, Å and a number, which returns (N,) numbers from 0 (rough) to 1.
+        Definition of the roughness (default 'published'). A function (index, radius, threads) of a PatchIndex, Å and a number
+        that returns (N,) numbers from 0 (rough) to 1, or a name given to `register`, may take the place of these names:
+
+        {choices of roughness}
 
     Returns
     -------
@@ -106,10 +108,11 @@ def descriptors(
         Whether the mean normal of a patch is turned to +z (default True) or to -z, as for the partner in a complex.
     d_link : float
         Distance below which two dots of a patch are linked, Å (default 0.5). A patch is the linked island of its centre.
-    descriptor : {'published', 'rotation_robust'}, or callable
-        Kind of descriptor (default 'published'). 'rotation_robust' changes little when the molecule is rotated; a `d_link`
-        of 0.6 Å suits it best. A function (patches) of `Patches`, or a name given to `register`, may take the place of these
-        names; it returns numbers (P, width).
+    descriptor : str or callable
+        Kind of descriptor (default 'published'); a `d_link` of 0.6 Å suits 'rotation_robust' best. A function (patches) of
+        `Patches` that returns numbers (P, width), or a name given to `register`, may take the place of these names:
+
+        {choices of descriptor}
 
     Returns
     -------

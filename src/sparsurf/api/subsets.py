@@ -152,10 +152,10 @@ def sample(
     n_dots : int, optional
         Number of dots.
     sampler : str or callable, optional
-        How the dots are chosen: 'farthest' (default) chooses dots that are as far from one another as possible, 'poisson'
-        dots at random but no closer than a certain distance, 'uniform' a random subset, 'paper' the sampling of the paper, and
-        'paper_corrected' the same with distances from the dot itself and one chance for each dot. A function (prepared, n,
-        rng) that returns the indices (n,) of dots, or a name given to `register`, may take the place of these names.
+        How the dots are chosen (default 'farthest'). A function (prepared, n, rng) that returns the indices (n,) of dots, or a
+        name given to `register`, may take the place of these names:
+
+        {choices of sampler}
     combination : (alpha, beta, gamma, delta), optional
         Parameters of one draw of the paper's sampling, or of the sampler 'paper_corrected'.
     seed : int, optional
@@ -252,11 +252,11 @@ def compare(
     subsets : (n,) int, (N,) bool, Subset, or dict of these by name
         Kept dots: their indices, a mask of all N dots, or a Subset from `minimal` of the same dots. The names of a dict
         become the index of the table.
-    reading : {'full', 'kept', 'kept_scaled', 'recovered'}, or callable
-        From which dots the patches of a subset are cut (default 'full'): from the island of the full surface, from the
-        island among the kept dots alone ('kept'), from the same with a link that grows with their spacing ('kept_scaled'),
-        or from the surface that is reconstructed from the kept dots ('recovered'). A function (points, normals, d_link, area,
-        density) returns the PatchIndex of a surface of the kept dots.
+    reading : str or callable
+        From which dots the patches of a subset are cut (default 'full'). A function (points, normals, d_link, area, density)
+        that returns the PatchIndex of a surface of the kept dots may take the place of these names:
+
+        {choices of reading}
     test_dots : int or 'published'
         Number of dots whose patches are compared (default 200), the same for all subsets; 'published' is the authors'
         choice of dots.
