@@ -131,6 +131,11 @@ def outputs_in(folder: str) -> tuple[Output, ...]:
     return tuple(it for it in outputs().values() if it.folder == folder and not it.intermediate)
 
 
+def paths_of(rule: str) -> list[str]:
+    """Return the paths of the outputs of a rule, in the order of the catalogue."""
+    return [output.path for output in outputs().values() if rule in output.rules]
+
+
 def requested(folder: str, conditions: Collection[str]) -> list[Output]:
     """Return the outputs of a part of a run that a study asks for under these conditions."""
     return [it for it in outputs_in(folder) if it.when.issubset(conditions)]

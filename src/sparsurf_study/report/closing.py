@@ -36,8 +36,13 @@ CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
 FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
 CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
-PAGES = {"page": "index.html", "failures": "failures.csv", "warnings": "warnings.csv", "checks": "checks.csv"}
-PAGES["crate"] = CRATE
+NAMES_OF_OUTPUTS = (
+    "page",
+    "failures",
+    "warnings",
+    "checks",
+    "crate",
+)  # of rule close_run, as the catalogue lists them
 JOB = "analyse_batch"
 
 
@@ -147,12 +152,14 @@ def close_partial_run(
         return []
     written = write_summaries(config, run, finished.conformations, finished.sampled, finished.pairs)
     results = [*map(str, finished.files), *map(str, written)]
-    outputs = {name: str(run / file) for name, file in PAGES.items()}
+    files = catalogue.paths_of("close_run")
+    outputs = {name: str(run / file) for name, file in zip(NAMES_OF_OUTPUTS, files, strict=True)}
     warnings = warnings_of(results) if results else []
     lengths = {key: config["patches"][key] for key in ("r_patch", "r_zernike")}
     lengths["interface"] = config["complementarity"]["interface"]
     if tables:
-        outputs["png"] = str(run / "distributions.png")
+        figure = catalogue.paths_of("summarise_batches")[-1]
+        outputs["png"] = str(run / figure)
         close_batches(run, tables, results, warnings, failures, outputs, lengths, origin, config["minimal"])
     else:
         close_run(run, results, warnings, failures, outputs, lengths, origin, config["minimal"])
@@ -170,23 +177,23 @@ def write_summaries(
     of_grid = [folder for folder in folders if folder.parent.name in sampled]
     written: list[Path] = []
 
-    def paths(*names: str) -> list[str]:
-        written.extend(run / name for name in names)
-        return [str(run / name) for name in names]
+    def outputs_of(rule: str) -> list[str]:
+        """Return the table and the other output of a rule: the catalogue lists them in the order of the arguments."""
+        paths = [run / path for path in catalogue.paths_of(rule)]
+        written.extend(paths)
+        return [*map(str, paths)]
 
     if folders:
-        outputs = paths("surfaces.csv", "required_dots.png")
         with_grid = {folder: folder in of_grid for folder in folders}
-        summaries.summarise_surfaces(with_grid, *outputs)
+        summaries.summarise_surfaces(with_grid, *outputs_of("summarise_surfaces"))
     if of_grid:
-        best = paths("summary.csv", "relation.csv")
-        summaries.summarise_best(of_grid, config["seed"], *best)
+        summaries.summarise_best(of_grid, config["seed"], *outputs_of("summarise_best"))
     if of_grid and config["compare"]["run"]:
-        outputs = paths("compare.csv", "compare.png")
-        summaries.summarise_comparison([folder / "compare.csv" for folder in of_grid], *outputs)
+        compared = [folder / "compare.csv" for folder in of_grid]
+        summaries.summarise_comparison(compared, *outputs_of("summarise_comparison"))
     if pairs:
-        outputs = paths("pairs/pairs.csv", "pairs/pairs.png")
-        summaries.summarise_pairs([pair / "agreement.csv" for pair in pairs], run.name, *outputs)
+        scores = [pair / "agreement.csv" for pair in pairs]
+        summaries.summarise_pairs(scores, run.name, *outputs_of("summarise_pairs"))
     return written
 
 

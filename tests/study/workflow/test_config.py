@@ -212,9 +212,9 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path, monkeypatch):
     ]
     of_a = {"proteins": {"a": entries["a"]}}
     for config, key, words in (
-        ({"proteins": entries, "fields": ["other"]}, "fields.0", "one of hydropathy"),
+        ({"proteins": entries, "fields": ["other"]}, "fields.0", "hydropathy, potential"),
         ({"proteins": {"c": plain}, "fields": ["potential", "score"]}, "fields.1", "'score'"),
-        ({"proteins": taken, "fields": ["points"]}, "fields.0", "one of hydropathy"),
+        ({"proteins": taken, "fields": ["points"]}, "fields.0", "hydropathy, potential"),
         (of_a | {"fields": ["potential"]}, "table", "none of its columns"),
         (of_a | {"fields": [["score"]]}, "fields.0", "['score']"),
         ({"proteins": {"a": {"surface": "x.dms", "table": "t.csv"}}}, "table", "remove"),
