@@ -161,13 +161,11 @@ def compare_nested(
     descriptor: DescriptorLike = PUBLISHED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute distances to the whole surface, and dots in patches, (R, S, T), of the first `n_kept` (S,) dots of `order`."""
-    tests, radius = np.ascontiguousarray(tests, np.float64), float(radius)
+    tests, radius, among_kept, buffer_size = _for_kernels(index, tests, radius, readings)
     n_kept, kind = np.ascontiguousarray(n_kept, np.int64), descriptor_of(descriptor)
     rank = np.empty(len(order), np.int64)
     rank[index.position[order]] = np.arange(len(order))
     target = np.ascontiguousarray(z_tot[:, kind.order()])
-    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
-    buffer_size = ball_bound(index, tests, radius) + 1
     shape = (len(readings), len(n_kept), len(tests))
     z, sizes = np.empty(shape), np.empty(shape, np.int32)
 
@@ -206,13 +204,9 @@ def compare_many(
     Row w of `words`, (B / 64, N) uint64, holds subsets 64 w to 64 w + 63 as `pack_subsets` does. Subsets that share most dots
     have many equal patches: each distinct patch of a test is described once.
     """
-    tests, radius, kind = np.ascontiguousarray(tests, np.float64), float(radius), descriptor_of(descriptor)
+    tests, radius, among_kept, buffer_size = _for_kernels(index, tests, radius, readings)
+    kind, hashes = descriptor_of(descriptor), hashes_of_dots(max(len(index.dot), len(tests)))
     target = np.ascontiguousarray(z_tot[:, kind.order()])
-    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
-    buffer_size, hashes = (
-        ball_bound(index, tests, radius) + 1,
-        hashes_of_dots(max(len(index.dot), len(tests))),
-    )
     z = np.empty((len(readings), n_subsets, len(tests)))
     sizes = np.empty(z.shape, np.int32)
     n_keys = 1 << (2 * len(readings) * n_subsets * TESTS_PER_SLICE).bit_length()
@@ -247,6 +241,16 @@ def compare_many(
     return z, sizes
 
 
+def _for_kernels(
+    index: PatchIndex, tests: np.ndarray, radius: float, readings: Sequence[ReadingLike]
+) -> tuple[np.ndarray, float, np.ndarray, int]:
+    """Return centres and radius as kernels take them, which readings link only kept dots, and the size of a buffer of a patch."""
+    tests = np.ascontiguousarray(tests, np.float64)
+    radius = float(radius)  # an int would compile the kernels again
+    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
+    return tests, radius, among_kept, ball_bound(index, tests, radius) + 1
+
+
 def _in_order(kind: Descriptor, z: np.ndarray) -> np.ndarray:
     """Bring descriptors from the kernel's order to that of users."""
     out = np.empty_like(z)
@@ -269,11 +273,8 @@ def _describe_slices(
     store: Callable[[int, int, np.ndarray], None],
 ) -> np.ndarray:
     """Pass descriptors of slices of the tests (whole patch, then each reading) to `store(begin, end, z)`; return patch sizes."""
-    tests = np.ascontiguousarray(tests, np.float64)
-    radius = float(radius)  # an int would compile the kernels again
+    tests, radius, among_kept, buffer_size = _for_kernels(index, tests, radius, readings)
     weights = np.empty((0, 0)) if weights is None else weights
-    among_kept = np.array([reading_of(reading).among_kept for reading in readings], np.bool_)
-    buffer_size = ball_bound(index, tests, radius) + 1
     sizes = np.empty((len(tests), int(whole) + len(readings) * n_subsets), np.int32)
     idle_buffers: list[tuple[np.ndarray, np.ndarray]] = []  # of threads that wait
 

@@ -194,7 +194,7 @@ def test_a_subset_has_a_dot_at_least_and_no_more_than_the_surface(dots):
     assert len(represent(dots, asked(percent=0.001), Streams()).subset) == 1
     assert len(represent(dots, asked(density=1e-4), Streams()).subset) == 1
     for name, said in (("q", "but q has"), ("", "but the surface has")):
-        with pytest.raises(InputError, match=f"minimal.density is 9, {said} 5.* dots per"):
+        with pytest.raises(InputError, match=f"^density is 9, {said} 5.* dots per"):
             represent(dots, asked(density=9), Streams(1, name))
 
 
