@@ -17,7 +17,7 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from sparsurf.errors import InputError, argument
-from sparsurf.suggestions import did_you_mean, public
+from sparsurf.suggestions import F, did_you_mean, public
 
 ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
 CHOICES = re.compile(
@@ -498,8 +498,8 @@ def origin(kind: str, choice: Choice) -> str:
     )
 
 
-def with_choices(documentation: str) -> str:
-    """Return the documentation of a function with a list of the library's names in place of a line such as {choices of field}."""
+def with_choices(function: F) -> F:
+    """Put a list of the library's names in place of lines such as {choices of field} in the documentation of a function."""
 
     def listed(match: re.Match[str]) -> str:
         entries = []
@@ -509,7 +509,8 @@ def with_choices(documentation: str) -> str:
             entries.append(textwrap.fill(meaning, 120, subsequent_indent="  ", break_on_hyphens=False))
         return textwrap.indent("\n".join(entries), match["indent"])
 
-    return CHOICES.sub(listed, documentation)
+    function.__doc__ = CHOICES.sub(listed, function.__doc__ or "")
+    return function
 
 
 def samplers_of_combinations() -> tuple[str, ...]:

@@ -49,10 +49,6 @@ def public(of_dots: bool = False) -> Callable[[F], F]:
                 raise InputError(f"{function.__name__} has no keyword {key!r}{hint}")
             return function(*values, **keywords)
 
-        if "{choices of " in (checked.__doc__ or ""):
-            from sparsurf.kinds import with_choices  # here: it imports this module
-
-            checked.__doc__ = with_choices(checked.__doc__ or "")
         return cast(F, checked)
 
     return decorate

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.api.field_values import ROUGHNESS
 from sparsurf.api.inputs import (
     MoleculeLike,
@@ -41,6 +42,7 @@ DEFAULT_FIELDS = ("hydropathy", "potential")
 
 
 @public(of_dots=True)
+@kinds.with_choices
 def fields(
     molecule: MoleculeLike | Surface | Points | Mesh,
     dots: Any = None,

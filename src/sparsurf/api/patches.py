@@ -26,6 +26,7 @@ log = logging.getLogger("sparsurf")
 
 
 @public(of_dots=True)
+@kinds.with_choices
 def roughness(
     surface: SurfaceLike,
     *,
@@ -85,6 +86,7 @@ def roughness(
 
 
 @public(of_dots=True)
+@kinds.with_choices
 def descriptors(
     surface: SurfaceLike,
     at: ArrayLike | None = None,

@@ -129,6 +129,7 @@ def _prepared(surface: Any, patches: Patches, seed: int = DEFAULT_SEED) -> Prepa
 
 
 @public(of_dots=True)
+@kinds.with_choices
 def sample(
     surface: PreparedLike,
     *,
@@ -236,6 +237,7 @@ def _draw_combination(
 
 
 @public(of_dots=True)
+@kinds.with_choices
 def compare(
     surface: PreparedLike,
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],
