@@ -76,7 +76,7 @@ def _table() -> dict[tuple[str, str], tuple[float, ...]]:
 def _table_rows(molecule: Molecule, heavy: np.ndarray) -> np.ndarray:
     """Return the row of the table of each atom, (A, 3); zeros for hydrogens and atoms that the table lacks."""
     table, out = _table(), np.zeros((molecule.n_atoms, 3))
-    known = {residue for residue, _ in table} | {"ALA", "GLY", "ILE", "LEU", "VAL", "MSE"}
+    listed_residues = {residue for residue, _ in table} | {"ALA", "GLY", "ILE", "LEU", "VAL", "MSE"}
     states, unknown = protonation_states(molecule), set()
     n_termini, c_termini = _chain_ends(molecule)
     for i in np.flatnonzero(heavy):
@@ -92,7 +92,7 @@ def _table_rows(molecule: Molecule, heavy: np.ndarray) -> np.ndarray:
             row = table.get(("backbone", atom))
         if row is not None:
             out[i] = row
-        if state not in known and molecule.kind[i] != "water":
+        if state not in listed_residues and molecule.kind[i] != "water":
             unknown.add(state)
     if unknown:
         names = ", ".join(sorted(unknown))

@@ -33,11 +33,13 @@ def principal_curvatures(dots: Surface, origin: Origin) -> tuple[np.ndarray, np.
     if len(saddle):
         points, normals, first = dots.points[saddle], dots.normals[saddle], dots.atom[saddle]
         second = _second_atoms(points + probe * normals, normals, first, origin)
-        known = second >= 0
-        larger[saddle[known]] = _around_the_axis(
-            points[known], normals[known], *(origin.xyz[atoms[known]] for atoms in (first, second))
+        has_second = second >= 0
+        larger[saddle[has_second]] = _around_the_axis(
+            points[has_second],
+            normals[has_second],
+            *(origin.xyz[atoms[has_second]] for atoms in (first, second)),
         )
-        smaller[saddle[known]] = -1.0 / probe
+        smaller[saddle[has_second]] = -1.0 / probe
     return larger, smaller
 
 

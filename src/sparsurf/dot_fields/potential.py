@@ -20,7 +20,7 @@ DEBYE = 7.9  # Å, screening length of 0.15 M of a salt of single charges
 EPS_MIN, EPS_RISE, EPS_MIDPOINT, EPS_WIDTH = 2.0, 160.0, 3.3, 1.2
 GAIN = 5.0  # effect of the molecule's low dielectric: ratio of APBS's potential to that of the sum, mean of 43 proteins
 # Å; r^2 becomes r^2 + SOFTENING^2. Dots lie 0.6 Å from hydrogens, which the surface does not include. Without softening,
-# these hydrogens dominate the field, and a tenth of the dots recovers it with r = 0.957 instead of 0.986. With 1 Å it
+# these hydrogens dominate the field, and a tenth of the dots reconstructs it with r = 0.957 instead of 0.986. With 1 Å it
 # would be 0.995, but the correlation with APBS falls by 0.06.
 SOFTENING = 0.6
 CUTOFF = 40.0  # Å; a charge beyond it adds less than 5e-3 kT/e

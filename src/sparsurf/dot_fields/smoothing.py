@@ -15,12 +15,12 @@ def gaussian_mean(
     values: np.ndarray, xyz: np.ndarray, points: np.ndarray, sigma: float = SIGMA
 ) -> np.ndarray:
     """Average values of atoms, (A,), with a Gaussian of width `sigma` Å around each dot, (N,); NaN without any in four sigmas."""
-    known = np.isfinite(values)
+    finite = np.isfinite(values)
     out = np.full(len(points), np.nan)
-    if known.any():
-        atoms = np.ascontiguousarray(xyz[known], np.float64)
+    if finite.any():
+        atoms = np.ascontiguousarray(xyz[finite], np.float64)
         cells = sort_into_cells(atoms, CUTOFF * sigma)
-        _smooth(atoms, np.asarray(values, np.float64)[known], cells, float(sigma), points, out)
+        _smooth(atoms, np.asarray(values, np.float64)[finite], cells, float(sigma), points, out)
     return out
 
 

@@ -32,7 +32,7 @@ def fresh_dots(
     """Measure the distances between the descriptors of the dots and of other dots of the same surface, (draws, T).
 
     `generate_surface` makes a Surface of positions of atoms, (A, 3) Å; without it, the other dots are placed on the surface
-    that is recovered from all dots. They are placed on the turned molecule, and turned back.
+    that is reconstructed from all dots. They are placed on the turned molecule, and turned back.
     """
     tests = prepared.draw_tests(n_tests)
     test_points, centre = prepared.points[tests], prepared.points.mean(axis=0)

@@ -202,10 +202,10 @@ class PreparedSurface:
         z_tot: np.ndarray,
         reading: ReadingLike,
         weights: np.ndarray | None = None,
-        many: bool = False,
+        fast: bool = False,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return distances and patch sizes of `compare` under one reading, (B, T) each."""
-        _, z, sizes = self.compare(subsets, tests, (reading,), z_tot, weights, many)
+        _, z, sizes = self.compare(subsets, tests, (reading,), z_tot, weights, fast)
         return z[0], sizes[0]
 
     def compare(
@@ -215,13 +215,13 @@ class PreparedSurface:
         readings: Sequence[ReadingLike],
         z_tot: np.ndarray | None = None,
         weights: np.ndarray | None = None,
-        many: bool = False,
+        fast: bool = False,
         packed: tuple[np.ndarray, int] | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of B subsets at T test dots, (R, B, T), and the dots in their patches, (R, B, T); after z_tot.
 
         `z_tot` (T, 121) is computed in the same pass unless given. `weights` (B, N), by position, are for readings of the full
-        surface only. `many` takes the faster variant of a reading. Subsets that are `packed` into words, and their number, are
+        surface only. `fast` takes the faster variant of a reading. Subsets that are `packed` into words, and their number, are
         needed again only by readings in which each forms a surface of its own.
         """
         together = tuple(reading for reading in readings if reading_of(reading).build_index is None)
@@ -233,7 +233,7 @@ class PreparedSurface:
             z_tot = self.describe(tests)[0]
         for reading in readings:
             if reading not in found:
-                found[reading] = self._compare_alone(subsets, tests, z_tot, reading_of(reading), many)
+                found[reading] = self._compare_alone(subsets, tests, z_tot, reading_of(reading), fast)
         z, sizes = (np.stack([found[reading][k] for reading in readings]) for k in (0, 1))
         return z_tot, z, sizes
 
@@ -250,9 +250,9 @@ class PreparedSurface:
         distances, sizes, step = [], [], descriptors.MAX_SUBSETS
         for a in range(0, len(subsets), step) if packed is None else (0,):
             part = subsets[a : a + step]
-            words, n = packed or (descriptors.pack_subsets(self.index, part), len(part))
+            bit_words, n = packed or (descriptors.pack_subsets(self.index, part), len(part))
             weight = None if weights is None else weights[a : a + step]
-            patches = (self.index, self.points[tests], words, n, readings, z_tot, weight)
+            patches = (self.index, self.points[tests], bit_words, n, readings, z_tot, weight)
             z_tot, z, size = descriptors.compare(*patches, **self._kernel)
             distances.append(z.T.reshape(len(readings), n, len(tests)))
             sizes.append(size.T.reshape(len(readings), n, len(tests)))
@@ -265,11 +265,11 @@ class PreparedSurface:
         tests: np.ndarray,
         z_tot: np.ndarray,
         reading: Reading,
-        many: bool,
+        fast: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compare subsets that each form a surface of their own."""
         single = self.with_threads(1)
-        build = (many and reading.build_index_fast) or reading.build_index
+        build = (fast and reading.build_index_fast) or reading.build_index
         assert build is not None
 
         def compare_one(k: int, _: int) -> tuple[np.ndarray, np.ndarray]:
@@ -283,14 +283,14 @@ class PreparedSurface:
 
     def compare_words(
         self,
-        words: np.ndarray,
+        bit_words: np.ndarray,
         n_subsets: int,
         tests: np.ndarray,
         readings: Sequence[ReadingLike],
         z_tot: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute distances and patch sizes, (R, B, T), of any number of subsets B as `SubsetsOfDraw.words`, by position."""
-        patches = (self.index, self.points[tests], words, n_subsets, readings, z_tot)
+        patches = (self.index, self.points[tests], bit_words, n_subsets, readings, z_tot)
         return descriptors.compare_many(*patches, **self._kernel)
 
     def compare_uniform(

@@ -49,9 +49,11 @@ def residue_table(
 
 def mean_roughness_by_residue(roughness: np.ndarray, residue: np.ndarray, n: int) -> np.ndarray:
     """Average R_i over the dots of each of n residues, (n,) float64; NaN dots are ignored, and residues without dots get NaN."""
-    known = ~np.isnan(roughness)
+    has_roughness = ~np.isnan(roughness)
     with np.errstate(invalid="ignore"):
-        return np.bincount(residue[known], roughness[known], n) / np.bincount(residue[known], minlength=n)
+        return np.bincount(residue[has_roughness], roughness[has_roughness], n) / np.bincount(
+            residue[has_roughness], minlength=n
+        )
 
 
 def roughness_over_frames(residues: pd.DataFrame, roughness: np.ndarray | pd.DataFrame) -> pd.DataFrame:

@@ -74,7 +74,7 @@ class MeanSquares(NamedTuple):
 
     tests: np.ndarray
     draws: np.ndarray
-    rest: np.ndarray
+    residual: np.ndarray
     df: tuple[int, int, int]
 
 
@@ -83,17 +83,17 @@ def mean_squares(x: np.ndarray) -> MeanSquares:
     d, t = x.shape[-2:]
     by_test, by_draw, mean = x.mean(axis=-2), x.mean(axis=-1), x.mean(axis=(-2, -1))
     df = (t - 1, d - 1, (d - 1) * (t - 1))
-    rest = x - by_test[..., None, :] - by_draw[..., :, None] + mean[..., None, None]
-    rest = (rest**2).sum(axis=(-2, -1)) / df[2]
-    return MeanSquares(d * by_test.var(axis=-1, ddof=1), t * by_draw.var(axis=-1, ddof=1), rest, df)
+    residuals = x - by_test[..., None, :] - by_draw[..., :, None] + mean[..., None, None]
+    residual = (residuals**2).sum(axis=(-2, -1)) / df[2]
+    return MeanSquares(d * by_test.var(axis=-1, ddof=1), t * by_draw.var(axis=-1, ddof=1), residual, df)
 
 
 def estimate(x: ArrayLike) -> Estimate:
     """Estimate the mean over draws and test dots of (..., D, T), with its standard error.
 
-    Test dots and draws are both random effects (two-way): the variance of the mean is (MS_tests + MS_draws - MS_rest) / (D T),
-    at least MS_rest / (D T), with degrees of freedom by Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1. With a
-    single draw, only the scatter of the test dots is known.
+    Test dots and draws are both random effects (two-way): the variance of the mean is
+    (MS_tests + MS_draws - MS_residual) / (D T), at least MS_residual / (D T), with degrees of freedom by
+    Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1. With a single draw, only the scatter of the test dots is known.
     """
     x = np.asarray(x, np.float64)
     d, t = x.shape[-2:]
@@ -104,7 +104,7 @@ def estimate(x: ArrayLike) -> Estimate:
     if d < 2:
         return Estimate(mean, x[..., 0, :].std(axis=-1, ddof=1) / np.sqrt(t), np.full_like(mean, t - 1))
     ms = mean_squares(x)
-    total = np.maximum(ms.tests + ms.draws - ms.rest, ms.rest)
+    total = np.maximum(ms.tests + ms.draws - ms.residual, ms.residual)
     return _estimate(mean, total, list(zip(ms[:3], ms.df, strict=True)), d * t)
 
 
@@ -113,8 +113,8 @@ def _estimate(
 ) -> Estimate:
     """Return the estimate whose variance is total / n, a sum of mean squares with their degrees of freedom."""
     denominator = np.sum([square**2 / df for square, df in parts], axis=0)
-    most = np.full_like(mean, sum(df for _, df in parts))
-    df = np.divide(total**2, denominator, out=most, where=denominator > 0)
+    max_df = np.full_like(mean, sum(df for _, df in parts))
+    df = np.divide(total**2, denominator, out=max_df, where=denominator > 0)
     return Estimate(mean, np.sqrt(total / n), np.maximum(df, 1))
 
 
@@ -128,7 +128,7 @@ def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
 
     For every pair of a fold of draws (unless there is one) and a fold of test dots, the winner is chosen outside of both and
     measured inside. The variance of the mean is (MS_tests + MS_draws) / (D T) of the winners, which exceeds that of a fixed
-    combination by MS_rest / (D T): the folds are not independent. docs/side_studies.md tests this.
+    combination by MS_residual / (D T): the folds are not independent. docs/side_studies.md tests this.
     """
     x = np.asarray(x, np.float64)
     _, d, t = x.shape

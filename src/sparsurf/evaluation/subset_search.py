@@ -104,14 +104,14 @@ def _fewest(trials: Trials, limit: float) -> int:
     """Find the smallest n_S with a Z of at most `limit`, by bisection below the first of `PERCENTS` that is enough."""
     sizes = np.round(np.array(PERCENTS) / 100 * trials.n_dots).astype(int)
     too_few = 0
-    for enough in (*map(int, np.unique(sizes.clip(min(MIN_DOTS, trials.n_dots)))), trials.n_dots):
-        if trials.z(enough) <= limit:
+    for sufficient in (*map(int, np.unique(sizes.clip(min(MIN_DOTS, trials.n_dots)))), trials.n_dots):
+        if trials.z(sufficient) <= limit:
             break
-        too_few = enough
-    while enough - too_few > 1:
-        middle = (too_few + enough) // 2
-        too_few, enough = (too_few, middle) if trials.z(middle) <= limit else (middle, enough)
-    return enough
+        too_few = sufficient
+    while sufficient - too_few > 1:
+        middle = (too_few + sufficient) // 2
+        too_few, sufficient = (too_few, middle) if trials.z(middle) <= limit else (middle, sufficient)
+    return sufficient
 
 
 def smallest_subset_of_error(

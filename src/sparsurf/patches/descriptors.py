@@ -117,7 +117,7 @@ def _describe_whole(
 def compare(
     index: PatchIndex,
     tests: np.ndarray,
-    words: np.ndarray,
+    bit_words: np.ndarray,
     n_subsets: int,
     readings: Sequence[ReadingLike],
     z_tot: np.ndarray | None = None,
@@ -129,13 +129,13 @@ def compare(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute distances of patches of subsets to those of the whole surface, whose weights are 1, under R readings in one pass.
 
-    The B <= 64 subsets are `words` of `pack_subsets`, with `weights` (B, N) by position, and `tests` (T, 3) in Å. Returns z_tot,
-    (T, width), which is computed if not given; the distances |z_tot - z|, reading by reading, and the dots, (T, R B).
+    The B <= 64 subsets are the `bit_words` of `pack_subsets`, with `weights` (B, N) by position, and `tests` (T, 3) in Å. Returns
+    z_tot, (T, width), which is computed if not given; the distances |z_tot - z|, reading by reading, and the dots, (T, R B).
     """
     kind, n_whole = descriptor_of(descriptor), int(z_tot is None)
     out = np.empty((len(tests), len(readings) * n_subsets))
-    known = np.empty((len(tests), kind.width)) if z_tot is None else z_tot[:, kind.order()]
-    target = np.ascontiguousarray(known)
+    in_kernel_order = np.empty((len(tests), kind.width)) if z_tot is None else z_tot[:, kind.order()]
+    target = np.ascontiguousarray(in_kernel_order)
 
     def store(a: int, b: int, z: np.ndarray) -> None:
         if n_whole:
@@ -144,7 +144,7 @@ def compare(
         out[a:b] = _distances(z, target, test).reshape(b - a, -1)[:, n_whole:]
 
     sizes = _describe_slices(
-        kind, index, tests, words, n_subsets, readings, n_whole > 0, radius, up, threads, weights, store
+        kind, index, tests, bit_words, n_subsets, readings, n_whole > 0, radius, up, threads, weights, store
     )
     return _in_order(kind, target) if z_tot is None else z_tot, out, sizes[:, n_whole:]
 
@@ -191,7 +191,7 @@ def compare_nested(
 def compare_many(
     index: PatchIndex,
     tests: np.ndarray,
-    words: np.ndarray,
+    bit_words: np.ndarray,
     n_subsets: int,
     readings: Sequence[ReadingLike],
     z_tot: np.ndarray,
@@ -201,7 +201,7 @@ def compare_many(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute distances to the whole surface, and dots in patches, (R, B, T), of any number of subsets B.
 
-    Row w of `words`, (B / 64, N) uint64, holds subsets 64 w to 64 w + 63 as `pack_subsets` does. Subsets that share most dots
+    Row w of `bit_words`, (B / 64, N) uint64, holds subsets 64 w to 64 w + 63 as `pack_subsets` does. Subsets that share most dots
     have many equal patches: each distinct patch of a test is described once.
     """
     tests, radius, among_kept, buffer_size = _for_kernels(index, tests, radius, readings)
@@ -215,10 +215,10 @@ def compare_many(
     def compare_slice(a: int, b: int) -> None:
         mark, around = np.zeros(len(index.dot) + 1, np.uint8), np.zeros(len(index.dot) + 1, np.uint64)
         keys, distances = np.zeros(n_keys, np.uint64), np.empty(n_keys)
-        most = (b - a) * len(readings) * min(MAX_SUBSETS, n_subsets)
-        ids, start = np.empty(most * buffer_size, np.int32), np.empty(most + 1, np.int64)
-        places, rows = np.empty(most, np.int64), np.empty(most, np.int64)
-        for w, word in enumerate(words):
+        max_patches = (b - a) * len(readings) * min(MAX_SUBSETS, n_subsets)
+        ids, start = np.empty(max_patches * buffer_size, np.int32), np.empty(max_patches + 1, np.int64)
+        places, rows = np.empty(max_patches, np.int64), np.empty(max_patches, np.int64)
+        for w, word in enumerate(bit_words):
             subsets = slice(w * MAX_SUBSETS, min((w + 1) * MAX_SUBSETS, n_subsets))
             width = subsets.stop - subsets.start
             size = np.empty((b - a, len(readings) * width), np.int32)
@@ -262,7 +262,7 @@ def _describe_slices(
     kind: Descriptor,
     index: PatchIndex,
     tests: np.ndarray,
-    words: np.ndarray,
+    bit_words: np.ndarray,
     n_subsets: int,
     readings: Sequence[ReadingLike],
     whole: bool,
@@ -285,7 +285,7 @@ def _describe_slices(
         ids, start = np.empty(rows * buffer_size, np.int32), np.empty(rows + 1, np.int64)
         weight = np.empty(len(ids) if len(weights) else 0)
         patches_of(
-            index, tests[a:b], words, n_subsets, weights, radius, among_kept, buffer_size, buffers[0], buffers[1],
+            index, tests[a:b], bit_words, n_subsets, weights, radius, among_kept, buffer_size, buffers[0], buffers[1],
             sizes[a:b], ids, start, weight,
         )  # fmt: skip
         idle_buffers.append(buffers)

@@ -274,13 +274,13 @@ def balls(
     bits: np.ndarray,
     centres: np.ndarray,
     ids: np.ndarray,
-    words: np.ndarray,
+    bit_words: np.ndarray,
     work: np.ndarray,
 ) -> int:
     """Find the dots within a radius (Å, inclusive) of up to 64 dots, those near the middle of the group first.
 
-    Writes their positions into `ids` and into `words` the bits of the members that each is near to; returns their number. With
-    fewer than 64 members, bits that no member has are those of the first. `centres` and `work` are overwritten.
+    Writes their positions into `ids` and the bits of the members that each is near to into `bit_words`; returns their number.
+    With fewer than 64 members, bits that no member has are those of the first. `centres` and `work` are overwritten.
     """
     x, y, z = centre
     for b in range(GROUP_SIZE):
@@ -312,7 +312,7 @@ def balls(
             for b in range(GROUP_SIZE):
                 ex, ey, ez = px - centres[0, b], py - centres[1, b], pz - centres[2, b]
                 word |= bits[b] if ex * ex + ey * ey + ez * ez <= radius * radius else np.uint64(0)
-        ids[n_near], words[n_near] = ids[k], word
+        ids[n_near], bit_words[n_near] = ids[k], word
         n_near += word != 0
     return n_near
 

@@ -93,16 +93,16 @@ def spread_words(
         changed, first, last = False, end, begin
         for slot in range(end - 1, begin - 1, -1):
             k = waiting[slot]
-            more, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
-            changed |= more
+            gained, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
+            changed |= gained
             if lacks:
                 first -= 1
                 waiting[first] = k
         begin = last = first
         for slot in range(begin, end):
             k = waiting[slot]
-            more, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
-            changed |= more
+            gained, lacks = _update(np.uintp(ids[k]), word[k], link_start, link, reached)
+            changed |= gained
             if lacks:
                 waiting[last] = k
                 last += 1
@@ -138,12 +138,12 @@ def drop_small_islands(
         around[np.uintp(ids[k])] = word[k]
     for k in range(len(ids)):
         i = np.uintp(ids[k])
-        one = two = np.uint64(0)
+        of_one_neighbour = of_two_neighbours = np.uint64(0)
         for e in range(link_start[i], link_start[i + np.uintp(1)]):
             neighbour_word = around[np.uintp(link[np.uintp(e)])]
-            two |= one & neighbour_word
-            one |= neighbour_word
-        linked[k], crowded[k] = word[k] & one, word[k] & two
+            of_two_neighbours |= of_one_neighbour & neighbour_word
+            of_one_neighbour |= neighbour_word
+        linked[k], crowded[k] = word[k] & of_one_neighbour, word[k] & of_two_neighbours
         of_two |= linked[k]
         of_three |= crowded[k]
     for k in range(len(ids)):
@@ -190,7 +190,7 @@ def patch_of(
 
 
 def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
-    """Return the dots of the patch of one dot without islands (the paper, 'Zernike 2D procedure'), ascending."""
+    """Return the dots of the largest island of one dot's patch (the paper, 'Zernike 2D procedure'), ascending."""
     p = int(index.position[dot])
     room = ball_bound(index, index.xyz[p : p + 1], radius) + 1
     queue = np.empty(room, np.int32)

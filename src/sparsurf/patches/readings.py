@@ -26,9 +26,11 @@ SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spac
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of the removal of islands."""
+    """One reading of where all but the largest island of a patch are removed."""
 
-    among_kept: bool = False  # islands are removed among the kept dots; otherwise once, on the full surface
+    among_kept: bool = (
+        False  # the largest island is that of the kept dots; otherwise that of the full surface
+    )
     # From points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2, dots per Å^2) to
     # the index of the surface that the kept dots form by themselves; `fast`: with a larger error, for a grid's thousands
     build_index: Callable[..., PatchIndex] | None = None

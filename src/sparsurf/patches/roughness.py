@@ -73,7 +73,7 @@ def _roughness(
     bits = np.uint64(1) << np.arange(GROUP_SIZE).astype(np.uint64)
     reached, mark = np.zeros(n_dots + 1, np.uint64), np.zeros(n_dots + 1, np.uint8)
     room = 1
-    ids, words, work = np.empty(room, np.int32), np.empty(room, np.uint64), np.empty(room, np.int32)
+    ids, bit_words, work = np.empty(room, np.int32), np.empty(room, np.uint64), np.empty(room, np.int32)
     centres, sums = np.empty((3, GROUP_SIZE)), np.empty((GROUP_SIZE, N_SUMS))
     table, missed = np.empty((16, 16, N_SUMS)), np.empty(GROUP_SIZE, np.int64)
     for g in range(first, last):
@@ -82,16 +82,20 @@ def _roughness(
         needed = room_around(index, x, y, z, radius + extent) + 1
         if needed > room:
             room = 2 * needed
-            ids, words, work = np.empty(room, np.int32), np.empty(room, np.uint64), np.empty(room, np.int32)
-        n = balls(index, members, (x, y, z), extent, radius, bits, centres, ids, words, work)
+            ids, bit_words, work = (
+                np.empty(room, np.int32),
+                np.empty(room, np.uint64),
+                np.empty(room, np.int32),
+            )
+        n = balls(index, members, (x, y, z), extent, radius, bits, centres, ids, bit_words, work)
         for k in range(n):
             if ids[k] == root:
-                reached[root] = words[k]
+                reached[root] = bit_words[k]
         for b in range(len(members)):
             if reached[root] & bits[b] == 0:
                 reached[members[b]] |= bits[b]
-        spread_words(ids, words, n, index.link_start, index.link, reached, work)
-        _sum_normals(index.normals, ids, words, n, reached, table, sums, missed)
+        spread_words(ids, bit_words, n, index.link_start, index.link, reached, work)
+        _sum_normals(index.normals, ids, bit_words, n, reached, table, sums, missed)
         for b in range(len(members)):
             p = members[b]
             if sums[b, COUNT] > missed[b]:
@@ -107,7 +111,7 @@ def _roughness(
 def _sum_normals(
     normals: np.ndarray,
     ids: np.ndarray,
-    words: np.ndarray,
+    bit_words: np.ndarray,
     n: int,
     reached: np.ndarray,
     table: np.ndarray,
@@ -123,7 +127,7 @@ def _sum_normals(
     everywhere = np.zeros(N_SUMS)
     for k in range(n):
         i = np.uintp(ids[k])
-        word, lacking = reached[i], words[k] ^ reached[i]
+        word, lacking = reached[i], bit_words[k] ^ reached[i]
         reached[i] = np.uint64(0)
         while lacking:
             lowest: np.uint64 = lowest_bit(lacking)  # type: ignore[call-arg]  # numba's stub counts the typing context

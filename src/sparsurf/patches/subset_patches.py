@@ -23,22 +23,22 @@ MIN_SUBSETS_FOR_JOINT_SEARCH = 16  # fewer subsets are faster to search one by o
 
 def pack_subsets(index: PatchIndex, subsets: Sequence[np.ndarray]) -> np.ndarray:
     """Store up to 64 subsets as bits, (N,) uint64: one word per position, bit b set if subset b keeps the dot."""
-    words = np.zeros(len(index.dot), np.uint64)
+    bit_words = np.zeros(len(index.dot), np.uint64)
     for bit, subset in enumerate(subsets):
-        add_subset(words, index, subset, bit)
-    return words
+        add_subset(bit_words, index, subset, bit)
+    return bit_words
 
 
-def add_subset(words: np.ndarray, index: PatchIndex, subset: np.ndarray, bit: int) -> None:
+def add_subset(bit_words: np.ndarray, index: PatchIndex, subset: np.ndarray, bit: int) -> None:
     """Set one bit (0 to 63) of the words of `pack_subsets` at the dots of a subset, in place."""
-    _set_bit(words, index.position, np.asarray(subset, np.int64), np.uint64(1 << int(bit)))
+    _set_bit(bit_words, index.position, np.asarray(subset, np.int64), np.uint64(1 << int(bit)))
 
 
 @njit(cache=True, nogil=True)
-def _set_bit(words: np.ndarray, position: np.ndarray, subset: np.ndarray, bit: np.uint64) -> None:
+def _set_bit(bit_words: np.ndarray, position: np.ndarray, subset: np.ndarray, bit: np.uint64) -> None:
     """Set a bit in the words of a subset's dots."""
     for j in subset:
-        words[position[j]] |= bit
+        bit_words[position[j]] |= bit
 
 
 @njit(cache=True, nogil=True)
@@ -65,7 +65,7 @@ def _distribute(dots: np.ndarray, word: np.ndarray, lists: np.ndarray, count: np
 def patches_of(
     index: PatchIndex,
     tests: np.ndarray,
-    words: np.ndarray,
+    bit_words: np.ndarray,
     n_subsets: int,
     weights: np.ndarray,
     radius: float,
@@ -80,9 +80,10 @@ def patches_of(
 ) -> None:
     """List the dots of every patch: of each test (T, 3), Å, its whole patch if requested, then the subsets' under each reading.
 
-    `words` are from `pack_subsets`, and `weights` (B, N) by position, or (0, 0) if all are 1. `among_kept` says which readings
-    remove islands among the kept dots. `buffer_size` exceeds the dots in a ball; `mark` and `around`, (N + 1,), are 0, also on
-    return. Written are `sizes`, (T, whole + readings B); `ids`, patch i being ids[start[i]:start[i + 1]]; and their `weight`.
+    `bit_words` are from `pack_subsets`, and `weights` (B, N) by position, or (0, 0) if all are 1. `among_kept` says which
+    readings remove all but the largest island among the kept dots. `buffer_size` exceeds the dots in a ball; `mark` and
+    `around`, (N + 1,), are 0, also on return. Written are `sizes`, (T, whole + readings B); `ids`, patch i being
+    ids[start[i]:start[i + 1]]; and their `weight`.
     """
     lists, count = np.empty((n_subsets, buffer_size), np.int32), np.empty(n_subsets, np.intp)
     in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
@@ -112,7 +113,7 @@ def patches_of(
         for r in range(len(among_kept)):
             dots = in_ball[:n] if among_kept[r] else island[:n_island]
             for k in range(len(dots)):
-                word[k] = words[np.uintp(dots[k])]
+                word[k] = bit_words[np.uintp(dots[k])]
             if among_kept[r] and n_subsets >= MIN_SUBSETS_FOR_JOINT_SEARCH:
                 drop_small_islands(dots, word, index.link_start, index.link, around)
             _distribute(dots, word, lists, count)
@@ -263,11 +264,11 @@ def _first_by_rank(ids: np.ndarray, n: int, rank: np.ndarray, end: int) -> np.in
             m += 1
     for gap in (301, 132, 57, 23, 10, 4, 1):  # Ciura's
         for k in range(gap, m):
-            i, at = ids[k], k
-            while at >= gap and rank[ids[at - gap]] > rank[i]:
-                ids[at] = ids[at - gap]
-                at -= gap
-            ids[at] = i
+            i, slot = ids[k], k
+            while slot >= gap and rank[ids[slot - gap]] > rank[i]:
+                ids[slot] = ids[slot - gap]
+                slot -= gap
+            ids[slot] = i
     return m
 
 

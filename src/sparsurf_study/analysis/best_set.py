@@ -39,9 +39,9 @@ def scatter(x: ArrayLike) -> Scatter:
     if d == 1:
         return Scatter(mean, by_test, np.zeros(len(x)))
     of_draw = x.mean(axis=2)
-    rest = ((x - of_test[:, None, :] - of_draw[:, :, None] + mean[:, None, None]) ** 2).sum(axis=(1, 2))
-    rest /= max((d - 1) * (t - 1), 1)
-    of_draws = (t * of_draw.var(axis=1, ddof=1) - rest) / (d * t)
+    residual = ((x - of_test[:, None, :] - of_draw[:, :, None] + mean[:, None, None]) ** 2).sum(axis=(1, 2))
+    residual /= max((d - 1) * (t - 1), 1)
+    of_draws = (t * of_draw.var(axis=1, ddof=1) - residual) / (d * t)
     return Scatter(mean, by_test, of_draws)
 
 

@@ -29,11 +29,11 @@ Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
 REFERENCE = "uniform"  # sampler with which the others are compared
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
-    "Z full": "surface",  # islands removed on the full surface
+    "Z full": "surface",  # all but the largest island removed on the full surface
     "Z full weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
     "Z recovered": "surface",  # a dense surface is reconstructed from the kept dots
-    "Z kept_scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
-    "Z kept": "surface",  # islands removed among the kept dots, linked within d_link
+    "Z kept_scaled": "surface",  # all but the largest island removed among the kept dots, linked by their own spacing
+    "Z kept": "surface",  # all but the largest island removed among the kept dots, linked within d_link
     "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface
     "position": "dots",  # Å to the nearest kept dot
     "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one
@@ -60,7 +60,7 @@ def compare_samplers(
     percents: Sequence[float] = PERCENTS,
     n_tests: int = 400,
     draws: int = 3,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
     floors: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
     """Measure every sampler at every requested n_S, %, under every reading, in both uses: the rows of compare.csv.
@@ -173,7 +173,7 @@ def _rows(
 
 
 def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
-    """Warn once of the subsets that are fragmented, under each reading that removes islands among the kept dots."""
+    """Warn once of the subsets that are fragmented, under each reading that keeps the largest island of the kept dots."""
     cases = []
     for rule in ("kept", "kept_scaled"):
         part = table[table["measure"] == f"median patch size {rule}"]

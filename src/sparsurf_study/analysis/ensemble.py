@@ -32,7 +32,7 @@ def evaluate_frames(
     settings: Settings,
     streams: Streams,
     threads: int,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
     part: tuple[int, int] = (1, 1),
 ) -> pd.DataFrame:
     """Evaluate one combination on every frame of a trajectory, or on the k-th, from 1, of n equal parts of the frames.

@@ -52,12 +52,12 @@ def evaluate_grid(
     draws: int = 1,
     readings: Sequence[str] = GRID_READINGS,
     shared: bool = True,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Grid:
     """Evaluate every combination, (K, 4), with `draws` sampled and random subsets each.
 
     `GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per random subset (per n_S of a
-    curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots, random numbers and uniform
+    curve if more than `N_CURVE_SIZES` combinations share their test dots). Unless `shared`, test dots, random numbers and random
     subsets are drawn anew for each combination, as published.
     """
     combinations = np.asarray(combinations, float)
@@ -117,17 +117,17 @@ def _fill_sampled(
     for draw in range(draws):
         drawn = prepared.sampled_together(out.combinations, draw)
         out.n_s[:, draw] = drawn.sizes()
-        words = drawn.words(prepared.index.dot, range(k)) if together else np.empty((0, 0), np.uint64)
+        bit_words = drawn.words(prepared.index.dot, range(k)) if together else np.empty((0, 0), np.uint64)
         for a in range(0, len(tests) if together else 0, TESTS_AT_ONCE):
             part = slice(a, a + TESTS_AT_ONCE)
-            found = prepared.compare_words(words, k, tests[part], together, out.z_tot[part])
+            found = prepared.compare_words(bit_words, k, tests[part], together, out.z_tot[part])
             for r, z, sizes in zip(map(out.readings.index, together), *found, strict=True):
                 out.z_ts[r, :, draw, part], dots[r, :, draw, part] = z, sizes
             progress(draw * k + k * min(a + TESTS_AT_ONCE, len(tests)) // len(tests), 2 * draws * k)
         for r, reading in enumerate(out.readings):
             if reading not in together:
                 subsets = [drawn.subset(i) for i in range(k)]
-                found = prepared.distances(subsets, tests, out.z_tot, reading, many=True)
+                found = prepared.distances(subsets, tests, out.z_tot, reading, fast=True)
                 out.z_ts[r, :, draw], dots[r, :, draw] = found
     out.median_patch_size[:, 0] = np.median(dots.reshape(*dots.shape[:2], -1), axis=2)
 
@@ -155,7 +155,7 @@ def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> No
     for a in range(0, draws, descriptors.MAX_SUBSETS // 2):
         part = range(a, min(a + descriptors.MAX_SUBSETS // 2, draws))
         subsets = _draw_alone(prepared, out, k, part)
-        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, many=True)
+        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, fast=True)
         z, size = (values.reshape(len(out.readings), 2, len(part), len(tests)) for values in measured)
         out.z_ts[:, k, part], out.z_tr[:, k, part] = z[:, 0], z[:, 1]
         sizes[:, :, part] = size
@@ -176,19 +176,19 @@ def _fill_uniform(
     # patch sizes; interpolated ones are no integers
     dots = np.empty(shape, np.float32 if alone else np.int32)
     for draw in range(out.n_s.shape[1]):
-        n_s, at = np.unique(out.n_s[:, draw], return_inverse=True)
+        n_s, inverse = np.unique(out.n_s[:, draw], return_inverse=True)
         if together:
             measured = prepared.compare_uniform(draw, n_s, tests, together, out.z_tot)
             for i, reading in enumerate(together):
                 r = out.readings.index(reading)
-                out.z_tr[r, :, draw], dots[r, :, draw] = (values[i][at] for values in measured)
+                out.z_tr[r, :, draw], dots[r, :, draw] = (values[i][inverse] for values in measured)
         if alone:
             sizes = _curve_sizes(out) if len(out.n_s) > N_CURVE_SIZES else n_s
             order = prepared.uniform_order(draw)
             subsets = [np.sort(order[:n]) for n in sizes]
             for reading in alone:
                 r = out.readings.index(reading)
-                curves = prepared.distances(subsets, tests, out.z_tot, reading, many=True)
+                curves = prepared.distances(subsets, tests, out.z_tot, reading, fast=True)
                 for values, curve in zip((out.z_tr, dots), curves, strict=True):
                     values[r, :, draw] = _interpolated(out.n_s[:, draw], sizes, curve)
         finished(draw)
@@ -197,8 +197,8 @@ def _fill_uniform(
 
 def _curve_sizes(out: Grid) -> np.ndarray:
     """Return the n_S of a curve, evenly spaced in ln n_S."""
-    least, most = np.log(out.n_s.min()), np.log(out.n_s.max())
-    return np.unique(np.round(np.exp(np.linspace(least, most, N_CURVE_SIZES))).astype(int))
+    low, high = np.log(out.n_s.min()), np.log(out.n_s.max())
+    return np.unique(np.round(np.exp(np.linspace(low, high, N_CURVE_SIZES))).astype(int))
 
 
 def _interpolated(n_s: np.ndarray, sizes: np.ndarray, curve: np.ndarray) -> np.ndarray:
@@ -209,7 +209,7 @@ def _interpolated(n_s: np.ndarray, sizes: np.ndarray, curve: np.ndarray) -> np.n
 
 
 def _draw_alone(prepared: PreparedSurface, out: Grid, k: int, draws: Sequence[int]) -> list[np.ndarray]:
-    """Return sampled subsets of combination k, then uniform ones of their sizes; write n_S."""
+    """Return sampled subsets of combination k, then random ones of their sizes; write n_S."""
     sampled = [prepared.sampled(out.combinations[k], draw) for draw in draws]
     out.n_s[k, draws] = [len(subset) for subset in sampled]
     keys = Combination(*out.combinations[k]).keys()
@@ -226,12 +226,14 @@ def add_scaled_link(
 ) -> pd.DataFrame:
     """Add d of every winner of ranges.csv under `kept_scaled`, at the test dots, draws and random subsets of the grid."""
     won = ranges["n_combinations"] > 0
-    combinations, at = np.unique(ranges.loc[won, PARAMETERS].to_numpy(float), axis=0, return_inverse=True)
+    combinations, inverse = np.unique(
+        ranges.loc[won, PARAMETERS].to_numpy(float), axis=0, return_inverse=True
+    )
     result = evaluate_grid(prepared, combinations, n_tests, draws, (SCALED_READING,))
     d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
     out = ranges.copy()
     for key, values in (("d", d.mean), ("d_low", d.low), ("d_high", d.high)):
-        out.loc[won, f"{key}_{SCALED_READING}"] = values[at]
+        out.loc[won, f"{key}_{SCALED_READING}"] = values[inverse]
     return out
 
 

@@ -1,4 +1,4 @@
-"""How much of a patch is left where islands are removed among the kept dots (the reading `kept`).
+"""How much of a patch is left where all but its largest island of kept dots are removed (the reading `kept`).
 
 Dots are linked within `d_link`, a distance chosen for the full surface. Whether the patches of a subset hold together depends on
 the link in spacings of the kept dots, one over the root of their number per Å^2.
@@ -57,9 +57,10 @@ def add_islands(
     ranges: pd.DataFrame, best: dict[str, Any], prepared: PreparedSurface, n_tests: int, draws: int
 ) -> pd.DataFrame:
     """Return ranges.csv with the columns of `measure_islands` of each winner, and write them into the winners of best.json."""
-    winners = [
-        row for of in best.values() if isinstance(of, dict) for row in of.values() if _has_combination(row)
-    ]
+    winners = []
+    for section in best.values():  # best.json also holds single numbers
+        if isinstance(section, dict):
+            winners += [row for row in section.values() if _has_combination(row)]
     chosen = pd.concat([ranges, pd.DataFrame(winners)])[PARAMETERS].dropna().drop_duplicates()
     measured = measure_islands(prepared, chosen, n_tests, draws)
     values = dict(zip(map(Combination._make, chosen.to_numpy()), measured.to_dict("records"), strict=True))

@@ -42,7 +42,7 @@ def relate_to_roughness(rows: pd.DataFrame, rng: np.random.Generator) -> dict[st
     out |= {"shared": shared, "n_shared": n_shared}
     out |= winner_changes(rows["mean_roughness"].to_numpy(), winners, sets)
     out |= roughness_correlations(means["mean_roughness"].to_numpy(), means[PARAMETERS].to_numpy(float), rng)
-    gain, over_all = (means["d_from_near"] - means[f"d_from_{others}"] for others in ("far", "all"))
+    gain, over_all = (means["d_from_near"] - means[f"d_from_{group}"] for group in ("far", "all"))
     return out | with_interval("gain", gain) | with_interval("over_all", over_all)
 
 
@@ -99,8 +99,8 @@ def rho_interval(rho: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """
     if n < 4:
         return np.full_like(rho, np.nan), np.full_like(rho, np.nan)
-    most = 1 - 6 / (n * (n * n - 1))
-    z, error = np.arctanh(np.clip(rho, -most, most)), np.sqrt((1 + rho**2 / 2) / (n - 3))
+    max_rho = 1 - 6 / (n * (n * n - 1))
+    z, error = np.arctanh(np.clip(rho, -max_rho, max_rho)), np.sqrt((1 + rho**2 / 2) / (n - 3))
     return np.tanh(z - NORMAL_QUANTILE * error), np.tanh(z + NORMAL_QUANTILE * error)
 
 

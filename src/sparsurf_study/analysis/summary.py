@@ -166,9 +166,14 @@ def chosen_nearby(results: Sequence[Result], reading: str) -> tuple[np.ndarray, 
     guesses = np.full((len(results), n_ranges, 3), np.nan)
     local = np.full((len(results), n_ranges), np.nan, object)
     for s, result in enumerate(results):
-        others = nearest_first(results, s)
-        near = min(N_NEAREST, len(others) // 2)
-        groups = others[:near], others[len(others) - near :], others, np.append(others[: N_NEAREST - 1], s)
+        neighbours = nearest_first(results, s)
+        near = min(N_NEAREST, len(neighbours) // 2)
+        groups = (
+            neighbours[:near],
+            neighbours[len(neighbours) - near :],
+            neighbours,
+            np.append(neighbours[: N_NEAREST - 1], s),
+        )
         scores = [d[group].mean(axis=0) if len(group) else None for group in groups]
         member = range_index(percent[s], range_limits(percent[s], n_ranges))
         for k in np.unique(member[member < n_ranges]):

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 MAX_N_S_PERCENT = 20  # largest n_S, % of the dots, of the restricted best combination
 
 
-def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> pd.DataFrame:
-    """Read a table of a run, and check its columns against catalogue.yaml and its number of `rows`, which are `of` something."""
+def read_table(path: Path | str, rows: int | None = None, unit: str = "rows") -> pd.DataFrame:
+    """Read a table of a run, and check its columns against catalogue.yaml and its number of `rows`, which are of the `unit`."""
     try:
         text = read_bytes(path).decode("utf-8")
         table = pd.read_csv(io.StringIO(text))
@@ -45,7 +45,9 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
     if missing := missing_columns(Path(path).name, table.columns):
         raise InputError(f"{path} lacks the column {missing[0]}: delete it and run the study again.")
     if rows is not None and len(table) != rows:
-        raise InputError(f"{path} has {len(table)} rows for {rows} {of}: delete it and run the study again.")
+        raise InputError(
+            f"{path} has {len(table)} rows for {rows} {unit}: delete it and run the study again."
+        )
     return table
 
 

@@ -55,10 +55,12 @@ def _eight(step: Callable[..., Any]) -> Any:
             def load(k: int, offset: Any) -> Any:
                 return builder.load(pointer(k, offset), align=8)
 
-            one = ir.Constant(ir.VectorType(ir.DoubleType(), 8), ir.Undefined)
+            undefined = ir.Constant(ir.VectorType(ir.DoubleType(), 8), ir.Undefined)
             zero = ir.Constant(ir.IntType(32), 0)
             lanes = ir.Constant(ir.VectorType(ir.IntType(32), 8), [0] * 8)
-            factors = builder.shuffle_vector(builder.insert_element(one, args[4], zero), one, lanes)
+            factors = builder.shuffle_vector(
+                builder.insert_element(undefined, args[4], zero), undefined, lanes
+            )
             value = step(builder, load, args, factors)
             builder.store(value, pointer(0, args[1]), align=8)
             return context.get_dummy_value()
@@ -107,12 +109,12 @@ def add_dots(dots: np.ndarray, bumps: np.ndarray, sums: np.ndarray) -> None:
         first, share = BUMP_NODES * np.intp(table_position), table_position - np.floor(table_position)
         _between_eight(axis_bumps, BUMP_NODES, bumps, first, share)
         gr, g = dots[2, k], dots[3, k]
-        at = (row + 1) * PADDED_SIDE + column + 1
+        node = (row + 1) * PADDED_SIDE + column + 1
         for b in range(BUMP_NODES):
             factor = axis_bumps[np.uintp(BUMP_NODES + b)]
-            _add_eight(sums, at, axis_bumps, 0, gr * factor)
-            _add_eight(sums, at + PADDED_SIDE * PADDED_SIDE, axis_bumps, 0, g * factor)
-            at += PADDED_SIDE
+            _add_eight(sums, node, axis_bumps, 0, gr * factor)
+            _add_eight(sums, node + PADDED_SIDE * PADDED_SIDE, axis_bumps, 0, g * factor)
+            node += PADDED_SIDE
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)

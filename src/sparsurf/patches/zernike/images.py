@@ -180,16 +180,18 @@ def _fill_pixels(
     """Give the `ready` pixels of row i the mean of the filled ones of their 3 x 3 blocks; return the new occupancy `here`."""
     while ready:
         j: np.uint32 = lowest_bit(ready)  # type: ignore[call-arg]  # numba's stub counts the typing context
-        shift, one, three = np.uint32(j - np.uint32(1)), np.uint32(1), np.uint32(7)
-        n = (above >> shift) & three
-        n |= ((here >> shift) & three) << np.uint32(3)
-        n |= ((below >> shift) & three) << np.uint32(6)
-        here = np.uint32(here | (one << j))
-        ready = np.uint32(ready & (ready - one))
-        p, one, two = np.intp(i) * ROW_STRIDE + np.intp(j), np.uintp(1), np.uintp(2)
+        shift, lowest, three_bits = np.uint32(j - np.uint32(1)), np.uint32(1), np.uint32(7)
+        n = (above >> shift) & three_bits
+        n |= ((here >> shift) & three_bits) << np.uint32(3)
+        n |= ((below >> shift) & three_bits) << np.uint32(6)
+        here = np.uint32(here | (lowest << j))
+        ready = np.uint32(ready & (ready - lowest))
+        p, next_, last = np.intp(i) * ROW_STRIDE + np.intp(j), np.uintp(1), np.uintp(2)
         a, b, c = np.uintp(p - ROW_STRIDE - 1), np.uintp(p - 1), np.uintp(p + ROW_STRIDE - 1)
-        total = (image[a] + image[a + one] + image[a + two]) + (image[c] + image[c + one] + image[c + two])
-        image[b + one] = ((total + image[b + two]) + image[b]) * inverse[count_bits(np.uint32(n))]
+        total = (image[a] + image[a + next_] + image[a + last]) + (
+            image[c] + image[c + next_] + image[c + last]
+        )
+        image[b + next_] = ((total + image[b + last]) + image[b]) * inverse[count_bits(np.uint32(n))]
     return here
 
 
@@ -200,7 +202,7 @@ def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inve
     First, while anything changes: pixels between two filled ones of their row or column, then pixels between two filled ones of
     a diagonal. After that, every pixel with a filled neighbour.
     """
-    one = np.uint32(1)
+    step = np.uint32(1)
     last = PIXELS - 1
     for _ in range(MAX_FILL_ROUNDS):
         changed = False
@@ -208,15 +210,17 @@ def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inve
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
-            ready = np.uint32(todo & ((above & below) | ((here << one) & (here >> one))))
+            ready = np.uint32(todo & ((above & below) | ((here << step) & (here >> step))))
             if ready:  # and what these enable to their right, before a filled one
-                ready |= np.uint32(todo & (ready << one) & (here >> one))
+                ready |= np.uint32(todo & (ready << step) & (here >> step))
                 filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
                 changed = True
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
-            ready = np.uint32(todo & (((below >> one) & (above << one)) | ((above >> one) & (below << one))))
+            ready = np.uint32(
+                todo & (((below >> step) & (above << step)) | ((above >> step) & (below << step)))
+            )
             remaining |= todo & ~ready
             if ready:
                 filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
@@ -233,7 +237,7 @@ def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inve
             todo = np.uint32(open_disc[i] & ~here)
             vertical = np.uint32(above | below)
             column = np.uint32(vertical | here)
-            ready = np.uint32(todo & (vertical | (column << one) | (column >> one)))
+            ready = np.uint32(todo & (vertical | (column << step) | (column >> step)))
             if ready:  # and what these enable, to the right end of their gap
                 ready = np.uint32(todo & (((ready + todo) ^ todo) | ready))
                 changed = True
