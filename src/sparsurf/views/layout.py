@@ -121,9 +121,9 @@ def fix_layout(figure: Figure) -> Figure:
     return figure
 
 
-def panel_title(ax: Axes, name: str, words: str) -> None:
+def panel_title(ax: Axes, name: str, title: str) -> None:
     """Write the bold letter of a panel and its title above axes."""
-    ax.set_title(rf"$\mathbf{{{name}}}$  {words}", loc="left")
+    ax.set_title(rf"$\mathbf{{{name}}}$  {title}", loc="left")
 
 
 class Sheet(Figure):
@@ -156,9 +156,9 @@ def axes(figure: Sheet, x: float, y: float, width: float, height: float) -> Axes
     return figure.add_axes((left, bottom, right - left, top - bottom))
 
 
-def text(figure: Sheet, x: float, y: float, words: str, **kwargs: Any) -> Text:
+def text(figure: Sheet, x: float, y: float, content: str, **kwargs: Any) -> Text:
     """Write text with the upper left corner at x, y, unless `ha` or `va` is given."""
-    return figure.text(*figure.place(x, y), words, **({"va": "top", "ha": "left"} | kwargs))
+    return figure.text(*figure.place(x, y), content, **({"va": "top", "ha": "left"} | kwargs))
 
 
 def letter(figure: Sheet, x: float, y: float, name: str) -> Text:
@@ -232,7 +232,9 @@ class Tiles:
     ) -> None:
         rows, columns = shape
         self.shape, self.size, self.gap, self.xlim, self.ylim = shape, size, gap, xlim, ylim
-        width, height = (n * one + (n - 1) * g for n, one, g in zip((columns, rows), size, gap, strict=True))
+        width, height = (
+            n * side + (n - 1) * g for n, side, g in zip((columns, rows), size, gap, strict=True)
+        )
         self.ax = axes(figure, x, y, width, height)
         self.width, self.height = (0, width), (height, 0)
         self.ax.set(xlim=self.width, ylim=self.height)
@@ -283,22 +285,22 @@ def label_width(values: np.ndarray) -> float:
     return 1.6 * max(len(f"{v:g}") for v in values) + 1.0
 
 
-def folded(words: str, room: float) -> str:
+def folded(sentence: str, room: float) -> str:
     """Wrap words to lines of `room` mm."""
-    return textwrap.fill(words, int(room / LETTER_WIDTH))
+    return textwrap.fill(sentence, int(room / LETTER_WIDTH))
 
 
-def thinned(values: np.ndarray, one: float, room: float) -> np.ndarray:
+def thinned(values: np.ndarray, label_size: float, room: float) -> np.ndarray:
     """Return every k-th of `values`, so that labels of `one` mm each fit into `room` mm."""
-    return np.asarray(values)[:: max(1, math.ceil((len(values) - 1) * one / room))]
+    return np.asarray(values)[:: max(1, math.ceil((len(values) - 1) * label_size / room))]
 
 
 def ticks(axis: Axis, values: np.ndarray, room: float) -> None:
     """Set ticks at increasing `values` that span `room` mm, without those whose label would touch the one before."""
-    one = label_width(values) if axis.axis_name == "x" else 4.0  # type: ignore[attr-defined]
+    label_size = label_width(values) if axis.axis_name == "x" else 4.0  # type: ignore[attr-defined]
     places = room * (np.asarray(values) - values[0]) / (np.ptp(values) or 1)
     shown = [0]
     for k, place in enumerate(places):
-        if place - places[shown[-1]] > one - 1e-6:
+        if place - places[shown[-1]] > label_size - 1e-6:
             shown.append(k)
     axis.set_ticks([values[k] for k in shown], [f"{values[k]:g}" for k in shown])

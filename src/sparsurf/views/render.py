@@ -28,7 +28,7 @@ CONTOUR_DEPTH = 2.0  # Å, jump in depth at which a contour begins
 DOT_RADIUS = 0.2  # Å, of the disc of a kept dot
 MAX_DISC_RADIUS = 1.2  # Å, of discs that cover the surface around a dot: the curvature of a hydrogen
 ROUGHNESS_LIMITS = 0.2, 0.9  # R_i at the ends of the colours, the same for all surfaces for comparison
-DISTANCE_LIMITS = 0.0, 0.1  # Å, of a surface from the one recovered, at the ends of the colours
+DISTANCE_LIMITS = 0.0, 0.1  # Å, of a surface from the reconstructed one, at the ends of the colours
 THUMBNAIL_PIXELS = 180, 240  # rows and columns
 SCALE_BAR, MARGIN = 10, 6  # Å, and pixels from the corner
 PALE = (0.92, 0.92, 0.92)  # surface behind the dots of a subset
@@ -91,8 +91,8 @@ def closing_radius(points: np.ndarray) -> float:
     """Return the radius in Å of discs without gaps: nearly all reach their eighth neighbour, within `MAX_DISC_RADIUS`."""
     from scipy.spatial import cKDTree
 
-    some = points[:: max(1, len(points) // 5000)]
-    reach = cKDTree(points).query(some, k=[min(9, len(points))])[0]
+    checked = points[:: max(1, len(points) // 5000)]
+    reach = cKDTree(points).query(checked, k=[min(9, len(points))])[0]
     return float(np.clip(np.quantile(reach, 0.95), DOT_RADIUS, MAX_DISC_RADIUS))
 
 

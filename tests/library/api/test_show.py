@@ -125,7 +125,7 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
     across = {mark.label.split()[1]: mark.x for mark in panel.marks}
     assert panel.ticks and {text for _, text in panel.ticks} <= {*table["residue"]}
     assert all(across.get(text, x) == x for x, text in panel.ticks)
-    assert panel.least.label == "ALA 7 A" and panel.most.label == "ALA 20 A"
+    assert panel.lowest.label == "ALA 7 A" and panel.highest.label == "ALA 20 A"
     assert {text for _, text in panel.levels} == {"0.3", "0.4", "0.5", "0.6", "0.7", "0.8"}
     coded = table.assign(residue=["7", "7A", "7B", "8", "10", "11"], mean_roughness=0.5)
     assert [len(curve.split()) for curve in profile.panels(coded)[0].curves] == [4, 2]  # 9 is missing

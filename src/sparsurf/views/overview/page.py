@@ -35,11 +35,11 @@ class Notes:
     Attributes
     ----------
     left_out : numbers and names of the residues of the file that are not part of the molecule; None where it was not read
-    others : sentences on the molecule
+    sentences : what else was noticed, one full sentence each
     """
 
     left_out: tuple[str, ...] | None = None
-    others: tuple[str, ...] = ()
+    sentences: tuple[str, ...] = ()
 
 
 def overview(
@@ -66,24 +66,25 @@ def overview(
     `links` are addresses and words of other pages on the surface.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
-    known = {
+    facts = {
         "subset": len(kept), "dots": len(surface), "area": float(surface.area.sum()) if np.isfinite(surface.area).all() else 0.0,
         "mean": float(rough.mean()), "r_patch": patches.r_patch, "d_link": patches.d_link,
         "sparse": float(f"{patches.d_link:.2g}") > D_LINK,  # as the page shows it
         "probe": probe,
     }  # fmt: skip
     shown = [viewer.Values("roughness", "R_i", "", rough), *values]
-    words = {
-        "title": title, "surface": known, "names": listed(["the roughness", *[one.name for one in values]]),
-        "fields": [_range(one) for one in shown if one.symbol != COMPONENT_FIELD], "notes": notes.others, "missing": missing,
+    context = {
+        "title": title, "surface": facts, "names": listed(["the roughness", *[field.name for field in values]]),
+        "fields": [_range(field) for field in shown if field.symbol != COMPONENT_FIELD],
+        "notes": notes.sentences, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
         "links": links,
     }  # fmt: skip
-    words |= residue_words(residues)
+    context |= residue_words(residues)
 
     def fill(data: str) -> str:
         """Return the page around packed dots."""
-        return render(data=data, **words)
+        return render(data=data, **context)
 
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
@@ -94,7 +95,7 @@ def overview(
 
 def page_of_residues(title: str, residues: pd.DataFrame) -> str:
     """Render a page of residues alone: their profile and the roughest."""
-    known = {
+    context = {
         "surface": None,
         "fields": (),
         "left_out": None,
@@ -103,7 +104,7 @@ def page_of_residues(title: str, residues: pd.DataFrame) -> str:
         "counts": "",
         "links": (),
     }
-    return render(title=title, **known, **residue_words(residues))
+    return render(title=title, **context, **residue_words(residues))
 
 
 def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
@@ -123,14 +124,14 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
 
 def named_field(name: str) -> dict[str, str]:
     """Return the name of a field for people, and its unit."""
-    words, unit = label_and_unit(name)
-    return {"name": words, "unit": unit.replace("^2", "²")}
+    label, unit = label_and_unit(name)
+    return {"name": label, "unit": unit.replace("^2", "²")}
 
 
 def _range(values: viewer.Values) -> dict[str, Any]:
     """Return the name, the ends, the mean and the unit of some values."""
-    known = values.values[np.isfinite(values.values)]
-    low, mean, high = (known.min(), known.mean(), known.max()) if len(known) else (np.nan,) * 3
+    finite = values.values[np.isfinite(values.values)]
+    low, mean, high = (finite.min(), finite.mean(), finite.max()) if len(finite) else (np.nan,) * 3
     return {"name": values.name, "unit": values.unit.strip(), "low": low, "mean": mean, "high": high}
 
 
@@ -139,7 +140,7 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
-def render(**known: Any) -> str:
+def render(**context: Any) -> str:
     """Render the template."""
     from markupsafe import Markup
 
@@ -151,7 +152,7 @@ def render(**known: Any) -> str:
     names = (STYLE, "page.css")
     style = Markup("".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names))
     shared = {"version": __version__, "style": style, "viewer": parts, "n_open": N_OPEN, "data": ""}
-    text = _template().render(shared | known)
+    text = _template().render(shared | context)
     return "\n".join(line for line in text.lstrip().splitlines() if line.strip()) + "\n"
 
 

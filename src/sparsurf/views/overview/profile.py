@@ -34,8 +34,8 @@ class Panel(NamedTuple):
     """The drawing of one chain; lengths are in pixels from the upper left corner."""
 
     chain: str
-    least: Mark
-    most: Mark
+    lowest: Mark
+    highest: Mark
     width: int
     height: int
     curves: list[str]  # points of the lines between consecutive residues
@@ -46,8 +46,8 @@ class Panel(NamedTuple):
 
 def roughest(residues: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of the residues with the lowest mean roughness, the lowest first; buried ones have none."""
-    known = residues[residues["mean_roughness"].notna()]
-    return known.sort_values("mean_roughness", kind="stable").head(N_ROUGHEST)
+    exposed = residues[residues["mean_roughness"].notna()]
+    return exposed.sort_values("mean_roughness", kind="stable").head(N_ROUGHEST)
 
 
 def labels_of(residues: pd.DataFrame) -> list[str]:
@@ -59,10 +59,12 @@ def labels_of(residues: pd.DataFrame) -> list[str]:
 def stretches(residues: pd.DataFrame) -> list[np.ndarray]:
     """Return the positions in a chain's table of residues that follow one another: numbered so, and with a roughness."""
     numbers = residue_numbers(residues)
-    known = residues["mean_roughness"].notna().to_numpy()
+    has_roughness = residues["mean_roughness"].notna().to_numpy()
     jumps = np.diff(numbers) > 1
-    ends = 1 + np.flatnonzero(jumps | ~known[1:] | ~known[:-1])
-    return [part for part in np.split(np.arange(len(residues)), ends) if known[part].all() and len(part)]
+    ends = 1 + np.flatnonzero(jumps | ~has_roughness[1:] | ~has_roughness[:-1])
+    return [
+        part for part in np.split(np.arange(len(residues)), ends) if has_roughness[part].all() and len(part)
+    ]
 
 
 def residue_numbers(residues: pd.DataFrame) -> np.ndarray:
@@ -126,5 +128,5 @@ def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
         (round(TOP + (HEIGHT - TOP - BOTTOM) * k / count, 1), number(high - k * STEP_OF_LEVELS, 1))
         for k in range(0, count + 1, max(1, math.ceil(count / 5)))
     ]
-    least, most = (choose(marks, key=lambda mark: mark.value) for choose in (min, max))
-    return Panel(chain, least, most, width, HEIGHT, curves, marks, ticks, levels)
+    lowest, highest = (choose(marks, key=lambda mark: mark.value) for choose in (min, max))
+    return Panel(chain, lowest, highest, width, HEIGHT, curves, marks, ticks, levels)

@@ -47,6 +47,6 @@ def flat_normals(normals: np.ndarray) -> np.ndarray:
 
 def in_steps(values: np.ndarray, low: float, high: float) -> np.ndarray:
     """Encode values as 0..254 between `low` and `high`; UNKNOWN for NaN."""
-    known = np.isfinite(values)
-    share = (np.where(known, values, low) - low) / (high - low if high > low else 1.0)
-    return np.where(known, np.round(254 * np.clip(share, 0, 1)), UNKNOWN).astype(int)
+    finite = np.isfinite(values)
+    share = (np.where(finite, values, low) - low) / (high - low if high > low else 1.0)
+    return np.where(finite, np.round(254 * np.clip(share, 0, 1)), UNKNOWN).astype(int)

@@ -42,7 +42,7 @@ CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
 SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
 SHEET_STEP = 0.02  # Å, of the corners of the surface below the dots
 SHEET_GRID = 1.2, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
-SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is recovered, and at least so many
+SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is reconstructed, and at least so many
 CORNERS_PER_CELL, MAX_CORNERS = 4.2, 10_000  # corners on an area of a squared step, and of a page
 MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
@@ -92,7 +92,7 @@ def page(
     """
     rough = prepared.roughness
     named = {first: "Roughness and residues", up: "All of this run"}
-    links = [f'<a href="{escape(path)}">{words}</a>' for path, words in named.items() if path]
+    links = [f'<a href="{escape(path)}">{label}</a>' for path, label in named.items() if path]
     parts = {
         "%TITLE%": escape(title),
         "%ANSWER%": f"{len(rough):,} dots, mean roughness {rough.mean():.2f}."
@@ -136,11 +136,11 @@ def around_dots(
         Values("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat", limits=ROUGHNESS_LIMITS),
         *values,
     ]
-    sheet, most = sheet_columns(prepared, next(iter(orders.values()))), MAX_DOTS
+    sheet, max_dots = sheet_columns(prepared, next(iter(orders.values()))), MAX_DOTS
     if len(pack({}, sheet)) > MAX_SHARE_OF_SHEET * MAX_BYTES:
         sheet = {name: values[:0] for name, values in sheet.items()}
     while True:
-        dots = np.sort(next(iter(orders.values()))[:most])
+        dots = np.sort(next(iter(orders.values()))[:max_dots])
         whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
         header = _header(surface, dots, prepared.patches.r_patch, whole, grid, best, values, minimal)
         header["turn"] = np.round(np.eye(3) if turn is None else turn, 6).ravel().tolist()
@@ -152,7 +152,7 @@ def around_dots(
         text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover) | sheet))
         if len(text.encode()) <= MAX_BYTES:
             return text
-        most = int(0.95 * len(dots) * MAX_BYTES / len(text))
+        max_dots = int(0.95 * len(dots) * MAX_BYTES / len(text))
 
 
 def style() -> str:
@@ -188,15 +188,15 @@ def coloured_page(
 
 
 def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
-    """Return what the dots of a surface show: their distance from the recovered one, component, and fields."""
+    """Return what the dots of a surface show: their distance from the reconstructed one, component, and fields."""
     name = "distance from the surface reconstructed from minimal.csv"
     shown = [Values(name, "off", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
     components = surface.fields.get(COMPONENT_FIELD)
     if components is not None and components.max() > 0:
         shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
     for field, numbers in fields_without_component(surface).items():
-        words, unit = label_and_unit(field)
-        shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
+        label, unit = label_and_unit(field)
+        shown.append(Values(label, field, f" {unit}".rstrip(), numbers))
     return shown
 
 
@@ -237,7 +237,7 @@ def _header(
         "readings": [words_of(reading) for reading in readings],
         "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
         "presets": _presets(best),
-        "values": [_scale(one) for one in values],
+        "values": [_scale(field) for field in values],
         "kinds": [[name, rgb.tolist()] for name, rgb in zip(KINDS, [*KIND_COLOURS[:3], GREY], strict=True)],
         "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
     }
@@ -256,8 +256,8 @@ def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
 
 def _scale(values: Values) -> dict[str, Any]:
     """Return the names and ends of some values."""
-    known = values.values[np.isfinite(values.values)]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    finite = values.values[np.isfinite(values.values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
     scale["dark"], scale["bright"] = values.limits or (low, high)
     meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
@@ -283,8 +283,8 @@ def dot_columns(
         atom = surface.atom[dots]
         columns["residue"] = np.where(atom >= 0, number[atom], -1)
         header["residues"] = names.tolist()
-    for k, (one, scale) in enumerate(zip(values, header["values"], strict=True)):
-        columns[f"value {k}"] = in_steps(one.values[dots], scale["low"], scale["high"])
+    for k, (field, scale) in enumerate(zip(values, header["values"], strict=True)):
+        columns[f"value {k}"] = in_steps(field.values[dots], scale["low"], scale["high"])
     position = _places(dots, len(surface))
     for name, order in orders.items():
         rank = np.empty(len(dots), int)
@@ -310,7 +310,7 @@ def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str,
 
 
 def sheet_columns(prepared: PreparedSurface, order: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the corners and triangles of the surface that is drawn below the dots, recovered from the first dots of an order.
+    """Return corners and triangles of the surface that is drawn below the dots, reconstructed from the first dots of an order.
 
     There are none where a surface is too large for a page, or where its dots do not enclose anything.
     """
