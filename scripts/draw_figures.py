@@ -30,14 +30,14 @@ with job(snakemake) as s:
     )
     around = kept_and_any(prepared, combination, readings, s.settings.evaluation.test_dots)
     write_table(s.output.bins, table_of_bins(around))
-    words = f"the paper's sampling, highest d {words_of(readings[0])}, {combination}"
+    title = f"the paper's sampling, highest d {words_of(readings[0])}, {combination}"
     results = Results(
         name=s.place,
         surface=prepared.surface,
         roughness=prepared.roughness,
         best=best,
         subsets=[
-            (words, sampled, layout.SAMPLED),
+            (title, sampled, layout.SAMPLED),
             ("random subset of the same size", uniform, layout.RANDOM),
             (f"minimal subset, {sampler_label(errors['sampler'].iloc[0])}", minimal, layout.DARK),
         ],

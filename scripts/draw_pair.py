@@ -24,8 +24,8 @@ with job(snakemake) as s:
         Values("distance to the partner", "gap", " Å", dots["gap"].to_numpy(), "touching", "far"),
     ]
     pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
-    both = side_by_side(surfaces, pages, [len(names) for names in labels])
-    words = [f"{label}, partner {side}" for side, names in enumerate(labels, 1) for label in names]
+    surface = side_by_side(surfaces, pages, [len(names) for names in labels])
+    atom_labels = [f"{label}, partner {side}" for side, names in enumerate(labels, 1) for label in names]
     settings = s.settings
-    text = coloured_page(name, both, settings, s.streams(name), values, words)
+    text = coloured_page(name, surface, settings, s.streams(name), values, atom_labels)
     Path(s.output.view).write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Select the minimal subset of a surface: enough dots to recover the surface from."""
+"""Select the minimal subset of a surface: enough dots to reconstruct the surface from."""
 
 import logging
 from dataclasses import replace

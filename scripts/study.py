@@ -55,32 +55,32 @@ def main(*arguments: str) -> int:
         print((__doc__ or "").strip())
         return 0
     is_named = bool(arguments) and arguments[0] != "compare" and not arguments[0].startswith("-")
-    path_to_config, *words = arguments if is_named else (str(ROOT / "config.yaml"), *arguments)
+    path_to_config, *options = arguments if is_named else (str(ROOT / "config.yaml"), *arguments)
     open_closed_streams()
     ignore_numba_threads()
     here, path = Path.cwd(), Path(path_to_config).resolve()
     os.chdir(ROOT)
     try:
-        for option in words:
+        for option in options:
             if option.partition("=")[0] in CONFIG_OPTIONS:
                 raise InputError(f"{option}: a study has one config file. Change {path_to_config} instead.")
         if not path.is_file():
             raise InputError(
                 f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml."
             )
-        files = [path, COMPARE] if "compare" in words else [path]
-        if not any(option.partition("=")[0] == "--profile" for option in words):
+        files = [path, COMPARE] if "compare" in options else [path]
+        if not any(option.partition("=")[0] == "--profile" for option in options):
             os.environ.pop(SNAKEMAKES_PROFILE, None)  # of a login file, for other workflows
-        words = cluster_options([option for option in words if option != "compare"], here)
-        on_cluster = {"--workflow-profile", "--executor"} & set(words)
-        if PLANNING_OPTIONS & set(words):  # also beside a study that runs
+        options = cluster_options([option for option in options if option != "compare"], here)
+        on_cluster = {"--workflow-profile", "--executor"} & set(options)
+        if PLANNING_OPTIONS & set(options):  # also beside a study that runs
             checked_config(files, here=not on_cluster)
-            return run_snakemake(ROOT, files, *words)
+            return run_snakemake(ROOT, files, *options)
         with locked(ROOT):
             config = checked_config(files, here=not on_cluster)
             if not on_cluster:  # jobs run side by side as far as the memory reaches
-                words = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *words]
-            return run_study(config, files, words)
+                options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
+            return run_study(config, files, options)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -100,16 +100,16 @@ def cluster_options(options: Sequence[str], here: Path) -> list[str]:
 
     A relative FOLDER starts where the command was given, `here`.
     """
-    words = [
+    tokens = [
         word
         for option in options
         for word in (option.split("=", 1) if option.startswith(("--cluster=", "--profile=")) else [option])
     ]
-    option = next((word for word in words if word in ("--cluster", "--profile")), None)
+    option = next((word for word in tokens if word in ("--cluster", "--profile")), None)
     if option is None:
-        return words
-    position = words.index(option)
-    name = "".join(words[position + 1 : position + 2])
+        return tokens
+    position = tokens.index(option)
+    name = "".join(tokens[position + 1 : position + 2])
     profile = ROOT / "profiles" / name if option == "--cluster" else (here / name).resolve()
     if not name or not any((profile / f"config{version}.yaml").is_file() for version in ("", ".v8+", ".v9+")):
         wanted = (
@@ -119,7 +119,7 @@ def cluster_options(options: Sequence[str], here: Path) -> list[str]:
         )
         raise InputError(f"{option} needs {wanted}, but has {name or 'none'}.")
     found = slurm_options(profile) if option == "--cluster" and name == "slurm" else []
-    return ["--workflow-profile", str(profile), *found, *words[:position], *words[position + 2 :]]
+    return ["--workflow-profile", str(profile), *found, *tokens[:position], *tokens[position + 2 :]]
 
 
 def checked_config(paths: Sequence[Path], here: bool) -> dict:

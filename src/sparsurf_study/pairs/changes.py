@@ -90,13 +90,13 @@ def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
     A residue has too few draws for a quantile: the root mean square of its draws is multiplied by a common factor, the quantile
     over all residues of the ratio of one draw to the others.
     """
-    known = ~np.isnan(drawn)
-    if not known.any():
+    measured = ~np.isnan(drawn)
+    if not measured.any():
         return np.full(drawn.shape[1:], np.nan)
-    n, square = known.sum(axis=0), np.nansum(drawn**2, axis=0)
+    n, square = measured.sum(axis=0), np.nansum(drawn**2, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        others = np.sqrt((square - np.where(known, drawn, 0) ** 2) / (n - 1))
-        ratio = np.where(known & (n > 1), drawn / others, np.nan)
+        other_rms = np.sqrt((square - np.where(measured, drawn, 0) ** 2) / (n - 1))
+        ratio = np.where(measured & (n > 1), drawn / other_rms, np.nan)
         factor = np.nanquantile(ratio, 1 - share, axis=(0, 1))
         return factor * np.sqrt(square / n)
 
@@ -112,10 +112,9 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     ]
 
     def floor_with(displacement: float, draws: int) -> np.ndarray:
-        both = zip(forms, described, rows, strict=True)
-        drawn = [
-            noise(form, residues, rng, displacement, draws, threads)[:, row] for form, residues, row in both
-        ]
+        drawn = []
+        for form, residues, row in zip(forms, described, rows, strict=True):
+            drawn.append(noise(form, residues, rng, displacement, draws, threads)[:, row])
         return floor_of(np.concatenate(drawn))
 
     fresh, moved = floor_with(0.0, N_FRESH_DRAWS), floor_with(RMS_DISPLACEMENT, N_MOVED_DRAWS)
@@ -185,7 +184,7 @@ def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
 
 def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
     """Rename the chain of a molecule to that of the reference if both have a single chain."""
-    chains = [np.unique(one.chain) for one in (molecule, reference)]
+    chains = [np.unique(form.chain) for form in (molecule, reference)]
     if len(chains[0]) == len(chains[1]) == 1:
         return replace(molecule, chain=np.full_like(reference.chain, chains[1][0], shape=len(molecule.chain)))
     return molecule

@@ -163,8 +163,8 @@ def agreement(
     positive = interface(points, match_.partners[1 - side].surface.points, within)
     if positive.all() or not positive.any():
         return None
-    at = table.iloc[centres]
-    scores = {name: -at[name].to_numpy() for name in table.columns if name != "match"}
+    at_centres = table.iloc[centres]
+    scores = {name: -at_centres[name].to_numpy() for name in table.columns if name != "match"}
     if partner.heavy_atoms is not None:
         scores["protrusion"] = protrusion(points, partner.heavy_atoms, threads)
     block = blocks_of(partner, centres)
@@ -215,8 +215,8 @@ def contacts(
         return pd.DataFrame(columns=CONTACTS)
     rng = stream(seed, "contacts", first.name, second.name)
     pairs = pairs[np.sort(rng.permutation(len(pairs))[:MAX_CONTACTS])]
-    others = {"any pair": rng.integers(len(second.surface), size=len(pairs))}
-    others["exchanged"] = rng.permutation(pairs[:, 1])
+    alternatives = {"any pair": rng.integers(len(second.surface), size=len(pairs))}
+    alternatives["exchanged"] = rng.permutation(pairs[:, 1])
     up, _ = descriptors_at(first, first.surface.points[pairs[:, 0]], True, patches, threads)
 
     def distance_to(dots: np.ndarray) -> np.ndarray:
@@ -227,7 +227,7 @@ def contacts(
     native = distance_to(pairs[:, 1])
     block = blocks_of(first, pairs[:, 0])
     rows = []
-    for name, dots in others.items():
+    for name, dots in alternatives.items():
         random = distance_to(dots)
         positive = np.repeat([True, False], len(pairs))
         score = {name: -np.concatenate([native, random])}

@@ -68,9 +68,11 @@ def smooth(
     return means
 
 
-def protrusion(at: np.ndarray, heavy_atoms: np.ndarray, threads: int = 1) -> np.ndarray:
+def protrusion(points: np.ndarray, heavy_atoms: np.ndarray, threads: int = 1) -> np.ndarray:
     """Compute minus the number of heavy atoms within REACH: highest where the surface protrudes.
 
     Dots are ranked as by the protrusion index CX (Pintar et al., Bioinformatics 18:980, 2002).
     """
-    return -means_within(at, heavy_atoms, np.zeros(len(heavy_atoms)), REACH, threads)[1].astype(np.float64)
+    return -means_within(points, heavy_atoms, np.zeros(len(heavy_atoms)), REACH, threads)[1].astype(
+        np.float64
+    )

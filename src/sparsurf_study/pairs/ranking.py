@@ -64,21 +64,21 @@ def bootstrap_auc(
     times = rng.multinomial(n_blocks, np.full(n_blocks, 1 / n_blocks), size=draws)
     areas = {}
     for name, score in scores.items():
-        known = ~np.isnan(score)
-        drawn = auc(score[known], positive[known], times[:, block[known]].astype(np.float64))
+        scored = ~np.isnan(score)
+        drawn = auc(score[scored], positive[scored], times[:, block[scored]].astype(np.float64))
         drawn = drawn[~np.isnan(drawn)]
         has_scatter = n_blocks > 1 and len(drawn)  # all draws of a single block are the same
         low, high = np.percentile(drawn, [2.5, 97.5]) if has_scatter else (np.nan, np.nan)
-        areas[name] = (auc(score[known], positive[known]), float(low), float(high))
+        areas[name] = (auc(score[scored], positive[scored]), float(low), float(high))
     return areas
 
 
-def means_over_pairs(table: pd.DataFrame, by: Sequence[str] = ("score",)) -> pd.DataFrame:
+def means_over_pairs(table: pd.DataFrame, keys: Sequence[str] = ("score",)) -> pd.DataFrame:
     """Average AUC over pairs, whose two sides are averaged first, with 95 % intervals within 0 to 1, in order of appearance."""
-    by = [*by]
-    of_pair = table.groupby([*by, "complex"], sort=False)["auc"].mean().reset_index()
+    keys = [*keys]
+    of_pair = table.groupby([*keys, "complex"], sort=False)["auc"].mean().reset_index()
     rows = []
-    for key, group in of_pair.groupby(by, sort=False):
+    for key, group in of_pair.groupby(keys, sort=False):
         mean, *limits = mean_interval(group["auc"].to_numpy())
         rows.append((*key, mean, *np.clip(limits, 0, 1), len(group)))
-    return pd.DataFrame(rows, columns=[*by, "mean", "low", "high", "complexes"])
+    return pd.DataFrame(rows, columns=[*keys, "mean", "low", "high", "complexes"])

@@ -55,8 +55,10 @@ def force_field_folder(name: str) -> Path:
     for top in folders:
         if (top / f"{name}.ff").is_dir():
             return top / f"{name}.ff"
-    known = sorted({folder.name[:-3] for top in folders for folder in top.glob("*.ff")})
-    raise InputError(f"simulate.force_field: GROMACS has no {name!r}; it has {', '.join(known) or 'none'}.")
+    installed = sorted({folder.name[:-3] for top in folders for folder in top.glob("*.ff")})
+    raise InputError(
+        f"simulate.force_field: GROMACS has no {name!r}; it has {', '.join(installed) or 'none'}."
+    )
 
 
 def run(

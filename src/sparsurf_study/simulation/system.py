@@ -113,11 +113,11 @@ def known_residues(folder: str | os.PathLike[str]) -> set[str]:
 
 
 def refuse_unknown(
-    molecule: Molecule, path: str | os.PathLike[str], known: set[str], force_field: str
+    molecule: Molecule, path: str | os.PathLike[str], residue_names: set[str], force_field: str
 ) -> None:
-    """Raise InputError if residues are not in `known`, the names of a force field's residues."""
+    """Raise InputError if residues are not among `residue_names`, those of a force field."""
     first = _first_atoms(molecule)
-    unknown = [i for i in first if molecule.residue_name[i] not in known]
+    unknown = [i for i in first if molecule.residue_name[i] not in residue_names]
     if unknown:
         raise InputError(
             f"{path}: the force field {force_field} does not know {_names(molecule, unknown)}; replace or leave out "
@@ -138,9 +138,9 @@ def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
         )
     gaps = [f"{molecule.residue_label(i)} and {molecule.residue_label(j)}" for i, j in _gaps(molecule, first)]
     if gaps:
-        rest = f" and {len(gaps) - MAX_NAMED} more places" if len(gaps) > MAX_NAMED else ""
+        remainder = f" and {len(gaps) - MAX_NAMED} more places" if len(gaps) > MAX_NAMED else ""
         raise InputError(
-            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED])}{rest}; model the missing residues, or "
+            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED])}{remainder}; model the missing residues, or "
             "select a part without gaps (`residues:`)."
         )
 
@@ -164,5 +164,5 @@ def _first_atoms(molecule: Molecule) -> np.ndarray:
 
 def _names(molecule: Molecule, atoms: Sequence[int]) -> str:
     """Return the labels of the first residues, and the number of the others."""
-    rest = f" and {len(atoms) - MAX_NAMED} more" if len(atoms) > MAX_NAMED else ""
-    return ", ".join(molecule.residue_label(i) for i in atoms[:MAX_NAMED]) + rest
+    remainder = f" and {len(atoms) - MAX_NAMED} more" if len(atoms) > MAX_NAMED else ""
+    return ", ".join(molecule.residue_label(i) for i in atoms[:MAX_NAMED]) + remainder
