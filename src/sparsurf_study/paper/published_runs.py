@@ -29,7 +29,7 @@ def runs_as_published(
     prepared: PreparedSurface,
     combinations: np.ndarray,
     runs: int = RUNS,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> pd.DataFrame:
     """Repeat Table I as published, for combinations (K, 4): the winner of each run and range, for paper_as_published.csv."""
     combinations = np.asarray(combinations, float)

@@ -207,7 +207,7 @@ def gathering_by_roughness(prepared: PreparedSurface, draws: int) -> pd.DataFram
 
 
 def best_of_family(table: pd.DataFrame) -> pd.DataFrame:
-    """Count, per requested n_S, the combinations and those significantly better than uniform, and find the lowest Z_tS."""
+    """Count, per requested n_S, combinations and those significantly better than a random subset, and find the lowest Z_tS."""
     rows = []
     for percent, members in table.groupby("percent"):
         best = members.iloc[int(members["Z_tS"].argmin())]
@@ -224,6 +224,6 @@ def correlation_of_readings(table: pd.DataFrame) -> float:
 
 
 def correlation_with_fragments(table: pd.DataFrame) -> float:
-    """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
+    """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to random."""
     sampled, uniform = (table[f"median_patch_size_{key}{KEPT_READING}"] for key in ("", "uniform_"))
     return float(np.corrcoef(table[f"d_{KEPT_READING}"], np.log(sampled / uniform))[0, 1])

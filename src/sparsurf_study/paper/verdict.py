@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pandas as pd
 
-MIN_RUNS = 40  # with fewer, no rank lies outside of the middle 95 %, and nothing is decided
+MIN_RUNS = 40  # with fewer, no rank lies outside of the central 95 %, and nothing is decided
 MIN_P = 0.05  # below it, published values do not look like those of another run
 
 

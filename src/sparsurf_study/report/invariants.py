@@ -46,8 +46,8 @@ def broken_batches(run: Path) -> list[tuple[str, str]]:
         for name in ("dots", "weight"):
             wrong = surfaces.index[sums[name].reindex(surfaces.index) != surfaces]
             if len(wrong):
-                words = f"{name} of the residues of {wrong[0]} do not sum to the dots of its surface."
-                broken.append((f"residues/{path.name}", words))
+                sentence = f"{name} of the residues of {wrong[0]} do not sum to the dots of its surface."
+                broken.append((f"residues/{path.name}", sentence))
     return broken
 
 
@@ -132,9 +132,9 @@ def winners_are_the_best_of_their_range(path: Path) -> Iterator[str]:
         if not low - PERCENT_STEP <= n_s <= high + PERCENT_STEP:
             yield f"the winner of row {k} keeps {n_s:g} % of the dots, outside of its range {low:g} to {high:g} %."
         d = grid[f"d_{row['reading']}"]
-        own = d[(grid[PARAMETERS] == row[PARAMETERS].to_numpy(float)).all(axis=1)]
+        d_of_winner = d[(grid[PARAMETERS] == row[PARAMETERS].to_numpy(float)).all(axis=1)]
         inside = d[grid["n_S_percent"].between(low + PERCENT_STEP, high - PERCENT_STEP)]
-        if len(own) != 1 or (len(inside) and own.iloc[0] < inside.max() - ROUNDING):
+        if len(d_of_winner) != 1 or (len(inside) and d_of_winner.iloc[0] < inside.max() - ROUNDING):
             yield f"the winner of row {k} is not the combination with the largest d of its range in grid.csv."
 
 

@@ -69,9 +69,9 @@ def code(sentence: str) -> Markup:
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(symbols(sentence))))
 
 
-def symbols(words: str) -> Markup:
-    """Escape words, with the indices of n_S and Z_tS as subscripts."""
-    return Markup(re.sub(r"\b(n|Z)_(t?[SR])\b", r"\1<sub>\2</sub>", str(escape(words))))
+def symbols(text: str) -> Markup:
+    """Escape a text, with the indices of n_S and Z_tS as subscripts."""
+    return Markup(re.sub(r"\b(n|Z)_(t?[SR])\b", r"\1<sub>\2</sub>", str(escape(text))))
 
 
 @cache
@@ -98,11 +98,11 @@ class Glossary:
     """Words of a page that are explained: each has its meaning on hover where it first stands, and in a list."""
 
     def __init__(self, lengths: Mapping[str, float]) -> None:
-        words: Any = _templates().get_template("words.html.j2").make_module(dict(lengths))
-        self.meanings: dict[str, str] = words.meanings
+        module: Any = _templates().get_template("words.html.j2").make_module(dict(lengths))
+        self.meanings: dict[str, str] = module.meanings
         self.used: set[str] = set()
-        words = "|".join(map(re.escape, sorted(self.meanings, key=len, reverse=True)))
-        self.pattern = re.compile(rf"(?<![\w/.])((?:{words})(?:e?s)?\b)(?![/.]\w)")
+        alternatives = "|".join(map(re.escape, sorted(self.meanings, key=len, reverse=True)))
+        self.pattern = re.compile(rf"(?<![\w/.])((?:{alternatives})(?:e?s)?\b)(?![/.]\w)")
 
     def mark(self, sentence: str) -> Markup:
         """Escape a sentence; mark the words that no sentence before it has."""
@@ -127,16 +127,16 @@ def _explained(context: jinja2.runtime.Context, sentence: str) -> Markup:
     return context["glossary"].mark(sentence)
 
 
-def render(template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **known: Any) -> str:
+def render(template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **values: Any) -> str:
     """Render a template with the values that it uses; `lengths` are those of the config that the glossary names, Å."""
     glossary = Glossary(lengths)
-    known |= {"glossary": glossary, "explained_words": glossary.explained}
-    page = _templates().get_template(template).render(known)
+    values |= {"glossary": glossary, "explained_words": glossary.explained}
+    page = _templates().get_template(template).render(values)
     return re.sub(r"\n\s*\n+", "\n", page).lstrip() if ".html" in template else page
 
 
 def write(
-    path: Path | str, template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **known: Any
+    path: Path | str, template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **values: Any
 ) -> None:
     """Render a page into the file `path`, see `render`."""
-    Path(path).write_text(render(template, lengths, **known), encoding="utf-8")
+    Path(path).write_text(render(template, lengths, **values), encoding="utf-8")

@@ -176,7 +176,7 @@ def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
     """Compare our winner of each range with the published one, and count how often that won the runs."""
     table = places[["range", "n_won", "n_runs"]].reset_index(drop=True)
     table["published"] = [str(Combination(*row)) for row in PUBLISHED_ROWS]
-    same, among = {}, {}
+    n_same, among = {}, {}
     for reading in GRID_READINGS:
         rows = ranges[ranges["reading"] == reading].reset_index(drop=True)
         table[reading] = pd.Series(combination_labels(rows))
@@ -185,14 +185,14 @@ def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
             table[[f"d_cv{end}" for end in ends]] = rows[[f"d_cv{end}" for end in ends]]
             scaled = [f"d{end}_{SCALED_READING}" for end in ends]
             table[scaled] = rows.reindex(columns=scaled)
-        same[reading] = int((table[reading] == table["published"]).sum())
+        n_same[reading] = int((table[reading] == table["published"]).sum())
         sets = rows["best_set"].map(split_combinations)
         among[reading] = pd.Series(
             [name in best for name, best in zip(table["published"], sets, strict=False)]
         )
     return {
         "holds": {reading: of_rows(among[reading]) for reading in GRID_READINGS},
-        "same": same,
+        "same": n_same,
         "among": {reading: int(inside.sum()) for reading, inside in among.items()},
         "rows": table.dropna(subset=list(GRID_READINGS)).to_dict("records"),
     }
@@ -246,11 +246,15 @@ def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> di
 def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
     """Count the rows of Table I and the combinations that describe a patch better than the mean patch does."""
     tables = (grid, rows)
-    better = {reading: [table[f"Z_tS_{reading}"] < null for table in tables] for reading in GRID_READINGS}
+    holds, worse = {}, {}
+    for reading in GRID_READINGS:
+        better = [table[f"Z_tS_{reading}"] < null for table in tables]
+        holds[reading] = of_rows(better[1])
+        worse[reading] = [int((~is_better).sum()) for is_better in better]
     return {
-        "holds": {reading: of_rows(of_rows_of_table) for reading, (_, of_rows_of_table) in better.items()},
+        "holds": holds,
         "null": null,
-        "counts": {reading: [int((~of).sum()) for of in pair] for reading, pair in better.items()},
+        "counts": worse,
         "n": (len(grid), len(rows)),
     }
 
@@ -373,6 +377,8 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
 def defects(table: pd.DataFrame) -> dict[str, dict[Any, float]]:
     """Average over the ten rows how n_S and d change with each defect of the published sampling corrected."""
     columns = ["n_S_percent", *(f"d_{reading}" for reading in GRID_READINGS)]
-    by = {str(name): rows.set_index("row")[columns] for name, rows in table.groupby("sampling", sort=False)}
-    reference = by.pop("as published")
-    return {name: (rows - reference).mean().to_dict() for name, rows in by.items()}
+    by_sampling = {
+        str(name): rows.set_index("row")[columns] for name, rows in table.groupby("sampling", sort=False)
+    }
+    reference = by_sampling.pop("as published")
+    return {name: (rows - reference).mean().to_dict() for name, rows in by_sampling.items()}

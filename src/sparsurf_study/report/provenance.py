@@ -27,12 +27,12 @@ UNKNOWN = Origin()
 
 def provenance(origin: Origin) -> dict[str, Any]:
     """Return the version, the date, the command, and the input files with their checksums as far as they are still there."""
-    known = [path for path in origin.inputs if Path(path).is_file()]
+    present = [path for path in origin.inputs if Path(path).is_file()]
     return {
         "version": __version__,
         "date": date.today().isoformat(),
         "command": origin.command,
         "n_inputs": origin.n_inputs,
         "libraries": origin.libraries,
-        "inputs": [(path, checksum(path)) for path in known],
+        "inputs": [(path, checksum(path)) for path in present],
     }

@@ -303,9 +303,7 @@ def test_the_verdict_says_what_the_runs_and_the_readings_say(page):
         own = {"places": places.assign(n_runs=n_runs), "tests": tests.assign(p=p), "rows": rows}
         return Page(html_of(page | own)).text
 
-    words = (
-        "9 of 10 published values of d and 10 of 10 of Z lie in the middle 95 % of {} runs made as published."
-    )
+    words = "9 of 10 published values of d and 10 of 10 of Z lie in the central 95 % of {} runs made as published."
     for p, n_runs, verdict in (
         (0.5, 200, "Yes"),
         (0.01, 200, "No"),
@@ -661,7 +659,7 @@ MADE_UP = {  # of chapters of the page: all different
     "surface": {"n_dots": 12345, "n_centres": 167, "mean_roughness": 0.61234, "source": "dms"},
 }  # fmt: skip
 SENTENCES = [
-    "3 of 10 published values of d and 4 of 10 of Z lie in the middle 95 % of 217 runs made as published",
+    "3 of 10 published values of d and 4 of 10 of Z lie in the central 95 % of 217 runs made as published",
     "The whole grid was run 217 times as published",
     "Of all 20 values, 12 lie between the lowest and the highest run. Of the 10 published combinations, 6 were the best",
     "too high by 0.14 on average. Therefore only 2 of 10 published d",

@@ -38,12 +38,12 @@ def seen_alike(
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Superpose two forms and look at what changes most; points and normals (N, 3) of each, towards the viewer along z."""
     (_, surface, molecule, change), (_, other, moved, _) = forms
-    most = change >= np.nanquantile(change, 0.9)
-    view = render.oblique(surface.points[most], surface.normals[most], 90)  # from above
+    changed = change >= np.nanquantile(change, 0.9)
+    view = render.oblique(surface.points[changed], surface.normals[changed], 90)  # from above
     rotation, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0])
     moved_back = other.points @ rotation + shift, other.normals @ rotation
-    both = [(surface.points, surface.normals), moved_back]
-    return [(points @ view.T, normals @ view.T) for points, normals in both]
+    superposed = [(surface.points, surface.normals), moved_back]
+    return [(points @ view.T, normals @ view.T) for points, normals in superposed]
 
 
 def highest_shown(changes: Sequence[np.ndarray]) -> float:
@@ -62,12 +62,12 @@ def changes_figure(
     name: str, forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]], table: pd.DataFrame
 ) -> Figure:
     """Draw two forms (title, Surface, Molecule, change over its floor by dot), and the change along the residues."""
-    known = table["over_floor"].dropna()
-    n_above = (known > 1).sum()
-    by_chance = f"about {SHARE_ABOVE_FLOOR * len(known):.0f} would by chance"
-    message = f"{n_above} of {len(known)} residues change more than their floor, {by_chance}"
-    if most_of(n_above, len(known)):
-        message = f"most residues change more than their floor ({n_above} of {len(known)}, {by_chance})"
+    ratios = table["over_floor"].dropna()
+    n_above = (ratios > 1).sum()
+    by_chance = f"about {SHARE_ABOVE_FLOOR * len(ratios):.0f} would by chance"
+    message = f"{n_above} of {len(ratios)} residues change more than their floor, {by_chance}"
+    if most_of(n_above, len(ratios)):
+        message = f"most residues change more than their floor ({n_above} of {len(ratios)}, {by_chance})"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
     shape = layout.pixels(WIDTH - 8, HEIGHT)
@@ -79,7 +79,9 @@ def changes_figure(
         layout.text(figure, x, 1, title)
         layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
     meanings = {"change below its floor": BELOW, "buried, or missing from the other form": REST}
-    handles = [Patch(facecolor=colour, edgecolor="0.6", label=words) for words, colour in meanings.items()]
+    handles = [
+        Patch(facecolor=colour, edgecolor="0.6", label=meaning) for meaning, colour in meanings.items()
+    ]
     layout.legend(figure, 30, HEIGHT + 7, handles, ncols=2)
     bar = figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max")
     bar.set_label("change of shape and fields, over its floor")
@@ -93,8 +95,8 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     ax.bar(position, table["total"], 1.0, color=change_colours(table["over_floor"].to_numpy(), scale))
     _name_most(ax, table, position)
     floor = table[["total_floor", "total_moved"]].max(axis=1).where(table["total"].notna())
-    words = "floor: fresh dots or moved atoms, the larger one"
-    ax.hlines(floor, position - 0.5, position + 0.5, color="black", linewidth=0.8, label=words)
+    label = "floor: fresh dots or moved atoms, the larger one"
+    ax.hlines(floor, position - 0.5, position + 0.5, color="black", linewidth=0.8, label=label)
     begin = np.flatnonzero(table["chain"] != table["chain"].shift())
     shown = _named(table, position, begin if len(begin) > 1 else begin[:0])
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]

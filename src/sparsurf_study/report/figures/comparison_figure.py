@@ -70,11 +70,11 @@ def _draw_samplers(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
 def _draw_references(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
     """Draw the reference values of Z; return the entries of the legend."""
     handles = []
-    for column, (dashes, words) in REFERENCES.items():
+    for column, (dashes, name) in REFERENCES.items():
         if column in table:
             value = float(table[column].mean())
             ax.axhline(value, color=GREY, linewidth=0.6, linestyle=dashes, zorder=1)
-            label = f"{words}: {value:.2f}"
+            label = f"{name}: {value:.2f}"
             handles.append(Line2D([], [], color=GREY, linewidth=0.6, linestyle=dashes, label=label))
     return handles
 
@@ -94,7 +94,7 @@ def _mark_gain(ax: Axes, table: pd.DataFrame) -> None:
         ends = (n_s, row["value"]), (row["n_S_percent"], row["value"])
         arrow = {"arrowstyle": "->", "linewidth": 1, "shrinkA": 3, "shrinkB": 3}
         ax.annotate("", *ends, arrowprops=arrow, zorder=9)
-        words = f"same Z:\n{row['n_S_percent'] / n_s:.1f} times\nfewer dots"
+        note = f"same Z:\n{row['n_S_percent'] / n_s:.1f} times\nfewer dots"
         ax.annotate(
-            words, ends[1], (4, 1), textcoords="offset points", va="bottom", path_effects=HALO, zorder=9
+            note, ends[1], (4, 1), textcoords="offset points", va="bottom", path_effects=HALO, zorder=9
         )

@@ -56,15 +56,15 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])
         best = _maps(figure, grid, f"d_{reading}", (scale, levels), (12, y + 9), side, gap)
-        words = f"{words_of(reading)}, α = {alpha:g}{largest}: {best}"
-        layout.text(figure, 6, y + 0.3, words)
+        title = f"{words_of(reading)}, α = {alpha:g}{largest}: {best}"
+        layout.text(figure, 6, y + 0.3, title)
     height = pitch * (len(readings) - 1) + side
     bar = figure.colorbar(scale, cax=layout.axes(figure, used - 17, 10, 2.5, height))
     bar.set_label("$d = Z_{tR} - Z_{tS}$ (above 0: better)")
     bar.ax.set_ylim(limits)
     bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)  # of the contours
     marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
-    handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
+    handles = [Line2D([], [], **mark, linestyle="", label=label) for label, mark in marks.items()]
     layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
     return figure
 
@@ -91,9 +91,9 @@ def _maps(
     for k, (beta, table) in enumerate(zip(betas, tables, strict=True)):
         fine = _interpolated(deltas, gammas, table.to_numpy())[2]
         _map(tiles, k, (deltas, gammas), table.to_numpy(), fine, colours)
-        known = grid[(grid.beta == beta) & grid[column].notna()]
-        if best is not None and len(known):
-            top = known.iloc[int(known[column].argmax())]
+        evaluated = grid[(grid.beta == beta) & grid[column].notna()]
+        if best is not None and len(evaluated):
+            top = evaluated.iloc[int(evaluated[column].argmax())]
             mark = (BEST_OF_ALL if top.name == best.name else BEST) | {"clip_on": False, "zorder": 3}
             tiles.ax.plot(*tiles.places(0, k, np.array([top.delta]), np.array([top.gamma])).T, **mark)
         x, _ = tiles.corner(0, k)
@@ -160,8 +160,8 @@ def _interpolated(
     return fine[0], fine[1], table
 
 
-def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
-    """Say how many `of` (such as combinations) beat a random subset under each reading."""
-    (first, (n_first, total)), *others = better.items()
-    rest = "".join(f", {n or 'none'} {words}" for words, (n, _) in others)
-    return f"{n_first} of {total} {of} beat a random subset {first}{rest}"
+def beats_uniform(better: dict[str, tuple[int, int]], unit: str) -> str:
+    """Say how many of a `unit` (such as combinations) beat a random subset under each reading."""
+    (first, (n_first, total)), *other_readings = better.items()
+    clauses = "".join(f", {n or 'none'} {reading}" for reading, (n, _) in other_readings)
+    return f"{n_first} of {total} {unit} beat a random subset {first}{clauses}"

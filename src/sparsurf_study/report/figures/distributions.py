@@ -27,7 +27,7 @@ BINS = 40
 def figure(measures: pd.DataFrame) -> Figure:
     """Draw a histogram of each of `batches.summary.measures`, with the median as a line."""
     figure = layout.constrained(layout.PAGE, 90)
-    for k, ((column, words), ax) in enumerate(zip(PANELS.items(), figure.subplots(2, 2).flat, strict=True)):
+    for k, ((column, label), ax) in enumerate(zip(PANELS.items(), figure.subplots(2, 2).flat, strict=True)):
         values = measures[column].dropna().to_numpy(float)
         if column == "atoms":
             ax.set_xscale("log")
@@ -43,7 +43,7 @@ def figure(measures: pd.DataFrame) -> Figure:
             ax.hist(values, edges, color=layout.PALE, edgecolor=layout.DARK, linewidth=0.3)
             ax.axvline(float(np.median(values)), color=layout.SAMPLED)
         ax.yaxis.set_major_locator(MaxNLocator(5, integer=True))
-        ax.set_xlabel(words)
+        ax.set_xlabel(label)
         ax.set_ylabel("surfaces")
         ax.set_title("ABCD"[k], loc="left", fontweight="bold")
     return layout.fix_layout(figure)

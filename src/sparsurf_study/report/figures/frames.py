@@ -106,14 +106,14 @@ def _name_points(ax: Axes, points: np.ndarray, names: Sequence[str]) -> None:
     taken: list[Bbox] = []
     for point, name in zip(points, names, strict=True):
         for far, angle in offsets:
-            words = _annotate(ax, name, point, far, angle)
-            box = words.get_window_extent()
+            annotation = _annotate(ax, name, point, far, angle)
+            box = annotation.get_window_extent()
             inner = inside.fully_containsx(box.x0) and inside.fully_containsx(box.x1)
             inner = inner and inside.fully_containsy(box.y0) and inside.fully_containsy(box.y1)
             if inner and not box.count_contains(dots) and not box.count_overlaps(taken):
                 taken.append(box)
                 break
-            words.remove()  # without a free position there is no name
+            annotation.remove()  # without a free position there is no name
 
 
 def _annotate(ax: Axes, name: str, point: np.ndarray, far: float, angle: float) -> Annotation:
@@ -121,9 +121,9 @@ def _annotate(ax: Axes, name: str, point: np.ndarray, far: float, angle: float) 
     leader = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 3, "shrinkB": 2} if far > 8 else None
     middle: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "zorder": 4}
     offset = far * np.cos(angle), far * np.sin(angle)
-    words = ax.annotate(name, (point[0], point[1]), offset, arrowprops=leader, **middle)
-    words.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground="white")])
-    return words
+    annotation = ax.annotate(name, (point[0], point[1]), offset, arrowprops=leader, **middle)
+    annotation.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground="white")])
+    return annotation
 
 
 def _silhouettes(ax: Axes, silhouettes: dict[int, float], chosen: int) -> None:

@@ -77,8 +77,8 @@ def _name_panels(tiles: layout.Tiles, alphas: np.ndarray, betas: np.ndarray) -> 
     w, h = tiles.size
     for column, beta in enumerate(betas):
         x, _ = tiles.corner(0, column)
-        words = f"α = {alphas[0]:g}, β = {beta:g}" if len(alphas) == len(betas) == 1 else f"β = {beta:g}"
-        tiles.ax.text(x + w / 2, -1, words, ha="center", va="bottom")
+        title = f"α = {alphas[0]:g}, β = {beta:g}" if len(alphas) == len(betas) == 1 else f"β = {beta:g}"
+        tiles.ax.text(x + w / 2, -1, title, ha="center", va="bottom")
     for row, alpha in enumerate(alphas):
         x, y = tiles.corner(row, len(betas) - 1)
         if len(alphas) * len(betas) > 1:

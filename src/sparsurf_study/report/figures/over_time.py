@@ -86,8 +86,8 @@ def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], erro
     ax.hist(values, bins=np.linspace(*limits, bins + 1).tolist(), orientation="horizontal", color=PALE)
     sd = values.std(ddof=1)
     decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two digits of the sd
-    words = f"mean {values.mean():.{decimals}f}" + ("" if np.isnan(sd) else f", sd {sd:.{decimals}f}")
-    ax.set(ylim=limits, title=words.replace("-", "−"), xticks=[], yticks=[])
+    title = f"mean {values.mean():.{decimals}f}" + ("" if np.isnan(sd) else f", sd {sd:.{decimals}f}")
+    ax.set(ylim=limits, title=title.replace("-", "−"), xticks=[], yticks=[])
     ax.spines["bottom"].set_visible(False)
     if np.isfinite(error):
         right = 1.05 * ax.get_xlim()[1]

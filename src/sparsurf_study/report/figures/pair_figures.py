@@ -42,7 +42,7 @@ def book_figure(
 ) -> Figure:
     """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch)."""
     touching = [table["interface"].to_numpy() == 1 for table in tables]
-    both = all(mask.any() for mask in touching)
+    in_contact = all(mask.any() for mask in touching)
     pages = opened(surfaces, touching)
     shape = layout.pixels(PAGE_WIDTH, PAGE_HEIGHT)
     cameras = [render.aim(dots.points, page, shape) for dots, page in zip(surfaces, pages, strict=True)]
@@ -54,30 +54,30 @@ def book_figure(
     figure = layout.sheet(layout.PAGE, 148, layout.headed(name, where_matches_lie(places)))
     for side in (1, 2):
         auc = f": AUC {auc_of(main, side, 'auc')}" if side in main.index else ""
-        words = f"partner {side}, seen from partner {3 - side}{auc}"
-        layout.text(figure, 4 + (side - 1) * (PAGE_WIDTH + 2), 1, words)
-    words = "rank of the smoothed\ndistance of patches (%)\n(low: good match)"
-    _row(figure, 7, surfaces, cameras, tables, "propensity_smoothed", words)
-    if both:
+        label = f"partner {side}, seen from partner {3 - side}{auc}"
+        layout.text(figure, 4 + (side - 1) * (PAGE_WIDTH + 2), 1, label)
+    label = "rank of the smoothed\ndistance of patches (%)\n(low: good match)"
+    _row(figure, 7, surfaces, cameras, tables, "propensity_smoothed", label)
+    if in_contact:
         for side in (0, 1):
             colour = np.where(touching[side][:, None], colors.to_rgb(INSIDE), colors.to_rgb(OUTSIDE))
             _page(figure, side, 77, surfaces[side], colour, cameras[side])
         layout.text(figure, 162, 80, "interface: dots\nclose to the\nother partner", color=INSIDE)
     else:
-        words = "rank of the smoothed similarity\n(%; low: alike)"
-        _row(figure, 77, surfaces, cameras, tables, "similarity_smoothed", words)
+        label = "rank of the smoothed similarity\n(%; low: alike)"
+        _row(figure, 77, surfaces, cameras, tables, "similarity_smoothed", label)
     return figure
 
 
 def where_matches_lie(places: Mapping[int, str]) -> str:
     """Say whether matching patches lie at the interface, by the place of each partner's AUC relative to 0.5."""
-    at = [side for side, place in places.items() if place == "above"]
+    matching = [side for side, place in places.items() if place == "above"]
     if not places:
         return ""
-    if len(at) == len(places):
+    if len(matching) == len(places):
         return "matching patches lie at the interface"
-    if at:
-        return f"matching patches lie at the interface of partner {at[0]} only"
+    if matching:
+        return f"matching patches lie at the interface of partner {matching[0]} only"
     away = [side for side, place in places.items() if place == "below"]
     if len(away) == len(places):
         return "matching patches lie away from the interface"
@@ -151,9 +151,9 @@ def over_pairs(run: str, table: pd.DataFrame) -> Figure:
     means = means_over_pairs(table).sort_values("mean")
     figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), _of_all(means) or run)
     ax = figure.subplots()
-    by = table.groupby(["score", "complex"], sort=False)["auc"].mean()
+    aucs = table.groupby(["score", "complex"], sort=False)["auc"].mean()
     for y, row in enumerate(means.to_dict("records")):
-        of_pairs = by[row["score"]]
+        of_pairs = aucs[row["score"]]
         ax.plot(of_pairs, np.full(len(of_pairs), y), ".", color="#999999", markersize=3)
         ax.plot([row["low"], row["high"]], [y, y], color="black", linewidth=1.2)
         ax.plot(row["mean"], y, "o", color=INSIDE, markersize=4)
@@ -173,5 +173,5 @@ def _of_all(means: pd.DataFrame) -> str:
     """Say how well complementarity finds the interfaces, next to protrusion; empty for fewer than two pairs."""
     by_score = means[means["complexes"] > 1].set_index("score")
     parts = {MAIN_SCORE: "AUC of complementarity", BASELINE: "of protrusion"}
-    aucs = {words: auc_of(by_score, score, "mean") for score, words in parts.items()}
-    return ", ".join(f"{words} {auc}" for words, auc in aucs.items() if auc)
+    aucs = {label: auc_of(by_score, score, "mean") for score, label in parts.items()}
+    return ", ".join(f"{label} {auc}" for label, auc in aucs.items() if auc)

@@ -55,13 +55,18 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     for hydrogens, dashes, words in ((False, (), ""), (True, (4, 2), ", with hydrogens")):
         mean, high_99 = np.array([error_at(float(x), hydrogens=hydrogens) for x in density]).T
         ax.plot(
-            density, mean, color=MEAN, linewidth=1.0, dashes=dashes or (None, None), label=f"law: mean{words}"
+            density,
+            mean,
+            color=MEAN,
+            linewidth=1.0,
+            dashes=dashes or (None, None),
+            label=f"law: mean{suffix}",
         )
         if not hydrogens:
             ax.plot(density, high_99, color=HIGH, linewidth=1.0, label="law: 99 % of the surface")
     size = 6 if len(table) == 1 else 4
-    for column, marker, colour, words in (("mean", "o", MEAN, "mean"), ("high_99", "s", HIGH, "99 %")):
-        points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {words}"}
+    for column, marker, colour, label in (("mean", "o", MEAN, "mean"), ("high_99", "s", HIGH, "99 %")):
+        points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {label}"}
         ax.plot(table["density"], table[column], marker, **points, **MARKERS)
     ax.set(
         xscale="log",
@@ -74,9 +79,9 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter("{x:g}")
     middle = table.median(numeric_only=True)
-    many = f"median of {len(table)}: " if len(table) > 1 else ""
+    prefix = f"median of {len(table)}: " if len(table) > 1 else ""
     ax.set_title(
-        f"{many}{share(middle['n_S_percent'])} % of the dots, {'' if many else 'mean '}error {middle['mean']:.3f} Å",
+        f"{prefix}{share(middle['n_S_percent'])} % of the dots, {'' if prefix else 'mean '}error {middle['mean']:.3f} Å",
         color=MEAN, fontweight="bold", fontsize=8,
     )  # fmt: skip
     drawing.legend(loc="outside right upper", labelspacing=0.9, handlelength=2.2)

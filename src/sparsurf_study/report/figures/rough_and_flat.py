@@ -57,13 +57,13 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
     """Say where the median patch of the sampling errs less than that of a random subset: on rough ones, on flat ones."""
     signs = [np.sign(np.nanmedian(z_tr) - np.nanmedian(z_ts)) for *_, z_ts, z_tr in panels]
     better = []
-    for words, flat in (("rough", False), ("flat", True)):
+    for kind, flat in (("rough", False), ("flat", True)):
         differences = []
         for _, roughness, z_ts, z_tr in panels:
             side = (np.asarray(roughness) > np.median(roughness)) == flat
             differences.append(np.nanmedian(np.asarray(z_tr)[side]) - np.nanmedian(np.asarray(z_ts)[side]))
         if min(differences) > 0:
-            better.append(words)
+            better.append(kind)
         elif max(differences) > 0:
             readings = [title.partition(", ")[2] for title, *_ in panels]
             first, second = (" and ".join(np.array(readings)[np.array(signs) == sign]) for sign in (1, -1))
@@ -117,11 +117,11 @@ def _curve(
     Return the drawn points of the medians and of the ends of the band, (3, n, 2).
     """
     values = {k: z[dots][np.isfinite(z[dots])] for k, dots in chosen.items()}
-    known = [k for k, one in values.items() if len(one) >= MIN_VALUES]
-    if not known:
+    drawn_bins = [k for k, z_of_bin in values.items() if len(z_of_bin) >= MIN_VALUES]
+    if not drawn_bins:
         return np.empty((3, 0, 2))
-    low, middle, high = np.array([np.quantile(values[k], [0.25, 0.5, 0.75]) for k in known]).T
-    centres = (edges[known] + edges[np.array(known) + 1]) / 2
+    low, middle, high = np.array([np.quantile(values[k], [0.25, 0.5, 0.75]) for k in drawn_bins]).T
+    centres = (edges[drawn_bins] + edges[np.array(drawn_bins) + 1]) / 2
     ax.fill_between(centres, low, high, color=colour, alpha=0.22, linewidth=0)
     ax.plot(centres, middle, "o-", color=colour, linewidth=1.4, markersize=3.5, label=label)
     steps = np.linspace(0, len(centres) - 1, STEPS * len(centres))
@@ -145,17 +145,17 @@ def _lines(ax: Axes, references: Mapping[str, Any], drawn: np.ndarray) -> None:
     """
     top, values = ax.get_ylim()[1], {**references, **references.get("floors", {})}
     taken: list[float] = []
-    for key, (words, dashes) in REFERENCES.items():
+    for key, (name, dashes) in REFERENCES.items():
         if (y := values.get(key, np.nan)) <= top:
             ax.axhline(y, color="black", linestyle=dashes, linewidth=0.6, zorder=0.5)
             if all(abs(y - other) > 0.09 * top for other in taken):
                 taken.append(y)
-                _name_line(ax, y, f"{words}, {y:.2f}", drawn)
+                _name_line(ax, y, f"{name}, {y:.2f}", drawn)
 
 
-def _name_line(ax: Axes, y: float, words: str, drawn: np.ndarray) -> None:
+def _name_line(ax: Axes, y: float, label: str, drawn: np.ndarray) -> None:
     """Write the name of a line above it at the right or at the left, where it touches fewer medians, then fewer bands."""
-    name = ax.text(0.99, y, words, transform=ax.get_yaxis_transform(), path_effects=layout.HALO, va="bottom")
+    name = ax.text(0.99, y, label, transform=ax.get_yaxis_transform(), path_effects=layout.HALO, va="bottom")
     touched = {}
     for side, x in (("right", 0.99), ("left", 0.01)):
         name.set(x=x, ha=side)

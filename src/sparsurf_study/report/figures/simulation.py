@@ -68,9 +68,9 @@ def _unit(longest: float) -> tuple[float, str]:
 
 def _series(ax: Axes, time: np.ndarray, values: pd.Series, colour: str) -> None:
     """Draw all values pale and their moving mean dark."""
-    many = len(values) >= 3 * WINDOWS
-    ax.plot(time, values, color=colour, linewidth=0.4, alpha=0.45 if many else 1.0)
-    if many:
+    is_long = len(values) >= 3 * WINDOWS
+    ax.plot(time, values, color=colour, linewidth=0.4, alpha=0.45 if is_long else 1.0)
+    if is_long:
         window = max(3, len(values) // WINDOWS)
         smooth = values.rolling(window, center=True, min_periods=window // 2 + 1).mean()
         ax.plot(time, np.asarray(smooth), color=colour, linewidth=1.0)

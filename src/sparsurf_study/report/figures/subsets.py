@@ -37,7 +37,7 @@ def draw(results: Results) -> Figure:
 def recovered_from(
     prepared: PreparedSurface, subset: Surface, threads: int
 ) -> tuple[str, Surface, np.ndarray]:
-    """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
+    """Reconstruct the surface from the minimal subset: title, surface, and its distance from the whole one."""
     density = comparable_density(prepared.density, prepared.patches.d_link)
     points, normals, _ = reconstruct(subset, density, measured_model(subset), threads=threads)
     surface = Surface(points, normals)
@@ -53,7 +53,7 @@ def figure(
     name: str = "",
     error: float | None = None,
 ) -> Figure:
-    """Draw the surface, subsets (title, Surface, colour) in one view, and a recovered one (title, Surface, distance in Å)."""
+    """Draw the surface, subsets (title, Surface, colour) in one view, and a reconstructed one (title, Surface, distance in Å)."""
     cells = len(subsets) + (3 if recovered else 1)
     columns = 2 if cells == 4 else 3
     if recovered:
@@ -65,25 +65,25 @@ def figure(
     behind = render.draw_surface(surface.points, surface.normals, render.PALE, camera)
     radius = max(render.DOT_RADIUS, 2 / camera.scale)  # at least two pixels, for large molecules
     _show(figure, corners, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
-    for k, (words, subset, colour) in enumerate(subsets, 1):
+    for k, (caption, subset, colour) in enumerate(subsets, 1):
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
         share = 100 * len(subset) / len(surface)
-        _show(figure, corners, k, scene, f"{fill(words, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
+        _show(figure, corners, k, scene, f"{fill(caption, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
     if recovered is None:
         return figure
     title, back, distance = recovered
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
-    words = f"{title},\nin the colours of its distance"
-    _show(figure, corners, cells - 2, scene, words, layout.RECOVERED)
+    caption = f"{title},\nin the colours of its distance"
+    _show(figure, corners, cells - 2, scene, caption, layout.RECOVERED)
     x, y = corners[cells - 2]
     bar = figure.colorbar(
         scale, cax=layout.axes(figure, x + 5, y + 54, 22, 1.8), orientation="horizontal", extend="max"
     )
     bar.set_ticks([0, MAX_DISTANCE / 2, MAX_DISTANCE])
     layout.text(figure, x + 31, y + 53.4, "distance (Å)")
-    words = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
-    x, y = _cell(figure, corners, cells - 1, words, "black")
+    caption = f"how far the dots of panel {ascii_uppercase[cells - 2]} lie\nfrom the true surface"
+    x, y = _cell(figure, corners, cells - 1, caption, "black")
     ends = np.linspace(0, MAX_DISTANCE, 41)
     label = f"distance (Å; last bar: {MAX_DISTANCE:g} and more)"
     layout.histogram(layout.axes(figure, x + 12, y + 14, 44, 32), distance, scale, label, "mean", ends)
@@ -91,19 +91,19 @@ def figure(
 
 
 def _cell(
-    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, words: str, colour: str
+    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, title: str, colour: str
 ) -> tuple[float, float]:
     """Write letter and title of cell k; return its upper left corner in mm."""
     x, y = corners[k]
     layout.letter(figure, x, y, ascii_uppercase[k])
-    layout.text(figure, x + 5, y + 0.3, words, color=colour)
+    layout.text(figure, x + 5, y + 0.3, title, color=colour)
     return x, y
 
 
 def _show(
-    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, scene: Scene, words: str, colour: str
+    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, scene: Scene, title: str, colour: str
 ) -> None:
     """Show picture k with its letter and title."""
-    x, y = _cell(figure, corners, k, words, colour)
+    x, y = _cell(figure, corners, k, title, colour)
     ax = layout.axes(figure, x + 1, y + 9.5, 58, 45)
     layout.show(ax, render.picture(scene), scene.camera, scale_bar=k == 0)

@@ -29,9 +29,9 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
     """Draw d on the left and Z_tS on the right, with a line for each row of Table I."""
     figure = layout.constrained(layout.PAGE, 82)
     panels = figure.subplots(1, 2)
-    for ax, (name, words) in zip(panels, MEASURES.items(), strict=True):
+    for ax, (name, label) in zip(panels, MEASURES.items(), strict=True):
         _panel(ax, places, rows, name)
-        ax.set_xlabel(words)
+        ax.set_xlabel(label)
     panels[0].axvline(0, color="black", linewidth=0.5, zorder=0)
     names = [
         f"{share(low)}–{share(high)} %   ({', '.join(f'{value:g}' for value in combination)})"
@@ -42,7 +42,7 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
     handles = [
         Line2D([], [], label=f"{int(places['n_runs'].max())} runs as published", **RUNS),
         Line2D([], [], color="black", label="published", **PUBLISHED),
-        Line2D([], [], color=SAMPLED, label="published, outside of the middle 95 %", **PUBLISHED),
+        Line2D([], [], color=SAMPLED, label="published, outside of the central 95 %", **PUBLISHED),
         Line2D([], [], label=f"ours, {words_of(FULL_READING)}", **OTHER),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=4)

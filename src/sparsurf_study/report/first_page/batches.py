@@ -22,8 +22,8 @@ def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
         "failures": [(reason, names[:MAX_SHOWN], len(names)) for reason, names in failures],
         "max_names": MAX_SHOWN,
         "links": [
-            (f"{it.path.split('/')[0]}/", f"one Parquet file for each batch: {it.content}")
-            for it in catalogue.in_section("batches")
+            (f"{output.path.split('/')[0]}/", f"one Parquet file for each batch: {output.content}")
+            for output in catalogue.in_section("batches")
         ],
     }
     if surfaces.empty:

@@ -21,9 +21,9 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
         for reading in readings:
             measured[f"d_{reading}"] = (f"d {words_of(reading)}", 2)
         rows: list[list[Any]] = []
-        for column, (words, digits) in measured.items():
+        for column, (label, digits) in measured.items():
             values = table[column].agg(["mean", "std", "min", "max"])
-            rows.append([words, *(number(x, digits) if digits else f"{x:,.0f}" for x in values)])
+            rows.append([label, *(number(x, digits) if digits else f"{x:,.0f}" for x in values)])
         found.append(
             {
                 "name": protein,

@@ -108,12 +108,14 @@ def row_values(
     published: pd.DataFrame | None,
 ) -> dict[str, Any]:
     """Collect one range of n_S: the best combination under each reading, and the published one."""
-    by = rows.set_index("reading")
-    of_first: Any = by.loc[readings[0]]
+    by_reading = rows.set_index("reading")
+    of_first: Any = by_reading.loc[readings[0]]
     row: dict[str, Any] = {
         "low": of_first["n_S_low_percent"],
         "high": of_first["n_S_high_percent"],
-        "cells": [winner_values(by.loc[reading].to_dict(), rows, reading, axis) for reading in readings],
+        "cells": [
+            winner_values(by_reading.loc[reading].to_dict(), rows, reading, axis) for reading in readings
+        ],
         "link": of_first.get(LINK, math.nan),
         "fragmented": is_fragmented(of_first),
         "published": None,
@@ -137,7 +139,7 @@ def winner_values(
         return None
     row = winner_row(winner, rows, reading)
     d, low, high = (row[f"d_cv{end}"] for end in ("", "_low", "_high"))
-    known = not math.isnan(low)
+    has_interval = not math.isnan(low)
     return {
         "reading": reading,
         "combination": combination(winner),
@@ -147,7 +149,7 @@ def winner_values(
         "high": high,
         "n_others": max(0, int(winner.get("n_best_set", 1)) - 1),
         "x": None if math.isnan(d) else axis.place(d),
-        "bar": (axis.place(low), axis.place(high)) if known else None,
+        "bar": (axis.place(low), axis.place(high)) if has_interval else None,
     }
 
 
@@ -159,8 +161,8 @@ def winner_row(winner: Mapping[Any, Any], rows: pd.DataFrame, reading: str) -> M
 
 def beaten(rows: pd.DataFrame, reading: str) -> tuple[int, int]:
     """Count the ranges in which d of the best combination lies above 0 with its 95 % interval, and all."""
-    known = rows[(rows["reading"] == reading) & rows["d_cv"].notna()]
-    return int((known["d_cv_low"] > 0).sum()), len(known)
+    measured = rows[(rows["reading"] == reading) & rows["d_cv"].notna()]
+    return int((measured["d_cv_low"] > 0).sum()), len(measured)
 
 
 def fragmented_of(places: list[dict[str, Any]]) -> tuple[int, int] | None:
@@ -204,14 +206,14 @@ def over_all(run: Run) -> dict[str, Any]:
 def _ranges_over_all(run: Run, relation: pd.DataFrame, rows: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """Yield each range of n_S with the combinations that are best on average."""
     for k, in_range in relation.groupby("range"):
-        by = in_range.set_index("reading")
+        by_reading = in_range.set_index("reading")
         cells = []
         for reading in run.readings:
             d = rows[(rows["reading"] == reading) & (rows["range"] == k)]["d_cv"].dropna()
-            best: Any = by.loc[reading]
+            best: Any = by_reading.loc[reading]
             cells.append((combination(best), d.median(), d.min(), d.max()))
         yield {
-            "low": by["n_S_low_percent"].iloc[0],
-            "high": by["n_S_high_percent"].iloc[0],
+            "low": by_reading["n_S_low_percent"].iloc[0],
+            "high": by_reading["n_S_high_percent"].iloc[0],
             "cells": cells,
         }

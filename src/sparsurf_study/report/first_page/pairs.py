@@ -28,8 +28,8 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
     from sparsurf_study.pairs.changes import SHARE_ABOVE_FLOOR, over_floor  # here: it loads every kernel
 
     table = run.read(f"{folder}/changes.csv")
-    known = table.dropna(subset=["total"])
-    ratio = over_floor(known)
+    measured = table.dropna(subset=["total"])
+    ratio = over_floor(measured)
     order = ratio.sort_values(ascending=False).index[:N_RESIDUES]
     rows: list[list[Any]] = []
     for index, row in zip(order, table.loc[order].to_dict("records"), strict=True):
@@ -42,11 +42,11 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
     return {
         "name": name,
         "n_moved": moved,
-        "n_known": len(known),
-        "by_chance": round(SHARE_ABOVE_FLOOR * len(known)),
-        "most": most_of(moved, len(known)),
+        "n_known": len(measured),
+        "by_chance": round(SHARE_ABOVE_FLOOR * len(measured)),
+        "most": most_of(moved, len(measured)),
         "top": [row[0] for row in rows[:3]],
-        "n_buried": len(table) - len(known),
+        "n_buried": len(table) - len(measured),
         "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
         "figure": run.figure(f"{folder}/changes.png"),
         "table": Table(columns, rows),
@@ -98,23 +98,23 @@ def of_pairs(run: Run) -> dict[str, Any] | None:
     return {
         "n_listed": len(names),
         "n_touching": n,
-        "scores": [score_values(table, score, words) for score, words in SCORES.items()] if n else [],
+        "scores": [score_values(table, score, label) for score, label in SCORES.items()] if n else [],
         "figure": run.figure("pairs/pairs.png") if n > 1 else None,
         "figures": figures,
         "table": Table(
-            ["pair", "partner", *(f"{words}: AUC (95 %)" for words in SCORES.values()), "files"], rows
+            ["pair", "partner", *(f"{label}: AUC (95 %)" for label in SCORES.values()), "files"], rows
         ),
     }
 
 
-def score_values(table: pd.DataFrame, score: str, words: str) -> dict[str, Any]:
+def score_values(table: pd.DataFrame, score: str, label: str) -> dict[str, Any]:
     """Collect the AUC of a score: the mean over pairs, or those of the two partners of a single pair."""
     if table["complex"].nunique() > 1:
         means = means_over_pairs(table)
         values = means.loc[means["score"] == score, ["mean", "low", "high"]].to_numpy().tolist()
     else:
         values = table.loc[table["score"] == score, ["auc", "low", "high"]].to_numpy().tolist()
-    return {"name": words, "values": values, "verdict": verdict_of(values)}
+    return {"name": label, "values": values, "verdict": verdict_of(values)}
 
 
 def verdict_of(values: list[list[float]]) -> str:

@@ -23,7 +23,7 @@ class Request(NamedTuple):
     """What the config asks of the minimal subset: dots that are enough, or a number of dots."""
 
     is_enough: bool  # the subset is the smallest that is good enough
-    words: str  # how good it is, or the dots that it keeps
+    phrase: str  # how good it is, or the dots that it keeps
 
 
 HOW = {"spheres": " from the atoms that its dots determine", "interpolant": " by interpolation"}
@@ -31,7 +31,7 @@ HOW = {"spheres": " from the atoms that its dots determine", "interpolant": " by
 
 def requested(minimal: Mapping[str, Any]) -> Request:
     """Say what the section `minimal` of a config asks for."""
-    words = {
+    phrases = {
         "error": (True, "with a mean error of {:g}\xa0Å"),
         "max_z": (True, "such that Z on the full surface is at most {:g}"),
         "percent": (False, "{:g}\xa0% of the dots"),
@@ -39,8 +39,8 @@ def requested(minimal: Mapping[str, Any]) -> Request:
         "density": (False, "{:g} dots per Å²"),
         "combination": (False, "the dots that the combination {} keeps"),
     }
-    key = next(key for key in words if key in minimal)
-    is_enough, form = words[key]
+    key = next(key for key in phrases if key in minimal)
+    is_enough, form = phrases[key]
     value = Combination(*minimal[key]) if key == "combination" else minimal[key]
     return Request(is_enough, form.format(value))
 
@@ -56,9 +56,9 @@ def of_dots(run: Run) -> dict[str, Any] | None:
     """Collect how many dots are enough, as medians over the surfaces; None where the run has no surface."""
     if not len(run.surfaces):
         return None
-    of, n = run.surfaces.median(numeric_only=True), len(run.surfaces)
-    own, path = f"{run.places[0]}/figures/required_dots.png", "required_dots.png"
-    path = own if n == 1 and run.has(own) else path
+    medians, n = run.surfaces.median(numeric_only=True), len(run.surfaces)
+    own_figure, path = f"{run.places[0]}/figures/required_dots.png", "required_dots.png"
+    path = own_figure if n == 1 and run.has(own_figure) else path
     first = run.places[0]
     return {
         "n_surfaces": n,
@@ -131,7 +131,7 @@ def of_residues(run: Run) -> list[dict[str, Any]]:
                 "means": [name.removeprefix("mean_").replace("_", " ") for name in columns],
             }
         )
-    return [one for one in found if one["rough"]]
+    return [surface for surface in found if surface["rough"]]
 
 
 def of_surfaces(run: Run) -> dict[str, Any] | None:
