@@ -47,7 +47,7 @@ with job(snakemake) as s:
         recovered_errors=errors,
     )
     drawn = [Path(path) for path in s.output if Path(path).parent.name == "figures"]
-    for name in dict.fromkeys(path.stem for path in drawn):
+    for name in dict.fromkeys(path.stem for path in drawn):  # drawn once for all formats of a figure
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
         for path in [path for path in drawn if path.stem == name]:
             layout.save(figure, path)

@@ -59,7 +59,7 @@ def main(*arguments: str) -> int:
     open_closed_streams()
     ignore_numba_threads()
     here, path = Path.cwd(), Path(path_to_config).resolve()
-    os.chdir(ROOT)
+    os.chdir(ROOT)  # paths of rules and results start at the checkout
     try:
         for option in options:
             if option.partition("=")[0] in CONFIG_OPTIONS:
@@ -100,25 +100,23 @@ def cluster_options(options: Sequence[str], here: Path) -> list[str]:
 
     A relative FOLDER starts where the command was given, `here`.
     """
-    tokens = [
-        word
-        for option in options
-        for word in (option.split("=", 1) if option.startswith(("--cluster=", "--profile=")) else [option])
-    ]
-    option = next((word for word in tokens if word in ("--cluster", "--profile")), None)
-    if option is None:
+    tokens: list[str] = []
+    for option in options:
+        tokens += option.split("=", 1) if option.startswith(("--cluster=", "--profile=")) else [option]
+    choice = next((word for word in tokens if word in ("--cluster", "--profile")), None)
+    if choice is None:
         return tokens
-    position = tokens.index(option)
+    position = tokens.index(choice)
     name = "".join(tokens[position + 1 : position + 2])
-    profile = ROOT / "profiles" / name if option == "--cluster" else (here / name).resolve()
+    profile = ROOT / "profiles" / name if choice == "--cluster" else (here / name).resolve()
     if not name or not any((profile / f"config{version}.yaml").is_file() for version in ("", ".v8+", ".v9+")):
         wanted = (
             "the name of a folder in profiles/, such as slurm"
-            if option == "--cluster"
+            if choice == "--cluster"
             else "a folder with the config.yaml of a Snakemake profile"
         )
-        raise InputError(f"{option} needs {wanted}, but has {name or 'none'}.")
-    found = slurm_options(profile) if option == "--cluster" and name == "slurm" else []
+        raise InputError(f"{choice} needs {wanted}, but has {name or 'none'}.")
+    found = slurm_options(profile) if choice == "--cluster" and name == "slurm" else []
     return ["--workflow-profile", str(profile), *found, *tokens[:position], *tokens[position + 2 :]]
 
 

@@ -158,7 +158,7 @@ def _polar_hydrogens(
     positions, owner = [], []
     for atom, in_file, close in zip(atoms, bonded, near, strict=True):
         arms = xyz[heavy][np.array(close, int)]
-        arms = arms[np.linalg.norm(arms - xyz[atom], axis=1) > 0.1]
+        arms = arms[np.linalg.norm(arms - xyz[atom], axis=1) > 0.1]  # without the atom itself
         if len(in_file):
             added = list(hydrogens[in_file])
         else:

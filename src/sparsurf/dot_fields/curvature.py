@@ -64,6 +64,7 @@ def _second_atoms(centres: np.ndarray, normals: np.ndarray, first: np.ndarray, o
 
     probe, n_atoms = origin.rules.probe_radius, len(origin.xyz)
     tree, reach = cKDTree(origin.xyz), float(origin.radii.max()) + probe + TOUCHING
+    # A query for all atoms would be slow, and a fixed number could miss one: it grows until none within reach is left
     k = min(NEIGHBOURS, n_atoms)
     while True:
         distance, atom = (

@@ -268,7 +268,7 @@ class PreparedSurface:
         fast: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compare subsets that each form a surface of their own."""
-        single = self.with_threads(1)
+        single = self.with_threads(1)  # the subsets are what the threads share
         build = (fast and reading.build_index_fast) or reading.build_index
         assert build is not None
 
@@ -312,6 +312,7 @@ class PreparedSurface:
         self, index: PatchIndex, tests: np.ndarray, z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute |z_tot - z| and patch sizes, (T,), of another surface, given its PatchIndex, at test dots of this one."""
+        # Every dot of the other surface is kept, and its patches are cut by its own links
         all_dots = np.ones(len(index.dot), np.uint64)
         patches = (index, self.points[tests], all_dots, 1, ("kept",), z_tot)
         _, z, sizes = descriptors.compare(*patches, **self._kernel)

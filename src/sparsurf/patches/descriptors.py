@@ -209,6 +209,7 @@ def compare_many(
     target = np.ascontiguousarray(z_tot[:, kind.order()])
     z = np.empty((len(readings), n_subsets, len(tests)))
     sizes = np.empty(z.shape, np.int32)
+    # At most half of the table is in use, so that a free place is always found, and soon
     n_keys = 1 << (2 * len(readings) * n_subsets * TESTS_PER_SLICE).bit_length()
     no_weights = np.empty((0, 0)), np.empty(0)
 
@@ -279,6 +280,7 @@ def _describe_slices(
     idle_buffers: list[tuple[np.ndarray, np.ndarray]] = []  # of threads that wait
 
     def describe_slice(a: int, b: int) -> None:
+        # The kernel leaves the buffers 0, so that later slices need not allocate and clear them again
         n = len(index.dot) + 1
         buffers = idle_buffers.pop() if idle_buffers else (np.zeros(n, np.uint8), np.zeros(n, np.uint64))
         rows = (b - a) * sizes.shape[1]

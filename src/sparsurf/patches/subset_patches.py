@@ -167,10 +167,12 @@ def new_patches(
     begin = start[0]
     for i in range(len(places)):
         stop = start[i + 1]
+        # The same dots around another test dot are another patch
         key = hashes[i // per_test] * np.uint64(3) + np.uint64(stop - begin)
         for k in range(begin, stop):
             key += hashes[ids[k]]
-        key |= np.uint64(1)
+        key |= np.uint64(1)  # 0 marks a free place
+        # Not by the lowest bits, of which one is set in every key
         place = np.int64((key >> np.uint64(20)) & np.uint64(mask))
         while keys[place] != 0 and keys[place] != key:
             place = (place + 1) & mask

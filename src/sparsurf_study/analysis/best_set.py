@@ -18,7 +18,7 @@ from sparsurf.streams import stream
 # In standard errors behind the first; combinations farther behind are excluded beforehand.
 MAX_ERRORS_BEHIND = 4.0
 SIMULATED = 1000  # outcomes from which a critical value is computed
-SIMULATED_AT_ONCE = 50
+SIMULATED_AT_ONCE = 50  # their differences between 120 combinations take 6 MB
 MAX_SIMULATED_TOGETHER = 120  # combinations, the best ones
 
 
@@ -78,6 +78,7 @@ def _critical_values(
     candidates: Scatter, covariance: np.ndarray, of_tests: np.ndarray, draws: int
 ) -> np.ndarray:
     """Return the 95 % quantile of the largest lead over each combination, (n,), if all were equally good."""
+    # One stream for all surfaces: the set follows from the distances alone, not from the seed of the study
     n, rng = len(candidates.mean), stream(0, "confidence set of the best")
     values, vectors = np.linalg.eigh(covariance)
     # with more combinations than test dots, some eigenvalues are 0 except for rounding, and their vectors arbitrary

@@ -47,7 +47,7 @@ def evaluate_frames(
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     rows: list[dict[str, Any]] = []
     while first + len(rows) < last:
-
+        # `begin` is bound as a default, since `rows` is longer in the next round
         def row_of(i: int, _: int, begin: int = first + len(rows)) -> dict[str, Any]:
             return frame_row(molecule, begin + i, atom_radii, settings, streams)
 

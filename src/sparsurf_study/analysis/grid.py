@@ -68,6 +68,7 @@ def evaluate_grid(
     if shared:
         _evaluate_with_shared_tests(prepared, out, tests, progress)
     else:
+        # The reference values of Z follow from one set of test dots, which no combination has to itself
         out.z_tot[:] = prepared.describe(prepared.draw_tests(n_tests))[0]
         _evaluate_with_own_tests(prepared, out, tests, progress)
     return out
@@ -152,7 +153,7 @@ def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> No
     draws = out.n_s.shape[1]
     sizes = np.zeros((len(out.readings), 2, draws, len(tests)), np.int32)
     z_tot = None
-    for a in range(0, draws, descriptors.MAX_SUBSETS // 2):
+    for a in range(0, draws, descriptors.MAX_SUBSETS // 2):  # each draw has a sampled and a random subset
         part = range(a, min(a + descriptors.MAX_SUBSETS // 2, draws))
         subsets = _draw_alone(prepared, out, k, part)
         z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, fast=True)

@@ -82,6 +82,7 @@ def roughness_correlations(
         orders = rng.permuted(np.tile(np.arange(len(x)), (SAMPLED_PERMUTATIONS, 1)), axis=1)
         orders = np.vstack([np.arange(len(x)), orders])  # the observed order is one of the possible ones
     largest = np.nanmax(np.abs(x[orders] @ y), axis=1)
+    # Correlations of equal permutations differ by rounding: the margin counts them as equal
     return out | {"p": float(np.mean(largest >= np.nanmax(np.abs(rho)) - 1e-12))}
 
 

@@ -76,7 +76,7 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
         ranges = read_table(folder / "ranges.csv")
         grid = read_table(folder / "grid.csv", best["combinations"], "combinations")
         return replace(result, grid=grid, ranges=ranges, best=best)
-    except InputError:
+    except InputError:  # a ValueError, but its sentence says more than the next one
         raise
     except (OSError, KeyError, ValueError) as error:
         raise InputError(

@@ -35,7 +35,7 @@ def read_table(path: Path | str, rows: int | None = None, unit: str = "rows") ->
     try:
         text = read_bytes(path).decode("utf-8")
         table = pd.read_csv(io.StringIO(text))
-    except InputError:
+    except InputError:  # a ValueError, but its sentence says more than the next one
         raise
     except ValueError as error:
         reason = str(error).splitlines()[0]

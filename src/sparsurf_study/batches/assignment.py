@@ -62,6 +62,7 @@ def assign_batches(sizes: Mapping[str, float]) -> dict[str, list[str]]:
         n_batches *= 2
     batches: dict[str, list[str]] = {}
     for name in sorted(sizes):
+        # Not `hash`, which differs between two runs of Python
         number = zlib.crc32(name.encode()) % n_batches + 1
         batches.setdefault(f"{number:04d}", []).append(name)
     return dict(sorted(batches.items()))

@@ -123,7 +123,7 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     for side, residues in zip(("first", "second"), common, strict=True):
         table[f"places_{side}"] = residues.places
     change = distances(common[0].moments, common[1].moments)
-    for k, name in reversed([*enumerate((*CHANNELS, TOTAL))]):
+    for k, name in reversed([*enumerate((*CHANNELS, TOTAL))]):  # the total stands first
         table[name], table[f"{name}_floor"] = change[:, k], fresh[:, k]
     table[f"{TOTAL}_moved"] = moved[:, -1]
     for name, floor in (("above", f"{TOTAL}_floor"), ("above_moved", f"{TOTAL}_moved")):
@@ -212,13 +212,10 @@ def _common_atoms(
     molecule: Molecule, reference: Molecule, names: Collection[str] | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return indices of the atoms that both molecules have, of some names or of all."""
-    atoms = [
-        {
-            (m.chain[i], m.residue[i], m.name[i]): i
-            for i in (range(m.n_atoms) if names is None else np.flatnonzero(np.isin(m.name, list(names))))
-        }
-        for m in (molecule, reference)
-    ]
+    atoms = []
+    for form in (molecule, reference):
+        named = range(form.n_atoms) if names is None else np.flatnonzero(np.isin(form.name, list(names)))
+        atoms.append({(form.chain[i], form.residue[i], form.name[i]): i for i in named})
     common = [key for key in atoms[0] if key in atoms[1]]
     moving, fixed = (np.array([atom_of[key] for key in common], int) for atom_of in atoms)
     return moving, fixed

@@ -69,7 +69,7 @@ def _empty(n: int, k: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _measure(a: np.ndarray, b: np.ndarray, partner: np.ndarray) -> Nearest:
     """Compute the distances of the nearest from differences, since near 0 the product loses half of the digits."""
-    partner = np.sort(partner, axis=1)
+    partner = np.sort(partner, axis=1)  # the stable sort below then gives ties to the lower index
     distance = np.empty(partner.shape)
     for j in range(partner.shape[1]):
         distance[:, j] = np.linalg.norm(a - b[partner[:, j]], axis=1)

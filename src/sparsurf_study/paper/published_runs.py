@@ -120,7 +120,7 @@ def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = (
     return {"n_rows": len(rows), "statistic": statistic, "p": p}
 
 
-@lru_cache
+@lru_cache  # d and Z_tS are tested with the same numbers of runs
 def _simulated_statistics(runs: tuple[int, ...], simulated: int) -> np.ndarray:
     """Simulate sums of squares of Student's t, each with as many degrees of freedom as runs minus one, (simulated,)."""
     t = stream(0, "published rows").standard_t(np.array(runs) - 1, size=(simulated, len(runs)))

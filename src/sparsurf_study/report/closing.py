@@ -163,6 +163,7 @@ def close_partial_run(
         close_batches(run, tables, results, warnings, failures, outputs, lengths, origin, config["minimal"])
     else:
         close_run(run, results, warnings, failures, outputs, lengths, origin, config["minimal"])
+    # Older than what they count, so that they are written again once the failed jobs have run
     oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
     closing = [*map(str, written), *outputs.values()]
     for path in closing:
@@ -204,12 +205,14 @@ def write_crate(
 
     `folder` is that of the run, by default that of the crate; what lies beside the crate is described as if it lay there.
     """
-    beside = Path(crate).parent
-    paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
+    folder_of_crate = Path(crate).parent
+    paths: list[Path] = []
+    for result in map(Path, results):
+        paths += sorted(result.rglob("*")) or [result]  # a folder stands for its files
     paths = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
-    folder = folder or beside
+    folder = folder or folder_of_crate
     files = {
-        path.relative_to(beside if path.is_relative_to(beside) else folder).as_posix(): path for path in paths
+        path.relative_to(folder_of_crate if path.is_relative_to(folder_of_crate) else folder).as_posix(): path for path in paths
     }
     text = json.dumps(describe_files(folder.name, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")

@@ -42,6 +42,7 @@ def export_structure(run: str, name: str, folder: str | Path) -> str:
         raise InputError(f"{row['structure']} has changed since the study: run the study again.")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    # Behind the columns that every run has, without protein, stand the fields that this study requested
     fields = [str(name) for name in list(dots)[len(columns_of("dots")) - 1 :] if dots[name].notna().any()]
     kept = Surface(
         *unpack_dots(dots),

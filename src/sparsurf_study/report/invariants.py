@@ -57,7 +57,8 @@ def numbers_missing_on_page(
     """Return the d of ranges.csv that the first page of a run, by default in its folder, shows otherwise, or not at all."""
     page = html.unescape(Path(path_to_page or run / PAGE).read_text(encoding="utf-8"))
     missing = []
-    for file in [file for file in files if Path(file).name == "ranges.csv"][:MAX_SHOWN]:
+    tables = [file for file in files if Path(file).name == "ranges.csv"]
+    for file in tables[:MAX_SHOWN]:  # the page shows no more surfaces one by one
         for k, row in pd.read_csv(run / file).dropna(subset=["d_cv"]).iterrows():
             if (shown := interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])) not in page:
                 missing.append((PAGE, f"it does not show d = {shown}, which is in row {k} of {file}."))

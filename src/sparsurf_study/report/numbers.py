@@ -69,11 +69,12 @@ def short_names(places: Iterable[Iterable[str]]) -> dict[str, str]:
     """Name places (protein, conformation) for pages: protein/conformation, or the protein alone if it is a single structure."""
     names = ["/".join(place) for place in places]
     proteins = Counter(name.split("/")[0] for name in dict.fromkeys(names))
-    return {
-        name: protein if conformation == SINGLE and proteins[protein] == 1 else name
-        for name in names
-        for protein, conformation in [name.split("/")]
-    }
+    shown = {}
+    for name in names:
+        protein, conformation = name.split("/")
+        is_single = conformation == SINGLE and proteins[protein] == 1
+        shown[name] = protein if is_single else name
+    return shown
 
 
 def beyond_ranges(values: pd.Series) -> float:

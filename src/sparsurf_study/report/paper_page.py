@@ -350,11 +350,11 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
         for row, rows in points.groupby("row")
     ]
     best = points.iloc[int(points["d"].argmax())]
-    crossings = [
-        rows["ratio"].iloc[k]
-        for _, rows in points.groupby("row")
-        if (k := int((rows["d"] < 0).to_numpy().argmax())) and rows["d"].iloc[0] > 0
-    ]
+    crossings = []
+    for _, rows in points.groupby("row"):
+        k = int((rows["d"] < 0).to_numpy().argmax())  # 0 where d is never below 0
+        if k and rows["d"].iloc[0] > 0:
+            crossings.append(rows["ratio"].iloc[k])
     step = max(1, math.ceil((high - low) / 6))
     return {
         "width": width,

@@ -85,7 +85,7 @@ def run(
                 output, _ = process.communicate(text, timeout=1.0)
                 break
             except subprocess.TimeoutExpired:
-                text = None
+                text = None  # `communicate` accepts the input only once
                 if wait:
                     wait()
             except BaseException:  # the study was stopped; GROMACS writes a checkpoint on SIGTERM

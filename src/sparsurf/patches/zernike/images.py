@@ -188,6 +188,7 @@ def _fill_pixels(
         ready = np.uint32(ready & (ready - lowest))
         p, next_, last = np.intp(i) * ROW_STRIDE + np.intp(j), np.uintp(1), np.uintp(2)
         a, b, c = np.uintp(p - ROW_STRIDE - 1), np.uintp(p - 1), np.uintp(p + ROW_STRIDE - 1)
+        # The last bit of the sum depends on its order, which is therefore written out
         total = (image[a] + image[a + next_] + image[a + last]) + (
             image[c] + image[c + next_] + image[c + last]
         )

@@ -152,6 +152,7 @@ def around_dots(
         text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover) | sheet))
         if len(text.encode()) <= MAX_BYTES:
             return text
+        # A little less than in proportion, so that the next attempt mostly fits, and the loop ends
         max_dots = int(0.95 * len(dots) * MAX_BYTES / len(text))
 
 

@@ -46,7 +46,7 @@ def book_figure(
     pages = opened(surfaces, touching)
     shape = layout.pixels(PAGE_WIDTH, PAGE_HEIGHT)
     cameras = [render.aim(dots.points, page, shape) for dots, page in zip(surfaces, pages, strict=True)]
-    scale = min(camera.scale for camera in cameras)
+    scale = min(camera.scale for camera in cameras)  # one for both, so that their sizes can be compared
     cameras = [camera._replace(scale=scale) for camera in cameras]
     main = agreement[agreement["score"] == MAIN_SCORE].set_index("partner")
     limits = main[["low", "high"]].to_numpy() - 0.5

@@ -85,15 +85,11 @@ def of_pairs(run: Run) -> dict[str, Any] | None:
         if not sides:
             rows.append([name, "", "no interface", "", files])
     several = len(names) > 1
-    figures = [
-        Figure(
-            path,
-            name if several else catalogue.outputs()["pairs/<pair>/book.png"].caption,
-            view if run.has(view) else "",
-        )
-        for name in names[:MAX_SHOWN]
-        for path, view in [(f"pairs/{name}/book.png", f"pairs/{name}/view.html")]
-    ]
+    figures = []
+    for name in names[:MAX_SHOWN]:
+        caption = name if several else catalogue.outputs()["pairs/<pair>/book.png"].caption
+        view = f"pairs/{name}/view.html"
+        figures.append(Figure(f"pairs/{name}/book.png", caption, view if run.has(view) else ""))
     n = int(table["complex"].nunique())
     return {
         "n_listed": len(names),
