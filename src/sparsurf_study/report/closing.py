@@ -212,7 +212,8 @@ def write_crate(
     paths = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
     folder = folder or folder_of_crate
     files = {
-        path.relative_to(folder_of_crate if path.is_relative_to(folder_of_crate) else folder).as_posix(): path for path in paths
+        path.relative_to(folder_of_crate if path.is_relative_to(folder_of_crate) else folder).as_posix(): path
+        for path in paths
     }
     text = json.dumps(describe_files(folder.name, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")

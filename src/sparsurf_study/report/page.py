@@ -38,17 +38,17 @@ def embedded(path: Path | str) -> str | None:
     return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
-def embedded_figures(folder: Path, paths: Iterable[str], beside: Path | None = None) -> dict[str, str]:
+def embedded_figures(folder: Path, paths: Iterable[str], page_folder: Path | None = None) -> dict[str, str]:
     """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`.
 
-    Those that are written together with the page lie in the folder `beside`.
+    Those that are written together with the page lie in the folder `page_folder`.
     """
     from PIL import Image  # comes with matplotlib
 
     urls: dict[str, str] = {}
     size = 0
     for path in dict.fromkeys(paths):
-        place = next((place for place in (beside or folder, folder) if (place / path).is_file()), None)
+        place = next((place for place in (page_folder or folder, folder) if (place / path).is_file()), None)
         if place is None:
             continue
         with Image.open(place / path) as stored:
