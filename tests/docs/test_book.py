@@ -41,7 +41,10 @@ def test_the_release_is_one():
     releases = re.findall(r"^## (\S+) \(([^)]*)\)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
     released = [version for version, date, _ in releases if date != "unreleased"]
     assert citation["version"] == sparsurf.__version__ == released[0]
-    assert len(releases) - len(released) <= 1 and releases[0][1] in ("unreleased", str(citation["date-released"]))
+    assert len(releases) - len(released) <= 1 and releases[0][1] in (
+        "unreleased",
+        str(citation["date-released"]),
+    )
     assert all(len(re.findall(r"^- ", text, re.M)) <= 20 for _, _, text in releases[:2])
 
 

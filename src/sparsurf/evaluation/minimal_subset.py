@@ -193,8 +193,8 @@ def represent(
         dots, weight = find_subset(prepared, sampler, *wanted, n_tests, choices)
     kept = surface.take(dots)
     if atoms is not None:
-        said = SPHERES if trials.model == SPHERES else request.model
-        kept = replace(kept, reconstruction=atoms.reconstruction(said))
+        model = SPHERES if trials.model == SPHERES else request.model
+        kept = replace(kept, reconstruction=atoms.reconstruction(model))
     if request.model == SPHERES:  # refuse dots that do not lie on spheres
         reconstruct(kept, model=SPHERES, threads=threads)
     model = INTERPOLANT if trials.model == INTERPOLANT else SPHERES
@@ -205,8 +205,8 @@ def represent(
 def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> Origin | None:
     """Return the atoms that all dots of a surface were placed on; None if they are not known, or the dots are some of them."""
     whole = surface.placed is not None or molecule is not None
-    known = whole and surface.kind.min() >= 0 and surface.atom.min() >= 0
-    return surface.origin if known else None
+    has_atoms = whole and surface.kind.min() >= 0 and surface.atom.min() >= 0
+    return surface.origin if has_atoms else None
 
 
 def _model(request: Minimal, sampler: str) -> str:
@@ -225,8 +225,8 @@ def _smallest(
     bound = TAIL_PER_ERROR * error if error_99 is None else error_99
     dots = smallest_cover(trials, error, bound)
     if dots is not None:
-        more = len(dots) > len(cover_dots(trials.prepared.surface, trials.atoms))
-        if more or request.sampler != AUTO:
+        dots_were_added = len(dots) > len(cover_dots(trials.prepared.surface, trials.atoms))
+        if dots_were_added or request.sampler != AUTO:
             return trials, dots, None
     # dots that touch every atom are more than enough, or do not determine their spheres
     model = INTERPOLANT if dots is None and request.model == AUTO else AUTO

@@ -165,15 +165,15 @@ def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray 
     surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
     assert atoms is not None
     chosen, fewer = cover_dots(surface, atoms), 0
-    for most in (*ROUNDS, None):
+    for largest_error in (*ROUNDS, None):
         rebuilt = rebuilt_from(surface, atoms, chosen, threads)
         if rebuilt.share < MIN_SHARE:
             return None
         if trials.error_of(chosen, rebuilt).over(error, error_99) <= 1:
             return _fewest_of_round(trials, chosen, fewer, error, error_99)
-        if most is not None:
-            errs = min(most, error_99)
-            added = dots_to_add(surface, chosen, rebuilt, errs, most == ROUNDS[0], threads)
+        if largest_error is not None:
+            errs = min(largest_error, error_99)
+            added = dots_to_add(surface, chosen, rebuilt, errs, largest_error == ROUNDS[0], threads)
             chosen, fewer = np.concatenate([chosen, added]), len(chosen)
     return None
 
@@ -182,17 +182,17 @@ def _fewest_of_round(
     trials: Trials, chosen: np.ndarray, too_few: int, error: float, error_99: float
 ) -> np.ndarray:
     """Return the first of the chosen dots, more than `too_few`, that are enough, by bisection to `MAX_SURPLUS`."""
-    enough = len(chosen)
+    sufficient = len(chosen)
     atoms, threads = trials.atoms, trials.prepared.threads
     assert atoms is not None
-    while too_few and enough - too_few > MAX_SURPLUS * enough:
-        middle = (too_few + enough) // 2
+    while too_few and sufficient - too_few > MAX_SURPLUS * sufficient:
+        middle = (too_few + sufficient) // 2
         rebuilt = rebuilt_from(trials.prepared.surface, atoms, chosen[:middle], threads)
         met = trials.error_of(chosen[:middle], rebuilt).over(error, error_99) <= 1
-        too_few, enough = (too_few, middle) if met else (middle, enough)
-    return chosen[:enough]
+        too_few, sufficient = (too_few, middle) if met else (middle, sufficient)
+    return chosen[:sufficient]
 
 
-def _clip(n: float, fewest: int, most: int) -> int:
-    """Round a number of dots up, and keep it between `fewest` and `most`."""
-    return int(np.clip(math.ceil(n - 1e-6), fewest, most))
+def _clip(n: float, fewest: int, largest: int) -> int:
+    """Round a number of dots up, and keep it between `fewest` and `largest`."""
+    return int(np.clip(math.ceil(n - 1e-6), fewest, largest))

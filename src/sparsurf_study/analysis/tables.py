@@ -86,9 +86,11 @@ def read_minimal(path: Path | str, surface: Surface) -> pd.DataFrame:
 
 def surface_of_minimal(table: pd.DataFrame) -> Surface:
     """Return the kept dots of a minimal.csv, which say how their surface is reconstructed."""
-    said = Reconstruction.of_columns({str(name): column.to_numpy() for name, column in table.items()})
+    reconstruction = Reconstruction.of_columns(
+        {str(name): column.to_numpy() for name, column in table.items()}
+    )
     points, normals = table[["x", "y", "z"]].to_numpy(), table[["nx", "ny", "nz"]].to_numpy()
-    return Surface(points, normals, reconstruction=said)
+    return Surface(points, normals, reconstruction=reconstruction)
 
 
 def grid_table(grid: Grid) -> pd.DataFrame:

@@ -52,7 +52,7 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     density = np.geomspace(max(low, MEASURED_FROM), min(high, MEASURED_TO), 50).clip(
         MEASURED_FROM, MEASURED_TO
     )
-    for hydrogens, dashes, words in ((False, (), ""), (True, (4, 2), ", with hydrogens")):
+    for hydrogens, dashes, suffix in ((False, (), ""), (True, (4, 2), ", with hydrogens")):
         mean, high_99 = np.array([error_at(float(x), hydrogens=hydrogens) for x in density]).T
         ax.plot(
             density,
