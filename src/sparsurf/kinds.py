@@ -216,19 +216,19 @@ TABLE: dict[str, dict[str, Choice]] = {
             "sparsurf.patches.readings:AMONG_KEPT",
             "among the kept dots",
             "All but the largest island of a patch are removed among the kept dots, as in the authors' code.",
-            condition="unconnected dots are removed from each subset, as in the authors' code",
+            condition="all but the largest island are removed in each subset, as in the authors' code",
         ),
         "kept_scaled": Choice(
             "sparsurf.patches.readings:SCALED",
             "among the kept dots, scaled link",
             "The same, with a link that grows with the spacing of the kept dots.",
-            condition="unconnected dots are removed with a link that grows with the spacing",
+            condition="all but the largest island are removed, with a link that grows with the spacing",
         ),
         "full": Choice(
             "sparsurf.patches.readings:ON_FULL",
             "on the full surface",
             "All but the largest island of a patch are removed once, on the full surface.",
-            condition="unconnected dots are removed once, from the full surface",
+            condition="all but the largest island are removed once, on the full surface",
         ),
         "recovered": Choice(
             "sparsurf.recovery.readings:ON_RECOVERED",
