@@ -46,7 +46,8 @@ with job(snakemake) as s:
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=errors,
     )
-    drawn = [Path(path) for path in s.output if Path(path).parent.name == "figures"]
+    no_figures = {s.output.bins, s.output.picture_sampled, s.output.picture_minimal}
+    drawn = [Path(path) for path in s.output if path not in no_figures]
     for name in dict.fromkeys(path.stem for path in drawn):  # drawn once for all formats of a figure
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
         for path in [path for path in drawn if path.stem == name]:

@@ -107,6 +107,11 @@ def test_a_ready_surface_is_taken_as_it_is(study, run):
     assert not (run / "ready/c1/structure.pdb").exists()
 
 
+def surface_area(folder):
+    """Area of a surface, Å^2."""
+    return read_npz(folder / "surface.npz").area.sum()
+
+
 @pytest.mark.parametrize("place", CONFORMATIONS)
 def test_tables_of_a_conformation_agree(run, place):
     folder, n = run / place, len(read_npz(run / place / "surface.npz"))
@@ -119,7 +124,12 @@ def test_tables_of_a_conformation_agree(run, place):
     assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
     assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
     recovered = pd.read_csv(folder / "recovered.csv").iloc[0]
-    assert row["recovered_mean"] == recovered["mean"] and recovered["dots"] == n - len(minimal)
+    assert row["recovered_mean"] == recovered["mean"]
+    if place in MOLECULES:  # independent dots, 8 per Å^2 of the whole surface
+        assert recovered["dots"] == pytest.approx(8 * surface_area(folder), rel=0.05)
+    else:
+        assert recovered["dots"] == n - len(minimal)
+    assert (recovered["measured_on"] == "independent dots") == (place in MOLECULES)
     assert row["recovered_Z_published"] == recovered["Z_published"] > 0
     assert pd.notna(row["best_kept"]) == (place in SAMPLED)
     surface = read_npz(folder / "surface.npz")
