@@ -1,8 +1,9 @@
 """Connected components of a molecular surface: the outside of each molecule, and its cavities.
 
-They follow from where the probe can stand, not from the distances of dots. Arcs that meet at a fixed probe belong
-together. So do the loops of arcs that bound one accessible patch of an atom, and a fixed probe with everything that
-intersects its concave triangle.
+Two dots belong to one component if the probe that touches the first can roll to the second: a cavity is what a probe can
+neither enter nor leave. So the components are those of the positions of the probe's centre, not of the dots: two cavities may
+meet at a cusp where their probes overlap, and yet no probe passes. Arcs that meet at a fixed probe belong together, and so do
+the loops of arcs that bound one accessible patch of an atom.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T
+from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T, U
 from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface
 
 if TYPE_CHECKING:
@@ -23,9 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
-ARC_STEP = 0.3  # Å, between positions that represent an arc
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
-NEIGHBOUR_DISTANCE = 1.0  # Å, of neighbouring dots on one patch
+ROUNDING = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
 
 
 def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
@@ -49,8 +49,8 @@ def components_of(
 
 def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray) -> np.ndarray:
     """Return `components_of` dots that were placed with a rolled probe; `kept` (K,) are its atoms among those of the dots."""
-    rolling, probe, n_atoms = _in_order_of_atoms(rolled), rolled.probe, len(kept)
-    centres = surface.points - rolled.origin + probe * surface.normals
+    rolling, n_atoms = _in_order_of_atoms(rolled), len(kept)
+    centres = surface.points - rolled.origin + rolled.probe * surface.normals
     rank = np.empty(n_atoms, np.int64)
     rank[rolled.by_position] = np.arange(n_atoms)
     owner = rank[np.searchsorted(kept, surface.atom)]
@@ -72,9 +72,8 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
         atom = owner[dots[0]]
         arcs = order[first[atom] : first[atom + 1]]
         nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
-        _join_loops(joined, arcs, nearest, centres[dots], meeting, rolling.atoms, atom)
+        _join_loops(joined, arcs, meeting, rolling, atom)
         labels[dots] = nearest
-    _join_cusps(joined, rolling, probe, meeting)
     roots = np.append(_roots(joined), np.arange(n_atoms) + n_arcs)
     _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
     return np.argsort(np.argsort(-count, kind="stable"))[labels]
@@ -195,75 +194,6 @@ def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
     return probe_of_end
 
 
-def _join_cusps(joined: np.ndarray, rolling: Rolling, probe: float, meeting: np.ndarray) -> None:
-    """Join the triangle of a fixed probe with an accessible centre whose probe reaches through it, where they meet at a cusp."""
-    if not (meeting >= 0).any():
-        return
-    positions, arc = _positions_along_arcs(rolling.arcs)
-    root = _roots(joined)
-    end, side = np.nonzero(meeting >= 0)
-    part_of_probe = np.full(len(rolling.probes), -1)
-    part_of_probe[meeting[end, side]] = root[end]
-    largest = np.bincount(root[end]).argmax()
-    small = np.flatnonzero((part_of_probe != largest) & (part_of_probe >= 0))
-    to_atoms = rolling.atoms.centre[rolling.triple[small]] - rolling.probes[small, None]
-    sides = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
-    sides *= np.sign((sides[:, 0] * to_atoms[:, 2]).sum(axis=1))[:, None, None]  # pointing into the triangle
-    order = np.argsort(positions[:, 0])
-    along, centres = positions[order], rolling.probes[small]
-    low, high = (np.searchsorted(along[:, 0], centres[:, 0] + shift) for shift in (-2 * probe, 2 * probe))
-    _join_through_triangles(
-        joined, along, root[arc[order]], centres, part_of_probe[small], sides, low, high, 2.0 * probe
-    )
-
-
-@njit(cache=True, nogil=True)
-def _join_through_triangles(
-    joined: np.ndarray,
-    positions: np.ndarray,
-    part: np.ndarray,
-    centres: np.ndarray,
-    own_part: np.ndarray,
-    sides: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    reach: float,
-) -> None:
-    """Join the part of each fixed probe with those of positions within `reach`, Å, that lie inside its triangle.
-
-    `positions`, (M, 3), are sorted along x with their `part`; those of probe k that are near along x are low[k]:high[k]. The rows
-    of `sides`, (K, 3, 3), point into its triangle.
-    """
-    for k in range(len(centres)):
-        for q in range(low[k], high[k]):
-            if part[q] == own_part[k]:
-                continue
-            x, y, z = (
-                positions[q, 0] - centres[k, 0],
-                positions[q, 1] - centres[k, 1],
-                positions[q, 2] - centres[k, 2],
-            )
-            if abs(y) > reach or abs(z) > reach or x * x + y * y + z * z > reach * reach:
-                continue
-            inside = True
-            for s in range(3):
-                inside &= x * sides[k, s, 0] + y * sides[k, s, 1] + z * sides[k, s, 2] > 0
-            if inside:
-                a, b = _root(joined, part[q]), _root(joined, own_part[k])
-                joined[max(a, b)] = min(a, b)
-
-
-def _positions_along_arcs(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions at most ARC_STEP apart on all arcs, with both ends, (M, 3), and the arc of each."""
-    turn = arcs[:, PHI_1] - arcs[:, PHI_0]
-    steps = np.ceil(arcs[:, RADIUS] * turn / ARC_STEP).astype(int)
-    arc = np.repeat(np.arange(len(arcs)), steps + 1)
-    step = np.arange(len(arc)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
-    phi = (arcs[arc, PHI_0] + turn[arc] * step / np.maximum(steps[arc], 1))[:, None]
-    outward = np.cos(phi) * arcs[arc, E1 : E1 + 3] + np.sin(phi) * arcs[arc, E2 : E2 + 3]
-    return arcs[arc, T : T + 3] + arcs[arc, RADIUS, None] * outward, arc
-
-
 def _arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> tuple[np.ndarray, np.ndarray]:
     """List the arcs around each atom, ascending: those around atom a are arcs[first[a]:first[a + 1]]."""
     atom = pair.T.ravel()
@@ -283,31 +213,85 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
 
 
 def _join_loops(
-    joined: np.ndarray,
-    arcs: np.ndarray,
-    nearest: np.ndarray,
-    centres: np.ndarray,
-    meeting: np.ndarray,
-    atoms: Atoms,
-    atom: int,
+    joined: np.ndarray, arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int
 ) -> None:
     """Join the loops of arcs that bound one accessible patch of an atom.
 
     On a sphere, loops + 1 - covered parts is the number of free parts. If there is one, all loops are joined; if there is one
-    covered part, none. Otherwise neighbouring dots decide.
+    covered part, none. Otherwise those are joined between which a great circle crosses the free part alone.
     """
     loops = _loops(arcs, meeting)
     n_loops = len(set(loops.values()))
     if n_loops < 2:
         return
-    n_covered = _n_covered_parts(atoms, atom)
+    n_covered = _n_covered_parts(rolling.atoms, atom)
     if n_loops == n_covered:
         _join(joined, np.full(len(arcs), arcs[0]), arcs)
     elif n_covered > 1:
-        loop = np.array([loops[arc] for arc in nearest.tolist()])
-        neighbouring = ((centres[:, None] - centres[None]) ** 2).sum(axis=2) < NEIGHBOUR_DISTANCE**2
-        a, b = np.nonzero(neighbouring & (loop[:, None] < loop))
-        _join(joined, nearest[a], nearest[b])
+        first, second = _facing_arcs(rolling, arcs, np.array([loops[arc] for arc in arcs.tolist()]), atom)
+        _join(joined, arcs[first], arcs[second])
+
+
+def _facing_arcs(
+    rolling: Rolling, arcs: np.ndarray, loop: np.ndarray, atom: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find pairs of arcs of different loops between which the shortest way on the sphere of an atom is free.
+
+    Of two sets of loops around one free part, the points nearest to one another are joined by a part of a great circle that
+    crosses no covered part, as it would end there earlier. These points are the ends of arcs, or the points of two arcs, or of an
+    arc and an end, on the great circle through the axes. So all these ways are tried, and none has to be sampled.
+    """
+    rows, centre = rolling.arcs[arcs], rolling.atoms.centre[atom]
+    axis = rows[:, U : U + 3] * np.where(rolling.pair[arcs, 0] == atom, 1.0, -1.0)[:, None]
+    height = ((rows[:, T : T + 3] - centre) * axis).sum(axis=1)
+    half = np.arctan2(rows[:, RADIUS], height)  # angle between the axis and the circle
+    ends = _ends(rows) - centre
+    ends /= np.linalg.norm(ends, axis=2, keepdims=True)
+    points, of_arc, towards = [ends[:, 0], ends[:, 1]], [np.arange(len(arcs))] * 2, [ends[:, 0], ends[:, 1]]
+    first, second = np.nonzero(loop[:, None] != loop)
+    for target in (axis[second], ends[second, 0], ends[second, 1]):
+        for side in (1.0, -1.0):
+            points.append(_on_circle(axis[first], half[first], target, side))
+            of_arc.append(first)
+            towards.append(target)
+    position, owner = np.concatenate(points), np.concatenate(of_arc)
+    valid = _on_arc(position, rows[owner], centre, float(rolling.atoms.reach[atom]))
+    position, owner = position[valid], owner[valid]
+    a, b = np.nonzero(loop[owner][:, None] < loop[owner])
+    free = _is_free(position[a], position[b], rolling.atoms, atom)
+    return owner[a[free]], owner[b[free]]
+
+
+def _on_circle(axis: np.ndarray, half: np.ndarray, target: np.ndarray, side: float) -> np.ndarray:
+    """Return the points of circles, (n, 3), that lie in the plane of their axis and a target, towards it or away from it."""
+    across = target - (target * axis).sum(axis=1)[:, None] * axis
+    length = np.linalg.norm(across, axis=1)
+    along_axis = length < ROUNDING  # then all points of the circle are equally near
+    across[along_axis] = np.cross(axis[along_axis], np.eye(3)[np.abs(axis[along_axis]).argmin(axis=1)])
+    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING)[:, None]
+    return np.cos(half)[:, None] * axis + side * np.sin(half)[:, None] * across
+
+
+def _on_arc(direction: np.ndarray, rows: np.ndarray, centre: np.ndarray, reach: float) -> np.ndarray:
+    """Return whether the points in directions (n, 3) of an atom's circles lie on their arcs, (n,) bool."""
+    w = centre + reach * direction - rows[:, T : T + 3]
+    p1, p2 = (w * rows[:, E1 : E1 + 3]).sum(axis=1), (w * rows[:, E2 : E2 + 3]).sum(axis=1)
+    turn = (np.arctan2(p2, p1) - rows[:, PHI_0] + ROUNDING) % (2 * math.pi)
+    return turn <= rows[:, PHI_1] - rows[:, PHI_0] + 2 * ROUNDING
+
+
+def _is_free(begin: np.ndarray, end: np.ndarray, atoms: Atoms, atom: int) -> np.ndarray:
+    """Return whether the shorter great circle between directions, (n, 3) each, meets no sphere around an atom, (n,) bool."""
+    axis, half = _covering_caps(atoms, atom)
+    cosine = np.clip((begin * end).sum(axis=1), -1.0, 1.0)
+    across = end - cosine[:, None] * begin
+    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING)[:, None]
+    length = np.arccos(cosine)
+    a, b = begin @ axis.T, across @ axis.T
+    turn = np.arctan2(b, a)  # of the point of the circle that is nearest to an axis
+    inside = (turn > 0) & (turn < length[:, None])
+    nearest = np.where(inside, np.hypot(a, b), np.maximum(a, end @ axis.T))
+    return (nearest <= np.cos(half) + ROUNDING).all(axis=1)
 
 
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
@@ -320,14 +304,19 @@ def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
     return dict(zip(arcs.tolist(), _roots(parent).tolist(), strict=True))
 
 
-def _n_covered_parts(atoms: Atoms, atom: int) -> int:
-    """Count the connected parts of an atom's sphere that its neighbours cover."""
+def _covering_caps(atoms: Atoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts of an atom's sphere that its neighbours cover: unit axes (n, 3) and half angles (n,), rad."""
     near = atoms.near[atoms.start[atom] : atoms.start[atom + 1]]
     axis = atoms.centre[near] - atoms.centre[atom]
     d = np.linalg.norm(axis, axis=1)
     cosine = (d**2 + atoms.reach[atom] ** 2 - atoms.reach[near] ** 2) / (2 * d * atoms.reach[atom])
     cuts = np.abs(cosine) < 1
-    axis, half = axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
+    return axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
+
+
+def _n_covered_parts(atoms: Atoms, atom: int) -> int:
+    """Count the connected parts of an atom's sphere that its neighbours cover."""
+    axis, half = _covering_caps(atoms, atom)
     overlap = np.arccos(np.clip(axis @ axis.T, -1, 1)) < half[:, None] + half
     label = np.arange(len(half))
     while ((least := np.where(overlap, label, len(half)).min(axis=1, initial=len(half))) < label).any():
