@@ -9,15 +9,28 @@ the loops of arcs that bound one accessible patch of an atom.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T, U
+from sparsurf.surfaces.rolling_probe import (
+    E1,
+    E2,
+    PHI_0,
+    PHI_1,
+    RADIUS,
+    Atoms,
+    Rolling,
+    T,
+    U,
+    blocker,
+    nearest_on_arc,
+)
 from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface
+from sparsurf.surfaces.vectors import Vector, add_scaled, point, squared_distance, vector_at
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,6 +39,17 @@ if TYPE_CHECKING:
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
 ROUNDING = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
+OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
+
+
+class EnclosedCentres(NamedTuple):
+    """Which centres of a rolling probe lie in cavities."""
+
+    arcs: np.ndarray  # (B,) bool
+    probes: np.ndarray  # (P,) bool, fixed ones
+    atoms: np.ndarray  # (A,) int8: OPEN, CLOSED, or MIXED where the nearest arc around the atom decides
+    order: np.ndarray  # int64; the arcs around atom a are order[first[a]:first[a + 1]]
+    first: np.ndarray  # (A + 1,) int64
 
 
 def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
@@ -60,11 +84,8 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     has_arcs = np.flatnonzero(np.diff(first))
     label = n_arcs + rolled.by_position  # by atom; it stays that of a sphere that touches no other
     label[has_arcs] = order[first[has_arcs]]
-    roots = _roots(joined)[order]
     mixed = np.zeros(n_atoms, bool)
-    if len(has_arcs):
-        lowest, highest = (of.reduceat(roots, first[has_arcs]) for of in (np.minimum, np.maximum))
-        mixed[has_arcs] = lowest != highest  # few atoms have arcs of several sets
+    mixed[_atoms_of_several_sets(_roots(joined), order, first, has_arcs)] = True
     labels = label[owner]
     doubtful = np.flatnonzero(mixed[owner])
     doubtful = doubtful[np.argsort(owner[doubtful], kind="stable")]
@@ -132,6 +153,138 @@ def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
     """Return the surface of the components that are not cavities; the order of its dots stays."""
     cavity = on_cavities(surface, component)
     return surface.take(~cavity) if cavity.any() else surface
+
+
+def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
+    """Return that no centre lies in a cavity, for a surface that keeps the walls of its cavities."""
+    n_arcs, n_probes, n_atoms = len(rolling.arcs), len(rolling.probes), len(rolling.atoms.centre)
+    states = np.zeros(n_atoms, np.int8)
+    return EnclosedCentres(
+        np.zeros(n_arcs, bool), np.zeros(n_probes, bool), states, *_arcs_of_atoms(rolling.pair, n_atoms)
+    )
+
+
+def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
+    """Find the centres from which the probe cannot leave.
+
+    The highest point along x of the centres around a molecule is the apex of a sphere. That of the centres in a cavity is not:
+    there the spheres lie above. What lies inside a cavity, such as an atom that touches no wall, is found from its own apex: the
+    way upwards first meets the wall.
+    """
+    n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
+    joined, meeting = _joined_arcs(rolling)
+    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    has_arcs = np.flatnonzero(np.diff(first))
+    mixed = _atoms_of_several_sets(_roots(joined), order, first, has_arcs)
+    for atom in mixed:
+        _join_loops(joined, order[first[atom] : first[atom + 1]], meeting, rolling, atom)
+    roots = _roots(joined)
+    label = n_arcs + np.arange(n_atoms)
+    label[has_arcs] = roots[order[first[has_arcs]]]
+    mixed = _atoms_of_several_sets(roots, order, first, has_arcs)
+    is_mixed = np.zeros(n_atoms, bool)
+    is_mixed[mixed] = True
+
+    def label_at(position: np.ndarray, atom: int) -> int:
+        """Return the set of a centre that touches an atom."""
+        if not is_mixed[atom]:
+            return int(label[atom])
+        arcs = order[first[atom] : first[atom + 1]]
+        return int(roots[arcs[_distances(position[None], rolling.arcs[arcs])[0].argmin()]])
+
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    apexes = centre + reach[:, None] * [1.0, 0.0, 0.0]
+    accessible = np.flatnonzero(_are_accessible(apexes, rolling.atoms))
+    label_of_apex = np.array([label_at(apexes[atom], atom) for atom in accessible.tolist()], np.int64)
+    highest = np.full(n_arcs + n_atoms, -np.inf)
+    np.maximum.at(highest, roots, _highest_of_arcs(rolling.arcs))
+    above = apexes[accessible, 0] > highest[label_of_apex]
+    outward: dict[int, int] = {}  # highest apex of each set that faces outwards
+    for atom, root in zip(accessible[above].tolist(), label_of_apex[above].tolist(), strict=True):
+        if root not in outward or apexes[atom, 0] > apexes[outward[root], 0]:
+            outward[root] = atom
+    closed = np.ones(n_arcs + n_atoms, bool)
+    # from above, so that whether the wall met on the way up is closed is known
+    for root, atom in sorted(outward.items(), key=lambda item: -apexes[item[1], 0]):
+        met, wall = _first_sphere_above(apexes[atom], centre, reach)
+        closed[root] = met is not None and closed[label_at(wall, met)]
+    arcs_closed = closed[roots]
+    probes = np.zeros(len(rolling.probes), bool)
+    probes[meeting[meeting >= 0]] = np.repeat(arcs_closed[:, None], 2, axis=1)[meeting >= 0]
+    states = np.where(closed[label], CLOSED, OPEN).astype(np.int8)
+    without = np.diff(first) == 0  # of these only spheres that touch no other have accessible centres
+    states[without & ~np.isin(np.arange(n_atoms), accessible)] = OPEN
+    states[is_mixed] = MIXED
+    return EnclosedCentres(arcs_closed, probes, states, order, first)
+
+
+def _atoms_of_several_sets(
+    roots: np.ndarray, order: np.ndarray, first: np.ndarray, has_arcs: np.ndarray
+) -> np.ndarray:
+    """Return the atoms whose arcs belong to several sets; these are few."""
+    if not len(has_arcs):
+        return has_arcs
+    lowest, highest = (
+        extreme.reduceat(roots[order], first[has_arcs]) for extreme in (np.minimum, np.maximum)
+    )
+    return has_arcs[lowest != highest]
+
+
+def _highest_of_arcs(arcs: np.ndarray) -> np.ndarray:
+    """Return the largest x of each arc, (B,): that of its ends, or of the highest point of its circle."""
+    top = np.arctan2(arcs[:, E2], arcs[:, E1])
+    on = (top - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
+    of_circle = arcs[:, T] + arcs[:, RADIUS] * np.hypot(arcs[:, E1], arcs[:, E2])
+    return np.where(on, of_circle, _ends(arcs)[:, :, 0].max(axis=1, initial=-np.inf))
+
+
+def _first_sphere_above(
+    position: np.ndarray, centre: np.ndarray, reach: np.ndarray
+) -> tuple[int | None, np.ndarray]:
+    """Return the sphere that the way upwards along x from a position meets first, and where; None if it meets none."""
+    half_chord = reach**2 - ((centre[:, 1:] - position[1:]) ** 2).sum(axis=1)
+    crossed = np.flatnonzero((half_chord > 0) & (centre[:, 0] > position[0]))
+    if not len(crossed):
+        return None, position
+    entry = centre[crossed, 0] - np.sqrt(half_chord[crossed])
+    return int(crossed[entry.argmin()]), np.array([entry.min(), *position[1:]])
+
+
+@njit(cache=True, nogil=True)
+def _are_accessible(positions: np.ndarray, atoms: Atoms) -> np.ndarray:
+    """Return whether the position on the sphere of each atom, (A, 3), lies in no other sphere, (A,) bool."""
+    accessible = np.empty(len(positions), np.bool_)
+    for atom in range(len(positions)):
+        accessible[atom] = blocker(point(positions, atom), atom, atoms, -1) < 0
+    return accessible
+
+
+@njit(cache=True, nogil=True)
+def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: EnclosedCentres) -> bool:
+    """Return whether an accessible centre that touches an atom lies in a cavity."""
+    if enclosed.atoms[atom] != MIXED:
+        return enclosed.atoms[atom] == CLOSED
+    nearest, best = -1, np.inf
+    for slot in range(enclosed.first[atom], enclosed.first[atom + 1]):
+        arc = enclosed.order[slot]
+        distance = _squared_distance_to_arc(position, rolling.arcs[arc])
+        if distance < best:
+            nearest, best = arc, distance
+    return enclosed.arcs[nearest]
+
+
+@njit(cache=True, nogil=True)
+def _squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
+    """Return the squared distance between a position and the nearest point of an arc."""
+    nearest, on = nearest_on_arc(position, arc)
+    if on:
+        return squared_distance(nearest, position)
+    best = np.inf
+    for column in (PHI_0, PHI_1):
+        end = add_scaled(vector_at(arc, T), arc[RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
+        end = add_scaled(end, arc[RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
+        best = min(best, squared_distance(end, position))
+    return best
 
 
 @njit(cache=True, nogil=True)

@@ -75,7 +75,7 @@ def test_cavities_are_removed_where_asked(density):
 def test_a_mesh_without_its_cavity_is_closed_and_encloses_it():
     given = shell(), np.full(200, 1.9)
     whole, outside = (
-        sparsurf.mesh(sparsurf.surface(given, cavities=each), density=2.0) for each in ("keep", "remove")
+        sparsurf.mesh(sparsurf.surface(given, cavities=each), step=0.6) for each in ("keep", "remove")
     )
     sides = np.sort(np.stack([outside.triangles, np.roll(outside.triangles, 1, axis=1)], axis=2), axis=2)
     assert (np.unique(sides.reshape(-1, 2), axis=0, return_counts=True)[1] == 2).all()
