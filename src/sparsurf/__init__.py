@@ -61,6 +61,7 @@ from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.atoms import infer_atoms
+    from sparsurf.api.depth import depth
     from sparsurf.api.fields import fields, residues
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
@@ -103,6 +104,7 @@ FUNCTIONS = {
     "recover": "api.minimal",
     "fields": "api.fields",
     "residues": "api.fields",
+    "depth": "api.depth",
     "write": "api.writing",
     "show": "api.show",
     "register": "kinds",
@@ -129,6 +131,7 @@ __all__ = [
     "compare",
     "components",
     "density_for",
+    "depth",
     "descriptors",
     "error_at",
     "fields",

@@ -23,6 +23,14 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def bytes_of_memory() -> float:
+    """Return the memory of this machine, bytes; infinity where the system does not tell it."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")
+
+
 def parallel_map(
     function: Callable[[int, int], Result], n: int, threads: int = 1, size: int = 2048
 ) -> list[Result]:

@@ -1,5 +1,6 @@
 """The book: its tables are those of the code. Once `make docs` has built it, its links lead somewhere and a browser shows it."""
 
+import json
 import re
 import urllib.parse
 from pathlib import Path
@@ -38,9 +39,10 @@ def test_the_commands_show_their_options():
 def test_the_release_is_one():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    metadata = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
     releases = re.findall(r"^## (\S+) \(([^)]*)\)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
     released = [version for version, date, _ in releases if date != "unreleased"]
-    assert citation["version"] == sparsurf.__version__ == released[0]
+    assert citation["version"] == sparsurf.__version__ == released[0] == metadata["version"]
     assert len(releases) - len(released) <= 1 and releases[0][1] in (
         "unreleased",
         str(citation["date-released"]),

@@ -12,9 +12,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
+from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.surfaces.read_surface import read_surface
 
 pytest.importorskip("pyarrow")
@@ -106,13 +108,46 @@ def test_the_ply_follows_the_rules_of_the_readers_of_masif_and_dmasif(done):
     vertices = dict(zip(names, values.T, strict=True))
     assert (triangles[:, 0] == 3).all() and {*triangles[:, 1:].ravel()} == {*range(n)}
     mesh = sparsurf.mesh(done / "protein.pdb", 4096, fields=["potential", "hbond", "hydropathy"])
-    for field, name in {"potential": "charge", "hbond": "hbond", "hydropathy": "hphob"}.items():
-        assert vertices[name] == pytest.approx(mesh.vertices.fields[field], rel=1e-5, abs=1e-5)
+    for field, name, unit in (
+        ("potential", "charge", 0.1),
+        ("hbond", "hbond", 1),
+        ("hydropathy", "hphob", 1),
+    ):
+        expected = unit * mesh.vertices.fields[field]
+        assert vertices[name] == pytest.approx(expected, rel=1e-5, abs=1e-5)
+    clipped = np.mean(
+        np.abs(vertices["charge"]) > 3
+    )  # as both programs do, which must not flatten the potential
+    assert clipped < 0.1
     assert np.abs(vertices["hbond"]).max() == 1 and {*vertices["iface"]} == {0, 1}
     labels = labels_of(done).query("name == 'protein' and label == 1")
     labelled = {*labels[["chain", "residue"]].itertuples(index=False, name=None)}
     keys = mesh.to_frame()[["chain", "residue"]].itertuples(index=False, name=None)
     assert vertices["iface"].tolist() == [key in labelled for key in keys]
+
+
+def test_values_have_the_units_and_ranges_of_masif(done):
+    """MaSIF's hydropathy is that of the residue of the nearest atom; its charge is clipped at 3 and its hbond lies within 1."""
+    molecule = sparsurf.read_molecule(done / "protein.pdb")
+    mesh = sparsurf.mesh(molecule, density=1.0, fields=["potential", "hbond", "hydropathy"])
+    fields, atom = mesh.vertices.fields, mesh.vertices.atom
+    own = np.array([HYDROPATHY.get(name, 0.0) for name in molecule.residue_name])[atom]
+    assert 0.75 < np.corrcoef(fields["hydropathy"], own)[0, 1] < 0.95
+    assert np.abs(fields["hydropathy"]).max() <= 4.5 and np.abs(fields["hbond"]).max() <= 1
+    assert (np.abs(fields["potential"] / 10) > 3).mean() < 0.1 < (np.abs(fields["potential"]) > 3).mean()
+
+
+def test_no_mesh_of_the_page_has_the_wall_of_a_cavity(done):
+    """On a structure that has cavities, by the call of the page."""
+    protein = ROOT / "data" / "tdp43" / "topology.pdb"
+    mesh = sparsurf.mesh(protein, n_vertices=4096)
+    dots = sparsurf.surface(protein)
+    component, table = sparsurf.components(dots)
+    assert table["cavity"].sum() == 4
+    walls = dots.points[(component == 1) & (dots.kind == 0)]  # of the largest cavity
+    assert cKDTree(mesh.vertices.points).query(walls)[0].min() > 1
+    with np.load(done / "protein.npz") as held:
+        assert len(held["verts"]) == 4096
 
 
 def test_plyfile_finds_what_dmasif_asks_for(done):

@@ -24,6 +24,7 @@ from sparsurf.api.inputs import (
 from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import index_array
+from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
@@ -156,8 +157,8 @@ def residues(
     -------
     DataFrame, one row per residue
         Its name, its area in total and by kind of dots (Å^2), its mean and lowest roughness (NaN where it is buried or lies
-        only in cavities), the mean of each field, and the numbers of its dots and of its kept dots. The reference of outputs
-        lists every column.
+        only in cavities), the mean of each field, its depth (Å, as in `depth`, where the dots carry their molecule),
+        and the numbers of its dots and of its kept dots. The reference of outputs lists every column.
 
     Raises
     ------
@@ -211,4 +212,8 @@ def residues(
             f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."
         )
     component = surface.placed.components(surface) if surface.placed else None
-    return residue_table(surface, values, atoms, dots_kept, weights, component)
+    table = residue_table(surface, values, atoms, dots_kept, weights, component)
+    if surface.origin and surface.molecule is not None:
+        of_atoms = depth_of_atoms(surface.origin.xyz, surface.origin.radii, surface.origin.rules.probe_radius)
+        table.insert(list(table).index("dots"), "depth", depth_of_residues(atoms, of_atoms))
+    return table

@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.arguments import index_array
 from sparsurf.errors import InputError, argument
-from sparsurf.molecules.formats import DOTS
+from sparsurf.molecules.formats import DOTS, suffix
 from sparsurf.molecules.libraries import (
     from_biopython,
     from_biotite,
@@ -24,6 +24,7 @@ from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
 from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.spheres import SPHERES
 from sparsurf.surfaces.surface import Surface, dot_label
 
 if TYPE_CHECKING:
@@ -153,8 +154,16 @@ def is_subset(source: Any) -> TypeGuard[Subset]:
     return hasattr(source, "weight") and isinstance(getattr(source, "surface", None), Surface)
 
 
+def is_file_of_spheres(source: Any) -> bool:
+    """Return whether the user gave the path of a file with radii, or of a small molecule, by its suffix."""
+    name = source.name if isinstance(source, Source) else source
+    return isinstance(name, str | Path) and suffix(name) in SPHERES
+
+
 def is_file_of_dots(source: Any) -> bool:
     """Return whether the user gave the path of a file that holds dots rather than atoms."""
+    if is_file_of_spheres(source):
+        return False
     source = opened(source)
     return isinstance(source, Source) and source.format.name == DOTS
 
@@ -163,5 +172,5 @@ def has_atoms(source: Any) -> bool:
     """Return whether the user gave the path of a molecule, a Molecule, or atoms of another library, rather than dots."""
     source = opened(source)
     if isinstance(source, Source):
-        return source.format.name != DOTS
+        return source.format.name != DOTS or is_file_of_spheres(source)
     return isinstance(source, Molecule) or _converter(source) is not None

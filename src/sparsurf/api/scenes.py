@@ -17,7 +17,11 @@ from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.surface import Surface
 
 # Of one file, which shows colours and stores no numbers; .cxc has two files next to it
-SCENES = tuple(name for name in kinds.suffixes("colours") if name not in kinds.suffixes("fields"))
+SCENES = tuple(
+    name
+    for name in kinds.suffixes("dots")
+    if name in kinds.suffixes("colours") and name not in kinds.suffixes("fields")
+)
 DOT_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
 MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters
@@ -25,15 +29,49 @@ PYMOL = """\
 {structure}python
 from pymol import cgo
 scene = []
-for r, g, b, {names} in (
+for r, g, b, x, y, z in (
 {rows}
 ):
-    scene += [cgo.COLOR, r, g, b, {objects}]
-cmd.load_cgo([{begin}] + scene + [{end}], "{name}")
+    scene += [cgo.COLOR, r, g, b, cgo.SPHERE, x, y, z, {radius}]
+cmd.load_cgo(scene, "dots")
 python end
 bg_color white
 orient
 """
+# Whole numbers keep the script of a fine mesh small: hundredths of colours and normals, thousandths of an Å
+PYMOL_MESH = (
+    """\
+{structure}python
+from pymol import cgo
+table = """
+    + '"""'
+    + """
+{vertices}
+"""
+    + '"""'
+    + """
+vertices = []
+for row in table.split("\\n")[1:-1]:
+    numbers = [int(number) for number in row.split()]
+    vertices.append([number / 100 for number in numbers[:6]] + [number / 1000 for number in numbers[6:]])
+table = """
+    + '"""'
+    + """
+{corners}
+"""
+    + '"""'
+    + """
+scene = [cgo.BEGIN, cgo.TRIANGLES]
+for row in table.split("\\n")[1:-1]:
+    for k in row.split():
+        r, g, b, u, v, w, x, y, z = vertices[int(k)]
+        scene += [cgo.COLOR, r, g, b, cgo.NORMAL, u, v, w, cgo.VERTEX, x, y, z]
+cmd.load_cgo(scene + [cgo.END], "mesh")
+python end
+bg_color white
+orient
+"""
+)
 PYMOL_STRUCTURE = """\
 python
 cmd.read_pdbstr(
@@ -54,7 +92,7 @@ def write_scene(
     one_colour: bool = False,
     triangles: np.ndarray | None = None,
 ) -> None:
-    """Write dots, or triangles (F, 3) between them in one colour, with the molecule as a cartoon where it is known.
+    """Write dots, or triangles (F, 3) between them, with the molecule as a cartoon where it is known.
 
     The suffix is .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), .pml (a script for PyMOL that
     holds everything), or .cxc (a script for ChimeraX, with NAME.bild and NAME.pdb next to it). `numbers` (N,) are B factors
@@ -99,10 +137,11 @@ def write_bild(
     colours = np.tile(KEPT, (len(points), 1)) if colours is None else colours
     lines, last = [], None
     if triangles is not None:
-        lines = [".color {:.2f} {:.2f} {:g}".format(*KEPT)]
-        lines += [
-            ".polygon " + " ".join(f"{x:.3f}" for x in corners.ravel()) for corners in points[triangles]
-        ]
+        for corners, colour in zip(points[triangles], colours[triangles].mean(axis=1), strict=True):
+            words = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
+            lines += [words] if words != last else []
+            lines.append(".polygon " + " ".join(f"{x:.3f}" for x in corners.ravel()))
+            last = words
     else:
         for point, colour in zip(points, colours, strict=True):
             words = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
@@ -139,18 +178,18 @@ def _write_pml(
             molecule.write_pdb(Path(folder, "structure.pdb"), frame)
             pdb = Path(folder, "structure.pdb").read_text(encoding="latin-1")
         structure = PYMOL_STRUCTURE.format(lines="\n".join(map(ascii, pdb.splitlines(keepends=True))))
-    values = np.hstack([colours, surface.points])
-    objects, names, begin, end = f"cgo.SPHERE, x, y, z, {DOT_RADIUS}", "x, y, z", "", ""
     if triangles is not None:
-        values = np.hstack([colours, surface.normals, surface.points])[triangles.ravel()]
-        objects, names = "cgo.NORMAL, u, v, w, cgo.VERTEX, x, y, z", "u, v, w, x, y, z"
-        begin, end = "cgo.BEGIN, cgo.TRIANGLES", "cgo.END"
-    rows = "\n".join(f"({', '.join(f'{x:.3f}' for x in row)})," for row in values)
-    words = {
-        "objects": objects,
-        "names": names,
-        "begin": begin,
-        "end": end,
-        "name": "dots" if not begin else "mesh",
-    }
-    path.write_text(PYMOL.format(structure=structure, rows=rows, **words), encoding="utf-8")
+        table = np.rint(np.hstack([100 * colours, 100 * surface.normals, 1000 * surface.points])).astype(int)
+        vertices, corners = (
+            "\n".join(" ".join(map(str, row)) for row in rows.tolist()) for rows in (table, triangles)
+        )
+        script = PYMOL_MESH.format(structure=structure, vertices=vertices, corners=corners)
+    else:
+        rows = _rows(np.hstack([colours, surface.points]))
+        script = PYMOL.format(structure=structure, rows=rows, radius=DOT_RADIUS)
+    path.write_text(script, encoding="utf-8")
+
+
+def _rows(values: np.ndarray) -> str:
+    """Return rows of numbers as tuples of Python, one in a line."""
+    return "\n".join(f"({', '.join(f'{x:.3f}' for x in row)})," for row in values.tolist())

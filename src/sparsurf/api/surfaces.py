@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,10 +20,11 @@ from sparsurf.api.inputs import (
     check_frame,
     has_atoms,
     is_file_of_dots,
+    is_file_of_spheres,
     is_subset,
     opened,
 )
-from sparsurf.arguments import CAVITIES, DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, REENTRANT, check_choice
+from sparsurf.arguments import CAVITIES, DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, REENTRANT, STEP, check_choice
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import DOTS
 from sparsurf.molecules.molecule import Molecule
@@ -38,6 +39,7 @@ from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.surfaces.spheres import read_spheres
 from sparsurf.surfaces.surface import Origin, Placement, Surface, real_numbers
 from sparsurf.threads import available_cores
 
@@ -67,7 +69,8 @@ def surface(
     Parameters
     ----------
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
-        Path of a structure, a Molecule, atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython, or the centres (A, 3) and
+        Path of a structure, path of a file with radii (.xyzr, .xyzrn, .pqr) or of a small molecule (.sdf, .mol, .mol2, with
+        radii of Bondi), a Molecule, atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython, or the centres (A, 3) and
         radii (A,) of spheres in Å.
     frame : int
         Position of the frame, from 0 (default 0). An AtomGroup of MDAnalysis has one, the current frame of its trajectory.
@@ -117,7 +120,7 @@ def surface(
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY.check(density, "density", "auto")
     rules = placement(probe_radius, density, radii, cavities, reentrant)
-    if not isinstance(molecule, tuple):
+    if not isinstance(molecule, tuple) and not is_file_of_spheres(molecule):
         atoms = as_molecule(molecule)
         check_frame(atoms, frame, "the molecule")
         return surface_of_molecule(atoms, rules, d_link, "surface", frame)
@@ -157,14 +160,14 @@ def components(
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
     >>> component, table = sparsurf.components(dots)
     >>> table["dots"].tolist(), table["cavity"].tolist()
-    ([24376, 224], [False, True])
+    ([24174, 224, 103, 85, 14], [False, True, True, True, True])
     """
     if isinstance(molecule, Surface) and dots is not None:
         raise InputError("components: give the molecule first, then its dots.")
     source: Any = molecule if isinstance(molecule, Surface) else dots
     target = surface(molecule) if source is None else as_dots(source)
     if target.origin is not None:
-        if source is dots and not isinstance(molecule, tuple):
+        if source is dots and not isinstance(molecule, tuple) and not is_file_of_spheres(molecule):
             atoms = as_molecule(molecule)
             frame = min(target.origin.frame, atoms.n_frames - 1)
             target.origin.refuse_molecule("components", atoms, frame)
@@ -187,6 +190,8 @@ def mesh(
     n_vertices: int | None = None,
     *,
     density: float | None = None,
+    step: float | None = None,
+    cavities: str | None = None,
     fields: FieldLike | Sequence[FieldLike] = (),
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface reconstructed from a few dots.
@@ -201,8 +206,14 @@ def mesh(
         Number of vertices, at most 100 per Å^2. Edges of a finer mesh are collapsed until so many are left; every vertex
         lies on the surface with its analytic normal, and the topology stays the same.
     density : float, optional
-        Instead of `n_vertices`, the fineness of the triangles, as the number of dots per Å^2 that are as fine (default 5.35).
-        Below 2.73 (with a probe of 1.4 Å) a finer mesh is reduced to as many vertices per Å^2.
+        Instead of `n_vertices`, the number of vertices per Å^2.
+    step : float, optional
+        Instead of a number of vertices, the step of the grid whose triangles are all kept, Å (default 0.5, which makes about 18
+        vertices per Å^2). Steps above half the radius of the probe count as that half.
+    cavities : {'keep', 'remove'}, optional
+        Whether the walls of closed cavities are part of the mesh. By default those of a molecule are removed, as in `points`, and
+        a Surface keeps the rule of its placement. For equal `cavities`, the areas of dots, points and mesh agree. A mesh that is
+        reconstructed from other dots has the cavities that these dots have.
     fields : str, callable, or sequence of these
         Fields of the vertices (default none): 'roughness', taken from the nearest dot of the dense surface, and any name
         that `fields` accepts.
@@ -211,12 +222,12 @@ def mesh(
     -------
     Mesh
         `vertices` (a Surface with the atom, the molecule and the fields of each vertex), `triangles` (F, 3) int,
-        counterclockwise from outside, and `volume` in Å^3. The mesh is closed.
+        counterclockwise from outside, and `volume` in Å^3. The mesh is closed: every edge belongs to two triangles.
 
     Raises
     ------
     InputError
-        The molecule or the dots cannot be used, both sizes are given, or the number of vertices is too high.
+        The molecule or the dots cannot be used, several sizes are given, or the number of vertices is too high.
 
     Examples
     --------
@@ -233,42 +244,85 @@ def mesh(
     >>> round(sparsurf.mesh(few).volume, -2)
     7900.0
     """
-    if n_vertices is not None and density is not None:
-        raise InputError("mesh: give either n_vertices or density, not both.")
-    n_vertices = None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices")
-    density = DENSITY.check(PUBLISHED_DENSITY if density is None else density, "density")
+    size = mesh_size(n_vertices, density, step)
+    if cavities is not None:
+        check_choice(cavities, CAVITIES, "cavities")
     names = check_fields(fields, "mesh")
     source = opened(surface)
     if isinstance(source, Surface) and source.placed:
-        made = mesh_of_atoms(source.placed.atoms_alone, n_vertices, density, names)
-        return _with_fields_of(source, made)
+        origin = source.placed.atoms_alone
+        if cavities is not None:
+            origin = replace(origin, rules=replace(placement_of(origin.rules), cavities=cavities))
+        return _with_fields_of(source, mesh_of_atoms(origin, size, names))
     if isinstance(source, Surface | Points) or is_subset(source) or is_file_of_dots(source):
-        return _mesh_of_dots(as_dots(source), n_vertices, density, names)
+        if cavities is not None:
+            raise InputError(
+                "mesh: cavities applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
+            )
+        return _mesh_of_dots(as_dots(source), size, names)
     atoms, frame, atom_radii = _spheres(source, 0, "dms")
     molecule = atoms if isinstance(atoms, Molecule) else None
-    rules = Placement()
+    rules = Placement(cavities=cavities or "remove")
     origin = Origin.of_atoms(molecule, frame, atoms.xyz[frame].round(3), rules, D_LINK, atom_radii)
-    return mesh_of_atoms(origin, n_vertices, density, names)
+    return mesh_of_atoms(origin, size, names)
 
 
-def _mesh_of_dots(few: Surface, n_vertices: int | None, density: float, names: Sequence[FieldLike]) -> Mesh:
+class MeshSize(NamedTuple):
+    """How many vertices a mesh has, or how fine its grid is: one of the three."""
+
+    n_vertices: int | None = None
+    density: float | None = None  # vertices per Å^2
+    step: float | None = None  # Å
+
+
+def mesh_size(n_vertices: Any = None, density: Any = None, step: Any = None) -> MeshSize:
+    """Check the arguments that set the size of a mesh."""
+    if sum(value is not None for value in (n_vertices, density, step)) > 1:
+        raise InputError("mesh: give either n_vertices or density or step, not several of them.")
+    return MeshSize(
+        None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices"),
+        None if density is None else DENSITY.check(density, "density"),
+        None if step is None else STEP.check(step, "step"),
+    )
+
+
+def placement_of(rules: Rules) -> Placement:
+    """Return rules of a placement, which may be the section of a config."""
+    return Placement(rules.probe_radius, rules.density, rules.radii, rules.cavities, rules.reentrant)
+
+
+def _mesh_of_dots(few: Surface, size: MeshSize, names: Sequence[FieldLike]) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
-    from sparsurf.recovery.mesh import mesh_of_dense
-    from sparsurf.recovery.reconstructing import reconstruct
     from sparsurf.sampling.samplers import nearest_kept
-    from sparsurf.surfaces.mesh import grid_step_for_density
 
-    threads = available_cores()
-    dense, outward, _ = reconstruct(few, density, threads=threads)
-    build = partial(mesh_of_dense, dense, outward, threads=threads)
-    made = _sized(build, grid_step_for_density(density), n_vertices, density)
+    made, dense = reconstructed_mesh(few, size)
     vertices = made.vertices
     both = np.concatenate([few.points, vertices.points])
     nearest = nearest_kept(both, np.arange(len(few)))[0][len(few) :]
     origin = few.origin and few.origin.atoms_alone
     vertices = replace(vertices, atom=few.atom[nearest], origin=origin)
-    vertices = with_fields(vertices, names, lambda: Surface(dense, outward), "mesh", threads)
+    vertices = with_fields(vertices, names, lambda: dense, "mesh", available_cores())
     return _with_fields_of(few, replace(made, vertices=vertices))
+
+
+def reconstructed_mesh(
+    few: Surface, size: MeshSize, model: str = "auto", reach: float | None = None
+) -> tuple[Mesh, Surface]:
+    """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
+    from sparsurf.recovery.mesh import mesh_of_dense
+    from sparsurf.recovery.reconstructing import reconstruct
+    from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
+    from sparsurf.surfaces.mesh import GRID_STEP
+
+    # the dense dots are as fine as the vertices, which lie on planes through these dots
+    fineness = (GRID_STEP / (size.step or GRID_STEP)) ** 2
+    density = max(PUBLISHED_DENSITY * max(1.0, fineness), size.density or 0.0)
+    threads = available_cores()
+    dense, outward, _ = reconstruct(
+        few, density, model, REACH if reach is None else reach, NEWTON_STEPS, threads
+    )
+    made = _sized(partial(mesh_of_dense, dense, outward, threads=threads), size, PROBE_RADIUS)
+    return made, Surface(dense, outward)
 
 
 def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
@@ -284,46 +338,35 @@ def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
     return replace(made, vertices=replace(made.vertices, fields=between | made.vertices.fields))
 
 
-def mesh_of_atoms(
-    origin: Origin, n_vertices: int | None, density: float, names: Sequence[FieldLike] = ()
-) -> Mesh:
+def mesh_of_atoms(origin: Origin, size: MeshSize, names: Sequence[FieldLike] = ()) -> Mesh:
     """Return the mesh of the atoms of an origin, which its vertices carry; its size and its fields are as in `mesh`."""
-    made = _mesh_of_spheres(origin.xyz, origin.radii, origin.rules, n_vertices, density)
+    from sparsurf.surfaces.mesh import molecular_mesh
+
+    xyz, radii, rules = origin.xyz, origin.radii, origin.rules
+
+    def build(step: float) -> Mesh:
+        return molecular_mesh(
+            xyz.round(3), radii, rules.probe_radius, step, available_cores(), rules.cavities
+        )
 
     def dense() -> Surface:
-        return surface_of_spheres(origin.xyz, origin.radii, origin.rules, D_LINK, "mesh")
+        return surface_of_spheres(xyz, radii, rules, D_LINK, "mesh")
 
+    made = _sized(build, size, rules.probe_radius)
     vertices = replace(made.vertices, origin=origin)
     return replace(made, vertices=with_fields(vertices, names, dense, "mesh", available_cores()))
 
 
-def _mesh_of_spheres(
-    xyz: np.ndarray, radii: np.ndarray, rules: Rules, n_vertices: int | None, density: float
-) -> Mesh:
-    """Return the mesh of spheres at `xyz` (A, 3) with `radii` (A,), Å; its size is as in `mesh`."""
-    from sparsurf.surfaces.mesh import grid_step_for_density, molecular_mesh, outer_mesh, widest_step
+def _sized(build: Callable[[float], Mesh], size: MeshSize, probe: float) -> Mesh:
+    """Build a mesh on a grid that suits the radius of the probe, Å, and reduce it to the vertices that are requested."""
+    from sparsurf.surfaces.decimation import sized_mesh  # here: dots need none of these kernels
+    from sparsurf.surfaces.mesh import GRID_STEP, widest_step
 
-    widest = widest_step(rules.probe_radius)
-    step = min(grid_step_for_density(density) if n_vertices is None else widest_step(PROBE_RADIUS), widest)
-
-    def build(step: float) -> Mesh:
-        fine = molecular_mesh(xyz.round(3), radii, rules.probe_radius, step, threads=available_cores())
-        return outer_mesh(fine) if rules.cavities == "remove" else fine
-
-    return _sized(build, step, n_vertices, density)
-
-
-def _sized(build: Callable[[float], Mesh], step: float, n_vertices: int | None, density: float) -> Mesh:
-    """Build a mesh on a grid of `step` Å, and reduce it where fewer vertices are requested."""
-    from sparsurf.surfaces.decimation import decimate, sized_mesh  # here: dots need none of these kernels
-    from sparsurf.surfaces.mesh import grid_step_for_density
-
-    if n_vertices is not None:
-        return sized_mesh(build, step, n_vertices)
-    fine = build(step)
-    if step == grid_step_for_density(density):
-        return fine
-    return decimate(fine, round(density * float(fine.vertices.area.sum())))
+    if size.n_vertices is None and size.density is None:
+        return build(min(size.step or GRID_STEP, widest_step(probe)))
+    return sized_mesh(
+        build, min(widest_step(PROBE_RADIUS), widest_step(probe)), size.n_vertices, size.density
+    )
 
 
 def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
@@ -356,6 +399,11 @@ def placement(
 
 def _spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:
     """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
+    if is_file_of_spheres(source):
+        spheres = read_spheres(source)
+        source = spheres.xyz, spheres.radii
+        if frame != 0:
+            raise InputError(f"the molecule has one frame, 0: there is no frame {frame}.")
     if isinstance(source, tuple) and len(source) == 2:
         xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
         return SimpleNamespace(xyz=xyz[None]), 0, values

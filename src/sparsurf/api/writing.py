@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -26,7 +27,11 @@ from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
-from sparsurf.surfaces.formats.ply import write_ply
+from sparsurf.surfaces.formats.meshes import BY_TRIMESH, write_by_trimesh, write_vtp
+from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis, write_ply
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spheres import write_spheres
 from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, without_reconstruction
 
 if TYPE_CHECKING:
@@ -37,9 +42,13 @@ if TYPE_CHECKING:
 
 NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
 # PLY first: most programs open it
-MESHES = tuple(sorted({*NUMBERS} & {*kinds.suffixes("triangles")}, reverse=True))
+MESHES = tuple(
+    sorted(
+        (name for name in kinds.suffixes("triangles") if name not in SCENES), key=lambda name: name != ".ply"
+    )
+)
 DOTS_ALONE = (*NUMBERS, *SCENES)
-DOTS = kinds.suffixes("dots")  # DMS names the atom of every dot
+DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
 TABLES = (".csv", ".npz")
 PAGES = (".html", ".png")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
@@ -57,7 +66,7 @@ class Dots:
     shown : the column that gives colours; by default the kind of the dots
     molecule : Molecule of the dots, and its frame; they cannot be written as DMS without it
     faces : (F, 3) triangles between them if they are known: then this is a mesh
-    coloured : whether a PLY has colours; without them all its properties are floats
+    coloured : whether a PLY, OBJ or GLB has colours; without them all properties of a PLY are floats
     single : whether numbers of an npz are float32 and its triangles int32, as networks take them
     words : message when they are written
     about : what a page or picture says besides the dots
@@ -101,6 +110,14 @@ class Dots:
         table = pd.DataFrame(self.table)
         fields = {name: values for name, values in self.surface.fields.items() if name not in table}
         return table.join(pd.DataFrame(fields, index=table.index)) if fields else table
+
+    @property
+    def values_shown(self) -> np.ndarray | None:
+        """The numbers (N,) that give colours: those of the column `shown`, or of the first field; None for the kinds."""
+        if self.shown:
+            return np.asarray(self._all[self.shown], float)
+        fields = list(self.surface.fields.values())
+        return np.asarray(fields[0], float) if fields else None
 
     def to_frame(self) -> pd.DataFrame:
         """Return all columns, in the order of a CSV."""
@@ -169,8 +186,18 @@ def write_dots(output: str | Path, dots: Dots) -> None:
 
     def ply(path: Path) -> None:
         values = dots.numbers
-        colours = values.pop(dots.shown).astype(float) if dots.shown else None
-        write_ply(path, surface, colours, dots.shown or "", values, dots.faces, dots.coloured)
+        shown = dots.shown
+        if dots.faces is not None and dots.coloured and surface.fields:
+            shown = next(iter(surface.fields))
+        colours = values.pop(shown).astype(float) if shown else None
+        write_ply(path, surface, colours, shown or "", values, dots.faces, dots.coloured)
+
+    def by_trimesh(path: Path) -> None:
+        assert dots.faces is not None  # `formats` has these suffixes for meshes only
+        numbers = dots.values_shown
+        colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers)
+        coloured = dots.coloured and path.suffix != ".stl"
+        write_by_trimesh(path, surface.points, surface.normals, dots.faces, colours if coloured else None)
 
     def dms(path: Path) -> None:
         molecule = dots.molecule
@@ -189,12 +216,17 @@ def write_dots(output: str | Path, dots: Dots) -> None:
             arrays = {name: _single(array) for name, array in arrays.items()}
         _npz(path, arrays)
 
+    n_spheres, names, header = _spheres_of(dots, str(output))
+
     writers: dict[str, Callable[[Path], Any]] = {
+        ".vert": lambda path: write_vertices(path, surface, n_spheres, names, header),
         ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
         ".npz": npz,
         ".ply": ply,
         ".dms": dms,
+        ".vtp": lambda path: write_vtp(path, surface.points, surface.normals, dots.numbers, dots.faces),
     }
+    writers |= dict.fromkeys(BY_TRIMESH, by_trimesh)
     writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
     writers[".html"] = lambda path: _write_page(path, dots)
     writers[".png"] = lambda path: _write_picture(path, dots, str(output))
@@ -204,6 +236,28 @@ def write_dots(output: str | Path, dots: Dots) -> None:
             "its vertices."
         )
     write_file(output, dots.formats, writers)
+    if (faces := dots.faces) is not None and (
+        names_of_files := re.fullmatch(r"(.*)\.vert(\.gz)?", str(output), re.I)
+    ):
+        second = f"{names_of_files[1]}.face{names_of_files[2] or ''}"
+        write_file(
+            second, (".face",), {".face": lambda path: write_faces(path, surface, faces, n_spheres, header)}
+        )
+
+
+def _spheres_of(dots: Dots, output: str) -> tuple[int, list[str] | None, Header]:
+    """Return the number and the names of the spheres that dots lie on, and the header of their files of MSMS."""
+    surface, molecule = dots.surface, dots.molecule
+    origin = surface.origin
+    molecule = origin.molecule if molecule is None and origin else molecule
+    n = int(surface.atom.max()) + 1 if origin is None else len(origin.radii)
+    names = None
+    if molecule is not None and output.lower().removesuffix(".gz").endswith(".vert"):
+        names = _names_of_atoms(molecule)
+        n = len(names)
+    area = float(surface.area.sum())
+    density = len(surface) / area if area > 0 else 0.0  # NaN where areas are unknown
+    return n, names, Header(os.path.basename(output), density, origin.rules.probe_radius if origin else 0.0)
 
 
 def _write_page(path: Path, dots: Dots) -> None:
@@ -290,15 +344,18 @@ def write(
 
     Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb
     next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field. A
-    .html is an interactive page, as that of `show`, and a .png is a picture, for which matplotlib must be installed. A
-    Subset is shown on its surface, and a table of `residues` as the roughness along each chain.
+    .vtp (for ParaView and PyVista) holds dots or a mesh with all their numbers. A .obj, .glb or .stl holds a mesh, and is
+    written by trimesh, which must be installed. A .html is an interactive page, as that of `show`, and a .png is a picture, for
+    which matplotlib must be installed. A Subset is shown on its surface, and a table of `residues` as the roughness along each
+    chain.
 
     Parameters
     ----------
     result : Surface, Points, Subset, Mesh, Molecule, or DataFrame
-        What is written. A mesh is written as PLY, or as npz with `vertices`, `faces`, `normals` and its fields; its numbers
-        are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their fields. `read_surface` reads
-        both.
+        What is written. A molecule is written as PDB, or as spheres of the radii 'dms' (.xyzr, .xyzrn). A mesh is written as
+        PLY, as npz with `vertices`, `faces`, `normals` and its fields, or as .vert with a .face next to it, as by the program
+        MSMS; in PLY and npz its numbers are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their
+        fields. `read_surface` reads all three.
     path : str or Path
         File to write; its folder must exist.
     molecule : path, Molecule, or atoms of another library, optional
@@ -308,8 +365,8 @@ def write(
     names : dict of str to str, optional
         Names that fields get in the file, such as {'hydropathy': 'hphob'}; the other fields keep theirs.
     colours : bool, optional
-        Whether a PLY has colours. By default dots have them and a mesh has none: all its properties are then floats, as
-        readers of meshes for networks need them.
+        Whether a PLY, OBJ or GLB has colours, of the first field or of the kinds. By default dots have them and a mesh has
+        none: all its properties are then floats, as readers of meshes for networks need them.
 
     Raises
     ------
@@ -339,10 +396,7 @@ def write(
         write_table(path, cast("pd.DataFrame", result))
         return
     if isinstance(result, Molecule):
-        check_frame(result, frame, "the molecule")
-        if Path(path).suffix.lower() != ".pdb":
-            raise InputError(f"{path}: a molecule is written as a PDB; name a file that ends in .pdb.")
-        result.write_pdb(path, frame)
+        _write_molecule(result, path, frame)
         return
     atoms = None if molecule is None else as_molecule(molecule)
     if atoms is not None:
@@ -378,6 +432,28 @@ def write(
         return
     parse_output(path, (".cxc",))  # it writes files next to it
     _write_scene(Path(path), dots)
+
+
+def _write_molecule(molecule: Molecule, path: str | Path, frame: int) -> None:
+    """Write a molecule as a PDB, or as the spheres of the program DMS (.xyzr, .xyzrn)."""
+    check_frame(molecule, frame, "the molecule")
+    xyz = molecule.xyz[frame]
+
+    def spheres(names: list[str] | None) -> Callable[[Path], None]:
+        return lambda file: write_spheres(file, xyz, radii(molecule), names)
+
+    writers: dict[str, Callable[[Path], Any]] = {
+        ".pdb": lambda file: molecule.write_pdb(file, frame),
+        ".xyzr": spheres(None),
+        ".xyzrn": spheres(_names_of_atoms(molecule)),
+    }
+    write_file(path, tuple(writers), writers)
+
+
+def _names_of_atoms(molecule: Molecule) -> list[str]:
+    """Return a name without blanks for each atom: its own, and those of residue and chain."""
+    labels = zip(molecule.name, molecule.residue_name, molecule.residue, molecule.chain, strict=True)
+    return ["_".join(map(str, label)) for label in labels]
 
 
 def _whole_surface(subset: Subset) -> Surface | None:
@@ -418,9 +494,8 @@ def _write_scene(path: Path, dots: Dots) -> None:
     """Write dots, or a mesh, with the molecule that they know, for PyMOL or ChimeraX."""
     origin = dots.surface.origin if dots.molecule is None else None
     molecule, frame = (origin.molecule, origin.frame) if origin else (dots.molecule, dots.frame)
-    columns = [dots.table[dots.shown]] if dots.shown else list(dots.surface.fields.values())
-    numbers = np.asarray(columns[0], float) if columns else None
-    one_colour = dots.shown == "weight" or dots.faces is not None
+    numbers = dots.values_shown
+    one_colour = dots.shown == "weight" or (dots.faces is not None and numbers is None)
     write_scene(path, dots.surface, molecule, frame, numbers, one_colour, dots.faces)
 
 

@@ -11,16 +11,30 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.about import About, heard
-from sparsurf.api.inputs import check_frame
-from sparsurf.arguments import D_LINK, DEFAULT_SEED, FRAME, LENGTH, MODELS, PROBE, PROBE_RADIUS, SEED, Limits
+from sparsurf.api.inputs import check_frame, is_file_of_spheres
+from sparsurf.arguments import (
+    CAVITIES,
+    D_LINK,
+    DEFAULT_SEED,
+    FRAME,
+    LENGTH,
+    MODELS,
+    PROBE,
+    PROBE_RADIUS,
+    SEED,
+    STEP,
+    Limits,
+)
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import DOTS, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.molecules.source import Source, open_source
+from sparsurf.surfaces.radii import RADII
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
+from sparsurf.threads import available_cores
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly")
 STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
@@ -109,10 +123,53 @@ def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
     )
 
 
+def add_placement(parser: argparse.ArgumentParser, cavities: str, words: str) -> argparse._ActionsContainer:
+    """Add the group of options that define a surface, with the rule for cavities that holds by default, and its `words`."""
+    group = parser.add_argument_group("surface")
+    add_probe_radius(group)
+    group.add_argument(
+        "--radii",
+        choices=[*RADII],
+        default="dms",
+        help="table of atomic radii, of the program DMS or of Bondi (default dms)",
+    )
+    group.add_argument(
+        "--cavities",
+        choices=CAVITIES,
+        default=cavities or None,
+        help=f"whether to keep or remove the walls of closed cavities inside the molecule (default{words})",
+    )
+    return group
+
+
 def add_probe_radius(parser: argparse._ActionsContainer) -> None:
     """Add the radius of the probe."""
     words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
     parser.add_argument("--probe-radius", type=number(PROBE), default=PROBE_RADIUS, help=words)
+
+
+def add_colours(parser: argparse._ActionsContainer) -> None:
+    """Add the option that writes colours with a mesh."""
+    words = "colour a mesh (.ply .obj .glb) by its first field or by kinds; readers for networks need files without colours"
+    parser.add_argument("--colours", action="store_true", help=words)
+
+
+def add_step(parser: argparse._ActionsContainer) -> None:
+    """Add the step of the grid of a mesh."""
+    words = "of a mesh without --density, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
+    parser.add_argument("--step", type=number(STEP), help=words)
+
+
+def refuse_step(args: argparse.Namespace) -> None:
+    """Raise InputError for options of a mesh where there is none."""
+    if args.colours and not args.mesh:
+        raise InputError(
+            "--colours colours a mesh, and dots always have colours; add --mesh, or leave the option out."
+        )
+    if args.step is not None and not args.mesh:
+        raise InputError("--step is the step of the grid of a mesh; add --mesh, or leave the option out.")
+    if args.step is not None and args.density is not None:
+        raise InputError("give either --density or --step, not both.")
 
 
 def add_d_link(parser: argparse.ArgumentParser) -> None:
@@ -141,12 +198,14 @@ def has_atoms(args: argparse.Namespace) -> bool:
 
 def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     """Return the dots of FILE, or those that are placed on its atoms, and its molecule; `args.heard` as of `read_atoms`."""
+    if is_file_of_spheres(args.file):
+        refuse_structure_options(args, "spheres")
+        from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
+
+        with heard(args.file) as args.heard:
+            return surface_of(args.file, d_link=args.d_link), None
     if not has_atoms(args):
-        for name in STRUCTURE_OPTIONS:
-            if getattr(args, name, None) is not None:
-                raise InputError(
-                    f"--{name} has no meaning for {args.file}, which holds dots; leave the option out."
-                )
+        refuse_structure_options(args, "dots")
         with heard(args.file) as args.heard:
             return read_surface(args.file), None
     molecule = read_atoms(args)
@@ -154,6 +213,15 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
 
     return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link), molecule
+
+
+def refuse_structure_options(args: argparse.Namespace, what: str) -> None:
+    """Raise InputError for options of a structure where the file holds something else."""
+    for name in STRUCTURE_OPTIONS:
+        if getattr(args, name, None) is not None:
+            raise InputError(
+                f"--{name} has no meaning for {args.file}, which holds {what}; leave the option out."
+            )
 
 
 def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> np.ndarray:
@@ -195,6 +263,14 @@ def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule |
     values = compute_fields(names, molecule.frame(args.frame or 0), surface.points, dots=surface)
     fields = {str(name): column.to_numpy() for name, column in values.items()}
     return replace(surface, fields=surface.fields | fields)
+
+
+def with_fields_of_spheres(surface: Surface, names: Sequence[str]) -> Surface:
+    """Return the surface of spheres with the requested fields, which must follow from the spheres alone."""
+    from sparsurf.api.field_values import check_fields
+    from sparsurf.api.field_values import with_fields as with_values
+
+    return with_values(surface, check_fields(names, "surface"), lambda: surface, "surface", available_cores())
 
 
 def read_atoms(args: argparse.Namespace) -> Molecule:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf import kinds
+from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import parse_output, write, write_file
 from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS
@@ -29,7 +30,8 @@ FILE is a structure or a folder of structures. The points of all structures of a
 columns are name (of the structure), x, y, z (Å), nx, ny, nz (the normal), area (Å^2, of the surface that the point represents),
 kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name, atom_name, atom (its index, from 0) and the fields; numbers
 are float32. The points lie exactly on the surface, as far from one another as possible, and have its analytic normals. There are
-no points in closed cavities. The same structure gives the same bytes on every machine. An npz contains points and normals, (n, 3)
+no points in closed cavities, unless --cavities keep is given. Options of atoms choose those of one structure; a folder is read
+as it is. The same structure gives the same bytes on every machine. An npz contains points and normals, (n, 3)
 each, and the other columns by name. Structures of a folder that cannot be read are left out; a warning at the end and `failures`
 in the metadata of the table state the reasons.
 
@@ -56,10 +58,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--density", type=options.number(DENSITY), help="number of points per Å^2, instead of --n-dots"
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
-    options.add_probe_radius(parser)
     listed = ", ".join(kinds.TABLE["field"])
     words = f"values at the points: roughness (of the dense surface), {listed}, with commas between"
     parser.add_argument("--fields", metavar="NAMES", help=words)
+    options.add_molecule(parser)
+    options.add_placement(parser, "remove", " remove")
     parser.add_argument(
         "--jobs", type=options.number(JOBS), default=1, help="number of processes for a folder (default 1)"
     )
@@ -70,10 +73,13 @@ def run(args: argparse.Namespace) -> None:
     is_folder = Path(args.file).is_dir()
     formats = (TABLE,) if is_folder else FORMATS
     outputs.check(args, formats)
-    if not is_folder and not options.has_atoms(args):
+    if not is_folder and not is_file_of_spheres(args.file) and not options.has_atoms(args):
         raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
+    settings |= {"radii": args.radii, "cavities": args.cavities}
     settings["fields"] = options.names_of_fields(args)
+    if is_folder or is_file_of_spheres(args.file):
+        options.refuse_structure_options(args, "structures" if is_folder else "spheres")
     if is_folder:
         results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
         written: list[int] = []
@@ -82,7 +88,11 @@ def run(args: argparse.Namespace) -> None:
         left_out = pluralise(len(results.failures), "structure")
         outputs.report(args, words + (f"; {left_out} left out" if results.failures else ""))
         return
-    few = points(args.file, args.n_dots, **settings)
+    source: Any = args.file
+    if not is_file_of_spheres(args.file):
+        source = options.read_atoms(args)
+        settings["frame"] = args.frame or 0
+    few = points(source, args.n_dots, **settings)
     if parse_output(args.output, formats)[0] == TABLE:
         named = [NamedPoints.of_points(title(args.file), few)]
         write_file(args.output, formats, {TABLE: lambda path: _write_table(path, named, [])})

@@ -1,6 +1,7 @@
 """`sparsurf recover`: the dense surface that is reconstructed from a few dots with normals."""
 
 import argparse
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,18 +10,18 @@ import pandas as pd
 from sparsurf.api import writing
 from sparsurf.api.minimal import REACHES, recover
 from sparsurf.api.patches import describe_points
+from sparsurf.api.surfaces import mesh_size, reconstructed_mesh
 from sparsurf.arguments import DENSITY as DENSITIES
 from sparsurf.arguments import MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
-from sparsurf.recovery.reconstructing import AUTO, reconstruct
-from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
+from sparsurf.recovery.reconstructing import AUTO
+from sparsurf.recovery.recovering import REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
 from sparsurf.surfaces.surface import Surface
-from sparsurf.threads import available_cores
 
 EXAMPLES = """\
 FILE contains a few dots with normals, such as minimal.csv, or the dots of any program. The result contains these dots first and
@@ -31,9 +32,9 @@ infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of abou
 than 0.11 Å. FILE may name the probe radius, the atomic radii and the model; otherwise the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
---mesh writes a closed surface of triangles, whose fineness --density sets. It closes holes between the dots, and warns of wide
-holes. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose dots by farthest-point or
-Poisson-disk sampling, or give a --reach of 2.
+--mesh writes a closed surface of triangles, with --density vertices per Å^2 or the fineness of a --step. It closes holes between
+the dots, and warns of wide holes. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose
+dots by farthest-point or Poisson-disk sampling, or give a --reach of 2.
 
 examples:
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv
@@ -51,12 +52,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
     )
+    options.add_colours(parser)
     parser.add_argument(
         "--density",
         type=options.number(DENSITIES),
-        default=DENSITY,
-        help=f"lowest number of dots per Å^2; the result has up to a third more (default {DENSITY:g})",
+        help=f"lowest number of dots per Å^2; the result has up to a third more (default {DENSITY:g}); with --mesh, "
+        "the number of vertices per Å^2",
     )
+    options.add_step(parser)
     parser.add_argument(
         "--reach",
         type=options.number(REACHES),
@@ -84,7 +87,14 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             "--at writes descriptors, and --mesh writes triangles; leave out one of the two options."
         )
-    formats = writing.TABLES if args.at is not None else writing.MESHES if args.mesh else writing.DOTS
+    options.refuse_step(args)
+    formats = (
+        writing.TABLES
+        if args.at is not None
+        else (*writing.MESHES, *writing.SCENES)
+        if args.mesh
+        else writing.DOTS
+    )
     outputs.check(args, formats)
     few = read_surface(args.file)
     points_at = None if args.at is None else read_points(args.at)
@@ -93,7 +103,7 @@ def run(args: argparse.Namespace) -> None:
         writing.write_dots(args.output, triangles)
         outputs.report(args, f"{triangles.words} from {len(few):,} dots")
         return
-    dense = recover(few, density=args.density, reach=args.reach, model=args.model)
+    dense = recover(few, density=args.density or DENSITY, reach=args.reach, model=args.model)
     if points_at is not None:
         _describe(args, dense, points_at)
         return
@@ -104,12 +114,9 @@ def run(args: argparse.Namespace) -> None:
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.Dots:
     """Return the triangles of the reconstructed surface."""
-    from sparsurf.recovery.mesh import mesh_of_dense  # here: dots need none of its kernels
-    from sparsurf.surfaces.mesh import grid_step_for_density
-
-    threads = available_cores()
-    dense, outward, _ = reconstruct(few, args.density, args.model, args.reach, NEWTON_STEPS, threads)
-    return writing.mesh_dots(mesh_of_dense(dense, outward, grid_step_for_density(args.density), threads))
+    size = mesh_size(density=args.density, step=args.step)
+    made, _ = reconstructed_mesh(few, size, args.model, args.reach)
+    return replace(writing.mesh_dots(made), coloured=args.colours)
 
 
 def _is_dms(args: argparse.Namespace) -> bool:
@@ -130,7 +137,7 @@ def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.Dots:
 
 def _describe(args: argparse.Namespace, dense: Surface, points_at: np.ndarray) -> None:
     """Write the descriptors of the patches around points (T, 3), Å."""
-    refuse_sparse(dense.points, D_LINK, f"--density {args.density:g}", "give a larger --density")
+    refuse_sparse(dense.points, D_LINK, f"--density {args.density or DENSITY:g}", "give a larger --density")
     index = build_index(dense.points, dense.normals, D_LINK)
     z = describe_points(index, points_at, R_ZERNIKE, True, "--at")
     table = pd.DataFrame(points_at, columns=["x", "y", "z"]).join(descriptor_table(z))

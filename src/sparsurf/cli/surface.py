@@ -6,14 +6,17 @@ from dataclasses import replace
 from typing import Any
 
 from sparsurf.api import writing
-from sparsurf.arguments import CAVITIES, D_LINK, DENSITY
+from sparsurf.api.about import About
+from sparsurf.api.inputs import is_file_of_spheres
+from sparsurf.arguments import D_LINK, DENSITY
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
+from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.radii import RADII, radii
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spheres import SPHERES
 from sparsurf.surfaces.surface import COMPONENT_FIELD, Origin
-from sparsurf.surfaces.surface import DENSITY as PUBLISHED_DENSITY
 
 FORMATS = (*writing.DOTS, *writing.PAGES)
 EXAMPLES = """\
@@ -25,6 +28,8 @@ alone, use --selection.
 --mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
 A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the kinds of dots.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
+
+FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi.
 
 examples:
   sparsurf surface protein.pdb -o dots.ply
@@ -41,25 +46,18 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure")
+    parser.add_argument("file", metavar="FILE", help="structure, or a file with radii or elements")
     options.add_output(parser, FORMATS)
     parser.add_argument(
         "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
     )
+    options.add_colours(parser)
     options.add_molecule(parser)
     options.add_residues(parser)
-    dots = parser.add_argument_group("surface")
-    words = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented)"
+    dots = options.add_placement(parser, "", ": keep dots, remove triangles")
+    words = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
     dots.add_argument("--density", type=options.number(DENSITY), help=words)
-    options.add_probe_radius(dots)
-    dots.add_argument(
-        "--radii",
-        choices=[*RADII],
-        default="dms",
-        help="table of atomic radii, of the program DMS or of Bondi (default dms)",
-    )
-    words = "whether to keep or remove the dots of closed cavities inside the molecule (default keep)"
-    dots.add_argument("--cavities", choices=CAVITIES, default="keep", help=words)
+    options.add_step(dots)
     options.add_fields(dots)
 
 
@@ -73,14 +71,44 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
-    outputs.check(args, writing.MESHES if args.mesh else FORMATS)
+    options.refuse_step(args)
+    outputs.check(args, (*writing.MESHES, *writing.SCENES) if args.mesh else FORMATS)
+    if is_file_of_spheres(args.file):
+        outputs.write(args, _of_spheres(args))
+        return
     if not options.has_atoms(args):
         raise InputError(
-            f"{args.file} is not a structure by its content: give a PDB, mmCIF, GRO or HDF5 file; --trajectory adds frames."
+            f"{args.file} is not a structure by its content: give a PDB, mmCIF, GRO or HDF5 file, or one with radii or elements "
+            f"({', '.join(SPHERES)}); --trajectory adds frames."
         )
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
     outputs.write(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))
+
+
+def _of_spheres(args: argparse.Namespace) -> writing.Dots:
+    """Return the dots or triangles of a file with radii, or of a small molecule."""
+    from sparsurf.api.surfaces import mesh, surface
+    from sparsurf.surfaces.components import columns_of_components, summarize_components
+
+    options.refuse_structure_options(args, "spheres")
+    names = options.names_of_fields(args)
+    cavities = args.cavities or ("remove" if args.mesh else "keep")
+    dots = surface(
+        args.file,
+        density="auto" if args.mesh else args.density or "auto",
+        probe_radius=args.probe_radius,
+        cavities=cavities,
+    )
+    if args.mesh:
+        made = mesh(dots, density=args.density, step=args.step, fields=names)
+        return replace(writing.mesh_dots(made), coloured=args.colours)
+    component = dots.known_components("components")
+    parts = summarize_components(columns_of_components(dots, component))
+    table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component, "atom": dots.atom}
+    words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    dots = options.with_fields_of_spheres(dots, names)
+    return writing.Dots(dots, table, words=words, about=About(title(args.file)))
 
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
@@ -111,19 +139,20 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
     """Return the vertices of the closed triangles, with their fields."""
     from sparsurf.api.field_values import check_fields
-    from sparsurf.api.surfaces import mesh_of_atoms, placement
+    from sparsurf.api.surfaces import mesh_of_atoms, mesh_size, placement
 
     names = check_fields(options.names_of_fields(args), "surface")
-    rules = placement(args.probe_radius, "auto", args.radii, args.cavities)
+    rules = placement(args.probe_radius, "auto", args.radii, args.cavities or "remove")
     frame = args.frame or 0
     xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
     origin = Origin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
-    return writing.mesh_dots(mesh_of_atoms(origin, None, args.density or PUBLISHED_DENSITY, names))
+    size = mesh_size(density=args.density, step=args.step)
+    return replace(writing.mesh_dots(mesh_of_atoms(origin, size, names)), coloured=args.colours)
 
 
 def _rules(args: argparse.Namespace) -> dict[str, Any]:
     """Return the frame, and how dots are placed on it."""
-    rules = {"probe_radius": args.probe_radius, "radii": args.radii, "cavities": args.cavities}
+    rules = {"probe_radius": args.probe_radius, "radii": args.radii, "cavities": args.cavities or "keep"}
     return {"frame": args.frame or 0} | rules
 
 

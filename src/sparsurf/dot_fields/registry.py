@@ -17,6 +17,7 @@ from sparsurf.arguments import checked_result
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.curvature import principal_curvatures
+from sparsurf.dot_fields.depth import depth_of_origin
 from sparsurf.dot_fields.hydrogen_bonds import balance_of_atoms
 from sparsurf.dot_fields.potential import potential_of_charges
 from sparsurf.dot_fields.smoothing import gaussian_mean
@@ -109,6 +110,15 @@ def hbond(dots: Surface | None) -> np.ndarray:
             "of a structure."
         )
     return balance_of_atoms(origin.molecule.frame(origin.frame))[dots.atom]
+
+
+def depth(dots: Surface | None) -> np.ndarray:
+    """Return the depth below the surface, without cavities, of the residue that each dot belongs to: the mean of its atoms."""
+    if dots is None or dots.origin is None or dots.atom.min() < 0:
+        raise InputError(
+            "fields: depth follows from the atoms that the dots were placed on; give dots from surface() or points()."
+        )
+    return depth_of_origin(dots.origin)[dots.atom]
 
 
 def _curvatures(dots: Surface | None) -> tuple[np.ndarray, np.ndarray]:

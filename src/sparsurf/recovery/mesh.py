@@ -53,7 +53,7 @@ def mesh_of_dense(dense: np.ndarray, outward: np.ndarray, step: float = GRID_STE
         )
     vertices, triangles = marching_tetrahedra(values)
     if len(triangles) == 0:
-        raise InputError("the mesh is too coarse for the surface; increase the density.")
+        raise InputError("the mesh is too coarse for the surface; give a smaller step.")
     vertices = low + step * vertices
     for _ in range(2):
         height, vertex_normals = _height(tree, outward, vertices, threads)

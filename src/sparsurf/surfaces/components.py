@@ -1,31 +1,55 @@
 """Connected components of a molecular surface: the outside of each molecule, and its cavities.
 
-They follow from where the probe can stand, not from the distances of dots. Arcs that meet at a fixed probe belong
-together. So do the loops of arcs that bound one accessible patch of an atom, and a fixed probe with everything that
-intersects its concave triangle.
+Two dots belong to one component if the probe that touches the first can roll to the second: a cavity is what a probe can
+neither enter nor leave. So the components are those of the positions of the probe's centre, not of the dots: two cavities may
+meet at a cusp where their probes overlap, and yet no probe passes. Arcs that meet at a fixed probe belong together, and so do
+the loops of arcs that bound one accessible patch of an atom.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T
+from sparsurf.surfaces.rolling_probe import (
+    E1,
+    E2,
+    PHI_0,
+    PHI_1,
+    RADIUS,
+    Atoms,
+    Rolling,
+    T,
+    U,
+    blocker,
+    nearest_on_arc,
+)
 from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface
+from sparsurf.surfaces.vectors import Vector, add_scaled, point, squared_distance, vector_at
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import ArrayLike
 
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
-ARC_STEP = 0.3  # Å, between positions that represent an arc
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
-NEIGHBOUR_DISTANCE = 1.0  # Å, of neighbouring dots on one patch
+ROUNDING = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
+OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
+
+
+class EnclosedCentres(NamedTuple):
+    """Which centres of a rolling probe lie in cavities."""
+
+    arcs: np.ndarray  # (B,) bool
+    probes: np.ndarray  # (P,) bool, fixed ones
+    atoms: np.ndarray  # (A,) int8: OPEN, CLOSED, or MIXED where the nearest arc around the atom decides
+    order: np.ndarray  # int64; the arcs around atom a are order[first[a]:first[a + 1]]
+    first: np.ndarray  # (A + 1,) int64
 
 
 def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
@@ -49,8 +73,8 @@ def components_of(
 
 def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray) -> np.ndarray:
     """Return `components_of` dots that were placed with a rolled probe; `kept` (K,) are its atoms among those of the dots."""
-    rolling, probe, n_atoms = _in_order_of_atoms(rolled), rolled.probe, len(kept)
-    centres = surface.points - rolled.origin + probe * surface.normals
+    rolling, n_atoms = _in_order_of_atoms(rolled), len(kept)
+    centres = surface.points - rolled.origin + rolled.probe * surface.normals
     rank = np.empty(n_atoms, np.int64)
     rank[rolled.by_position] = np.arange(n_atoms)
     owner = rank[np.searchsorted(kept, surface.atom)]
@@ -60,11 +84,8 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     has_arcs = np.flatnonzero(np.diff(first))
     label = n_arcs + rolled.by_position  # by atom; it stays that of a sphere that touches no other
     label[has_arcs] = order[first[has_arcs]]
-    roots = _roots(joined)[order]
     mixed = np.zeros(n_atoms, bool)
-    if len(has_arcs):
-        lowest, highest = (of.reduceat(roots, first[has_arcs]) for of in (np.minimum, np.maximum))
-        mixed[has_arcs] = lowest != highest  # few atoms have arcs of several sets
+    mixed[_atoms_of_several_sets(_roots(joined), order, first, has_arcs)] = True
     labels = label[owner]
     doubtful = np.flatnonzero(mixed[owner])
     doubtful = doubtful[np.argsort(owner[doubtful], kind="stable")]
@@ -72,9 +93,8 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
         atom = owner[dots[0]]
         arcs = order[first[atom] : first[atom + 1]]
         nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
-        _join_loops(joined, arcs, nearest, centres[dots], meeting, rolling.atoms, atom)
+        _join_loops(joined, arcs, meeting, rolling, atom)
         labels[dots] = nearest
-    _join_cusps(joined, rolling, probe, meeting)
     roots = np.append(_roots(joined), np.arange(n_atoms) + n_arcs)
     _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
     return np.argsort(np.argsort(-count, kind="stable"))[labels]
@@ -133,6 +153,138 @@ def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
     """Return the surface of the components that are not cavities; the order of its dots stays."""
     cavity = on_cavities(surface, component)
     return surface.take(~cavity) if cavity.any() else surface
+
+
+def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
+    """Return that no centre lies in a cavity, for a surface that keeps the walls of its cavities."""
+    n_arcs, n_probes, n_atoms = len(rolling.arcs), len(rolling.probes), len(rolling.atoms.centre)
+    states = np.zeros(n_atoms, np.int8)
+    return EnclosedCentres(
+        np.zeros(n_arcs, bool), np.zeros(n_probes, bool), states, *_arcs_of_atoms(rolling.pair, n_atoms)
+    )
+
+
+def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
+    """Find the centres from which the probe cannot leave.
+
+    The highest point along x of the centres around a molecule is the apex of a sphere. That of the centres in a cavity is not:
+    there the spheres lie above. What lies inside a cavity, such as an atom that touches no wall, is found from its own apex: the
+    way upwards first meets the wall.
+    """
+    n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
+    joined, meeting = _joined_arcs(rolling)
+    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    has_arcs = np.flatnonzero(np.diff(first))
+    mixed = _atoms_of_several_sets(_roots(joined), order, first, has_arcs)
+    for atom in mixed:
+        _join_loops(joined, order[first[atom] : first[atom + 1]], meeting, rolling, atom)
+    roots = _roots(joined)
+    label = n_arcs + np.arange(n_atoms)
+    label[has_arcs] = roots[order[first[has_arcs]]]
+    mixed = _atoms_of_several_sets(roots, order, first, has_arcs)
+    is_mixed = np.zeros(n_atoms, bool)
+    is_mixed[mixed] = True
+
+    def label_at(position: np.ndarray, atom: int) -> int:
+        """Return the set of a centre that touches an atom."""
+        if not is_mixed[atom]:
+            return int(label[atom])
+        arcs = order[first[atom] : first[atom + 1]]
+        return int(roots[arcs[_distances(position[None], rolling.arcs[arcs])[0].argmin()]])
+
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    apexes = centre + reach[:, None] * [1.0, 0.0, 0.0]
+    accessible = np.flatnonzero(_are_accessible(apexes, rolling.atoms))
+    label_of_apex = np.array([label_at(apexes[atom], atom) for atom in accessible.tolist()], np.int64)
+    highest = np.full(n_arcs + n_atoms, -np.inf)
+    np.maximum.at(highest, roots, _highest_of_arcs(rolling.arcs))
+    above = apexes[accessible, 0] > highest[label_of_apex]
+    outward: dict[int, int] = {}  # highest apex of each set that faces outwards
+    for atom, root in zip(accessible[above].tolist(), label_of_apex[above].tolist(), strict=True):
+        if root not in outward or apexes[atom, 0] > apexes[outward[root], 0]:
+            outward[root] = atom
+    closed = np.ones(n_arcs + n_atoms, bool)
+    # from above, so that whether the wall met on the way up is closed is known
+    for root, atom in sorted(outward.items(), key=lambda item: -apexes[item[1], 0]):
+        met, wall = _first_sphere_above(apexes[atom], centre, reach)
+        closed[root] = met is not None and closed[label_at(wall, met)]
+    arcs_closed = closed[roots]
+    probes = np.zeros(len(rolling.probes), bool)
+    probes[meeting[meeting >= 0]] = np.repeat(arcs_closed[:, None], 2, axis=1)[meeting >= 0]
+    states = np.where(closed[label], CLOSED, OPEN).astype(np.int8)
+    without = np.diff(first) == 0  # of these only spheres that touch no other have accessible centres
+    states[without & ~np.isin(np.arange(n_atoms), accessible)] = OPEN
+    states[is_mixed] = MIXED
+    return EnclosedCentres(arcs_closed, probes, states, order, first)
+
+
+def _atoms_of_several_sets(
+    roots: np.ndarray, order: np.ndarray, first: np.ndarray, has_arcs: np.ndarray
+) -> np.ndarray:
+    """Return the atoms whose arcs belong to several sets; these are few."""
+    if not len(has_arcs):
+        return has_arcs
+    lowest, highest = (
+        extreme.reduceat(roots[order], first[has_arcs]) for extreme in (np.minimum, np.maximum)
+    )
+    return has_arcs[lowest != highest]
+
+
+def _highest_of_arcs(arcs: np.ndarray) -> np.ndarray:
+    """Return the largest x of each arc, (B,): that of its ends, or of the highest point of its circle."""
+    top = np.arctan2(arcs[:, E2], arcs[:, E1])
+    on = (top - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
+    of_circle = arcs[:, T] + arcs[:, RADIUS] * np.hypot(arcs[:, E1], arcs[:, E2])
+    return np.where(on, of_circle, _ends(arcs)[:, :, 0].max(axis=1, initial=-np.inf))
+
+
+def _first_sphere_above(
+    position: np.ndarray, centre: np.ndarray, reach: np.ndarray
+) -> tuple[int | None, np.ndarray]:
+    """Return the sphere that the way upwards along x from a position meets first, and where; None if it meets none."""
+    half_chord = reach**2 - ((centre[:, 1:] - position[1:]) ** 2).sum(axis=1)
+    crossed = np.flatnonzero((half_chord > 0) & (centre[:, 0] > position[0]))
+    if not len(crossed):
+        return None, position
+    entry = centre[crossed, 0] - np.sqrt(half_chord[crossed])
+    return int(crossed[entry.argmin()]), np.array([entry.min(), *position[1:]])
+
+
+@njit(cache=True, nogil=True)
+def _are_accessible(positions: np.ndarray, atoms: Atoms) -> np.ndarray:
+    """Return whether the position on the sphere of each atom, (A, 3), lies in no other sphere, (A,) bool."""
+    accessible = np.empty(len(positions), np.bool_)
+    for atom in range(len(positions)):
+        accessible[atom] = blocker(point(positions, atom), atom, atoms, -1) < 0
+    return accessible
+
+
+@njit(cache=True, nogil=True)
+def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: EnclosedCentres) -> bool:
+    """Return whether an accessible centre that touches an atom lies in a cavity."""
+    if enclosed.atoms[atom] != MIXED:
+        return enclosed.atoms[atom] == CLOSED
+    nearest, best = -1, np.inf
+    for slot in range(enclosed.first[atom], enclosed.first[atom + 1]):
+        arc = enclosed.order[slot]
+        distance = _squared_distance_to_arc(position, rolling.arcs[arc])
+        if distance < best:
+            nearest, best = arc, distance
+    return enclosed.arcs[nearest]
+
+
+@njit(cache=True, nogil=True)
+def _squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
+    """Return the squared distance between a position and the nearest point of an arc."""
+    nearest, on = nearest_on_arc(position, arc)
+    if on:
+        return squared_distance(nearest, position)
+    best = np.inf
+    for column in (PHI_0, PHI_1):
+        end = add_scaled(vector_at(arc, T), arc[RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
+        end = add_scaled(end, arc[RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
+        best = min(best, squared_distance(end, position))
+    return best
 
 
 @njit(cache=True, nogil=True)
@@ -195,75 +347,6 @@ def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
     return probe_of_end
 
 
-def _join_cusps(joined: np.ndarray, rolling: Rolling, probe: float, meeting: np.ndarray) -> None:
-    """Join the triangle of a fixed probe with an accessible centre whose probe reaches through it, where they meet at a cusp."""
-    if not (meeting >= 0).any():
-        return
-    positions, arc = _positions_along_arcs(rolling.arcs)
-    root = _roots(joined)
-    end, side = np.nonzero(meeting >= 0)
-    part_of_probe = np.full(len(rolling.probes), -1)
-    part_of_probe[meeting[end, side]] = root[end]
-    largest = np.bincount(root[end]).argmax()
-    small = np.flatnonzero((part_of_probe != largest) & (part_of_probe >= 0))
-    to_atoms = rolling.atoms.centre[rolling.triple[small]] - rolling.probes[small, None]
-    sides = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
-    sides *= np.sign((sides[:, 0] * to_atoms[:, 2]).sum(axis=1))[:, None, None]  # pointing into the triangle
-    order = np.argsort(positions[:, 0])
-    along, centres = positions[order], rolling.probes[small]
-    low, high = (np.searchsorted(along[:, 0], centres[:, 0] + shift) for shift in (-2 * probe, 2 * probe))
-    _join_through_triangles(
-        joined, along, root[arc[order]], centres, part_of_probe[small], sides, low, high, 2.0 * probe
-    )
-
-
-@njit(cache=True, nogil=True)
-def _join_through_triangles(
-    joined: np.ndarray,
-    positions: np.ndarray,
-    part: np.ndarray,
-    centres: np.ndarray,
-    own_part: np.ndarray,
-    sides: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    reach: float,
-) -> None:
-    """Join the part of each fixed probe with those of positions within `reach`, Å, that lie inside its triangle.
-
-    `positions`, (M, 3), are sorted along x with their `part`; those of probe k that are near along x are low[k]:high[k]. The rows
-    of `sides`, (K, 3, 3), point into its triangle.
-    """
-    for k in range(len(centres)):
-        for q in range(low[k], high[k]):
-            if part[q] == own_part[k]:
-                continue
-            x, y, z = (
-                positions[q, 0] - centres[k, 0],
-                positions[q, 1] - centres[k, 1],
-                positions[q, 2] - centres[k, 2],
-            )
-            if abs(y) > reach or abs(z) > reach or x * x + y * y + z * z > reach * reach:
-                continue
-            inside = True
-            for s in range(3):
-                inside &= x * sides[k, s, 0] + y * sides[k, s, 1] + z * sides[k, s, 2] > 0
-            if inside:
-                a, b = _root(joined, part[q]), _root(joined, own_part[k])
-                joined[max(a, b)] = min(a, b)
-
-
-def _positions_along_arcs(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions at most ARC_STEP apart on all arcs, with both ends, (M, 3), and the arc of each."""
-    turn = arcs[:, PHI_1] - arcs[:, PHI_0]
-    steps = np.ceil(arcs[:, RADIUS] * turn / ARC_STEP).astype(int)
-    arc = np.repeat(np.arange(len(arcs)), steps + 1)
-    step = np.arange(len(arc)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
-    phi = (arcs[arc, PHI_0] + turn[arc] * step / np.maximum(steps[arc], 1))[:, None]
-    outward = np.cos(phi) * arcs[arc, E1 : E1 + 3] + np.sin(phi) * arcs[arc, E2 : E2 + 3]
-    return arcs[arc, T : T + 3] + arcs[arc, RADIUS, None] * outward, arc
-
-
 def _arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> tuple[np.ndarray, np.ndarray]:
     """List the arcs around each atom, ascending: those around atom a are arcs[first[a]:first[a + 1]]."""
     atom = pair.T.ravel()
@@ -283,31 +366,85 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
 
 
 def _join_loops(
-    joined: np.ndarray,
-    arcs: np.ndarray,
-    nearest: np.ndarray,
-    centres: np.ndarray,
-    meeting: np.ndarray,
-    atoms: Atoms,
-    atom: int,
+    joined: np.ndarray, arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int
 ) -> None:
     """Join the loops of arcs that bound one accessible patch of an atom.
 
     On a sphere, loops + 1 - covered parts is the number of free parts. If there is one, all loops are joined; if there is one
-    covered part, none. Otherwise neighbouring dots decide.
+    covered part, none. Otherwise those are joined between which a great circle crosses the free part alone.
     """
     loops = _loops(arcs, meeting)
     n_loops = len(set(loops.values()))
     if n_loops < 2:
         return
-    n_covered = _n_covered_parts(atoms, atom)
+    n_covered = _n_covered_parts(rolling.atoms, atom)
     if n_loops == n_covered:
         _join(joined, np.full(len(arcs), arcs[0]), arcs)
     elif n_covered > 1:
-        loop = np.array([loops[arc] for arc in nearest.tolist()])
-        neighbouring = ((centres[:, None] - centres[None]) ** 2).sum(axis=2) < NEIGHBOUR_DISTANCE**2
-        a, b = np.nonzero(neighbouring & (loop[:, None] < loop))
-        _join(joined, nearest[a], nearest[b])
+        first, second = _facing_arcs(rolling, arcs, np.array([loops[arc] for arc in arcs.tolist()]), atom)
+        _join(joined, arcs[first], arcs[second])
+
+
+def _facing_arcs(
+    rolling: Rolling, arcs: np.ndarray, loop: np.ndarray, atom: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find pairs of arcs of different loops between which the shortest way on the sphere of an atom is free.
+
+    Of two sets of loops around one free part, the points nearest to one another are joined by a part of a great circle that
+    crosses no covered part, as it would end there earlier. These points are the ends of arcs, or the points of two arcs, or of an
+    arc and an end, on the great circle through the axes. So all these ways are tried, and none has to be sampled.
+    """
+    rows, centre = rolling.arcs[arcs], rolling.atoms.centre[atom]
+    axis = rows[:, U : U + 3] * np.where(rolling.pair[arcs, 0] == atom, 1.0, -1.0)[:, None]
+    height = ((rows[:, T : T + 3] - centre) * axis).sum(axis=1)
+    half = np.arctan2(rows[:, RADIUS], height)  # angle between the axis and the circle
+    ends = _ends(rows) - centre
+    ends /= np.linalg.norm(ends, axis=2, keepdims=True)
+    points, of_arc, towards = [ends[:, 0], ends[:, 1]], [np.arange(len(arcs))] * 2, [ends[:, 0], ends[:, 1]]
+    first, second = np.nonzero(loop[:, None] != loop)
+    for target in (axis[second], ends[second, 0], ends[second, 1]):
+        for side in (1.0, -1.0):
+            points.append(_on_circle(axis[first], half[first], target, side))
+            of_arc.append(first)
+            towards.append(target)
+    position, owner = np.concatenate(points), np.concatenate(of_arc)
+    valid = _on_arc(position, rows[owner], centre, float(rolling.atoms.reach[atom]))
+    position, owner = position[valid], owner[valid]
+    a, b = np.nonzero(loop[owner][:, None] < loop[owner])
+    free = _is_free(position[a], position[b], rolling.atoms, atom)
+    return owner[a[free]], owner[b[free]]
+
+
+def _on_circle(axis: np.ndarray, half: np.ndarray, target: np.ndarray, side: float) -> np.ndarray:
+    """Return the points of circles, (n, 3), that lie in the plane of their axis and a target, towards it or away from it."""
+    across = target - (target * axis).sum(axis=1)[:, None] * axis
+    length = np.linalg.norm(across, axis=1)
+    along_axis = length < ROUNDING  # then all points of the circle are equally near
+    across[along_axis] = np.cross(axis[along_axis], np.eye(3)[np.abs(axis[along_axis]).argmin(axis=1)])
+    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING)[:, None]
+    return np.cos(half)[:, None] * axis + side * np.sin(half)[:, None] * across
+
+
+def _on_arc(direction: np.ndarray, rows: np.ndarray, centre: np.ndarray, reach: float) -> np.ndarray:
+    """Return whether the points in directions (n, 3) of an atom's circles lie on their arcs, (n,) bool."""
+    w = centre + reach * direction - rows[:, T : T + 3]
+    p1, p2 = (w * rows[:, E1 : E1 + 3]).sum(axis=1), (w * rows[:, E2 : E2 + 3]).sum(axis=1)
+    turn = (np.arctan2(p2, p1) - rows[:, PHI_0] + ROUNDING) % (2 * math.pi)
+    return turn <= rows[:, PHI_1] - rows[:, PHI_0] + 2 * ROUNDING
+
+
+def _is_free(begin: np.ndarray, end: np.ndarray, atoms: Atoms, atom: int) -> np.ndarray:
+    """Return whether the shorter great circle between directions, (n, 3) each, meets no sphere around an atom, (n,) bool."""
+    axis, half = _covering_caps(atoms, atom)
+    cosine = np.clip((begin * end).sum(axis=1), -1.0, 1.0)
+    across = end - cosine[:, None] * begin
+    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING)[:, None]
+    length = np.arccos(cosine)
+    a, b = begin @ axis.T, across @ axis.T
+    turn = np.arctan2(b, a)  # of the point of the circle that is nearest to an axis
+    inside = (turn > 0) & (turn < length[:, None])
+    nearest = np.where(inside, np.hypot(a, b), np.maximum(a, end @ axis.T))
+    return (nearest <= np.cos(half) + ROUNDING).all(axis=1)
 
 
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
@@ -320,14 +457,19 @@ def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
     return dict(zip(arcs.tolist(), _roots(parent).tolist(), strict=True))
 
 
-def _n_covered_parts(atoms: Atoms, atom: int) -> int:
-    """Count the connected parts of an atom's sphere that its neighbours cover."""
+def _covering_caps(atoms: Atoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts of an atom's sphere that its neighbours cover: unit axes (n, 3) and half angles (n,), rad."""
     near = atoms.near[atoms.start[atom] : atoms.start[atom + 1]]
     axis = atoms.centre[near] - atoms.centre[atom]
     d = np.linalg.norm(axis, axis=1)
     cosine = (d**2 + atoms.reach[atom] ** 2 - atoms.reach[near] ** 2) / (2 * d * atoms.reach[atom])
     cuts = np.abs(cosine) < 1
-    axis, half = axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
+    return axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
+
+
+def _n_covered_parts(atoms: Atoms, atom: int) -> int:
+    """Count the connected parts of an atom's sphere that its neighbours cover."""
+    axis, half = _covering_caps(atoms, atom)
     overlap = np.arccos(np.clip(axis @ axis.T, -1, 1)) < half[:, None] + half
     label = np.arange(len(half))
     while ((least := np.where(overlap, label, len(half)).min(axis=1, initial=len(half))) < label).any():

@@ -27,18 +27,26 @@ MAX_PENALTY = 5.0  # by which an edge counts as longer
 SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
 
 
-def sized_mesh(generate: Callable[[float], Mesh], step: float, n_vertices: int) -> Mesh:
-    """Generate a mesh of `n_vertices` by reducing one of a `step`, Å, or a finer one if it has too few; at most 100 per Å^2."""
+def sized_mesh(
+    generate: Callable[[float], Mesh], step: float, n_vertices: int | None, density: float | None = None
+) -> Mesh:
+    """Generate a mesh of `n_vertices`, or of a `density` (vertices per Å^2), at most 100 per Å^2.
+
+    A mesh of a `step`, Å, is reduced, or a finer one if it has too few vertices.
+    """
     mesh = generate(step)
-    area = float(mesh.vertices.area.sum())
-    if n_vertices > MAX_DENSITY * area:
-        raise InputError(
-            f"mesh: {n_vertices:,} vertices on {area:,.0f} Å^2 are more than {MAX_DENSITY} per Å^2; ask for fewer."
-        )
-    while (ratio := len(mesh.vertices) / n_vertices) < MIN_REDUCTION:
+    while True:
+        area = float(mesh.vertices.area.sum())
+        n = max(MIN_VERTICES, round(density * area)) if density is not None else n_vertices
+        assert n is not None  # one of both is given
+        if n > MAX_DENSITY * area and density is None:
+            raise InputError(
+                f"mesh: {n:,} vertices on {area:,.0f} Å^2 are more than {MAX_DENSITY} per Å^2; ask for fewer."
+            )
+        if (ratio := len(mesh.vertices) / n) >= MIN_REDUCTION:
+            return decimate(mesh, n)
         step *= math.sqrt(RESERVE * ratio / MIN_REDUCTION)
         mesh = generate(step)
-    return decimate(mesh, n_vertices)
 
 
 def decimate(mesh: Mesh, n_vertices: int) -> Mesh:

@@ -17,23 +17,24 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
+from sparsurf.surfaces.components import (
+    OPEN,
+    EnclosedCentres,
+    enclosed_centres,
+    is_enclosed,
+    no_enclosed_centres,
+)
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
-    E1,
-    E2,
-    PHI_0,
-    PHI_1,
-    RADIUS,
     THETA_I,
     THETA_J,
     Rolling,
-    T,
     U,
     blocker,
+    nearest_on_arc,
     roll,
 )
-from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 from sparsurf.surfaces.vectors import (
     Cells,
@@ -47,17 +48,19 @@ from sparsurf.surfaces.vectors import (
     subtract,
     vector_at,
 )
-from sparsurf.threads import parallel_map
+from sparsurf.threads import bytes_of_memory, parallel_map
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import ArrayLike
 
-GRID_STEP = 0.5  # Å, which corresponds to dots of the density DENSITY
+GRID_STEP = 0.5  # Å
 MARGIN_STEPS = 2  # of the grid around the surface
 POSITIONS_PER_TASK = 4096
 MAX_GRID_POINTS = 400_000_000  # more would take over 4 GB
 MIN_SHARE_OF_EDGE = 0.02  # between a vertex and the end of its edge
+BYTES_PER_GRID_POINT = 20  # values, cut edges and numbers of vertices
+SAME_DEPTH = 1e-9  # Å; of two spheres that are equally near, either decides
 
 
 @dataclass(frozen=True)
@@ -90,28 +93,6 @@ class Mesh:
         return float(np.sum(a * np.cross(b, c)) / 6)
 
 
-def outer_mesh(mesh: Mesh) -> Mesh:
-    """Remove the parts of a mesh that face inwards, which are its cavities."""
-    from scipy.sparse import coo_array  # imported here, since few callers need it
-    from scipy.sparse.csgraph import connected_components
-
-    corners, n = mesh.triangles, len(mesh.vertices)
-    edges = coo_array(
-        (np.ones(2 * len(corners)), (np.repeat(corners[:, 0], 2), corners[:, 1:].ravel())), (n, n)
-    )
-    label = connected_components(edges, directed=False)[1]
-    a, b, c = (mesh.vertices.points[corners[:, k]] for k in range(3))
-    cavity = np.bincount(label[corners[:, 0]], (a * np.cross(b, c)).sum(axis=1)) < 0
-    kept = ~cavity[label]
-    number = np.cumsum(kept) - 1
-    return Mesh(mesh.vertices.take(kept), number[corners[kept[corners[:, 0]]]])
-
-
-def grid_step_for_density(density: float) -> float:
-    """Return the step of a grid, Å, whose triangles correspond to dots of a density (per Å^2)."""
-    return GRID_STEP * math.sqrt(DENSITY / density)
-
-
 def widest_step(probe: float) -> float:
     """Return the widest step of a grid, Å, for a probe: no edge may cross the space between surface and centres."""
     return probe / 2
@@ -138,23 +119,37 @@ def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarr
     if np.prod(shape.astype(float)) > MAX_GRID_POINTS:
         raise InputError(
             f"mesh: a grid of {step:g} Å would have {' x '.join(map(str, shape))} points, more than {MAX_GRID_POINTS:.0e}; "
-            "take a wider one."
+            "give a wider step, or a smaller density."
+        )
+    needed, present = float(np.prod(shape)) * BYTES_PER_GRID_POINT, bytes_of_memory()
+    if needed > present:
+        raise InputError(
+            f"mesh: a grid of {step:g} Å needs {needed / 1e9:.0f} GB, more than the {present / 1e9:.0f} GB of this machine; "
+            "give a wider step, or a smaller density."
         )
     return low, shape
 
 
 def molecular_mesh(
-    xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS, step: float = GRID_STEP, threads: int = 1
+    xyz: ArrayLike,
+    radii: ArrayLike,
+    probe: float = PROBE_RADIUS,
+    step: float = GRID_STEP,
+    threads: int = 1,
+    cavities: str = "keep",
 ) -> Mesh:
     """Generate the solvent-excluded surface of spheres, (A, 3) and (A,) Å, as a Mesh whose corners lie on the surface.
 
     The surface lies at the probe's radius from all positions that the probe's centre can take: the nearest of these determines
     on which side a point is, and which point of the surface is nearest to it. `step` is at most half the probe's radius.
+    Where `cavities` are to be removed, only positions from which the probe can leave count, so that the mesh is closed although
+    walls of cavities touch the outside at cusps.
     """
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     step = min(step, widest_step(probe))
     relative = np.add(*relative_positions(xyz))
     rolling = roll(relative, radii + probe)
+    enclosed = enclosed_centres(rolling) if cavities == "remove" else no_enclosed_centres(rolling)
     limit = probe + math.sqrt(3) * step
     cells = (
         sort_into_cells(at_least_one_probe(rolling.probes), limit),
@@ -162,22 +157,33 @@ def molecular_mesh(
     )
     low, shape = grid_around(relative, radii.max(), step)
     values = _deepest(relative, radii, low, shape, step, -2 * probe)
-    # neither inside an atom nor an accessible centre
-    doubtful = np.flatnonzero((values > -probe) & (values <= 0))
+    # neither inside an atom nor a centre from which the probe can leave
+    doubtful_points = (values > -probe) & (values <= 0)
+    if enclosed.atoms.any():
+        doubtful_points |= _enclosed_points(values, rolling, enclosed, radii, low, step, probe)
+    doubtful = np.flatnonzero(doubtful_points)
     positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
-    gap, *_ = _nearest_centres(positions, rolling, cells, limit, threads)
+    gap, *_ = _nearest_centres(positions, rolling, enclosed, cells, limit, threads)
     values.ravel()[doubtful] = gap - probe
     vertices, triangles = marching_tetrahedra(values)
     vertices = low + step * vertices
-    gap, centres, kind, atom = _nearest_centres(vertices, rolling, cells, limit, threads)
+    gap, centres, kind, atom = _nearest_centres(vertices, rolling, enclosed, cells, limit, threads)
     outward = (centres - vertices) / gap[:, None]
     return build_mesh(centres - probe * outward + xyz[0], outward, triangles, kind, kept[atom])
 
 
 def _nearest_centres(
-    positions: np.ndarray, rolling: Rolling, cells: tuple[Cells, Cells], limit: float, threads: int
+    positions: np.ndarray,
+    rolling: Rolling,
+    enclosed: EnclosedCentres,
+    cells: tuple[Cells, Cells],
+    limit: float,
+    threads: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Find the nearest accessible centre of a probe, at most `limit` away: distance (n,), centre (n, 3), kind and atom (n,)."""
+    """Find the nearest accessible centre that is not enclosed, at most `limit` away.
+
+    Return distance (n,), centre (n, 3), kind and atom (n,).
+    """
     n = len(positions)
     gap, centres, kind, atom = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8), np.zeros(n, np.int64)
     probe_cells, atom_cells = cells
@@ -185,6 +191,7 @@ def _nearest_centres(
         lambda a, b: _search_centres(
             positions[a:b],
             rolling,
+            enclosed,
             probe_cells,
             atom_cells,
             limit,
@@ -224,9 +231,62 @@ def _deepest(
 
 
 @njit(cache=True, nogil=True)
+def _enclosed_points(
+    values: np.ndarray,
+    rolling: Rolling,
+    enclosed: EnclosedCentres,
+    radii: np.ndarray,
+    low: np.ndarray,
+    step: float,
+    probe: float,
+) -> np.ndarray:
+    """Find the grid points from which the centre of a probe reaches a cavity, and not the outside, (X, Y, Z) bool.
+
+    Up to a probe's radius from the nearest sphere, that sphere decides; `values` of `_deepest` are lower farther away. There two
+    points side by side lie in one cavity, as a step is shorter.
+    """
+    found = np.zeros(values.shape, np.bool_)
+    waiting = [(0, 0, 0) for _ in range(0)]
+    first, last = np.empty(3, np.int64), np.empty(3, np.int64)
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    for a in range(len(centre)):
+        if enclosed.atoms[a] == OPEN:
+            continue
+        for c in range(3):
+            first[c] = max(0, math.ceil((centre[a, c] - radii[a] - 2 * probe - low[c]) / step))
+            last[c] = min(
+                values.shape[c] - 1, math.floor((centre[a, c] + radii[a] + 2 * probe - low[c]) / step)
+            )
+        for i in range(first[0], last[0] + 1):
+            for j in range(first[1], last[1] + 1):
+                for k in range(first[2], last[2] + 1):
+                    if not -2 * probe < values[i, j, k] <= -probe or found[i, j, k]:
+                        continue
+                    position = (low[0] + i * step, low[1] + j * step, low[2] + k * step)
+                    w = subtract(position, point(centre, a))
+                    d = math.sqrt(dot(w, w))
+                    if radii[a] - d < values[i, j, k] - SAME_DEPTH:
+                        continue  # another sphere is nearer
+                    touching = add_scaled(point(centre, a), reach[a] / d, w)
+                    if is_enclosed(touching, a, rolling, enclosed):
+                        found[i, j, k] = True
+                        waiting.append((i, j, k))
+    while len(waiting) > 0:
+        i, j, k = waiting.pop()
+        for c in range(6):
+            side = 1 if c % 2 else -1
+            x, y, z = i + side * (c // 2 == 0), j + side * (c // 2 == 1), k + side * (c // 2 == 2)
+            if values[x, y, z] <= -2 * probe and not found[x, y, z]:
+                found[x, y, z] = True
+                waiting.append((x, y, z))
+    return found
+
+
+@njit(cache=True, nogil=True)
 def _search_centres(
     positions: np.ndarray,
     rolling: Rolling,
+    enclosed: EnclosedCentres,
     probe_cells: Cells,
     atom_cells: Cells,
     limit: float,
@@ -247,7 +307,11 @@ def _search_centres(
             while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
                 k = probe_cells.order[slot]
                 slot += 1
-                if k < len(rolling.probes) and squared_distance(point(rolling.probes, k), position) < best:
+                if (
+                    k == len(rolling.probes) or enclosed.probes[k]
+                ):  # `at_least_one_probe` adds one where there is none
+                    continue
+                if squared_distance(point(rolling.probes, k), position) < best:
                     nearest, kind[n], source = point(rolling.probes, k), CONCAVE, k
                     best = squared_distance(nearest, position)
         for c in range(9):
@@ -261,13 +325,16 @@ def _search_centres(
                 if d > reach + math.sqrt(best):
                     continue
                 for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
-                    candidate, on = _nearest_on_arc(position, rolling.arcs[b])
+                    if enclosed.arcs[b]:
+                        continue
+                    candidate, on = nearest_on_arc(position, rolling.arcs[b])
                     if on and squared_distance(candidate, position) < best:
                         nearest, kind[n], best = candidate, SADDLE, squared_distance(candidate, position)
                         source = b
                 if (d - reach) ** 2 < best and d > 0:
                     candidate = add_scaled(centre, reach / d, w)
-                    if blocker(candidate, k, rolling.atoms, -1) < 0:
+                    accessible = blocker(candidate, k, rolling.atoms, -1) < 0
+                    if accessible and not is_enclosed(candidate, k, rolling, enclosed):
                         nearest, kind[n], best = candidate, CONTACT, (d - reach) ** 2
                         source = k
         gap[n] = math.sqrt(best)
@@ -292,20 +359,6 @@ def _owner(position: Vector, centre: Vector, kind: int, source: int, rolling: Ro
         if squared_distance(point(rolling.atoms.centre, other), position) < nearest:
             owner = other
     return owner
-
-
-@njit(cache=True, nogil=True)
-def _nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
-    """Return the point of the arc's circle that is nearest to a position, and whether it belongs to the arc."""
-    w = subtract(position, vector_at(arc, T))
-    p1, p2 = dot(w, vector_at(arc, E1)), dot(w, vector_at(arc, E2))
-    flat = math.hypot(p1, p2)
-    if flat == 0.0:
-        return vector_at(arc, T), False
-    phi = math.atan2(p2, p1) - arc[PHI_0]
-    on = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]
-    nearest = add_scaled(vector_at(arc, T), arc[RADIUS] * p1 / flat, vector_at(arc, E1))
-    return add_scaled(nearest, arc[RADIUS] * p2 / flat, vector_at(arc, E2)), on
 
 
 def _tetrahedra() -> np.ndarray:

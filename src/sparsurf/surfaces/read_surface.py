@@ -21,8 +21,9 @@ def read_surface(path: Path | str) -> Surface:
     Parameters
     ----------
     path : str or Path
-        A DMS file with normals, a CSV with x, y, z, nx, ny, nz, a PLY whose vertices are the dots, or an npz that `write`
-        wrote; each also compressed (.gz). The content and not the name of the file determines its format.
+        A DMS file with normals, a CSV with x, y, z, nx, ny, nz, a PLY whose vertices are the dots, the vertices of MSMS (.vert),
+        or an npz that `write` wrote; each also compressed (.gz). The content and not the name of the file determines its
+        format.
 
     Returns
     -------
@@ -61,7 +62,7 @@ def _recognised(path: Path | str) -> tuple[bytes, Format]:
         if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
     raise InputError(
-        f"{path} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz. The command "
+        f"{path} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY, a .vert of MSMS or an npz. The command "
         "`sparsurf surface` places dots on a structure."
     )
 

@@ -271,3 +271,17 @@ def _arcs(atoms: Atoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
                     ends[n_probes, 3], ends[n_probes, 4], ends[n_probes, 5] = side, j, near[slot_k]
                     n_probes += 1
     return arcs[:n_arcs], pair[:n_arcs], probes[:n_probes], ends[:n_probes]
+
+
+@njit(cache=True, nogil=True)
+def nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
+    """Return the point of the arc's circle that is nearest to a position, and whether it belongs to the arc."""
+    w = subtract(position, vector_at(arc, T))
+    p1, p2 = dot(w, vector_at(arc, E1)), dot(w, vector_at(arc, E2))
+    flat = math.hypot(p1, p2)
+    if flat == 0.0:
+        return vector_at(arc, T), False
+    phi = math.atan2(p2, p1) - arc[PHI_0]
+    on = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]
+    nearest = add_scaled(vector_at(arc, T), arc[RADIUS] * p1 / flat, vector_at(arc, E1))
+    return add_scaled(nearest, arc[RADIUS] * p2 / flat, vector_at(arc, E2)), on

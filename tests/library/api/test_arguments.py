@@ -67,7 +67,11 @@ CALLS = [
         "radii": "bondi"}),
     ("points_of", lambda g, **k: sparsurf.points_of(PROTEIN.parent, 2000, **k), {}, {"cavities": "keep"}),
     ("mesh", lambda g, **k: sparsurf.mesh(g.dots, **k), {"n_vertices": 300}, {
-        "n_vertices": 302, "density": {"n_vertices": None, "density": 9.0}, "fields": ["hydropathy"]}),
+        "n_vertices": 302, "density": {"n_vertices": None, "density": 9.0}, "step": {"n_vertices": None, "step": 0.6},
+        "fields": ["hydropathy"]}),
+    ("mesh", lambda g, **k: sparsurf.mesh(PROTEIN, 300, **k), {}, {"cavities": "keep"}),
+    ("depth", lambda g, **k: sparsurf.depth(g.frames, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
+    ("depth", lambda g, **k: sparsurf.depth(PROTEIN, **k), {}, {"cavities": "keep"}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.dots, **k), {"percent": 10}, {
         "percent": 11, "n_dots": NOT_PERCENT | {"n_dots": 90}, "density": NOT_PERCENT | {"density": 0.7},
         "error": NOT_PERCENT | {"error": 0.05}, "max_z": NOT_PERCENT | {"max_z": 1.5}, "sampler": "uniform", **SEED}),

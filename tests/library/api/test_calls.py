@@ -79,7 +79,8 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
            f"{f.__name__}: {wish} belongs to the placing of the dots: call "
            f"sparsurf.{f.__name__}(sparsurf.surface(molecule, {wish}=2.0), ...).")
           for f in (sparsurf.minimal, sparsurf.floors, sparsurf.mesh, sparsurf.components, sparsurf.roughness, sparsurf.sample)
-          for wish in ("frame", "probe_radius", "radii", "cavities", "reentrant")),
+          for wish in ("frame", "probe_radius", "radii", "cavities", "reentrant") if (f.__name__, wish) != ("mesh", "cavities")),
+        (lambda d: sparsurf.mesh(PEPTIDE, cavities=2.0), "cavities is 2.0; it must be keep or remove."),
     ],
     "ready": [
         (lambda d: sparsurf.sample(d, n_dots=9, combination=(1, 0, 6, 0)), "leave out n_dots or the combination"),

@@ -15,7 +15,7 @@ from conftest import ROOT
 from peptides import peptide
 from sparsurf import Surface
 from sparsurf.errors import InputError
-from sparsurf.surfaces.formats.ply import KIND_COLOURS
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf_study.report.scenes import script_text
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -106,7 +106,15 @@ def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
     expected = mesh.vertices.points[mesh.triangles.ravel()]
     assert np.abs(corners[:, 9:].astype(float) - expected).max() <= 0.0005
     normals = mesh.vertices.normals[mesh.triangles.ravel()]
-    assert np.abs(corners[:, 5:8].astype(float) - normals).max() <= 0.0005
+    assert np.abs(corners[:, 5:8].astype(float) - normals).max() <= 0.005
+    assert len(np.unique(corners[:, 1:4], axis=0)) == 1  # one colour without a field
+    with_field = replace(mesh, vertices=replace(mesh.vertices, fields={"height": mesh.vertices.points[:, 0]}))
+    sparsurf.write(with_field, tmp_path / "field.pml")
+    coloured = np.array(in_pymol(tmp_path / "field.pml")[0]["mesh"][2:-1]).reshape(-1, 12)
+    shades = viridis(mesh.vertices.points[:, 0])[mesh.triangles.ravel()] / 255
+    assert np.abs(coloured[:, 1:4].astype(float) - shades).max() <= 0.005
+    sparsurf.write(with_field, tmp_path / "field.bild")
+    assert (tmp_path / "field.bild").read_text().count(".color") > 10
     sparsurf.write(mesh, tmp_path / "mesh.bild")
     lines = (tmp_path / "mesh.bild").read_text().splitlines()
     polygons = np.array([line.split()[1:] for line in lines[1:]], float)
@@ -187,7 +195,7 @@ def test_a_molecule_is_a_pdb_and_nothing_else(tmp_path):
     molecule = sparsurf.read_molecule(PEPTIDE)
     sparsurf.write(molecule, tmp_path / "molecule.pdb")
     assert np.allclose(sparsurf.read_molecule(tmp_path / "molecule.pdb").xyz, molecule.xyz)
-    with pytest.raises(InputError, match=r"a molecule is written as a PDB; name a file that ends in \.pdb"):
+    with pytest.raises(InputError, match=r"name a file that ends in \.pdb, \.xyzr, \.xyzrn"):
         sparsurf.write(molecule, tmp_path / "molecule.csv")
     with pytest.raises(InputError, match="there is no folder"):
         sparsurf.write(sparsurf.surface(([[0.0, 0, 0]], [1.5])), tmp_path / "no" / "dots.bild")

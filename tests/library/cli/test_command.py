@@ -164,15 +164,15 @@ def test_formats_hold_the_same_dots(folder, tmp_path):
 def test_cavities_are_reported_and_removed(tmp_path, capsys):
     place = TDP43
     for asked, words in (
-        ("keep", "2 components, of which 1 cavity with 224 dots"),
+        ("keep", "5 components, of which 4 cavities with 426 dots"),
         ("remove", "1 component\n"),
     ):
         assert ended("surface", place, "--cavities", asked, "-o", tmp_path / "d.csv") == 0
         assert words in capsys.readouterr().err
         table = pd.read_csv(tmp_path / "d.csv")
-        assert len(table) - (table["component"] == 0).sum() == (224 if asked == "keep" else 0)
+        assert len(table) - (table["component"] == 0).sum() == (426 if asked == "keep" else 0)
     assert ended("minimal", tmp_path / "d.csv", "--n-dots", 50, "-o", tmp_path / "m.csv") == 0
-    assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 224
+    assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 426
 
 
 CALLS = {  # other values than the defaults
@@ -199,21 +199,25 @@ def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
 
 @pytest.mark.parametrize(
     ("words", "options"),
-    [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities remove", {"density": 1, "probe_radius": 1.5,
-     "radii": "bondi", "cavities": "remove"}), ("--fields hbond,roughness", {"fields": ["hbond", "roughness"]}),
+    [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities keep", {"density": 1, "probe_radius": 1.5,
+     "radii": "bondi", "cavities": "keep"}), ("--step 0.6", {"step": 0.6}),
+     ("--fields hbond,roughness", {"fields": ["hbond", "roughness"]}),
      ("--frame 2 --probe-radius 1.7 --fields roughness", {"frame": 2, "probe_radius": 1.7, "fields": "roughness"})],
 )  # fmt: skip
 def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
     path = TDP43 if words and "--frame" not in words else folder / "models.pdb"  # the first has a cavity
     assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
-    of_mesh = {key: options[key] for key in ("density", "fields") if key in options}
-    dots = sparsurf.surface(path, **{key: value for key, value in options.items() if key not in of_mesh})
+    of_mesh = {key: options[key] for key in ("density", "step", "fields") if key in options}
+    dots = sparsurf.surface(
+        path, **{"cavities": "remove"} | {k: v for k, v in options.items() if k not in of_mesh}
+    )
     sparsurf.write(sparsurf.mesh(dots, **of_mesh), tmp_path / "own.ply")
     assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
 
 
 def test_a_recovered_mesh_follows_its_options(folder, tmp_path):
-    for words, options in (("", {}), ("--density 3", {"density": 3}), ("--reach 2.5", None)):
+    calls = ("", {}), ("--density 3", {"density": 3}), ("--step 0.4", {"step": 0.4}), ("--reach 2.5", None)
+    for words, options in calls:
         call = ["--mesh", *words.split(), "-o", tmp_path / "m.ply"]
         assert ended("recover", folder / "minimal.csv", *call) == 0
         found = (tmp_path / "m.ply").read_bytes()
@@ -506,7 +510,8 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("recover minimal.csv --at protein.pdb -o x.csv", 1, "protein.pdb holds no dots"),
     ("recover minimal.csv --at minimal.csv --density 2 -o x.csv", 1, "larger --density"),
     ("recover minimal.csv --at minimal.csv --mesh -o x.ply", 1, "--at writes descriptors, and --mesh writes triangles"),
-    ("recover minimal.csv --mesh --density 0.01 -o x.ply", 1, "increase the density"),
+    ("recover minimal.csv --mesh --step 0.5 --density 3 -o x.ply", 1, "either --density or --step"),
+    ("surface protein.pdb --step 0.5 -o x.ply", 1, "add --mesh, or leave the option out"),
     ("roughness dots.csv --chains A -o x.csv", 1, "--chains has no meaning for dots.csv"),
     ("roughness dots.csv --trajectory run.pdb -o x.csv", 1, "--trajectory has no meaning for dots.csv"),
     ("roughness dots.csv -o x.csv --output y.csv", 2, "--output is given twice; give it once"),

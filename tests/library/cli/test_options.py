@@ -19,15 +19,18 @@ OF_ATOMS = ["--chains A", "--selection backbone", "--ligands LIG", "--frame 1", 
 OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
 OPTIONS = {
     "surface": [*OF_ATOMS, "--residues 2-4", "--probe-radius 1.6", "--density 9", "--radii bondi",
-     "--fields hydropathy", "--mesh"],
+     "--fields hydropathy", "--mesh", "--mesh --step 0.6",
+     "--mesh --colours"],
     "residues": [*OF_ATOMS, "--residues 2-4", "--fields hydropathy"],
     "roughness": [*OF_DOTS, "--residues 2-4", "--r-patch 3"],
     "descriptors": [*OF_DOTS, "--residues 2-4", "--at 0,5", "--every 30", "--r-zernike 5", "--down",
      "--descriptor rotation_robust"],
     "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--density 0.6", "--error 0.1", "--max-z 1.5",
      "--sampler uniform", "--seed 2", "--error-99 0.2"],
-    "points": ["--n-dots 50", "--density 0.5", "--seed 3", "--probe-radius 1.6", "--fields roughness"],
-    "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh", "--model interpolant"],
+    "points": [*OF_ATOMS, "--n-dots 50", "--density 0.5", "--seed 3", "--probe-radius 1.6", "--radii bondi",
+     "--fields roughness"],
+    "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh", "--mesh --step 0.4", "--mesh --colours",
+     "--model interpolant"],
 }  # fmt: skip
 # test_command.py, and of models that are copies tests/library/test_corpus.py
 ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--jobs"}
@@ -90,7 +93,7 @@ ERRORS = {  # of functions that name arguments of Python or keys of a study
     "roughness two.pdb --d-link 0.01": "needs more than 100 dots per Å^2; give a larger --d-link.",
     "surface two.pdb --assembly": "conformations and not parts of one molecule; leave out `--assembly`.",
     "minimal mixed.pdb --percent 10": "choose one by `--model`, or take all models as one molecule by `--assembly`.",
-    "points mixed.pdb": "choose one by `model`, or take all models as one molecule by `assembly` (arguments of",
+    "points mixed.pdb": "choose one by `--model`, or take all models as one molecule by `--assembly`.",
 }
 
 

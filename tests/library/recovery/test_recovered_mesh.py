@@ -45,7 +45,7 @@ def test_normals_that_point_inward_and_holes_are_reported(caplog):
 
 
 def test_a_step_that_is_wider_than_the_surface_is_refused():
-    with pytest.raises(InputError, match="too coarse for the surface; increase the density"):
+    with pytest.raises(InputError, match="too coarse for the surface; give a smaller step"):
         recovered_mesh(ball(60, 0.2)[0], DOTS[1], step=3.0)
 
 

@@ -7,6 +7,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import sparsurf
 from conftest import ROOT, sphere
@@ -18,7 +19,7 @@ from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces import mesh as meshes
 from sparsurf.surfaces.decimation import decimate
-from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh, outer_mesh
+from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -27,6 +28,7 @@ RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.7])
 TURN = np.linspace(0, 2 * np.pi, 12, endpoint=False)
 RING = np.column_stack([5 * np.cos(TURN), 5 * np.sin(TURN), 0 * TURN])
 # the probe's way around the last two reaches as far from the middle one as an arc can
+SPHERES = ([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5])
 ROD = np.array([[0.0, 0, 0], [3.0, 0, 0], [8.0, 0, 0]])
 
 
@@ -214,7 +216,6 @@ def test_a_ring_stays_a_ring_whose_vertices_are_those_of_the_fine_mesh(ring):
     coarse = decimate(ring, 60)
     assert closed(coarse.triangles, 60) == (2, 2)
     assert coarse.vertices.area.sum() == pytest.approx(area(coarse.vertices.points, coarse.triangles))
-    assert len(outer_mesh(coarse).vertices) == 60  # the ball is no cavity, small as it is
     fine, kept = (
         np.hstack([mesh.vertices.points, mesh.vertices.normals]).astype("f4") for mesh in (ring, coarse)
     )
@@ -234,15 +235,53 @@ def test_sides_are_about_equally_long_and_close_the_volume():
     assert mesh.volume == pytest.approx(7870, rel=0.03)
 
 
-def test_a_density_and_a_number_of_vertices_are_honoured():
-    spheres = ([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5])
-    fine = sparsurf.mesh(spheres, density=3.0)
-    for density in (2.0, 0.5):
-        coarse = sparsurf.mesh(spheres, density=density)
-        assert len(coarse.vertices) == pytest.approx(density * fine.vertices.area.sum(), abs=1)
-    assert len(sparsurf.mesh(spheres, 3 * len(fine.vertices)).vertices) == 3 * len(fine.vertices)
-    with pytest.raises(InputError, match="either n_vertices or density"):
-        sparsurf.mesh(spheres, 100, density=1.0)
+@pytest.mark.parametrize("density", [0.5, 2.72, 2.74, 20.0])
+def test_a_density_is_a_number_of_vertices_per_area(density):
+    area_of_fine_mesh = sparsurf.mesh(SPHERES).vertices.area.sum()
+    mesh = sparsurf.mesh(SPHERES, density=density)
+    assert len(mesh.vertices) == pytest.approx(density * area_of_fine_mesh, rel=0.02, abs=1)
+
+
+def test_a_mesh_has_the_size_that_is_requested():
+    fine = sparsurf.mesh(SPHERES)
+    assert len(sparsurf.mesh(SPHERES, 3 * len(fine.vertices)).vertices) == 3 * len(fine.vertices)
+    assert np.array_equal(sparsurf.mesh(SPHERES, step=0.5).vertices.points, fine.vertices.points)
+    ratio = len(sparsurf.mesh(SPHERES, step=0.25).vertices) / len(fine.vertices)
+    assert ratio == pytest.approx(4, rel=0.1)
+    for sizes in ({"density": 1.0}, {"step": 0.3}):
+        with pytest.raises(InputError, match="either n_vertices or density or step"):
+            sparsurf.mesh(SPHERES, 100, **sizes)
+
+
+def test_a_volume_far_from_the_origin_keeps_its_digits():
+    near, far = (sparsurf.mesh((np.add(SPHERES[0], shift), SPHERES[1]), step=0.3) for shift in (0, 9e5))
+    assert far.volume == pytest.approx(near.volume, rel=1e-4)
+
+
+@pytest.mark.parametrize("turn", [0, 1])
+def test_walls_of_cavities_are_no_part_of_the_mesh_of_a_molecule(turn):
+    """Cavities of this protein meet the outside at cusps; an atom floats in a second cavity, and a molecule lies beside."""
+    molecule = sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb")
+    ball = 9.5 * np.array([[np.cos(k * 2.4) * np.sqrt(1 - z * z), np.sin(k * 2.4) * np.sqrt(1 - z * z), z]
+                           for k, z in enumerate(np.linspace(-1, 1, 300))])  # fmt: skip
+    xyz = np.vstack([molecule.xyz[0], ball + np.array([80, 0, 0]), [[80, 0, 0]], [[80, 30, 0]]])
+    xyz = xyz @ Rotation.random(rng=np.random.default_rng(turn)).as_matrix()
+    sizes = np.append(radii(molecule, "dms"), np.full(302, 1.9))
+    keep, remove = (sparsurf.mesh((xyz, sizes), cavities=each) for each in ("keep", "remove"))
+    assert closed(remove.triangles, len(remove.vertices))[1] == 3
+    parts_of_dots = sparsurf.components((xyz, sizes), sparsurf.surface((xyz, sizes)))[1]
+    assert parts_of_dots["cavity"].sum() == 5 and closed(keep.triangles, len(keep.vertices))[1] > 4
+    outside = sparsurf.surface((xyz, sizes), cavities="remove")
+    atom = len(xyz) - 2  # in the cavity of the ball, where it has dots of its own
+    expected = outside.area[outside.atom != atom].sum()
+    assert remove.vertices.area.sum() == pytest.approx(expected, rel=0.005)
+    assert atom not in remove.vertices.atom and atom in keep.vertices.atom
+    given = sparsurf.surface((xyz, sizes))
+    assert np.array_equal(sparsurf.mesh(given).triangles, keep.triangles)
+    assert np.array_equal(sparsurf.mesh(given, cavities="remove").triangles, remove.triangles)
+    assert np.array_equal(sparsurf.mesh((xyz, sizes)).triangles, remove.triangles)
+    with pytest.raises(InputError, match="cavities applies to a molecule"):
+        sparsurf.mesh(given.take(slice(0, 900)), cavities="remove")
 
 
 @pytest.mark.parametrize("n_vertices", [None, 1500])

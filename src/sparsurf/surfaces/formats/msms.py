@@ -1,0 +1,159 @@
+"""Files of the program MSMS: vertices (.vert), triangles (.face) and areas of atoms (.area).
+
+Their columns are those that MSMS 2.6.1 writes. Numbers of vertices, spheres and faces count from 1, and atoms in .area from 0.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sparsurf.errors import InputError
+from sparsurf.files import decode_text, shorten
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Format, Surface, surface_of_columns
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+# Codes of MSMS for the kinds CONTACT, SADDLE and CONCAVE: the level of a vertex and the type of a triangle
+LEVEL = np.array([1, 2, 3])
+FACE_TYPE = np.array([1, 3, 2])
+KIND_OF_LEVEL = {1: CONTACT, 2: SADDLE, 3: CONCAVE}
+N_VERTEX_COLUMNS = 9  # and the name of the sphere, if there is one
+NUMBER = r"[+-]?\d+\.\d{3}"
+VERTEX = re.compile(rf"^\s*(?:{NUMBER}\s*){{6}}\s-?\d+\s+\d+\s+[123](?:[ \t]\S+)?\s*$", re.M)
+
+
+class Header(NamedTuple):
+    """What the first three lines of a file say besides the numbers of vertices or triangles and of spheres."""
+
+    name: str  # of the file of spheres
+    density: float  # vertices per Å^2
+    probe: float  # Å, radius
+
+
+def _number(word: str) -> float | None:
+    """Return a word as a number, or None."""
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def _sniff(head: bytes) -> bool:
+    """Return whether a line of the first ones is a vertex of MSMS."""
+    text = head.decode("latin-1")
+    return VERTEX.search(text, 0, len(text)) is not None and text[:1] not in "p{<"
+
+
+def read_vertices(content: bytes, path: Path | str) -> Surface:
+    """Read the vertices of MSMS as dots; `atom` counts the spheres, from 0."""
+    rows: list[list[float]] = []
+    lines: list[int] = []
+    for number, line in enumerate(decode_text(content, path).splitlines(), 1):
+        if line.startswith("#") or not line.strip():
+            continue
+        words = line.split()
+        if not lines and len(words) in (2, 4):  # vertices, spheres, density and probe radius
+            continue
+        values = [_number(word) for word in words[:N_VERTEX_COLUMNS]]
+        if len(values) < N_VERTEX_COLUMNS or None in values or values[8] not in KIND_OF_LEVEL:
+            raise InputError(
+                f"{path}: line {number} is not a vertex with position, normal, face, sphere and level: "
+                f"{shorten(repr(line.strip()))}; repair it."
+            )
+        rows.append([float(value or 0) for value in values])
+        lines.append(number)
+    table = np.array(rows, float).reshape(-1, N_VERTEX_COLUMNS)
+    kind = [KIND_OF_LEVEL[int(level)] for level in table[:, 8]]
+    columns: dict[str, ArrayLike] = {
+        "points": table[:, :3],
+        "normals": table[:, 3:6],
+        "kind": kind,
+        "atom": table[:, 7] - 1,
+    }
+    return surface_of_columns(columns, path, lines, weighted=True)
+
+
+def write_vertices(
+    path: Path | str,
+    surface: Surface,
+    n_spheres: int,
+    names: Sequence[str] | None = None,
+    header: Header | None = None,
+) -> None:
+    """Write the vertices of a mesh, or dots, with the names (A,) of their spheres where these are known.
+
+    Without a `header`, the file begins with the first vertex.
+    """
+    _refuse_unknown(surface, "a .vert file")
+    face = np.where(surface.kind == SADDLE, -1, 1) * _face_of_vertex(surface)
+    rows = np.column_stack([surface.points, surface.normals]).tolist()
+    with open(path, "w", encoding="ascii", errors="replace") as stream:
+        if header is not None:
+            stream.write(_comments("vertices", header) + "#vertex #sphere density probe_r\n")
+            stream.write(f"{len(surface):7d} {n_spheres:7d} {header.density:5.2f} {header.probe:5.2f}\n")
+        for row, number, atom, level in zip(
+            rows, face.tolist(), surface.atom.tolist(), LEVEL[surface.kind].tolist(), strict=True
+        ):
+            name = f" {names[atom]}" if names is not None and names[atom] else ""
+            numbers = " ".join(f"{x:9.3f}" for x in row)
+            stream.write(f"{numbers} {number:7d} {atom + 1:7d} {level:2d}{name}\n")
+
+
+def write_faces(
+    path: Path | str, surface: Surface, triangles: np.ndarray, n_spheres: int, header: Header | None = None
+) -> None:
+    """Write triangles (F, 3) between the vertices of a surface, turned outwards; `header` is that of `write_vertices`."""
+    _refuse_unknown(surface, "a .face file")
+    kinds = np.sort(surface.kind[triangles], axis=1)
+    kind = kinds[
+        :, 1
+    ]  # that of two corners at least; of three kinds, the saddle, which lies between the others
+    corner = np.argmax(surface.kind[triangles] == kind[:, None], axis=1)
+    face = _face_of_vertex(surface)[triangles[np.arange(len(triangles)), corner]]
+    with open(path, "w", encoding="ascii") as stream:
+        if header is not None:
+            stream.write(_comments("faces", header) + "#faces  #sphere density probe_r\n")
+            stream.write(f"{len(triangles):7d} {n_spheres:7d} {header.density:5.2f} {header.probe:5.2f}\n")
+        for (a, b, c), code, number in zip(
+            (triangles + 1).tolist(), FACE_TYPE[kind].tolist(), face.tolist(), strict=True
+        ):
+            stream.write(f"{a:6d} {b:6d} {c:6d} {code:2d} {number:6d}\n")
+
+
+def write_areas(
+    path: Path | str, areas: Sequence[tuple[np.ndarray, np.ndarray]], names: Sequence[str]
+) -> None:
+    """Write the area of the excluded and of the accessible surface, (A,) each, Å^2, of the atoms in each component."""
+    heads = "  ".join(f"ses_{k}   sas_{k}" for k in range(len(areas)))
+    columns = np.column_stack([column for pair in areas for column in pair]).tolist()
+    with open(path, "w", encoding="ascii", errors="replace") as stream:
+        stream.write(f" Atom#    {heads}  \n")
+        for atom, row in enumerate(columns):
+            stream.write(f"{atom:6d} {' '.join(f'{x:7.4f}' for x in row)} {names[atom]}\n")
+
+
+def _comments(kind: str, header: Header) -> str:
+    """Return the first line of a file; readers tell it from a vertex by its eight words."""
+    return f"# MSMS solvent excluded surface {kind} for {re.sub(r'[^!-~]', '_', header.name)}\n"
+
+
+def _face_of_vertex(surface: Surface) -> np.ndarray:
+    """Return the number of the part of the surface that each vertex lies on, from 1: that of one kind and one atom."""
+    return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
+
+
+def _refuse_unknown(surface: Surface, what: str) -> None:
+    """Raise InputError for a surface whose atoms or kinds are not known."""
+    if surface.atom.min() < 0 or surface.kind.min() < 0:
+        raise InputError(
+            f"surface: {what} needs the atom and the kind of every vertex; use PLY or npz instead."
+        )
+
+
+FORMAT = Format(_sniff, read_vertices)

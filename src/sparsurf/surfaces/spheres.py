@@ -1,0 +1,176 @@
+"""Spheres from files that hold radii, or elements of a small molecule: .xyzr, .xyzrn, .pqr, .sdf, .mol and .mol2."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sparsurf.errors import InputError
+from sparsurf.files import read_text, shorten
+from sparsurf.molecules.formats import suffix
+from sparsurf.surfaces.radii import RADII, RADIUS_OF_OTHER_ELEMENTS
+
+log = logging.getLogger("sparsurf")
+
+N_SPHERE_COLUMNS = 4
+N_PQR_COLUMNS = 5  # x, y, z, charge and radius at the end of a line
+MIN_ATOMS_OF_DRAWING = 5  # four atoms in a plane may be a molecule
+
+
+class Spheres(NamedTuple):
+    """Spheres of a file.
+
+    Attributes
+    ----------
+    xyz : (A, 3) float64, Å
+    radii : (A,) float64, Å
+    names : (A,) str; empty without one
+    """
+
+    xyz: np.ndarray
+    radii: np.ndarray
+    names: list[str]
+
+
+Row = tuple[
+    Sequence[str], float | None, str
+]  # words of x, y and z; the radius in Å, None if it is no number; the name
+
+
+def read_spheres(path: Path | str) -> Spheres:
+    """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi."""
+    read = READERS.get(suffix(path), _xyzr)
+    rows, names = [], []
+    for number, (words, radius, name) in read(read_text(path).splitlines(), path):
+        row = [*map(_number, words), radius]
+        numbers = [value for value in row if value is not None]
+        if len(numbers) < N_SPHERE_COLUMNS:
+            raise InputError(
+                f"{path}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
+            )
+        if not all(map(math.isfinite, numbers)) or numbers[3] <= 0:
+            raise InputError(
+                f"{path}: line {number} has a sphere at {' '.join(words)} of the radius {numbers[3]:g} Å; coordinates must be "
+                "finite, and radii above 0."
+            )
+        rows.append(numbers)
+        names.append(name)
+    if not rows:
+        raise InputError(f"{path} holds no atoms; give a file of atoms with radii or elements.")
+    table = np.array(rows)
+    return Spheres(table[:, :3], table[:, 3], names)
+
+
+def _number(word: str) -> float | None:
+    """Return a word as a number, or None."""
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def _xyzr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:  # noqa: ARG001
+    """Yield x, y, z and radius at the beginning of each line, and the name behind a number of a .xyzrn."""
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if words and not words[0].startswith("#"):
+            radius = _number(words[3]) if len(words) > 3 else None
+            yield number, (words[:3], radius, words[5] if len(words) > 5 else "")
+
+
+def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
+    """Yield the atoms of a PQR file; atoms without a radius, as some force fields give hydrogens, have no surface."""
+    without = 0
+    for number, line in enumerate(lines, 1):
+        if line.startswith(("ATOM", "HETATM")):
+            words = line.split()
+            radius = _number(words[-1])
+            if radius == 0:
+                without += 1
+                continue
+            enough = len(words) > N_PQR_COLUMNS + 2
+            yield number, (words[-N_PQR_COLUMNS:-2] if enough else [], radius, words[2] if enough else "")
+    if without:
+        log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", path, without)
+
+
+def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
+    """Yield the atoms of the only molecule of an SDF or MOL file, V2000 or V3000."""
+    ends = [k for k, line in enumerate(lines) if line.startswith("$$$$")]
+    if ends and any(line.strip() for line in lines[ends[0] + 1 :]):
+        raise InputError(f"{path} holds several molecules; give a file of one.")
+    if len(lines) < 4:
+        raise InputError(f"{path} is no SDF file: it has no line with the number of atoms; repair it.")
+    if "V3000" in lines[3]:
+        begin, end = (
+            next((k for k, line in enumerate(lines) if line.split()[2:4] == [word, "ATOM"]), 0)
+            for word in ("BEGIN", "END")
+        )
+        atoms = [
+            (k + 1, line.split()[4:7], line.split()[3])
+            for k, line in enumerate(lines[begin + 1 : end], begin + 1)
+        ]
+    else:
+        n = int(lines[3][:3]) if lines[3][:3].strip().isdigit() else -1
+        if not 0 <= n <= len(lines) - 4:
+            raise InputError(f"{path}: line 4 does not hold the number of atoms of the molecule; repair it.")
+        atoms = [
+            (k + 1, [line[:10], line[10:20], line[20:30]], line[31:34].strip())
+            for k, line in enumerate(lines[4 : 4 + n], 4)
+        ]
+    if len(atoms) >= MIN_ATOMS_OF_DRAWING and not any(_number(words[2]) for _, words, _ in atoms):
+        raise InputError(f"{path} is a drawing: z of all atoms is 0; give a file with positions in space.")
+    for number, words, symbol in atoms:
+        yield number, (words, _radius(symbol, path, number), symbol)
+
+
+def _mol2(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
+    """Yield the atoms of the only molecule of a MOL2 file."""
+    if sum(line.startswith("@<TRIPOS>MOLECULE") for line in lines) > 1:
+        raise InputError(f"{path} holds several molecules; give a file of one.")
+    section = ""
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if line.startswith("@<TRIPOS>"):
+            section = line.strip()
+        elif section == "@<TRIPOS>ATOM" and words:
+            if len(words) < 6:
+                raise InputError(
+                    f"{path}: line {number} is not an atom with position and type: {shorten(repr(line))}."
+                )
+            yield number, (words[2:5], _radius(words[5].split(".")[0], path, number), words[1])
+
+
+def _radius(symbol: str, path: Path | str, number: int) -> float:
+    """Return the radius of an element, Å."""
+    if not symbol.isalpha():
+        raise InputError(
+            f"{path}: line {number} has the element {symbol!r}, which does not exist; repair it."
+        )
+    return RADII["bondi"].get(symbol.upper(), RADIUS_OF_OTHER_ELEMENTS["bondi"])
+
+
+READERS: dict[str, Callable[[list[str], Path | str], Iterator[tuple[int, Row]]]] = {
+    ".xyzr": _xyzr,
+    ".xyzrn": _xyzr,
+    ".pqr": _pqr,
+    ".sdf": _sdf,
+    ".mol": _sdf,
+    ".mol2": _mol2,
+}
+SPHERES = tuple(READERS)
+
+
+def write_spheres(
+    path: Path | str, xyz: np.ndarray, radii: np.ndarray, names: Sequence[str] | None = None
+) -> None:
+    """Write spheres at (A, 3) with radii (A,), Å, as .xyzr; as .xyzrn if there are names (A,)."""
+    with open(path, "w", encoding="ascii", errors="replace") as stream:
+        for k, ((x, y, z), radius) in enumerate(zip(xyz.tolist(), radii.tolist(), strict=True)):
+            name = f" 1 {names[k]}" if names is not None else ""
+            stream.write(f"{x:.3f} {y:.3f} {z:.3f} {radius:.3f}{name}\n")

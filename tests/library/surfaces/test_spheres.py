@@ -1,0 +1,116 @@
+"""Files with radii, or with elements of small molecules, as input, and depths below their surface."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial import cKDTree
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.cli.command import main
+from sparsurf.errors import InputError
+from sparsurf.surfaces.radii import RADII, radii
+
+PROTEIN = ROOT / "data/tdp43/topology.pdb"
+XYZ = np.array([[0.0, 0.0, 0.1], [1.4, 0.0, -20.5], [-105.25, 0.9, 0.0]])
+BONDI = np.array([RADII["bondi"][element] for element in ("C", "O", "CL")])
+V2000 = "name\n  program\n\n  3  2  0  0  0  0  0  0  0  0999 V2000\n" + "".join(
+    f"{x:10.4f}{y:10.4f}{z:10.4f} {element:<3} 0  0\n" for (x, y, z), element in zip(XYZ, ("C", "O", "Cl"), strict=True)
+) + "  1  2  1\n  1  3  1\nM  END\n$$$$\n"  # fmt: skip
+V3000 = "name\n\n\n  0  0  0     0  0            999 V3000\nM  V30 BEGIN CTAB\nM  V30 BEGIN ATOM\n" + "".join(
+    f"M  V30 {k} {element} {x} {y} {z} 0\n" for k, ((x, y, z), element) in enumerate(zip(XYZ, ("C", "O", "Cl"), strict=True))
+) + "M  V30 END ATOM\nM  V30 END CTAB\nM  END\n"  # fmt: skip
+MOL2 = "@<TRIPOS>MOLECULE\nx\n@<TRIPOS>ATOM\n" + "".join(
+    f"{k} {element}{k} {x} {y} {z} {element}.2 1 LIG 0.5\n"
+    for k, ((x, y, z), element) in enumerate(zip(XYZ, ("C", "O", "Cl"), strict=True))
+) + "@<TRIPOS>BOND\n1 1 2 1\n"  # fmt: skip
+PQR = "REMARK\n" + "".join(
+    f"ATOM {k} C LIG A 1 {x} {y} {z} -0.3 {radius}\n" for k, ((x, y, z), radius) in enumerate(zip(XYZ, BONDI, strict=True))
+) + "ATOM 9 H LIG A 1 7 7 7 0.3 0.0\nEND\n"  # fmt: skip
+XYZR = "# spheres\n" + "".join(
+    f"{x} {y}\t{z} {radius}\n" for (x, y, z), radius in zip(XYZ, BONDI, strict=True)
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.sdf", V2000),
+        ("a.mol", V3000),
+        ("a.mol2", MOL2),
+        ("a.pqr", PQR),
+        ("a.xyzr", XYZR),
+        ("a.XYZRN", XYZR),
+    ],
+)
+def test_a_file_with_radii_or_elements_is_a_molecule(tmp_path, name, text):
+    path = tmp_path / name
+    path.write_text(text)
+    expected = sparsurf.surface((XYZ, BONDI))
+    for dots in (sparsurf.surface(path), sparsurf.points(path, 30).surface, sparsurf.mesh(path).vertices):
+        assert np.array_equal(dots.origin.radii, BONDI) and np.array_equal(dots.origin.xyz, XYZ)
+    assert np.array_equal(sparsurf.surface(str(path)).points, expected.points)
+    assert main(["surface", str(path), "-o", str(tmp_path / "dots.csv")]) == 0
+    table = pd.read_csv(tmp_path / "dots.csv")
+    assert len(table) == len(expected) and table["area"].sum() == pytest.approx(
+        expected.area.sum(), rel=0.001
+    )
+    for command in (["surface", "--mesh"], ["roughness"], ["minimal"], ["points", "-n", "20"]):
+        assert main([command[0], str(path), *command[1:], "-o", str(tmp_path / "out.npz")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.sdf", V2000 + V2000, "holds several molecules"),
+        ("a.sdf", V2000.replace("  3  2", "  x  2"), "line 4 does not hold the number of atoms"),
+        ("a.sdf", V2000.replace("  3  2", "300  2"), "line 4 does not hold the number of atoms"),
+        ("a.sdf", "x\n", "is no SDF file"),
+        ("a.mol", V2000.replace(" C ", " 7 "), "has the element '7'"),
+        ("a.sdf", V2000[:40], "is no SDF file|number of atoms"),
+        ("a.mol2", MOL2 + MOL2, "holds several molecules"),
+        ("a.mol2", MOL2.replace(" LIG 0.5", "").replace(" C.2 1", ""), "line 4 is not an atom"),
+        ("a.mol2", "", "holds no atoms"),
+        ("a.pqr", "ATOM 1 C 0 0 0 1.5\n", "line 1 does not hold"),
+        ("a.xyzr", "0 0 0 -1\n", "radii above 0"),
+        ("a.xyzr", "0 0 inf 1\n", "coordinates must be finite"),
+        ("a.xyzr", "0 0 0\n", "line 1 does not hold"),
+    ],
+)
+def test_a_file_that_holds_no_such_spheres_is_refused(tmp_path, name, text, words):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=words):
+        sparsurf.surface(tmp_path / name)
+
+
+def test_a_drawing_is_refused(tmp_path):
+    atoms = "".join(f"{k:10.4f}{0:10.4f}{0:10.4f} C   0\n" for k in range(6))
+    (tmp_path / "flat.sdf").write_text(f"\n\n\n  6  0  0     0  0            999 V2000\n{atoms}M  END\n")
+    with pytest.raises(InputError, match="is a drawing"):
+        sparsurf.surface(tmp_path / "flat.sdf")
+
+
+def test_spheres_of_a_protein_are_written_and_read(tmp_path):
+    molecule = sparsurf.read_molecule(PROTEIN)
+    sparsurf.write(molecule, tmp_path / "p.xyzrn")
+    dots, back = sparsurf.surface(molecule), sparsurf.surface(tmp_path / "p.xyzrn")
+    assert np.array_equal(back.points, dots.points)
+    assert len((tmp_path / "p.xyzrn").read_text().splitlines()[0].split()) == 6
+
+
+def test_depth_is_the_distance_from_the_surface():
+    molecule = sparsurf.read_molecule(PROTEIN)
+    table = sparsurf.depth(molecule)
+    dense = sparsurf.surface(molecule, density=60.0, cavities="remove")
+    exact = cKDTree(dense.points).query(molecule.xyz[0])[0]
+    assert np.abs(table["depth"] - exact).max() < 0.2 and (table["depth"] - exact).mean() < 0.02
+    assert (table["depth"] > radii(molecule, "dms") - 1e-3).all()
+    of_residues = table.groupby(["chain", "residue"], sort=False)["depth"].mean().to_numpy()
+    dots = sparsurf.surface(molecule)
+    assert sparsurf.residues(dots)["depth"].to_numpy() == pytest.approx(of_residues, abs=1e-9)
+    few = sparsurf.points(molecule, 50, fields="depth")
+    assert few.fields["depth"] == pytest.approx(of_residues[molecule.residue_index[few.atom]], abs=1e-5)
+    walls = sparsurf.depth(molecule, cavities="keep")["depth"]
+    assert (walls <= table["depth"] + 1e-9).all() and (walls < table["depth"] - 0.5).any()
+    ball = sparsurf.depth(([[0.0, 0, 0], [0.5, 0, 0]], [3.0, 2.0]), probe_radius=1.0)["depth"]
+    assert ball.to_numpy() == pytest.approx([3.0, 2.5], abs=0.03)
