@@ -198,7 +198,10 @@ def test_grids_share_the_cores_of_this_machine(folder, names, cores):
     assert job["asks"][0]["_cores"] == cores
 
 
-def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path):
+def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path, monkeypatch):
+    """The frames are written by hand here; the ledger would have them chosen again."""
+    (tmp_path / "none.json").write_text("{}")
+    monkeypatch.setenv(ledger.TO_MAKE_AGAIN, str(tmp_path / "none.json"))
     folder = copy_of(study, tmp_path / "own")
     frames = folder / "results/small/moving/frames.csv"
     text = frames.read_text().replace("f0000", "c1").replace("f0700", "c2")

@@ -205,7 +205,10 @@ def test_residues_and_fields_are_those_of_the_dots(run, place):
 
 @pytest.mark.parametrize("place", ["moving/f0000", "ready/c1"])
 def test_the_first_page_of_a_surface_shows_its_roughness_and_residues(run, place):
-    """And leads to the page on which its dots are sampled, where those of farthest-point sampling are those of minimal.csv."""
+    """And leads to the page on which its dots are sampled, which has those of minimal.csv.
+
+    These are the first of farthest-point sampling where the surface has no atoms, and cannot be reconstructed from spheres.
+    """
     folder = run / place
     text = (folder / "surface.html").read_text(encoding="utf-8")
     header, columns = unpacked(text)
@@ -224,9 +227,10 @@ def test_the_first_page_of_a_surface_shows_its_roughness_and_residues(run, place
     assert f"mean {roughness.mean():.2f}" in drawn and place in drawn
     page = (folder / "view.html").read_text(encoding="utf-8")
     assert f"<title>{title}</title>" in page and 'href="surface.html"' in page
-    order = unpacked(page)[1]["rank farthest"]
-    minimal = pd.read_csv(folder / "minimal.csv")["dot"]
-    assert sorted(np.flatnonzero(order < len(minimal))) == sorted(minimal)
+    columns, minimal = unpacked(page)[1], pd.read_csv(folder / "minimal.csv")["dot"]
+    assert sorted(np.flatnonzero(columns["minimal"])) == sorted(minimal)
+    farthest = sorted(np.flatnonzero(columns["rank farthest"] < len(minimal)))
+    assert (farthest == sorted(minimal)) == ("ready" in place)
 
 
 def test_figures_over_frames_show_their_tables(run, tmp_path, monkeypatch):
@@ -648,10 +652,17 @@ def test_the_glossary_has_the_lengths_of_the_config(run):
 
 
 def test_the_first_page_leads_to_every_page_and_figure(run):
-    links = {unquote(path) for path in re.findall(r'href="([^"]+)"', (run / "index.html").read_text())}
+    text = (run / "index.html").read_text()
+    links = {unquote(path) for path in re.findall(r'href="([^"]+)"', text)}
     found = {str(path.relative_to(run)) for end in ("html", "png") for path in run.rglob(f"[!.]*.{end}")}
     found = {path for path in found if not path.endswith("view.png")}  # on the page of the viewer
     found -= {"index.html"}
+    pictures = {path for path in found if "/pictures/" in path}  # shown on it
+    shown = re.findall(
+        r'alt="(The surface of \S+ in the|The dots that the best|The [\d,]+ dots of the minimal)', text
+    )
+    assert len(shown) == len(pictures) > 10
+    found -= pictures
     found = {path for path in found if not path.endswith("number_of_dots.png")}  # on the page on the paper
     assert found <= links and len(found) > 45
     assert not [path for path in links if not path.startswith("#") and not (run / path).exists()]

@@ -28,6 +28,7 @@ from small_study import (
     snakemake,
     write_study,
 )
+from sparsurf_study import catalogue
 
 pytestmark = pytest.mark.slow
 
@@ -71,8 +72,8 @@ def test_on_one_core_and_imported_by_another_workflow_it_gives_the_same_bytes(st
     assert set(warnings["sentence"]) == set(of_study["sentence"]) != set()
     process = snakemake(folder, config, "--report", "report.html", root=folder)
     assert process.returncode == 0, output(process)
-    caption = (ROOT / "src" / "sparsurf_study" / "report" / "captions" / "roughness.rst").read_text("utf-8")
-    assert caption.strip() in (folder / "report.html").read_text(encoding="utf-8")
+    caption = catalogue.outputs()["<protein>/<conformation>/figures/roughness.png"].caption
+    assert caption and caption in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_study_with_simulations_is_planned_by_another_workflow(tmp_path):
@@ -265,6 +266,7 @@ def test_what_does_not_need_what_failed_has_all_of_its_files(checkout, study):
     }
     still, of_small, good, both = names.values()
     of_grid = "best.json compare.csv distances.npz grid.csv ranges.csv rough_and_flat.csv"
+    of_grid += " pictures/minimal.png pictures/sampled.png"
     assert good == both and still <= of_small
     assert {name for name in of_small - still if not name.startswith("figures/")} == {*of_grid.split()}
     assert {"figures/roughness.png", "figures/roughness.svg"} <= still
