@@ -218,8 +218,13 @@ def _dry_run(log, listed, options, all_jobs, edited):
             planned.update((each, _description(each)) for each in jobs if each not in planned)
 
         Job.log_info = note  # of this fork
+        from sparsurf import kinds
         from sparsurf_study.workflow import code_version
 
+        for registered in kinds._registered.values():  # a new process knows nothing that other tests added
+            registered.clear()
+        kinds._plugins_in_use.clear()
+        kinds.plugins.cache_clear()
         code_version.code_of.cache_clear()
         code_version.counted.cache_clear()
         as_it_is = Path.read_bytes

@@ -226,6 +226,7 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path, monkeypatch):
         assert key in str(error.value) and words in str(error.value)
     score = kinds.Choice(lambda molecule, points: ..., "s", package="mine 1.0")
     monkeypatch.setitem(kinds._registered["field"], "score", score)
+    monkeypatch.setattr(kinds, "_plugins_in_use", {})
     with pytest.raises(
         InputError, match=r"a field of mine 1\.0 and also a column of proteins\.a\.table; rename"
     ):
