@@ -117,7 +117,7 @@ def results(extended, tmp_path_factory):
         "run": "own",
         "proteins": {"p": {"structure": "protein.pdb"}},
         "patches": {"roughness": "steepest", "descriptor": "extent"},
-        "fields": ["depth"],
+        "fields": ["from_centre"],
         "minimal": {"sampler": "highest", "percent": 10},
         "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0]},
         "evaluation": {"test_dots": 20, "draws": 2},
@@ -177,8 +177,8 @@ def test_a_choice_takes_two_files():
 def test_the_field_is_at_every_kept_dot(results):
     table = pd.read_csv(results / "minimal.csv")
     surface = np.load(results / "surface.npz")
-    assert table["depth"].between(0, np.ptp(surface["points"], axis=0).max()).all()
-    assert table["depth"].std() > 0.1
+    assert table["from_centre"].between(0, np.ptp(surface["points"], axis=0).max()).all()
+    assert table["from_centre"].std() > 0.1
 
 
 def test_the_tables_of_batches_have_the_column(extended):

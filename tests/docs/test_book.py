@@ -41,12 +41,9 @@ def test_the_release_is_one():
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     metadata = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
     releases = re.findall(r"^## (\S+) \(([^)]*)\)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
-    released = [version for version, date, _ in releases if date != "unreleased"]
-    assert citation["version"] == sparsurf.__version__ == released[0] == metadata["version"]
-    assert len(releases) - len(released) <= 1 and releases[0][1] in (
-        "unreleased",
-        str(citation["date-released"]),
-    )
+    version, date, _ = releases[releases[0][1] == "unreleased"]
+    assert citation["version"] == sparsurf.__version__ == version == metadata["version"]
+    assert date == str(citation["date-released"])
     assert all(len(re.findall(r"^- ", text, re.M)) <= 20 for _, _, text in releases[:2])
 
 
