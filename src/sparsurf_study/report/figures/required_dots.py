@@ -60,10 +60,10 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
             color=MEAN,
             linewidth=1.0,
             dashes=dashes or (None, None),
-            label=f"law: mean{suffix}",
+            label=f"evenly spread: mean{suffix}",
         )
         if not hydrogens:
-            ax.plot(density, high_99, color=HIGH, linewidth=1.0, label="law: 99 % of the surface")
+            ax.plot(density, high_99, color=HIGH, linewidth=1.0, label="evenly spread: 99 % of the surface")
     size = 6 if len(table) == 1 else 4
     for column, marker, colour, label in (("mean", "o", MEAN, "mean"), ("high_99", "s", HIGH, "99 %")):
         points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {label}"}

@@ -26,7 +26,10 @@ class Request(NamedTuple):
     phrase: str  # how good it is, or the dots that it keeps
 
 
-HOW = {"spheres": " from the atoms that its dots determine", "interpolant": " by interpolation"}
+HOW = {
+    "spheres": " The atoms are inferred from the dots, and the surface is rebuilt on them.",
+    "interpolant": " The surface is interpolated between the dots.",
+}
 
 
 def requested(minimal: Mapping[str, Any]) -> Request:
