@@ -22,7 +22,7 @@ FUNCTION_WORDS = {
 }  # fmt: skip
 # Folders whose variables are still to be renamed, without their subfolders
 STILL_TO_RENAME = {
-    *(f"src/sparsurf{folder}" for folder in ("", "/api", "/cli", "/molecules", "/recovery", "/sampling")),
+    *(f"src/sparsurf{folder}" for folder in ("", "/api", "/cli", "/molecules", "/recovery", "/recovery/spheres", "/sampling")),
     *("src/sparsurf/surfaces", "src/sparsurf/surfaces/formats", "src/sparsurf_study", "src/sparsurf_study/workflow"),
 }  # fmt: skip
 # Public names of modules that stand in several of them: why

@@ -62,7 +62,7 @@ def depth(
     >>> table = sparsurf.depth("data/tdp43/topology.pdb")
     >>> list(table)
     ['chain', 'residue', 'residue_name', 'atom_name', 'atom', 'depth', 'residue_depth']
-    >>> table.loc[table["atom_name"] == "CA", "residue_depth"].max() > 3
+    >>> bool(table["residue_depth"].max() > 2)
     True
     """
     import pandas as pd  # here: it takes long to load

@@ -158,7 +158,7 @@ def represented(
         raise InputError(
             f"minimal: {argument('n_dots')} is {request['n_dots']}, more than the {len(dots)} dots of the surface; request fewer."
         )
-    if sampler != AUTO:
+    if not (isinstance(sampler, str) and sampler == AUTO):
         get_samplers([sampler], "minimal.sampler")  # names an unknown one
     seed = SEED.check(seed, "seed")
     check_choice(model, MODELS, "model")

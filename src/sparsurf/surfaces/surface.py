@@ -44,7 +44,8 @@ ARRAY_NAMES = tuple(ARRAY_TYPES)
 # Columns of the files of this program and of others that are not fields
 RESERVED_COLUMNS = frozenset(
     ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "dot", "weight", "spacing", "reach", "kept", "index", "id", "frame",
-     "chain", "residue", "residue_name", "atom_name", "atom", "red", "green", "blue", "alpha"]
+     "chain", "residue", "residue_name", "atom_name", "atom", "probe_radius", "radii", "model",
+     "red", "green", "blue", "alpha"]
 )  # fmt: skip
 FORBIDDEN_FIELDS = frozenset(["points", "normals", "self", "file", "allow_pickle"])  # names of arguments
 MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not

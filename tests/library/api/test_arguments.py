@@ -76,6 +76,8 @@ CALLS = [
         "percent": 11, "n_dots": NOT_PERCENT | {"n_dots": 90}, "density": NOT_PERCENT | {"density": 0.7},
         "error": NOT_PERCENT | {"error": 0.05}, "max_z": NOT_PERCENT | {"max_z": 1.5}, "sampler": "uniform", **SEED}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.pdb, **k), {"percent": 10}, {"d_link": 0.3}),
+    ("minimal", lambda g, **k: sparsurf.minimal(g.dots, **k), {"error": 0.05}, {
+        "error_99": 0.06, "model": "interpolant"}),
     ("prepare", lambda g, **k: sparsurf.prepare(g.dots, **k), {}, {
         "r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.7, "descriptor": "rotation_robust", **SEED}),
     ("sample", lambda g, **k: sparsurf.sample(g.ready, **k), {"percent": 10}, {
@@ -104,8 +106,10 @@ CALLS = [
     ("show", page, MOVING, {"frame": 1}),
     ("write", lambda g, **k: written(g, sparsurf.points(g.pdb, 40, fields="hydropathy"), **k), {}, {
         "names": {"hydropathy": "hphob"}}),
-    ("density_for", lambda g, **k: sparsurf.density_for(**k), {"error": 0.02}, {"error": 0.03, "hydrogens": True}),
-    ("error_at", lambda g, **k: sparsurf.error_at(**k), {"density": 0.6}, {"density": 0.7, "hydrogens": True}),
+    ("density_for", lambda g, **k: sparsurf.density_for(**k), {"error": 0.02}, {
+        "error": 0.03, "hydrogens": True, "model": "spheres", "sampler": "cover"}),
+    ("error_at", lambda g, **k: sparsurf.error_at(**k), {"density": 0.6}, {
+        "density": 0.7, "hydrogens": True, "model": "spheres"}),
 ]  # fmt: skip
 # Arguments that take the object itself, and those that other tests hold
 OBJECTS = {"surface", "molecule", "folder", "few", "dots", "source", "path", "result"}
@@ -120,6 +124,12 @@ ELSEWHERE = {
     ("points_of", "jobs"): "api/test_points.py",
     ("show", "open_browser"): "api/test_show.py",
     ("roughness", "roughness"): "test_kinds.py",
+    ("error_at", "sampler"): "recovery/test_law.py",
+    ("recover", "model"): "recovery/test_spheres.py",
+    **{
+        ("infer_atoms", name): "recovery/test_spheres.py"
+        for name in ("points", "normals", "probe_radius", "radii")
+    },
     ("prepare", "roughness"): "test_kinds.py",
     **{("register", name): "test_kinds.py" for name in inspect.signature(sparsurf.register).parameters},
 }

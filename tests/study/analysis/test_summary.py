@@ -352,7 +352,8 @@ def test_a_folder_holds_what_was_made_of_its_conformation(tmp_path):
         "density",
     ]
     names += ["n_S_percent_high", "Z_published", "Z_rotation_robust"]
-    pd.DataFrame({"where": ["everywhere"]} | {key: [3.5] for key in names}).to_csv(
+    texts = {"where": "everywhere", "measured_on": "independent dots", "sampler": "cover", "model": "spheres"}
+    pd.DataFrame({key: [value] for key, value in texts.items()} | {key: [3.5] for key in names}).to_csv(
         folder / "recovered.csv", index=False
     )
     found = summary.read_result(str(folder))

@@ -18,6 +18,7 @@ from matplotlib.text import Text
 
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
+from sparsurf.recovery.law import error_at
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import Settings
 from sparsurf.views import layout, render
@@ -165,9 +166,12 @@ def test_the_law_and_the_subset_are_drawn_where_they_are():
     (ax,) = enough().axes
     drawn = [line.get_xydata() for line in ax.lines]
     law, high_99, with_hydrogens, mean, high = drawn
-    assert law[:, 0] * law[:, 1] == pytest.approx(np.full(len(law), 0.0125))
-    assert with_hydrogens[:, 0] * with_hydrogens[:, 1] == pytest.approx(np.full(len(law), 0.015))
-    assert high_99[:, 1] / law[:, 1] == pytest.approx(np.full(len(law), 5.2))
+    for line, hydrogens, column in ((law, False, 0), (high_99, False, 1), (with_hydrogens, True, 0)):
+        expected = [error_at(density, hydrogens=hydrogens)[column] for density in line[:, 0]]
+        assert line[:, 1] == pytest.approx(expected)
+    assert law[:, 0].min() == pytest.approx(0.15) and law[:, 0].max() == pytest.approx(
+        2.4
+    )  # as far as was measured
     assert (mean.tolist(), high.tolist()) == ([[0.7, 0.02]], [[0.7, 0.1]])
     assert ax.get_title() == "13 % of the dots, mean error 0.020 Å"
 
