@@ -18,6 +18,7 @@ from matplotlib.text import Text
 
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
+from sparsurf import kinds
 from sparsurf.recovery.law import error_at
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import Settings
@@ -93,7 +94,8 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
     inputs |= {"surface": folder / "surface.npz", "best": folder / "best.json"}
     outputs = {name: tmp_path / f"{name}.png" for name in ("required_dots", "rough_and_flat", "subsets")}
     outputs |= {"svg": [], "bins": tmp_path / "bins.csv"}
-    params = Settings().model_dump(include={"patches", "minimal", "sampling"})
+    outputs |= {f"picture_{name}": tmp_path / f"{name}.png" for name in ("sampled", "minimal")}
+    params = Settings().model_dump(include={"patches", "minimal", "sampling"}, exclude_none=True)
     params |= {"evaluation": {"test_dots": 20}, "seed": 20261120}
     run_script("draw_figures", tmp_path, inputs, outputs, params, protein="still", conformation="f0")
     best = json.loads(inputs["best"].read_text())
@@ -114,7 +116,7 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
         for begin in (
             "the paper's sampling, highest d among the kept dots",
             "random subset of",
-            "minimal subset, farthest",
+            f"minimal subset, {kinds.TABLE['sampler'][recovered['sampler']].label}",
         )
     )
     kept = {int(re.search(r"([\d,]+) dots, ", words)[1].replace(",", "")) for words in (sampled, uniform)}
