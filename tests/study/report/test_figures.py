@@ -106,7 +106,7 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
         for name, figure in drawn.items()
     }
     assert (
-        f"{recovered['n_S_percent']:.1f} % of the dots, mean error {recovered['mean']:.3f} Å"
+        f"{recovered['n_S_percent']:.2g} % of the dots, mean error {recovered['mean']:.3f} Å"
         in texts["required_dots"]
     )
     head = f"{len(minimal)} dots reconstruct the surface to {recovered['mean']:.3f} Å on average"
