@@ -56,14 +56,20 @@ def checkout(tmp_path, monkeypatch):
         (tmp_path / name).write_text(text)
     monkeypatch.setattr(code_version, "ROOT", tmp_path)
     monkeypatch.setattr(code_version, "SOURCES", tmp_path / "src")
-    return tmp_path
+    yield tmp_path
+    forget()  # later tests of this process plan studies of the real checkout
+
+
+def forget():
+    """Forget what was read of the files."""
+    for cached in vars(code_version).values():
+        if hasattr(cached, "cache_clear"):
+            cached.cache_clear()
 
 
 def version():
     """The version of the script, read anew."""
-    for cached in vars(code_version).values():
-        if hasattr(cached, "cache_clear"):
-            cached.cache_clear()
+    forget()
     return code_version.code_of("measure")
 
 
