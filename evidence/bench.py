@@ -38,7 +38,7 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.index import R_ZERNIKE, build_index
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import GRID_READINGS
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
@@ -51,7 +51,7 @@ from sparsurf.threads import available_cores
 from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.ensemble import frame_row
 from sparsurf_study.pairs.nearest import nearest
-from sparsurf_study.settings import Settings
+from sparsurf_study.settings import StudySettings
 from sparsurf_study.workflow.config import check_config
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -112,9 +112,9 @@ def measure_dots(
     n = len(surface)
     index = build_index(surface.points, surface.normals)
     table.time("index", n, lambda: build_index(surface.points, surface.normals), repeats)
-    rough = roughness(index)
+    rough = roughness_of_patches(index)
     most = 0.15 if promised else None
-    seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
+    seconds = table.time("roughness of all dots", n, lambda: roughness_of_patches(index), repeats, most=most)
     table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
     table.time("cover", n, lambda: published_sampling.build_cover(index, rough), repeats)
     prepared = PreparedSurface(surface, roughness=rough, streams=Streams(name="bench"))
@@ -122,7 +122,7 @@ def measure_dots(
 
     def sample() -> None:
         for combination in combinations:
-            published_sampling.sample(prepared.cover, combination, rng)
+            published_sampling.sample_cover(prepared.cover, combination, rng)
 
     def pair() -> None:
         for combination in combinations:
@@ -154,14 +154,14 @@ def measure_descriptors(
             )
         for reading in GRID_READINGS:
             asked = words, descriptors.MAX_SUBSETS, (reading,)
-            run = partial(descriptors.compare, index, prepared.points[tests], *asked, z_tot)
+            run = partial(descriptors.compare_descriptors, index, prepared.points[tests], *asked, z_tot)
             what, per = (
                 f"a descriptor, {share:.0%} kept, `{reading}`",
                 1e6 / len(tests) / descriptors.MAX_SUBSETS,
             )
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.compare,
+                descriptors.compare_descriptors,
                 index,
                 prepared.points[subset],
                 *asked,
@@ -210,7 +210,7 @@ def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues:
 def measure_frames(table: Table, quick: bool) -> None:
     """Measure one combination on frames of the embedded trajectory, as an ensemble evaluates each."""
     study = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
-    settings = Settings.of(check_config(study, home=ROOT))
+    settings = StudySettings.of(check_config(study, home=ROOT))
     residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
     atom_radii = radii(molecule)
@@ -246,7 +246,7 @@ def measure_points(table: Table, repeats: int, residues: str | None = None) -> N
     table.add("ratio, points to reading and placing", None, ratio, "times", most=None if residues else 1.5)
     index, n = build_index(dense.points, dense.normals), len(dense)
     what = f"roughness per dot, {HIGH_DENSITY} dots per Å^2"
-    table.time(what, n, partial(roughness, index), repeats, "µs", 1e6 / n)
+    table.time(what, n, partial(roughness_of_patches, index), repeats, "µs", 1e6 / n)
     table.time(f"a mesh of {N_POINTS} vertices", None, partial(mesh, molecule, N_POINTS), repeats)
 
 
@@ -379,7 +379,12 @@ def measure_reference(table: Table, surface: Surface, name: str) -> None:
     reference_time = table.add(f"a patch by {name}", n, 1e6 * reference_time / len(tests), "µs")
     many = np.tile(surface.points[tests], (200, 1))
     ours = table.time(
-        "the same patches here", n, lambda: descriptors.describe(index, many), 3, "µs", 1e6 / len(many)
+        "the same patches here",
+        n,
+        lambda: descriptors.describe_patches(index, many),
+        3,
+        "µs",
+        1e6 / len(many),
     )
     table.add("ratio", n, reference_time / ours, "times")
     in_one_pass = [row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `full`"]
@@ -420,7 +425,7 @@ def print_ribosome() -> None:
     molecule = step("reading", lambda: read_molecule(RIBOSOME, selection="all", whole=False))
     surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
     index = step("index", lambda: build_index(surface.points, surface.normals))
-    rough = step("roughness", lambda: roughness(index, threads=cores))
+    rough = step("roughness", lambda: roughness_of_patches(index, threads=cores))
     prepared = step("cover", lambda: PreparedSurface(surface, roughness=rough, threads=cores))
     step(
         "grid of 36, 400 test dots",

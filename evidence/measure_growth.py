@@ -22,7 +22,7 @@ import bench
 from measures.timing import peak_memory
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -46,7 +46,7 @@ def print_surface(copies: int, residues: str | None = None) -> None:
     begin = time.process_time()
     surface = molecular_surface(xyz, r)
     placed = time.process_time()
-    roughness(build_index(surface.points, surface.normals))
+    roughness_of_patches(build_index(surface.points, surface.normals))
     spent = placed - begin, time.process_time() - placed
     content = {"atoms": len(xyz), "dots": len(surface), "bytes": peak_memory() - before, "seconds": spent}
     print(json.dumps(content))

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from sparsurf.errors import InputError
-from sparsurf.files import checksum, open_closed_streams
+from sparsurf.files import checksum_of_file, open_closed_streams
 from sparsurf_study.workflow.code_version import code_of
 from sparsurf_study.workflow.ledger import broken_links, read_records
 from sparsurf_study.workflow.models import NAME_OF_FOLDER
@@ -78,7 +78,7 @@ def checksums_in(crate: Path) -> dict[str, str]:
 def problem_of(path: Path, expected: str) -> str:
     """Return what is wrong with a file and what to do; an empty string if it has the expected SHA-256."""
     try:
-        if checksum(path) == expected:
+        if checksum_of_file(path) == expected:
             return ""
         return "differs from what the run wrote: `make run` writes it again."
     except FileNotFoundError:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from sparsurf.molecules.read_molecule import choose_conformations
 from sparsurf.streams import stream
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
@@ -16,7 +16,7 @@ with job(snakemake) as s:
         **s.params.frames,
     )
     for name, table in choice.tables(molecule.frame_number).items():
-        write_table(s.output[name], table)
+        write_rounded(s.output[name], table)
     Path(s.output.structures).mkdir()
     for conformation, position in zip(choice.table["conformation"], choice.index, strict=True):
         molecule.write_pdb(Path(s.output.structures, f"{conformation}.pdb"), position)

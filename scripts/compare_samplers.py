@@ -5,7 +5,7 @@ from sparsurf.views import layout
 from sparsurf_study.analysis.comparison import compare_samplers, select_methods
 from sparsurf_study.analysis.tables import floors_by_name, read_prepared, read_table
 from sparsurf_study.report.figures.comparison_figure import comparison_figure
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
@@ -19,5 +19,5 @@ with job(snakemake) as s:
         reporter(f"{s.place}: comparison", "samplers"),
         floors_by_name(read_table(s.input.floors)),
     )
-    write_table(s.output.table, compared)
+    write_rounded(s.output.table, compared)
     layout.save(comparison_figure(compared, s.params.title), s.output.png)

@@ -8,7 +8,7 @@ import numpy as np
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
-from sparsurf.views.viewer.page import Values, coloured_page
+from sparsurf.views.viewer.page import DotValues, coloured_page
 from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.pairs.changes import numbered_alike, over_floor
 from sparsurf_study.pairs.matching import on_atoms
@@ -37,7 +37,7 @@ with job(snakemake) as s:
             replace(dots, points=points, normals=normals),
             settings,
             s.streams(f"{name}/{side}"),
-            [Values("change over its floor", "change", "", shown, *MEANING)],
+            [DotValues("change over its floor", "change", "", shown, *MEANING)],
             residue_labels(structures[side - 1]),
         )
         Path(s.output[f"view_{side}"]).write_text(text, encoding="utf-8")

@@ -15,7 +15,7 @@ from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_tab
 from sparsurf_study.report import pictures
 from sparsurf_study.report.figures import rough_and_flat, subsets
 from sparsurf_study.report.figures.results import Results
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
@@ -29,7 +29,7 @@ with job(snakemake) as s:
         Surface(prepared.points[kept], prepared.normals[kept]) for kept in prepared.pair(combination, 0)
     )
     around = kept_and_any(prepared, combination, readings, s.settings.evaluation.test_dots)
-    write_table(s.output.bins, table_of_bins(around))
+    write_rounded(s.output.bins, table_of_bins(around))
     title = f"the paper's sampling, highest d {words_of(readings[0])}, {combination}"
     results = Results(
         name=s.place,
@@ -42,7 +42,7 @@ with job(snakemake) as s:
             (f"minimal subset, {sampler_label(errors['sampler'].iloc[0])}", minimal, layout.DARK),
         ],
         recovered=subsets.recovered_from(prepared, minimal, s.threads),
-        rough_and_flat=rough_and_flat.content(around, best["references"]),
+        rough_and_flat=rough_and_flat.content_of_figure(around, best["references"]),
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=errors,
     )
@@ -52,5 +52,5 @@ with job(snakemake) as s:
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
         for path in [path for path in drawn if path.stem == name]:
             layout.save(figure, path)
-    pictures.draw_subset(s.output.picture_sampled, prepared.surface, sampled, layout.SAMPLED)
-    pictures.draw_subset(s.output.picture_minimal, prepared.surface, minimal, layout.DARK)
+    pictures.draw_subset_picture(s.output.picture_sampled, prepared.surface, sampled, layout.SAMPLED)
+    pictures.draw_subset_picture(s.output.picture_minimal, prepared.surface, minimal, layout.DARK)

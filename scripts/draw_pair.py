@@ -8,7 +8,7 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
-from sparsurf.views.viewer.page import Values, coloured_page
+from sparsurf.views.viewer.page import DotValues, coloured_page
 from sparsurf_study.report.figures.pair_figures import book_figure, opened, ranks, side_by_side
 from sparsurf_study.workflow.jobs import job
 
@@ -20,8 +20,10 @@ with job(snakemake) as s:
     labels = [residue_labels(s.input.get(f"structure_{side}")) for side in (1, 2)]
     rank = np.concatenate([ranks(table["propensity_smoothed"]) for table in tables])
     values = [
-        Values("rank of the distance to the nearest patch", "rank", " %", rank, "good match", "poor match"),
-        Values("distance to the partner", "gap", " Å", dots["gap"].to_numpy(), "touching", "far"),
+        DotValues(
+            "rank of the distance to the nearest patch", "rank", " %", rank, "good match", "poor match"
+        ),
+        DotValues("distance to the partner", "gap", " Å", dots["gap"].to_numpy(), "touching", "far"),
     ]
     pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
     surface = side_by_side(surfaces, pages, [len(names) for names in labels])

@@ -8,7 +8,7 @@ from sparsurf.api.pages import page_of_surface
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import Origin
+from sparsurf.surfaces.surface import SurfaceOrigin
 from sparsurf.views import layout
 from sparsurf_study.analysis.tables import read_roughness
 from sparsurf_study.report import pictures
@@ -23,11 +23,11 @@ with job(snakemake) as s:
     drawn = figure(dots.points, dots.normals, roughness, s.place)
     for path in (s.output.svg, s.output.png):
         layout.save(drawn, path)
-    pictures.draw_roughness(s.output.picture, dots, roughness)
+    pictures.draw_roughness_picture(s.output.picture, dots, roughness)
     settings = s.settings
     if s.input.structure:
         molecule = read_study_structure(s.input.structure)
         atoms = molecule.xyz[0], settings.surface, settings.patches.d_link, radii(molecule)
-        dots = replace(dots, origin=Origin.of_atoms(molecule, 0, *atoms))
+        dots = replace(dots, origin=SurfaceOrigin.of_atoms(molecule, 0, *atoms))
     about = About(s.params.title, patches=settings.patches, roughness=roughness, links=LINKS)
     Path(s.output.page).write_text(page_of_surface(dots, about), encoding="utf-8")

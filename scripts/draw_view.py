@@ -9,7 +9,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.recovery.reconstructing import distance_to_reconstructed, measured_model
 from sparsurf.sampling.samplers import farthest
-from sparsurf.surfaces.formats.npz import read_npz, with_fields
+from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf.views.render import along_smallest_axis, thumbnail
 from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table, surface_of_minimal
@@ -18,7 +18,7 @@ from sparsurf_study.workflow.jobs import job
 FIRST_PAGE = "surface.html"  # of draw_roughness, in the same folder
 
 with job(snakemake) as s:
-    dots = with_fields(read_npz(s.input.surface), s.input.fields or None)
+    dots = with_fields_of_file(read_npz(s.input.surface), s.input.fields or None)
     roughness, subset = read_roughness(s.input.roughness, dots), read_minimal(s.input.minimal, dots)
     # the random stream of minimal.csv, so that both have the same dots where that is farthest-point sampling
     streams = s.streams(shared=True)

@@ -7,7 +7,7 @@ import pandas as pd
 from sparsurf.evaluation.residues import roughness_over_frames
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.analysis.ensemble import split_residue_columns
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 STRIDE_TO_FIRST_FRAME = 10**9  # leaves one frame: the residues are the same in all
@@ -19,6 +19,6 @@ with job(snakemake) as s:
         pd.read_csv(path) for path in s.input.rows if Path(path).stat().st_size > 1
     ]  # some have no frames
     frames, over_time = split_residue_columns(pd.concat(parts), residues)
-    write_table(s.output.table, frames)
-    write_table(s.output.over_time, over_time)
-    write_table(s.output.residues, roughness_over_frames(residues, over_time.to_numpy(float)[:, 2:]))
+    write_rounded(s.output.table, frames)
+    write_rounded(s.output.over_time, over_time)
+    write_rounded(s.output.residues, roughness_over_frames(residues, over_time.to_numpy(float)[:, 2:]))

@@ -5,7 +5,7 @@ import logging
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.views import layout
 from sparsurf_study.report.figures.simulation import simulation_figure
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.simulation import quality
 from sparsurf_study.simulation.protocol import with_defaults
 from sparsurf_study.simulation.stages import extract_protein
@@ -20,5 +20,5 @@ with job(snakemake) as s:
     for sentence in quality.warnings(checks):
         logging.getLogger("sparsurf").warning(sentence)
     for path, table in ((s.output.energies, energies), (s.output.motion, motion), (s.output.quality, checks)):
-        write_table(path, table)
+        write_rounded(path, table)
     layout.save(simulation_figure(energies, motion, checks), s.output.png)

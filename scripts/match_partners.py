@@ -3,7 +3,7 @@
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
 from sparsurf_study.pairs.partners import read_partners, select_centres
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
@@ -16,9 +16,9 @@ with job(snakemake) as s:
     matched = match(*partners, centres, NEAREST, settings.patches, s.threads)
     dots, agreement = tables_of_partners(matched, s.params.smoothing, within, seed, s.threads)
     dots.to_csv(s.output.dots, index=False, float_format="%.6g")
-    write_table(s.output.best, best_pairs(matched))
-    write_table(s.output.agreement, agreement)
-    write_table(s.output.contacts, contacts(*partners, within, settings.patches, seed, s.threads))
+    write_rounded(s.output.best, best_pairs(matched))
+    write_rounded(s.output.agreement, agreement)
+    write_rounded(s.output.contacts, contacts(*partners, within, settings.patches, seed, s.threads))
     for side, partner in enumerate(partners, 1):
         table = dots[dots["partner"] == side]
         columns = {key: table[key].to_numpy() for key in ("similarity_smoothed", "interface")}

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf_study.workflow.jobs import job
@@ -12,5 +12,5 @@ with job(snakemake) as s:
     dots, patches = read_npz(s.input.surface), s.params.patches
     index = build_index(dots.points, dots.normals, patches["d_link"])
     refuse_sparse(dots.points, patches["d_link"], s.place)
-    values = roughness(index, patches["r_patch"], s.threads, patches["roughness"])
+    values = roughness_of_patches(index, patches["r_patch"], s.threads, patches["roughness"])
     pd.DataFrame({"roughness": values}).to_csv(s.output.roughness, index=False)

@@ -9,9 +9,9 @@ from sparsurf.views import layout
 from sparsurf_study.analysis.tables import add_reference_columns, read_prepared, read_table
 from sparsurf_study.paper.replication import facts_for_page, reproduce
 from sparsurf_study.report.figures.table1 import table1_figure
-from sparsurf_study.report.page import embedded, write
-from sparsurf_study.report.paper_page import TEMPLATE, paper_page, surface_of
-from sparsurf_study.rounding import write_table
+from sparsurf_study.report.page import embedded, write_rendered
+from sparsurf_study.report.paper_page import PAPER_TEMPLATE, paper_page, surface_of
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
@@ -20,7 +20,7 @@ with job(snakemake) as s:
     prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(a1), s.threads)
     tables = reproduce(prepared, s.settings, reporter(f"{a1} as published", "runs of the grid"))
     for name, table in tables.items():
-        write_table(s.output[name], add_reference_columns(table, best["references"]))
+        write_rounded(s.output[name], add_reference_columns(table, best["references"]))
     results: dict[str, Any] = tables | {
         name: read_table(s.input[name]) for name in ("ranges", "bins", "recovered")
     }
@@ -33,4 +33,6 @@ with job(snakemake) as s:
     for path in (s.output.svg, s.output.png):
         layout.save(drawn, path)
     figure = embedded(s.output.png)
-    write(s.output.page, TEMPLATE, s.params.lengths, **paper_page(results), first=a1, figure=figure)
+    write_rendered(
+        s.output.page, PAPER_TEMPLATE, s.params.lengths, **paper_page(results), first=a1, figure=figure
+    )

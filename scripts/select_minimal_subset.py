@@ -13,7 +13,7 @@ from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.analysis.tables import read_roughness, read_table
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 REMARK = "%s: nothing was evaluated among the kept dots, so the paper's sampling takes the paper's parameters"
@@ -34,7 +34,7 @@ with job(snakemake) as s:
         roughness=read_roughness(s.input.roughness, dots),
         choices=choices,
     )
-    write_table(s.output.recovered, found.errors(s.threads))
+    write_rounded(s.output.recovered, found.errors(s.threads))
     few, fields = found.subset, found.surface.fields
     rows = few.table.assign(**few.surface.fields)
     write_csv(s.output.table, rows, list(few.surface.fields))

@@ -19,7 +19,7 @@ from types import SimpleNamespace
 from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams, pluralise
 from sparsurf.threads import ignore_numba_threads
-from sparsurf_study.batches.assignment import TABLES, batched_structures, batches_of
+from sparsurf_study.batches.assignment import BATCH_FOLDERS, batched_structures, batches_of
 from sparsurf_study.workflow import adoption, ledger
 from sparsurf_study.workflow.config import check_config, read_config
 from sparsurf_study.workflow.job_logs import collected_warnings
@@ -181,7 +181,7 @@ def closed(config: dict, run: Path, failures: dict[str, str], files: Sequence[Pa
     from sparsurf_study.report.closing import close_partial_run  # here, as it imports pandas and matplotlib
 
     closing = SimpleNamespace(rule="close_run", log=[run / "logs" / "close_run.log"])
-    tables = [f"{run}/{name}/{batch}.parquet" for batch in batches_of(config) for name in TABLES]
+    tables = [f"{run}/{name}/{batch}.parquet" for batch in batches_of(config) for name in BATCH_FOLDERS]
     if not all(Path(table).is_file() for table in tables):
         return False  # the job of a batch was killed, and nothing is known of its structures
     warnings_of = partial(collected_warnings, logs=run / "logs", jobs=[""])  # of all jobs

@@ -8,7 +8,7 @@ from sparsurf.patches.readings import SCALED_READING
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import add_scaled_link, read_grid
 from sparsurf_study.analysis.islands import add_islands
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
@@ -22,5 +22,5 @@ with job(snakemake) as s:
     ranges = add_islands(ranges, best, prepared, n_tests, evaluation.draws)
     if SCALED_READING in evaluation.readings:
         ranges = add_scaled_link(ranges, prepared, n_tests, evaluation.draws)
-    write_table(s.output.ranges, ranges)
+    write_rounded(s.output.ranges, ranges)
     Path(s.output.best).write_text(json.dumps(best, indent=2) + "\n", encoding="utf-8")

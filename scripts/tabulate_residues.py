@@ -8,21 +8,21 @@ from sparsurf.api.scenes import write_bild
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.surfaces.components import stored_components
-from sparsurf.surfaces.formats.npz import read_npz, with_fields
+from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf_study.analysis.tables import read_minimal, read_roughness
 from sparsurf_study.report.scenes import script_text
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 from sparsurf_study.workflow.jobs import job
 
 BURIED = -1.0  # B factor of residues without dots outside of cavities
 
 with job(snakemake) as s:
-    dots = with_fields(read_npz(s.input.surface), s.input.fields or None)
+    dots = with_fields_of_file(read_npz(s.input.surface), s.input.fields or None)
     molecule, subset = read_study_structure(s.input.structure), read_minimal(s.input.minimal, dots)
     kept = subset["dot"].to_numpy(), subset["weight"].to_numpy()
     roughness = read_roughness(s.input.roughness, dots)
     residues = residue_table(dots, roughness, molecule, *kept, stored_components(dots))
-    write_table(s.output.table, residues)
+    write_rounded(s.output.table, residues)
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
     molecule.write_pdb(s.output.pdb, b_factor=b_factor)
     for path in (s.output.pml, s.output.cxc):

@@ -153,7 +153,7 @@ def measured():
     from sparsurf.patches import descriptors
     from sparsurf.patches.index import build_index
     from sparsurf.patches.roughness import published as roughness_of
-    from sparsurf.recovery.recovering import recover
+    from sparsurf.recovery.recovering import interpolate_surface
     from sparsurf.sampling.farthest_point import farthest_point_sampling
     from sparsurf.streams import Streams
     from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -200,11 +200,11 @@ def measured():
     dots = farthest_point_sampling(index, len(points) // 5, np.random.default_rng(1))
     note("farthest dots", dots)
     for kind in ("published", "rotation_robust"):
-        z, sizes = descriptors.describe(index, points[dots[:40]], 6.0, True, 2, kind)
+        z, sizes = descriptors.describe_patches(index, points[dots[:40]], 6.0, True, 2, kind)
         note(f"{kind} descriptors", z)
         note(f"{kind} sizes", sizes)
     note("roughness", roughness_of(index, 6.0, 2))
-    note("recovered", *recover(points[dots], normals[dots], 4.0, threads=2, keep=False)[:2])
+    note("recovered", *interpolate_surface(points[dots], normals[dots], 4.0, threads=2, keep=False)[:2])
 
     d_of_combinations = (
         np.random.default_rng(2).normal(size=(60, 4, 20)) + np.linspace(0, 0.4, 60)[:, None, None]

@@ -164,7 +164,7 @@ def by_share(table: pd.DataFrame) -> pd.DataFrame:
 @styled
 def draw(table: pd.DataFrame, marked: str) -> Figure:
     """Draw d of all rows and surfaces over link / spacing, with the rows of Table I on the surface `marked` as published."""
-    figure = layout.constrained(layout.PAGE, 84)
+    figure = layout.constrained(layout.PAGE_WIDTH, 84)
     ax = figure.subplots()
     colours = colormaps["viridis"](np.linspace(0, 0.92, len(PUBLISHED_ROWS)))
     for (_, row), curve in table.groupby(["surface", "row"], sort=False):

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from measures.molecules import atoms_of
 from measures.tables import read_tables, write_tables
 from sparsurf import kinds
-from sparsurf.patches.descriptors import describe
+from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.streams import stream
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
@@ -69,7 +69,7 @@ def steadiness(
     for change, points, normals, places in poses(xyz, radii, tests, density, rng):
         index = build_index(points, normals, D_LINK)
         for name in kinds.TABLE["descriptor"]:
-            z, _ = describe(index, places, threads=threads, descriptor=name)
+            z, _ = describe_patches(index, places, threads=threads, descriptor=name)
             descriptors.setdefault((name, change), []).append(z)
     rows = []
     for name in kinds.TABLE["descriptor"]:

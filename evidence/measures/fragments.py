@@ -13,7 +13,7 @@ from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.settings import Settings
-from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii

@@ -11,7 +11,7 @@ import sparsurf
 from measures.molecules import first_model
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.residues import KINDS
+from sparsurf.evaluation.residues import KIND_NUMBERS
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_recovered, kept_out
 from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
@@ -57,7 +57,7 @@ def errors_by_density(
         row = {"requested": requested, "density": n_kept / prepared.area, "mean": found.mean()}
         rows.append(row | {"high_99": np.quantile(found, TAIL_QUANTILE), "largest": found.max()})
         kind, large = kept_out(prepared.surface.kind, kept), found > np.quantile(found, LARGEST)
-        for part, k in KINDS.items():
+        for part, k in KIND_NUMBERS.items():
             here = kind == k
             row = {"requested": requested, "part": part, "dots_percent": 100 * here.mean()}
             row["ratio"] = found[here].mean() / found.mean() if here.any() else np.nan
@@ -212,7 +212,7 @@ def required_by_settings(table: pd.DataFrame) -> pd.DataFrame:
 @styled
 def draw(table: pd.DataFrame) -> Figure:
     """Draw the mean error against the density with the lines of the law, and their product against the size of the molecule."""
-    figure = layout.constrained(layout.PAGE, 78)
+    figure = layout.constrained(layout.PAGE_WIDTH, 78)
     left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
     looks = {CHAINS: (layout.PALETTE[0], "o", 5), HYDROGENS: (layout.PALETTE[5], "D", 9)}
     ends = np.array([table["density"].min() / 1.3, table["density"].max() * 1.3])

@@ -94,7 +94,7 @@ def rules_table(
 def draw(table: pd.DataFrame) -> Figure:
     """Draw d against d_link: a panel for each surface, a line for every second row of Table I; other readings at the right."""
     surfaces = list(dict.fromkeys(table["surface"]))
-    figure = layout.constrained(layout.PAGE, 112)
+    figure = layout.constrained(layout.PAGE_WIDTH, 112)
     panels = figure.subplots(2, -(-len(surfaces) // 2), sharex=True, sharey=True, squeeze=False).ravel()
     colours = colormaps["viridis"](np.linspace(0, 0.9, N_SHOWN))
     for ax, surface in zip(panels, surfaces, strict=False):

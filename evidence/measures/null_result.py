@@ -14,7 +14,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import KEPT_READING
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.settings import Settings
-from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.surfaces.surface import Surface

@@ -20,7 +20,7 @@ from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
-from sparsurf.recovery.recovering import MIN_SEPARATION, recover
+from sparsurf.recovery.recovering import MIN_DOT_SEPARATION, interpolate_surface
 from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -181,7 +181,7 @@ def _of_size(
     stream = partial(prepared.stream, "recovery")
 
     def recovered(name: str, dots: tuple[np.ndarray, np.ndarray]) -> Way:
-        return name, len(dots[0]), DOT * len(dots[0]), partial(recover, *dots), len(dots[0])
+        return name, len(dots[0]), DOT * len(dots[0]), partial(interpolate_surface, *dots), len(dots[0])
 
     def chosen(sampler: str) -> tuple[np.ndarray, np.ndarray]:
         subset = get_sampler(sampler)(prepared, n, stream(sampler))
@@ -253,7 +253,7 @@ def dots_on(
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     index = build_grid(points, side=1.0)
     chosen = select_separated(
-        index, np.arange(len(points)), MIN_SEPARATION / np.sqrt(density), len(points), 0
+        index, np.arange(len(points)), MIN_DOT_SEPARATION / np.sqrt(density), len(points), 0
     )
     return points[chosen], normals[chosen]
 

@@ -14,7 +14,7 @@ from sparsurf.sampling.combination import (
 from sparsurf_study.analysis.best_set import best_set
 from sparsurf_study.analysis.comparison import REFERENCE, smallest_n_s
 from sparsurf_study.analysis.relation import rho_interval, with_interval
-from sparsurf_study.analysis.summary import Result, evaluated_readings, stack_column
+from sparsurf_study.analysis.summary import SurfaceResult, evaluated_readings, stack_column
 from sparsurf_study.analysis.tables import range_index, range_limits
 
 FRESH = "fresh dots"  # the floor of other dots of the same surface
@@ -66,7 +66,7 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
+def plateaus(results: list[SurfaceResult], summary: pd.DataFrame) -> pd.DataFrame:
     """Find the combinations that may be the best on average over proteins, and on how many proteins they are.
 
     Returns

@@ -25,11 +25,11 @@ AXIS = "$n_S$ (% of the dots)"
 @styled
 def d(stored: dict[str, pd.DataFrame]) -> Figure:
     """Return d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
-    figure = layout.sheet(layout.PAGE, 80)
+    figure = layout.sheet(layout.PAGE_WIDTH, 80)
     summary = stored["summary"]
     table = pd.concat([stored["d"], stored.get("recovered")])
     shown = [*READINGS_SHOWN, RECOVERED] if "recovered" in stored else READINGS_SHOWN
-    apart = (layout.PAGE - 3) / len(shown)
+    apart = (layout.PAGE_WIDTH - 3) / len(shown)
     for k, reading in enumerate(shown):
         left = 13 + apart * k
         ax = layout.axes(figure, left, 9, apart - 14, 44)
@@ -54,7 +54,7 @@ def d(stored: dict[str, pd.DataFrame]) -> Figure:
 @styled
 def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     """Draw Z by n_S over the proteins, as they are and recovered, with the noise floor."""
-    figure = layout.sheet(layout.PAGE, 82)
+    figure = layout.sheet(layout.PAGE_WIDTH, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floor = surfaces["Z_resampled"].mean()
     for k, reading in enumerate((FULL_READING, RECOVERED)):

@@ -9,7 +9,7 @@ from measures.studies import Measured
 from sparsurf.patches.readings import FULL_READING, KEPT_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
-from sparsurf_study.analysis.summary import Result, summary_table
+from sparsurf_study.analysis.summary import SurfaceResult, summary_table
 
 SEED = 20261120
 LOWEST_TARGET = 10.0  # %; recovered dots reach its Z below the smallest n_S measured: only a bound
@@ -60,7 +60,7 @@ def tables_of(
     return found
 
 
-def of_recovered(results: list[Result]) -> pd.DataFrame:
+def of_recovered(results: list[SurfaceResult]) -> pd.DataFrame:
     """Return d per range of n_S for the proteins whose grid was recovered, with the combination that is best on average and the
     protein on which the choice of all others does worst."""
     summary = summary_table(results)

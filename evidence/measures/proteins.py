@@ -13,7 +13,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.settings import Settings
-from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf_study.workflow.jobs import Job, reporter

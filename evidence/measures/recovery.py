@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from measures.molecules import atoms_of
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -94,7 +94,7 @@ def draw_recovery(job: Job) -> None:
     prepared = PreparedSurface(molecular_surface(*atoms), streams=Streams(1, "example"), threads=job.threads)
     dots = farthest(prepared, len(prepared.points) // 10, prepared.stream("figure"))
     subset = prepared.points[dots], prepared.normals[dots]
-    recovered = recover(*subset, threads=job.threads)
+    recovered = interpolate_surface(*subset, threads=job.threads)
     distance = distances(recovered[0], truth(*atoms))
     figure = subsets.figure(
         Surface(prepared.points, prepared.normals),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf_study.analysis.summary import Result, read_result
+from sparsurf_study.analysis.summary import SurfaceResult, read_result
 
 READING_OF_MEASURE = {"Z full": "full", "Z recovered": "recovered"}  # of compare.csv
 
@@ -20,7 +20,7 @@ class Measured(NamedTuple):
     by_n_s : DataFrame: sampler, percent (requested), n_S, n_S_percent, reading, Z
     """
 
-    result: Result
+    result: SurfaceResult
     floors: pd.DataFrame
     by_n_s: pd.DataFrame
 
@@ -36,7 +36,7 @@ def read_study(run: str, proteins: list[str], reading: str | None = None) -> lis
     return sorted(measured, key=lambda protein: (protein.result.n_dots, protein.result.protein))
 
 
-def _only(result: Result, reading: str) -> Result:
+def _only(result: SurfaceResult, reading: str) -> SurfaceResult:
     """Return a result with the ranges of one reading."""
     return replace(result, ranges=result.ranges[result.ranges["reading"] == reading])
 

@@ -53,15 +53,15 @@ class Limits(NamedTuple):
 LENGTH = Limits(0, 100)  # Å
 DISTANCE = Limits(0, 10)  # Å
 PROBE = Limits(0, 10)  # Å
-DENSITY = Limits(0, 100)  # dots per Å^2
-PERCENT = Limits(0, 100)
+DENSITY_LIMITS = Limits(0, 100)  # dots per Å^2
+PERCENT_LIMITS = Limits(0, 100)
 ALPHA = Limits(0, 1)
 EXPONENT = Limits(0, 1000, open_low=False)
 SEED = Limits(0, 2**64 - 1, whole=True, open_low=False)
 TEST_DOTS = Limits(2, 10**6, whole=True, open_low=False)
 NUMBER_OF_DOTS = Limits(0, whole=True)
 STEP = Limits(0, 10)  # Å, of the grid of a mesh
-ERROR = Limits(0, open_low=False)  # Z
+ERROR_LIMITS = Limits(0, open_low=False)  # Z
 FRAME = Limits(0, whole=True, open_low=False)
 DEFAULT_TEST_DOTS = 200  # of studies and functions
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike

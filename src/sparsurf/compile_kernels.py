@@ -51,7 +51,7 @@ def compile_surfaces() -> None:
     from sparsurf.views import render
 
     run(SURFACES)
-    points, normals = ball()
+    points, normals = ball_of_dots()
     molecular_surface(points[:3], np.full(3, 1.7), reentrant="dms")
     dots = molecular_surface(*helix())
     rebuild(dots.points, dots.normals)
@@ -67,7 +67,7 @@ def compile_patches() -> None:
     from sparsurf.sampling import samplers
     from sparsurf.surfaces.surface import Surface
 
-    prepared = PreparedSurface(Surface(*ball()))
+    prepared = PreparedSurface(Surface(*ball_of_dots()))
     tests = prepared.draw_tests(4)
     subsets = list(prepared.pair((0.5, 0.5, 1.0, 1.0), 0))
     prepared.distances(subsets, tests, prepared.describe(tests)[0], FULL_READING)
@@ -100,7 +100,7 @@ def peptide() -> str:
     return "".join(lines)
 
 
-def ball() -> tuple[np.ndarray, np.ndarray]:
+def ball_of_dots() -> tuple[np.ndarray, np.ndarray]:
     """Return points and outward normals of random dots on a sphere of 2 Å."""
     normals = np.random.default_rng(0).normal(size=(BALL_DOTS, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 StrPath: TypeAlias = str | os.PathLike[str]
 
-MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
+MAX_UNPACKED_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
 GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
@@ -70,7 +70,7 @@ def pluralise(number: int, noun: str, verb: str = "") -> str:
     return f"{words} {verb if number == 1 else several}".rstrip()
 
 
-def checksum(path: str | os.PathLike[str]) -> str:
+def checksum_of_file(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file."""
     with open(path, "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -128,7 +128,7 @@ def content_of(path: Path) -> bytes:
             begin = stored.read(len(GZIP))
             stored.seek(0)
             with gzip.open(stored) if path.suffix.lower() == ".gz" else stored as stream:
-                content = stream.read(MAX_BYTES + 1)
+                content = stream.read(MAX_UNPACKED_BYTES + 1)
     except gzip.BadGzipFile:
         if begin != GZIP:
             raise InputError(f"{name} is named .gz but is not gzip: rename or compress it.") from None
@@ -137,9 +137,9 @@ def content_of(path: Path) -> bytes:
         raise InputError(f"{name} is cut short or damaged inside its gzip: copy it again.") from None
     except OSError as error:
         raise _unreadable(path, error) from None
-    if len(content) > MAX_BYTES:
+    if len(content) > MAX_UNPACKED_BYTES:
         raise InputError(
-            f"{name} holds more than {MAX_BYTES // 2**20} MB (uncompressed): give a smaller file."
+            f"{name} holds more than {MAX_UNPACKED_BYTES // 2**20} MB (uncompressed): give a smaller file."
         )
     return content
 
@@ -176,8 +176,10 @@ def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> 
 
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            if sum(member.file_size for member in archive.zip.infolist()) > MAX_BYTES:
-                raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB: give a smaller file.")
+            if sum(member.file_size for member in archive.zip.infolist()) > MAX_UNPACKED_BYTES:
+                raise InputError(
+                    f"{path} unpacks to more than {MAX_UNPACKED_BYTES // 2**20} MB: give a smaller file."
+                )
             arrays = {name: archive[name] for name in archive.files}
     except InputError:
         raise
@@ -208,7 +210,7 @@ def _kind_of_warning(record: logging.LogRecord) -> str:
 
 
 @contextmanager
-def collected_warnings() -> Iterator[list[tuple[str, str]]]:
+def warnings_of_reading() -> Iterator[list[tuple[str, str]]]:
     """Collect the warnings of the package in place of showing them: the kind of each, and its sentence."""
     found: list[tuple[str, str]] = []
 

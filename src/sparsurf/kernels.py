@@ -28,10 +28,10 @@ LIBRARY = Path(__file__).resolve().parent
 COMPILED = (b"@njit(", b"@intrinsic")  # in a source with kernels
 IMPORTED = re.compile(rb"^from (sparsurf\w*(?:\.\w+)+) import ([^\n(]*)", re.MULTILINE)
 # what `LightCache` uses of numba, which does not document it
-USED = ("load_overload", "_index_key", "_guard_against_spurious_io_errors")
+NUMBA_INTERNALS = ("load_overload", "_index_key", "_guard_against_spurious_io_errors")
 NUMBA_OFFERS_IT = (
     hasattr(caching, "FunctionCache")
-    and all(hasattr(caching.FunctionCache, name) for name in USED)
+    and all(hasattr(caching.FunctionCache, name) for name in NUMBA_INTERNALS)
     and hasattr(caching, "IndexDataCacheFile")
     and hasattr(getattr(runtime, "rtsys", None), "initialize")
 )

@@ -514,7 +514,7 @@ def _call(who: str, function: Callable[..., Any], *values: Any, **named: Any) ->
         raise InputError(f"{who} fails: {_reason(error)}") from error
 
 
-def describe(kind: str, name: str) -> Choice | None:
+def choice_of(kind: str, name: str) -> Choice | None:
     """Return a choice for a page or figure, with the label that its package gives; None if there is none of this name.
 
     A package that cannot be imported is told once and does not stop the page, which needs no more than the name.
@@ -531,7 +531,7 @@ def describe(kind: str, name: str) -> Choice | None:
 
 def label(kind: str, name: str) -> str:
     """Return what figures and pages call a choice; the name itself if there is none of this name."""
-    choice = describe(kind, name)
+    choice = choice_of(kind, name)
     return choice.label if choice else name
 
 

@@ -16,7 +16,7 @@ MIN_DISTANCE_FROM_LINE = 0.1
 EQUAL = 1e-8  # relative difference of two eigenvalues, or relative asymmetry, that counts as none
 MIN_SPREAD = 1e-6  # Å, rms; points that spread less are in one place
 NEGLIGIBLE = 1e-12  # of the largest eigenvalue; smaller ones are rounding errors
-SIGNIFICANT = 0.5  # share of the largest length in a subspace at which a coordinate sets its axis
+SIGNIFICANT_SHARE = 0.5  # share of the largest length in a subspace at which a coordinate sets its axis
 
 
 def best_rotations(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +83,7 @@ def _canonical_basis(basis: np.ndarray) -> np.ndarray:
     """Return the basis of the subspace of `basis` (d, k) that does not depend on which basis is given."""
     left, out = (basis**2).sum(axis=1), np.zeros_like(basis)
     for k in range(basis.shape[1]):
-        row = int(np.argmax(left > SIGNIFICANT * left.max()))
+        row = int(np.argmax(left > SIGNIFICANT_SHARE * left.max()))
         axis = basis @ basis[row] - out[:, :k] @ out[row, :k]
         out[:, k] = axis / np.linalg.norm(axis)
         left = left - out[:, k] ** 2

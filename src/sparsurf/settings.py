@@ -77,7 +77,7 @@ def _bounds(limits: arguments.Limits) -> dict[str, float]:
     return {"gt" if limits.open_low else "ge": limits.low, "le": limits.high}
 
 
-INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
+INTEGER, NUMBER_TYPES = BeforeValidator(_as_integer), WrapValidator(_as_written)
 if TYPE_CHECKING:  # for a type checker, a name is a string
     Sampler: TypeAlias = str
     Roughness: TypeAlias = str
@@ -89,14 +89,14 @@ else:
 Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
 Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
 TestDots = Literal["published"] | Annotated[int, Field(**_bounds(arguments.TEST_DOTS)), INTEGER]
-Number = Annotated[float, NUMBER]
-Alpha = Annotated[float, Field(**_bounds(arguments.ALPHA)), NUMBER]
-Exponent = Annotated[float, Field(**_bounds(arguments.EXPONENT)), NUMBER]
-Percent = Annotated[float, Field(**_bounds(arguments.PERCENT)), NUMBER]
-Length = Annotated[float, Field(**_bounds(arguments.LENGTH)), NUMBER]  # Å
-Distance = Annotated[float, Field(**_bounds(arguments.DISTANCE)), NUMBER]  # Å
-Probe = Annotated[float, Field(**_bounds(arguments.PROBE)), NUMBER]  # Å
-Density = Annotated[float, Field(**_bounds(arguments.DENSITY)), NUMBER]  # dots per Å^2
+Number = Annotated[float, NUMBER_TYPES]
+Alpha = Annotated[float, Field(**_bounds(arguments.ALPHA)), NUMBER_TYPES]
+Exponent = Annotated[float, Field(**_bounds(arguments.EXPONENT)), NUMBER_TYPES]
+Percent = Annotated[float, Field(**_bounds(arguments.PERCENT_LIMITS)), NUMBER_TYPES]
+Length = Annotated[float, Field(**_bounds(arguments.LENGTH)), NUMBER_TYPES]  # Å
+Distance = Annotated[float, Field(**_bounds(arguments.DISTANCE)), NUMBER_TYPES]  # Å
+Probe = Annotated[float, Field(**_bounds(arguments.PROBE)), NUMBER_TYPES]  # Å
+Density = Annotated[float, Field(**_bounds(arguments.DENSITY_LIMITS)), NUMBER_TYPES]  # dots per Å^2
 Seed = Annotated[int, Field(**_bounds(arguments.SEED)), INTEGER]
 UniqueList = Annotated[
     list[T],
@@ -104,8 +104,10 @@ UniqueList = Annotated[
     AfterValidator(without_repeats),
     Field(json_schema_extra={"uniqueItems": True}),
 ]
-Values = Annotated[UniqueList[T], Field(max_length=100)]
-Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)]
+ListOf = Annotated[UniqueList[T], Field(max_length=100)]
+CombinationSetting = Annotated[
+    list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)
+]
 
 
 def key(default: Any, description: str, **limits: Any) -> Any:
@@ -153,7 +155,7 @@ class Section(BaseModel):
         return self
 
 
-class Surface(Section):
+class SurfaceSettings(Section):
     """How the molecular surface is computed."""
 
     probe_radius: Probe = key(arguments.PROBE_RADIUS, "Radius of the solvent probe, Å.")
@@ -174,7 +176,7 @@ class Surface(Section):
     )
 
 
-class Patches(Section):
+class PatchSettings(Section):
     """Radii of the patches, and the distance below which dots are linked."""
 
     r_patch: Length = key(arguments.R_PATCH, "Radius of the patches for roughness and sampling, Å.")
@@ -191,24 +193,24 @@ class Patches(Section):
     )
 
 
-class Sampling(Section):
+class SamplingSettings(Section):
     """The grid of combinations of alpha, beta, gamma and delta, and two rules of the paper's sampling."""
 
     run: bool = key(
         True, "Whether the paper's sampling is evaluated over the grid; `sampling: false` skips it."
     )
-    alpha: Values[Alpha] = key(
+    alpha: ListOf[Alpha] = key(
         [0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha, which scales the number of kept dots."
     )
-    beta: Values[Exponent] = key(
+    beta: ListOf[Exponent] = key(
         [0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
         "Values of beta, which lowers the number of dots kept in flat patches.",
     )
-    gamma: Values[Exponent] = key(
+    gamma: ListOf[Exponent] = key(
         [0, 2, 4, 6, 8, 10],
         "Values of gamma, which shifts the kept dots towards the rim of a patch, more so in flat patches.",
     )
-    delta: Values[Exponent] = key(
+    delta: ListOf[Exponent] = key(
         [0, 2, 4, 6, 8, 10], "Values of delta, which shifts the kept dots towards the rim of a patch."
     )
     distance_from_moved_centre: bool = key(
@@ -272,7 +274,7 @@ class Minimal(Section):
     max_z: Number = optional(
         "Largest acceptable Z under the reading `full`; the fewest dots that reach it are kept.", ge=0
     )
-    combination: Combination = optional(
+    combination: CombinationSetting = optional(
         "alpha, beta, gamma and delta of the paper's sampling, which is drawn once; the sampler is paper, unless "
         "paper_corrected is named."
     )
@@ -296,9 +298,9 @@ class Minimal(Section):
 class Settings(Section):
     """The sections that computations on one surface follow."""
 
-    surface: Surface = Surface()
-    patches: Patches = Patches()
-    sampling: Sampling = Sampling()
+    surface: SurfaceSettings = SurfaceSettings()
+    patches: PatchSettings = PatchSettings()
+    sampling: SamplingSettings = SamplingSettings()
     evaluation: Evaluation = Evaluation()
     minimal: Minimal = Minimal()
     fields: list[str] = []

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
 
-Result = TypeVar("Result")
+TaskResult = TypeVar("TaskResult")
 
 
 def ignore_numba_threads() -> None:
@@ -32,8 +32,8 @@ def bytes_of_memory() -> float:
 
 
 def parallel_map(
-    function: Callable[[int, int], Result], n: int, threads: int = 1, size: int = 2048
-) -> list[Result]:
+    function: Callable[[int, int], TaskResult], n: int, threads: int = 1, size: int = 2048
+) -> list[TaskResult]:
     """Call `function(begin, end)` on slices of range(n), in threads with BLAS limited to one; return the results in order."""
     slices = [(begin, min(begin + size, n)) for begin in range(0, n, size)]
     with _thread_pools().limit(limits=1, user_api="blas"):

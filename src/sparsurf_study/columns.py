@@ -38,7 +38,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class TableDescription:
     """A table: what each of its rows is, and its columns in order."""
 
     row: str
@@ -51,13 +51,13 @@ class Table:
 
 
 @cache
-def tables() -> dict[str, Table]:
+def tables() -> dict[str, TableDescription]:
     """Return all tables by their path below results/<run>/, or by their command."""
     listed = catalogue.content()
     shared = {name: Column(name, *words) for name, words in listed["columns"].items()}
     with_rows = {name: entry for name, entry in listed["outputs"].items() if "row" in entry}
     return {
-        name: Table(table["row"], tuple(_columns_of(table, shared, listed["suffixes"])))
+        name: TableDescription(table["row"], tuple(_columns_of(table, shared, listed["suffixes"])))
         for name, table in (with_rows | listed["commands"]).items()
     }
 

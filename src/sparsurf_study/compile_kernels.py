@@ -5,7 +5,7 @@ After `make setup` no job compiles anything, which a test checks for every rule.
 
 import numpy as np
 
-from sparsurf.compile_kernels import ball
+from sparsurf.compile_kernels import ball_of_dots
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.surfaces.surface import Surface
@@ -16,7 +16,7 @@ from sparsurf_study.pairs.neighbourhoods import means_within
 
 def compile_study() -> None:
     """Evaluate a grid of one combination on a tiny surface, and search for its nearest patches and neighbours."""
-    points, normals = ball()
+    points, normals = ball_of_dots()
     combination = np.array([[0.5, 0.5, 1.0, 1.0]])
     for readings in (("kept",), GRID_READINGS):
         evaluate_grid(PreparedSurface(Surface(points, normals)), combination, 4, readings=readings)

@@ -24,7 +24,7 @@ from sparsurf.files import shorten
 from sparsurf.threads import available_cores
 from sparsurf_study.workflow.jobs import RAISE
 
-ROOT = Path(__file__).parents[2]  # of the checkout
+STUDY_ROOT = Path(__file__).parents[2]  # of the checkout
 
 
 def main() -> int:
@@ -45,7 +45,7 @@ def main() -> int:
     args = parser.parse_args()
     try:
         job = job_of(args.output, args.configfile)
-        print(f"Running {script_of(job).relative_to(ROOT)}; its log is {job.log[0]}.", flush=True)
+        print(f"Running {script_of(job).relative_to(STUDY_ROOT)}; its log is {job.log[0]}.", flush=True)
         run_job(job)
     except InputError as error:
         print(f"\n  {error}\n", file=sys.stderr)
@@ -65,7 +65,7 @@ def job_of(output: str, configs: Sequence[Path]) -> Any:
         workflow = api.workflow(
             resource_settings=ResourceSettings(cores=available_cores()),
             config_settings=ConfigSettings(configfiles=[path.absolute() for path in configs]),
-            snakefile=ROOT / "Snakefile",
+            snakefile=STUDY_ROOT / "Snakefile",
         )
         try:
             with redirect_stdout(
@@ -101,7 +101,7 @@ def _require_inputs(output: str, job: Any) -> None:
 
 def script_of(job: Any) -> Path:
     """Return the script of a job in this checkout."""
-    return ROOT / "scripts" / Path(job.rule.script).name
+    return STUDY_ROOT / "scripts" / Path(job.rule.script).name
 
 
 def run_job(job: Any) -> None:

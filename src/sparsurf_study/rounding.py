@@ -20,7 +20,7 @@ ENDING = re.compile(f"_(?:{'|'.join(kinds.TABLE['reading'])})$")
 VALUES = ("Z", "value", "auc", "mean", "difference", "factor")  # whose error is called se, low and high
 
 
-def write_table(path: str | PathLike[str], table: pd.DataFrame) -> None:
+def write_rounded(path: str | PathLike[str], table: pd.DataFrame) -> None:
     """Write a table as CSV: a number with a standard error or an interval to two digits of the error, others to six digits."""
     round_by_error(table).to_csv(path, index=False)
 

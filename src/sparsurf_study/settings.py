@@ -5,7 +5,16 @@ from typing import Annotated, TypeVar
 from pydantic import AfterValidator, Field
 
 from sparsurf.arguments import share_of_plddt
-from sparsurf.settings import INTEGER, NUMBER, Combination, Count, Positive, Section, TestDots, key
+from sparsurf.settings import (
+    INTEGER,
+    NUMBER_TYPES,
+    CombinationSetting,
+    Count,
+    Positive,
+    Section,
+    TestDots,
+    key,
+)
 from sparsurf.settings import Settings as LibrarySettings
 
 T = TypeVar("T")
@@ -21,8 +30,8 @@ def _without_share(bound: float) -> float:
     return bound
 
 
-Plddt = Annotated[float, Field(ge=0, le=100), AfterValidator(_without_share), NUMBER]
-PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
+Plddt = Annotated[float, Field(ge=0, le=100), AfterValidator(_without_share), NUMBER_TYPES]
+PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER_TYPES]
 Two = Annotated[list[T], Field(min_length=2, max_length=2)]
 
 
@@ -30,7 +39,9 @@ class Ensemble(Section):
     """One combination of the paper's sampling, evaluated on all frames of each trajectory."""
 
     run: bool = key(False, "Whether ensemble.csv and its figure are written.")
-    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma and delta of the combination.")
+    combination: CombinationSetting = key(
+        [1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma and delta of the combination."
+    )
     test_dots: TestDots = key(200, "Number of test dots of each frame; published: one for every 200 dots.")
     stride: Positive = key(1, "Evaluate every n-th frame of the file, independently of frames.stride.")
     jobs: Count = key(
@@ -38,7 +49,7 @@ class Ensemble(Section):
     )
 
 
-class Settings(LibrarySettings):
+class StudySettings(LibrarySettings):
     """The sections that the analysis of one surface of a study follows."""
 
     ensemble: Ensemble = Ensemble()
@@ -51,7 +62,7 @@ def name_in_config(argument: str) -> str:
     """
     sections = [
         name
-        for name, field in Settings.model_fields.items()
+        for name, field in StudySettings.model_fields.items()
         if isinstance(field.annotation, type)
         and issubclass(field.annotation, Section)
         and argument in field.annotation.model_fields

@@ -8,7 +8,7 @@ from measures import opponents, rebuilding
 from measures.recovery import truth
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces.mesh import molecular_mesh
@@ -29,7 +29,7 @@ def test_normals_at_corners_and_dots_on_a_mesh(ball):
     radius, unit = np.linalg.norm(points, axis=1), corners[::35] / 4
     assert radius.max() <= 4 + 1e-9 and radius.min() > 3.96
     assert normals == pytest.approx(points / radius[:, None], abs=0.06)
-    recovered, _ = recover(4 * unit, unit)
+    recovered, _ = interpolate_surface(4 * unit, unit)
     assert len(points) == pytest.approx(len(recovered), rel=0.1)
     apart = cKDTree(points).query(points, k=2)[0][:, 1]
     assert apart.min() >= 0.65 / 5.35**0.5 - 1e-9
@@ -90,7 +90,9 @@ def test_bytes_and_errors():
     prepared = PreparedSurface(surface, streams=Streams(20261120, "three atoms"))
     chosen = farthest(prepared, kept["n_S"], prepared.stream("recovery", "farthest"))
     true, few = truth(ATOMS, RADII), (surface.points[chosen], surface.normals[chosen])
-    dense = [each[len(chosen) :] for each in recover(*few, DENSITY_FOR_ERRORS)]  # without the kept dots
+    dense = [
+        each[len(chosen) :] for each in interpolate_surface(*few, DENSITY_FOR_ERRORS)
+    ]  # without the kept dots
     wanted = opponents.two_sided(*dense, true, np.full(len(true.points), True))
     assert rows.loc[opponents.KEPT, list(wanted)].to_dict() == pytest.approx(wanted)
     assert rows.loc["others", "bytes"] == kept["bytes"] and rows.loc["others", "distance"] < 0.03

@@ -10,7 +10,7 @@ import naive
 from measures import centres, clumps, curve, holes, law, null_result
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.samplers import farthest
@@ -147,7 +147,7 @@ def test_errors_are_those_of_dots_that_are_not_kept(prepared):
     table, parts = law.errors_by_density(prepared, [0.3, 0.6])
     n = round(0.6 * prepared.area)
     kept = farthest_point_sampling(prepared.index, n, prepared.stream("law"))
-    dense = recover(prepared.points[kept], prepared.normals[kept], DENSITY_FOR_ERRORS)
+    dense = interpolate_surface(prepared.points[kept], prepared.normals[kept], DENSITY_FOR_ERRORS)
     others = np.setdiff1d(np.arange(len(prepared)), kept)
     found = distance_to_surface(prepared.points[others], *dense)
     assert table["density"][1] == pytest.approx(n / prepared.area)

@@ -13,8 +13,7 @@ import pytest
 from sparsurf.errors import InputError
 from sparsurf.files import (
     as_path,
-    checksum,
-    collected_warnings,
+    checksum_of_file,
     decode_text,
     existing_file,
     import_pyarrow,
@@ -24,6 +23,7 @@ from sparsurf.files import (
     read_bytes,
     read_text,
     shorten,
+    warnings_of_reading,
 )
 
 
@@ -107,7 +107,7 @@ def test_a_number_agrees_with_its_noun_and_verb():
 def test_a_path_is_a_string_or_a_path_and_its_checksum_that_of_its_bytes(tmp_path):
     (tmp_path / "a").write_bytes(b"abc")
     assert as_path("a/b") == Path("a/b") and existing_file(str(tmp_path / "a")) == tmp_path / "a"
-    assert checksum(tmp_path / "a") == hashlib.sha256(b"abc").hexdigest()
+    assert checksum_of_file(tmp_path / "a") == hashlib.sha256(b"abc").hexdigest()
     for wrong, words in ((3, "not int: name the file"), ("", "a path is empty"), (b"", "not bytes")):
         with pytest.raises(InputError, match=words):
             as_path(wrong)
@@ -136,7 +136,7 @@ def test_warnings_are_collected_by_their_kind_and_shown_again_behind(caplog):
     """Those of one template are of one kind; a template that is a whole sentence, by its plain words without numbers."""
     log = logging.getLogger("sparsurf")
     before = log.handlers, log.propagate
-    with collected_warnings() as found:
+    with warnings_of_reading() as found:
         log.warning("%s lacks %d atoms", "a.pdb", 3)
         log.info("%s is fine", "a.pdb")
         log.warning("%s: %s", "a.pdb", "the bond CA-CB of ALA 3 is 3.1 Å long")
@@ -145,7 +145,7 @@ def test_warnings_are_collected_by_their_kind_and_shown_again_behind(caplog):
     assert sentences[0] == "a.pdb lacks 3 atoms" and len(found) == 3
     assert kinds == ("%s lacks %d atoms", "the bond of is long", "the bond of is long")
     assert (log.handlers, log.propagate) == before
-    with pytest.raises(KeyError), collected_warnings():
+    with pytest.raises(KeyError), warnings_of_reading():
         raise KeyError
     assert (log.handlers, log.propagate) == before and not caplog.records
     log.warning("shown again")

@@ -219,7 +219,7 @@ def test_an_installed_package_adds_names(dots, plugin, caplog):
     assert np.array_equal(kept, np.argsort(-dots.points[:, 2], kind="stable")[:9])
     table = sparsurf.fields(dots, "elevation")
     assert np.allclose(table["elevation"], dots.points[:, 2] - dots.molecule.xyz[0, :, 2].min())
-    assert (kinds.describe("field", "elevation").label, kinds.describe("field", "elevation").unit) == (
+    assert (kinds.choice_of("field", "elevation").label, kinds.choice_of("field", "elevation").unit) == (
         "height over the lowest atom", "Å"
     )  # fmt: skip
 

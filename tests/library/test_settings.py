@@ -5,19 +5,19 @@ import pickle
 import pytest
 from pydantic import ValidationError
 
-from sparsurf.settings import Evaluation, Minimal, Patches, Sampling, Settings, Surface
+from sparsurf.settings import Evaluation, Minimal, PatchSettings, SamplingSettings, Settings, SurfaceSettings
 
-DENSITIES = ((Surface, "density"), (Minimal, "density"))
-LENGTHS = [(Patches, name) for name in ("r_patch", "r_zernike", "d_link")]
+DENSITIES = ((SurfaceSettings, "density"), (Minimal, "density"))
+LENGTHS = [(PatchSettings, name) for name in ("r_patch", "r_zernike", "d_link")]
 LIMITS = [
     *((*each, [1e-3, 100], [0, 100.1]) for each in (*LENGTHS, *DENSITIES, (Minimal, "percent"))),
-    (Surface, "probe_radius", [1e-3, 10], [0, 10.1]),
+    (SurfaceSettings, "probe_radius", [1e-3, 10], [0, 10.1]),
     (Minimal, "error", [1e-3, 10], [0, 10.1]),
     (Minimal, "max_z", [0, 1000], [-0.1, float("inf"), float("nan")]),
     (Minimal, "n_dots", [1, 10**9, 7.0], [0, 10**9 + 1, 7.5]),
     (Minimal, "combination", [[1e-3, 0, 1000, 9]], [[0, 0, 0, 0], [1.1, 0, 0, 0], [1, 0, 1001, 0], [1, 0, 0]]),
-    (Sampling, "alpha", [[1e-3, 1]], [[0], [1.1], [], [0.5, 0.5]]),
-    *((Sampling, name, [[0, 1000]], [[-1], [1001], [], [2, 2]]) for name in ("beta", "gamma", "delta")),
+    (SamplingSettings, "alpha", [[1e-3, 1]], [[0], [1.1], [], [0.5, 0.5]]),
+    *((SamplingSettings, name, [[0, 1000]], [[-1], [1001], [], [2, 2]]) for name in ("beta", "gamma", "delta")),
     (Evaluation, "test_dots", [2, 10**6, "published"], [1, 10**6 + 1, "all"]),
     (Evaluation, "draws", [1, 10_000], [0, 10_001, 2.5]),
     (Evaluation, "readings", [["full", "kept"]], [[], ["full", "full"], ["other"]]),
@@ -48,8 +48,8 @@ def test_a_minimal_subset_has_one_request():
 def test_a_default_that_is_written_out_is_the_default():
     """4 is the 4.0 of r_patch, while other integers stay what they are."""
     for written in (4, 4.0):
-        assert repr(Patches(r_patch=written)) == repr(Patches())
-    assert repr(Patches(r_patch=5).r_patch) == "5"
+        assert repr(PatchSettings(r_patch=written)) == repr(PatchSettings())
+    assert repr(PatchSettings(r_patch=5).r_patch) == "5"
 
 
 def test_what_a_rule_does_not_pass_cannot_be_read():

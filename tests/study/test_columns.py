@@ -15,7 +15,7 @@ from sparsurf_study.pairs import residue_moments
 
 NAMES = {
     *kinds.TABLE["field"],
-    *residue_moments.FIELDS,
+    *residue_moments.MOMENT_FIELDS,
     *kinds.TABLE["sampler"],
     "score",
 }  # of fields and samplers; the small study has a field called score

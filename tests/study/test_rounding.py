@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf_study.rounding import round_by_error, write_table
+from sparsurf_study.rounding import round_by_error, write_rounded
 
 
 def test_a_number_has_two_digits_of_its_error():
@@ -41,7 +41,7 @@ def test_a_number_has_two_digits_of_its_error():
 
 def test_a_table_can_be_read_again(tmp_path):
     table = pd.DataFrame({"Z": [1.23456], "Z_low": [1.0], "Z_high": [1.4], "empty": [np.nan]})
-    write_table(tmp_path / "table.csv", table)
+    write_rounded(tmp_path / "table.csv", table)
     assert (tmp_path / "table.csv").read_text() == "Z,Z_low,Z_high,empty\n1.23,1.00,1.40,\n"
     again = pd.read_csv(io.StringIO((tmp_path / "table.csv").read_text()))
     assert again["Z"][0] == pytest.approx(1.23456, abs=0.1 / 20)  # a twentieth of the error

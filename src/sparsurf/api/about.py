@@ -15,7 +15,7 @@ from sparsurf.errors import InputError, printable
 if TYPE_CHECKING:
     import numpy as np
 
-    from sparsurf.settings import Patches
+    from sparsurf.settings import PatchSettings
     from sparsurf.surfaces.surface import Surface
 
 LEFT_OUT = "left out "  # how the message on residues that are not part of a molecule begins
@@ -45,7 +45,7 @@ class About:
 
     name: str = ""
     heard: Heard | None = None
-    patches: Patches | None = None
+    patches: PatchSettings | None = None
     roughness: np.ndarray | None = None
     whole: Surface | None = None
     links: tuple[tuple[str, str], ...] = ()

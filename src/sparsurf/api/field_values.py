@@ -64,10 +64,10 @@ def with_fields(
     if ROUGHNESS in names:
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
-        from sparsurf.patches.roughness import roughness
+        from sparsurf.patches.roughness import roughness_of_patches
 
         dots = dense()
         refuse_sparse(dots.points, D_LINK, function)
-        of_dots = roughness(build_index(dots.points, dots.normals, D_LINK), R_PATCH, threads)
+        of_dots = roughness_of_patches(build_index(dots.points, dots.normals, D_LINK), R_PATCH, threads)
         values[ROUGHNESS] = of_dots[np.asarray(cKDTree(dots.points).query(surface.points)[1])]
     return replace(surface, fields=surface.fields | {name: values[name] for name in names})

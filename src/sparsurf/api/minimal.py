@@ -13,16 +13,16 @@ from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
     DISTANCE,
-    ERROR,
+    ERROR_LIMITS,
     LENGTH,
     MODELS,
     NUMBER_OF_DOTS,
-    PERCENT,
+    PERCENT_LIMITS,
     SEED,
     Limits,
     check_choice,
 )
-from sparsurf.arguments import DENSITY as DENSITIES
+from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import COVER, Representation, Subset, represent
@@ -32,7 +32,7 @@ from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.reconstructing import AUTO, reconstruct
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
-from sparsurf.settings import Minimal, Patches, Settings
+from sparsurf.settings import Minimal, PatchSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.components import fields_without_component
@@ -46,13 +46,13 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
-STEPS = Limits(0, 1000, whole=True)
+STEPS_LIMITS = Limits(0, 1000, whole=True)
 SIZES = {
-    "percent": PERCENT,
+    "percent": PERCENT_LIMITS,
     "n_dots": NUMBER_OF_DOTS,
     "density": DENSITIES,
     "error": DISTANCE,
-    "max_z": ERROR,
+    "max_z": ERROR_LIMITS,
 }
 
 
@@ -169,7 +169,7 @@ def represented(
                 f"minimal: error_99 belongs to an error; leave out {next(iter(request))} or error_99."
             )
     wanted = Minimal(**request).model_copy(update={"sampler": sampler, "model": model, "error_99": error_99})
-    settings = Settings(patches=Patches(d_link=d_link)).model_copy(update={"minimal": wanted})
+    settings = Settings(patches=PatchSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
     molecule = dots.molecule if dots.placed else None
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
     if result.subset.sampler != COVER:
@@ -270,7 +270,7 @@ def recover(
     0.16
     """
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
-    steps, kept = STEPS.check(steps, "steps"), as_dots(few)
+    steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
     check_choice(model, MODELS, "model")
     points, normals, share = reconstruct(kept, density, model, reach, steps, available_cores())
     log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * share)

@@ -16,7 +16,7 @@ from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK
 from sparsurf.sampling.samplers import farthest
-from sparsurf.settings import Patches, Settings
+from sparsurf.settings import PatchSettings, Settings
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component, stored_components
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.threads import available_cores
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
 
-def patches_for(surface: Surface) -> Patches:
+def patches_for(surface: Surface) -> PatchSettings:
     """Return the patches of the paper, with a link that suits the dots where these are far apart."""
     gap = spacing(surface.points) if len(surface) > 1 else 0.0
-    return Patches(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
+    return PatchSettings(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
 
 
 def page_of_surface(
@@ -45,22 +45,22 @@ def page_of_surface(
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
     from sparsurf.views.overview.page import Notes, overview
-    from sparsurf.views.viewer.page import MAX_DOTS, Values
+    from sparsurf.views.viewer.page import MAX_DOTS, DotValues
 
     settings = Settings(patches=about.patches or patches_for(surface))
     prepared = PreparedSurface(surface, settings, about.roughness, threads=available_cores())
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     molecule = surface.molecule
     with heard("fields") as of_fields:
-        shown, missing = with_fields(surface, molecule)
+        shown, missing = with_default_fields(surface, molecule)
     components = surface.placed.components(surface) if surface.placed else stored_components(surface)
     table = None
     if molecule is not None:
         table = residue_table(shown, prepared.roughness, molecule, component=components)
-    named = [_values(Values, name, numbers) for name, numbers in fields_without_component(shown).items()]
+    named = [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
     if components is not None and components.max() > 0:
         parts = components.astype(float)
-        named.append(Values("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
+        named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
     is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
     opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
     said = about.heard
@@ -88,7 +88,7 @@ def title_of(about: About, surface: Surface) -> str:
     return f"The surface of {about.name}" if about.name else repr(surface)
 
 
-def with_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:
+def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:
     """Return a surface with the fields of its molecule, and the names of those without a value there."""
     missing: list[str] = []
     if molecule is None or surface.origin is None:
@@ -118,7 +118,7 @@ def _counts(molecule: Molecule) -> str:
 
 def page_of_residues(table: pd.DataFrame, name: str) -> str:
     """Return the page of a table of residues: their profile and the roughest."""
-    from sparsurf.views.overview.page import page_of_residues as render
+    from sparsurf.views.overview.page import render_residues as render
 
     return render(f"The residues of {name}", table)
 

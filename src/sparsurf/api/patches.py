@@ -12,10 +12,10 @@ from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index
 from sparsurf.arguments import LENGTH, check_flag, index_array
 from sparsurf.errors import InputError, argument
-from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe
+from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe_patches
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
 from sparsurf.patches.roughness import RoughnessFunction
-from sparsurf.patches.roughness import roughness as roughness_of_dots
+from sparsurf.patches.roughness import roughness_of_patches as roughness_of_dots
 from sparsurf.suggestions import public
 from sparsurf.threads import available_cores
 
@@ -160,7 +160,7 @@ def describe_points(
     descriptor: DescriptorLike = PUBLISHED,
 ) -> np.ndarray:
     """Return descriptors (T, 121) of the patches around points (T, 3), called `name`; warn of points without a patch."""
-    z, sizes = describe(index, points, radius, up, available_cores(), descriptor)
+    z, sizes = describe_patches(index, points, radius, up, available_cores(), descriptor)
     if n_empty := np.count_nonzero(sizes == 0):
         message = "%s: %d of %d points have no patch, as no dot lies within %g Å; their descriptors are zeros"
         log.warning(message, name, n_empty, len(points), radius)

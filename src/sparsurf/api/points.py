@@ -15,9 +15,9 @@ import numpy as np
 from sparsurf.api.field_values import check_fields, with_fields
 from sparsurf.api.inputs import MoleculeLike
 from sparsurf.api.surfaces import _spheres, placement
-from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS, PROBE, SEED, Limits
+from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.files import as_path, collected_warnings, pluralise
+from sparsurf.files import as_path, pluralise, warnings_of_reading
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, build_grid
@@ -29,7 +29,7 @@ from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY, RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
-from sparsurf.surfaces.surface import MAX_AREA, Origin, Rules, Surface
+from sparsurf.surfaces.surface import MAX_AREA, Rules, Surface, SurfaceOrigin
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
 
 
-class Request(NamedTuple):
+class PointsRequest(NamedTuple):
     """What is requested of every structure, checked."""
 
     n_dots: int | None
@@ -136,19 +136,19 @@ def _checked(
     probe_radius: float,
     radii: str,
     cavities: str,
-) -> Request:
+) -> PointsRequest:
     """Check the arguments of `points` and `points_of`."""
     if n_dots is not None and density is not None:
         raise InputError("points: give either n_dots or density, not both.")
     if density is not None:
-        density = DENSITY.check(density, "density")
+        density = DENSITY_LIMITS.check(density, "density")
     else:
         n_dots = NUMBER_OF_DOTS.check(N_POINTS if n_dots is None else n_dots, "n_dots")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    return Request(n_dots, density, SEED.check(seed, "seed"), rules, check_fields(fields, "points"))
+    return PointsRequest(n_dots, density, SEED.check(seed, "seed"), rules, check_fields(fields, "points"))
 
 
-def _chosen(molecule: Any, frame: int, request: Request, threads: int) -> Points:
+def _chosen(molecule: Any, frame: int, request: PointsRequest, threads: int) -> Points:
     """Choose points of one molecule."""
     rules = request.rules
     atoms, frame, atom_radii = _spheres(molecule, frame, rules.radii)
@@ -159,7 +159,7 @@ def _chosen(molecule: Any, frame: int, request: Request, threads: int) -> Points
     positions = np.rint(dots.points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
     chosen, nearest = farthest_points(build_grid(positions), n, stream(request.seed, "points"))
     area = np.bincount(nearest, dots.area, n)
-    origin = Origin.of_atoms(
+    origin = SurfaceOrigin.of_atoms(
         atoms if isinstance(atoms, Molecule) else None, frame, xyz, rules, D_LINK, atom_radii
     )
     few = Surface(
@@ -203,7 +203,7 @@ class PointsOfFolder(Iterator[NamedPoints]):
     failures : dict, name -> str, why a structure is left out; complete at the end
     """
 
-    def __init__(self, files: dict[str, Path], request: Request, jobs: int) -> None:
+    def __init__(self, files: dict[str, Path], request: PointsRequest, jobs: int) -> None:
         self.failures: dict[str, str] = {}
         self._notes: dict[str, list[tuple[str, str]]] = {}  # by kind of warning: name and sentence
         self._n_structures = len(files)
@@ -347,9 +347,9 @@ class Outcome(NamedTuple):
     warnings: list[tuple[str, str]]
 
 
-def _outcome(path: Path, request: Request, threads: int) -> Outcome:
+def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:
     """Return the points of a structure, or why there are none."""
-    with collected_warnings() as warnings:
+    with warnings_of_reading() as warnings:
         try:
             result: Points | str = _chosen(path, 0, request, threads)
         except InputError as error:

@@ -22,7 +22,7 @@ SCENES = tuple(
     for name in kinds.suffixes("dots")
     if name in kinds.suffixes("colours") and name not in kinds.suffixes("fields")
 )
-DOT_RADIUS = 0.3  # Å, of the spheres
+SPHERE_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
 MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters
 PYMOL = """\
@@ -146,7 +146,7 @@ def write_bild(
         for point, colour in zip(points, colours, strict=True):
             words = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
             lines += [words] if words != last else []
-            lines.append(".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, DOT_RADIUS))
+            lines.append(".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, SPHERE_RADIUS))
             last = words
     Path(path).write_text("\n".join([*lines, ""]), encoding="ascii")
 
@@ -186,7 +186,7 @@ def _write_pml(
         script = PYMOL_MESH.format(structure=structure, vertices=vertices, corners=corners)
     else:
         rows = _rows(np.hstack([colours, surface.points]))
-        script = PYMOL.format(structure=structure, rows=rows, radius=DOT_RADIUS)
+        script = PYMOL.format(structure=structure, rows=rows, radius=SPHERE_RADIUS)
     path.write_text(script, encoding="utf-8")
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-PAGES = (".html",)
+PAGE_ENDINGS = (".html",)
 
 
 @public(of_dots=True)
@@ -88,7 +88,7 @@ def show(
     """
     check_flag(open_browser, "open_browser")
     if path is not None:
-        parse_output(path, PAGES)
+        parse_output(path, PAGE_ENDINGS)
     view = View(page_of_surface(*surface_to_show(source, trajectory, frame)))
     if path is not None:
         write_page(path, view.html)
@@ -118,7 +118,7 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
 
 def write_page(path: str | Path, html: str) -> None:
     """Write a page under its final name once it is whole."""
-    write_file(path, PAGES, {".html": lambda file: file.write_text(html, encoding="utf-8")})
+    write_file(path, PAGE_ENDINGS, {".html": lambda file: file.write_text(html, encoding="utf-8")})
 
 
 def has_display() -> bool:

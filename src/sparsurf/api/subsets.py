@@ -18,7 +18,7 @@ from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
     EXPONENT,
     LENGTH,
-    PERCENT,
+    PERCENT_LIMITS,
     SEED,
     TEST_DOTS,
     Limits,
@@ -36,7 +36,7 @@ from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_recovered, kept_
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
-from sparsurf.settings import Patches, Settings
+from sparsurf.settings import PatchSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -50,7 +50,7 @@ log = logging.getLogger("sparsurf")
 
 # dots per Å^2: the dots of every sampler that are as dense hold the surface together
 DENSITY_WITHOUT_GAPS = 0.5
-MAX_GAP = PROBE_RADIUS  # Å: what lies farther off could let a water in
+MAX_SUBSET_GAP = PROBE_RADIUS  # Å: what lies farther off could let a water in
 PreparedLike: TypeAlias = "SurfaceLike | PreparedSurface"
 
 
@@ -113,13 +113,13 @@ def prepare(
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
     kinds.load("descriptor", descriptor, "descriptor")
-    patches = Patches(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
+    patches = PatchSettings(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
     return _prepared(
         surface, patches.model_copy(update={"roughness": roughness, "descriptor": descriptor}), seed
     )
 
 
-def _prepared(surface: Any, patches: Patches, seed: int = DEFAULT_SEED) -> PreparedSurface:
+def _prepared(surface: Any, patches: PatchSettings, seed: int = DEFAULT_SEED) -> PreparedSurface:
     """Prepare a surface, or return one that is prepared already."""
     if isinstance(surface, PreparedSurface):
         return surface
@@ -187,7 +187,7 @@ def sample(
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
     11344
     """
-    prepared = _prepared(surface, Patches())
+    prepared = _prepared(surface, PatchSettings())
     if seed is not None:
         prepared = prepared.with_streams(replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
@@ -198,7 +198,7 @@ def sample(
             raise InputError("sample: give either percent or n_dots, such as percent=10.")
         sampler, n = "farthest" if sampler is None else sampler, len(prepared.points)
         if n_dots is None:
-            n_dots = max(1, round(PERCENT.check(percent, "percent") / 100 * n))
+            n_dots = max(1, round(PERCENT_LIMITS.check(percent, "percent") / 100 * n))
         n_dots = Limits(1, n, whole=True, open_low=False).check(n_dots, "n_dots")
         get_samplers([sampler], "sampler")  # names an unknown one
         kept = draw_subset(prepared, sampler, n_dots)
@@ -213,7 +213,7 @@ def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None
     few = prepared.surface.take(kept)
     distances = distance_to_recovered(prepared.points, few.points, few.normals, available_cores())
     far = np.quantile(kept_out(distances, kept), TAIL_QUANTILE)
-    if far > MAX_GAP:
+    if far > MAX_SUBSET_GAP:
         log.warning(
             "%s: %d dots are too few to reconstruct the surface: 1 %% of it deviates by %.1f Å or more; "
             "keep more", name, len(kept), far,
@@ -291,7 +291,7 @@ def compare(
     subset
     farthest  2460  1.07        1.4  0.33
     """
-    prepared = _prepared(surface, Patches())
+    prepared = _prepared(surface, PatchSettings())
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
     if not by_name:
         raise InputError("subsets: there are none; give at least one.")

@@ -24,7 +24,16 @@ from sparsurf.api.inputs import (
     is_subset,
     opened,
 )
-from sparsurf.arguments import CAVITIES, DENSITY, LENGTH, NUMBER_OF_DOTS, PROBE, REENTRANT, STEP, check_choice
+from sparsurf.arguments import (
+    CAVITIES,
+    DENSITY_LIMITS,
+    LENGTH,
+    NUMBER_OF_DOTS,
+    PROBE,
+    REENTRANT,
+    STEP,
+    check_choice,
+)
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import DOTS
 from sparsurf.molecules.molecule import Molecule
@@ -40,7 +49,7 @@ from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.spheres import read_spheres
-from sparsurf.surfaces.surface import Origin, Placement, Surface, real_numbers
+from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin, real_numbers
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -118,7 +127,7 @@ def surface(
     364
     """
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
-    density = DENSITY.check(density, "density", "auto")
+    density = DENSITY_LIMITS.check(density, "density", "auto")
     rules = placement(probe_radius, density, radii, cavities, reentrant)
     if not isinstance(molecule, tuple) and not is_file_of_spheres(molecule):
         atoms = as_molecule(molecule)
@@ -263,7 +272,7 @@ def mesh(
     atoms, frame, atom_radii = _spheres(source, 0, "dms")
     molecule = atoms if isinstance(atoms, Molecule) else None
     rules = Placement(cavities=cavities or "remove")
-    origin = Origin.of_atoms(molecule, frame, atoms.xyz[frame].round(3), rules, D_LINK, atom_radii)
+    origin = SurfaceOrigin.of_atoms(molecule, frame, atoms.xyz[frame].round(3), rules, D_LINK, atom_radii)
     return mesh_of_atoms(origin, size, names)
 
 
@@ -281,7 +290,7 @@ def mesh_size(n_vertices: Any = None, density: Any = None, step: Any = None) -> 
         raise InputError("mesh: give either n_vertices or density or step, not several of them.")
     return MeshSize(
         None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices"),
-        None if density is None else DENSITY.check(density, "density"),
+        None if density is None else DENSITY_LIMITS.check(density, "density"),
         None if step is None else STEP.check(step, "step"),
     )
 
@@ -338,7 +347,7 @@ def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
     return replace(made, vertices=replace(made.vertices, fields=between | made.vertices.fields))
 
 
-def mesh_of_atoms(origin: Origin, size: MeshSize, names: Sequence[FieldLike] = ()) -> Mesh:
+def mesh_of_atoms(origin: SurfaceOrigin, size: MeshSize, names: Sequence[FieldLike] = ()) -> Mesh:
     """Return the mesh of the atoms of an origin, which its vertices carry; its size and its fields are as in `mesh`."""
     from sparsurf.surfaces.mesh import molecular_mesh
 

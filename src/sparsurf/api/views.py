@@ -23,7 +23,7 @@ from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores
-from sparsurf.views.viewer.page import MAX_DOTS, Values, page
+from sparsurf.views.viewer.page import MAX_DOTS, DotValues, page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 MAX_DOTS_IN_NOTEBOOK = 50_000  # 0.7 MB; of larger surfaces a notebook holds a picture
-HEIGHT = 480  # pixels, of the page in a notebook
+NOTEBOOK_HEIGHT = 480  # pixels, of the page in a notebook
 PICTURE_INCHES, PICTURE_DPI = (6.0, 4.0), 150
 
 
@@ -53,7 +53,7 @@ class View:
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
         style = "width:100%;border:1px solid #bbb"
-        return f'<iframe srcdoc="{escape(self.html)}" height="{HEIGHT}" style="{style}"></iframe>'
+        return f'<iframe srcdoc="{escape(self.html)}" height="{NOTEBOOK_HEIGHT}" style="{style}"></iframe>'
 
     def save(self, path: str | Path) -> None:
         """Write the page."""
@@ -77,7 +77,7 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), shape)
     colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers)
     scene = render.draw_surface(surface.points, surface.normals, colours / 255, camera)
-    layout.show(ax, render.picture(scene), camera)
+    layout.draw_picture(ax, render.picture(scene), camera)
     ax.set_aspect("equal")
     if numbers is not None and np.isfinite(numbers).any():
         scale = layout.scale(np.nanmin(numbers), np.nanmax(numbers))
@@ -85,7 +85,7 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
     return ax
 
 
-def show(surface: Surface, values: ArrayLike | None = None) -> View:
+def show_in_notebook(surface: Surface, values: ArrayLike | None = None) -> View:
     """Show a surface on an interactive page, in the browser if there is no notebook; see `Surface.show`."""
     view = View(_page(surface, _values_of_dots(surface, values)))
     if not in_notebook():
@@ -115,8 +115,8 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     """Return the page of a surface; dots that are far apart are linked by their own spacing."""
     prepared = PreparedSurface(surface, Settings(patches=patches_for(surface)), threads=available_cores())
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
-    shown = [] if values is None else [Values("values", "value", "", values)]
-    shown += [Values(name, name, "", numbers) for name, numbers in surface.fields.items()]
+    shown = [] if values is None else [DotValues("values", "value", "", values)]
+    shown += [DotValues(name, name, "", numbers) for name, numbers in surface.fields.items()]
     known = (surface.kind >= 0).any()
     molecule = surface.molecule
     residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []

@@ -49,14 +49,14 @@ MESHES = tuple(
 )
 DOTS_ALONE = (*NUMBERS, *SCENES)
 DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
-TABLES = (".csv", ".npz")
-PAGES = (".html", ".png")  # which show dots, or residues
+TABLE_FORMATS = (".csv", ".npz")
+PAGE_FORMATS = (".html", ".png")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
-MAX_NAME_LENGTH = 255  # bytes
+MAX_NAME_BYTES = 255  # bytes
 
 
 @dataclass(frozen=True)
-class Dots:
+class DotsToWrite:
     """Dots to write.
 
     Attributes
@@ -87,9 +87,9 @@ class Dots:
     def formats(self) -> tuple[str, ...]:
         """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights, a CSV no triangles."""
         if self.faces is not None:
-            return (*MESHES, *SCENES, *PAGES)
+            return (*MESHES, *SCENES, *PAGE_FORMATS)
         has_atoms = self.molecule is not None and self.shown != "weight"
-        return (*(DOTS if has_atoms else DOTS_ALONE), *PAGES)
+        return (*(DOTS if has_atoms else DOTS_ALONE), *PAGE_FORMATS)
 
     @property
     def numbers(self) -> dict[str, np.ndarray]:
@@ -135,7 +135,7 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
     Raise InputError if the suffix is unknown, the folder does not exist, or a folder has this name.
     """
     name = str(output)
-    if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > MAX_NAME_LENGTH:
+    if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > MAX_NAME_BYTES:
         raise InputError(
             f"{shorten(repr(name))} cannot name a file; choose a shorter name of letters and digits."
         )
@@ -180,7 +180,7 @@ def write_file(
             sys.stdout.buffer.flush()
 
 
-def write_dots(output: str | Path, dots: Dots) -> None:
+def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     """Write Dots in the format of the suffix."""
     surface = dots.surface
 
@@ -245,7 +245,7 @@ def write_dots(output: str | Path, dots: Dots) -> None:
         )
 
 
-def _spheres_of(dots: Dots, output: str) -> tuple[int, list[str] | None, Header]:
+def _spheres_of(dots: DotsToWrite, output: str) -> tuple[int, list[str] | None, Header]:
     """Return the number and the names of the spheres that dots lie on, and the header of their files of MSMS."""
     surface, molecule = dots.surface, dots.molecule
     origin = surface.origin
@@ -260,7 +260,7 @@ def _spheres_of(dots: Dots, output: str) -> tuple[int, list[str] | None, Header]
     return n, names, Header(os.path.basename(output), density, origin.rules.probe_radius if origin else 0.0)
 
 
-def _write_page(path: Path, dots: Dots) -> None:
+def _write_page(path: Path, dots: DotsToWrite) -> None:
     """Write the page of dots; of a subset whose whole surface is known, that of the surface with the kept dots."""
     from sparsurf.api.pages import page_of_surface  # here: other formats need none of its modules
 
@@ -272,7 +272,7 @@ def _write_page(path: Path, dots: Dots) -> None:
     path.write_text(html, encoding="utf-8")
 
 
-def _write_picture(path: Path, dots: Dots, output: str) -> None:
+def _write_picture(path: Path, dots: DotsToWrite, output: str) -> None:
     """Write the picture of dots: kept ones on their whole surface where it is known, else all by roughness or kind."""
     from sparsurf.api.pages import save_picture
 
@@ -293,13 +293,13 @@ def _single(array: np.ndarray) -> np.ndarray:
     return array if single is None or array.dtype.itemsize < 8 else array.astype(single)
 
 
-def mesh_dots(mesh: Mesh) -> Dots:
+def mesh_dots(mesh: Mesh) -> DotsToWrite:
     """Return a Mesh as Dots: its vertices with the area around each, and the atom where it is known."""
     words = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
     vertices = mesh.vertices
     table = replace(vertices, fields={}).to_frame()
     known = [name for name in table if name != "kind" or vertices.kind.max() >= 0]
-    return Dots(vertices, table[known], faces=mesh.triangles, coloured=False, single=True, words=words)
+    return DotsToWrite(vertices, table[known], faces=mesh.triangles, coloured=False, single=True, words=words)
 
 
 def write_table(
@@ -315,8 +315,8 @@ def write_table(
         ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
         ".npz": lambda path: _npz(path, columns),
     }
-    writers |= dict.fromkeys(PAGES, lambda path: _write_profile(path, table, name, str(output)))
-    write_file(output, (*TABLES, *PAGES), writers)
+    writers |= dict.fromkeys(PAGE_FORMATS, lambda path: _write_profile(path, table, name, str(output)))
+    write_file(output, (*TABLE_FORMATS, *PAGE_FORMATS), writers)
 
 
 def _write_profile(path: Path, table: pd.DataFrame, name: str, output: str) -> None:
@@ -411,13 +411,13 @@ def write(
     source: Any = result
     if isinstance(source, Points):
         table = {name: column for name, column in source.columns().items() if name not in source.fields}
-        dots = Dots(source.surface, table, molecule=atoms, frame=frame, single=True)
+        dots = DotsToWrite(source.surface, table, molecule=atoms, frame=frame, single=True)
     elif is_subset(source):
-        is_shown = str(path).lower().removesuffix(".gz").endswith(PAGES)
+        is_shown = str(path).lower().removesuffix(".gz").endswith(PAGE_FORMATS)
         about = About(whole=_whole_surface(source) if is_shown else None)
-        dots = Dots(source.surface, source.table, "weight", atoms, frame, about=about)
+        dots = DotsToWrite(source.surface, source.table, "weight", atoms, frame, about=about)
     elif isinstance(source, Surface):
-        dots = Dots(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
+        dots = DotsToWrite(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
     elif hasattr(source, "triangles"):
         dots = mesh_dots(source)
         if atoms is not None:
@@ -472,7 +472,7 @@ def _refuse_frame(frame: int, own: int) -> None:
         raise InputError(f"write: frame={frame} is that of `molecule`; leave it out.")
 
 
-def _renamed(dots: Dots, names: Mapping[str, str]) -> Dots:
+def _renamed(dots: DotsToWrite, names: Mapping[str, str]) -> DotsToWrite:
     """Return dots whose fields have other names."""
     fields = dots.surface.fields
     for name in names:
@@ -490,7 +490,7 @@ def _renamed(dots: Dots, names: Mapping[str, str]) -> Dots:
     return replace(dots, surface=surface, table=dots.table.rename(columns=new))
 
 
-def _write_scene(path: Path, dots: Dots) -> None:
+def _write_scene(path: Path, dots: DotsToWrite) -> None:
     """Write dots, or a mesh, with the molecule that they know, for PyMOL or ChimeraX."""
     origin = dots.surface.origin if dots.molecule is None else None
     molecule, frame = (origin.molecule, origin.frame) if origin else (dots.molecule, dots.frame)

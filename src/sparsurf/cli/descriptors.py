@@ -27,7 +27,7 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
-    options.add_output(parser, writing.TABLES)
+    options.add_output(parser, writing.TABLE_FORMATS)
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--at",
@@ -63,7 +63,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the descriptors."""
-    outputs.check(args, writing.TABLES)
+    outputs.check(args, writing.TABLE_FORMATS)
     surface, molecule = options.read_dots(args)
     dots = options.dots_of_residues(args, surface, molecule) if args.at is None else np.asarray(args.at)
     dots = dots[:: args.every or 1]

@@ -14,7 +14,7 @@ from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import number, share
 
-FORMATS = (*writing.DOTS_ALONE, *writing.PAGES)
+FORMATS = (*writing.DOTS_ALONE, *writing.PAGE_FORMATS)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> None:
     surface, molecule = options.read_dots(args)
     options.say(f"choosing among {len(surface):,} dots")
     sizes = {name: getattr(args, name) for name in SIZES}
-    surface = options.with_fields(args, surface, molecule)
+    surface = options.with_requested_fields(args, surface, molecule)
     model = getattr(args, "reconstruction", AUTO)
     result = represented(surface, sizes, args.sampler, args.seed, args.d_link, model, args.error_99)
     few, words = result.subset, ""
@@ -109,7 +109,9 @@ def run(args: argparse.Namespace) -> None:
         elif (args.percent, args.n_dots, args.density) == (None, None, None):
             words += ". No smaller subset meets the limit"
     about = options.about(args, whole=surface)
-    outputs.write(args, writing.Dots(few.surface, few.table, "weight", words=words, about=about))
+    outputs.write_output(
+        args, writing.DotsToWrite(few.surface, few.table, "weight", words=words, about=about)
+    )
 
 
 def _error(result: Representation) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sparsurf.arguments import DENSITY, PROBE
+from sparsurf.arguments import DENSITY_LIMITS, PROBE
 from sparsurf.errors import InputError, printable
 from sparsurf.version import __version__
 
@@ -138,7 +138,7 @@ def _run(given: dict[str, str]) -> None:
     from sparsurf.surfaces.spheres import Spheres, read_spheres
 
     probe = _number(given, "probe_radius", 1.5, PROBE)
-    density = _number(given, "density", 1.0, DENSITY)
+    density = _number(given, "density", 1.0, DENSITY_LIMITS)
     if given.get("surface", "tses") != "tses":
         raise InputError(f"-surface {given['surface']} of MSMS is not available; leave it out, or give tses.")
     require_kernel_cache()

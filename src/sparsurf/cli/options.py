@@ -228,7 +228,7 @@ def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molec
     """Return the dots of the requested residues; all dots without such a request."""
     if args.residues is None or molecule is None:
         return np.arange(len(surface))
-    dots = np.flatnonzero(atoms_of_residues(args, molecule)[surface.atom])
+    dots = np.flatnonzero(requested_atoms(args, molecule)[surface.atom])
     if not len(dots):
         raise InputError(
             f"--residues: no dot belongs to {args.residues}: these residues are buried, or have no atoms in the selection."
@@ -236,12 +236,12 @@ def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molec
     return dots
 
 
-def atoms_of_residues(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
+def requested_atoms(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
     """Return the mask (A,) of the atoms of the requested residues."""
     return select_atoms(molecule, args.file, residues=args.residues, selection="all")
 
 
-def names_of_fields(args: argparse.Namespace) -> list[str]:
+def names_of_requested_fields(args: argparse.Namespace) -> list[str]:
     """Return the names of the requested fields."""
     names = [name.strip() for name in (args.fields or "").split(",") if name.strip()]
     if args.fields is not None and not names:
@@ -249,9 +249,9 @@ def names_of_fields(args: argparse.Namespace) -> list[str]:
     return names
 
 
-def with_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
+def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
     """Return the surface with the requested fields."""
-    names = names_of_fields(args)
+    names = names_of_requested_fields(args)
     if not names:
         return surface
     from sparsurf.dot_fields.registry import compute_fields  # here: few ask for fields

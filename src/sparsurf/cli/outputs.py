@@ -5,7 +5,7 @@ import os
 import sys
 
 from sparsurf.api.about import refuse_missing_matplotlib
-from sparsurf.api.writing import NUMBERS, Dots, parse_output, write_dots
+from sparsurf.api.writing import NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
 
 READ_OPTIONS = ("file", "trajectory", "at")  # which can name a file
@@ -27,7 +27,7 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
         )
 
 
-def write(args: argparse.Namespace, dots: Dots) -> None:
+def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:
     """Write dots and report them."""
     write_dots(args.output, dots)
     report(args, dots.words)

@@ -12,7 +12,7 @@ from sparsurf import kinds
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.points import JOBS, N_POINTS, points, points_of
 from sparsurf.api.writing import parse_output, write, write_file
-from sparsurf.arguments import DENSITY, NUMBER_OF_DOTS
+from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow, pluralise
@@ -22,8 +22,8 @@ from sparsurf.surfaces.chosen_points import NamedPoints
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLE = ".parquet"
-FORMATS = (TABLE, ".npz", ".ply")
+TABLE_FORMAT = ".parquet"
+FORMATS = (TABLE_FORMAT, ".npz", ".ply")
 ROWS_PER_GROUP = 100_000  # of a Parquet file
 EXAMPLES = """\
 FILE is a structure or a folder of structures. The points of all structures of a folder are written into one Parquet table. Its
@@ -55,7 +55,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"number of points on each structure (default {N_POINTS})",
     )
     size.add_argument(
-        "--density", type=options.number(DENSITY), help="number of points per Å^2, instead of --n-dots"
+        "--density", type=options.number(DENSITY_LIMITS), help="number of points per Å^2, instead of --n-dots"
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
     listed = ", ".join(kinds.TABLE["field"])
@@ -71,19 +71,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the points."""
     is_folder = Path(args.file).is_dir()
-    formats = (TABLE,) if is_folder else FORMATS
+    formats = (TABLE_FORMAT,) if is_folder else FORMATS
     outputs.check(args, formats)
     if not is_folder and not is_file_of_spheres(args.file) and not options.has_atoms(args):
         raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
     settings |= {"radii": args.radii, "cavities": args.cavities}
-    settings["fields"] = options.names_of_fields(args)
+    settings["fields"] = options.names_of_requested_fields(args)
     if is_folder or is_file_of_spheres(args.file):
         options.refuse_structure_options(args, "structures" if is_folder else "spheres")
     if is_folder:
         results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
         written: list[int] = []
-        write_file(args.output, formats, {TABLE: lambda path: _write_table(path, results, written)})
+        write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, results, written)})
         words = f"{sum(written):,} points on {pluralise(len(written), 'structure')}"
         left_out = pluralise(len(results.failures), "structure")
         outputs.report(args, words + (f"; {left_out} left out" if results.failures else ""))
@@ -93,9 +93,9 @@ def run(args: argparse.Namespace) -> None:
         source = options.read_atoms(args)
         settings["frame"] = args.frame or 0
     few = points(source, args.n_dots, **settings)
-    if parse_output(args.output, formats)[0] == TABLE:
+    if parse_output(args.output, formats)[0] == TABLE_FORMAT:
         named = [NamedPoints.of_points(title(args.file), few)]
-        write_file(args.output, formats, {TABLE: lambda path: _write_table(path, named, [])})
+        write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, named, [])})
     else:
         write(few, args.output)
     outputs.report(args, f"{len(few.points):,} points on the surface")

@@ -11,7 +11,7 @@ from sparsurf.api import writing
 from sparsurf.api.minimal import REACHES, recover
 from sparsurf.api.patches import describe_points
 from sparsurf.api.surfaces import mesh_size, reconstructed_mesh
-from sparsurf.arguments import DENSITY as DENSITIES
+from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.arguments import MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> None:
         )
     options.refuse_step(args)
     formats = (
-        writing.TABLES
+        writing.TABLE_FORMATS
         if args.at is not None
         else (*writing.MESHES, *writing.SCENES)
         if args.mesh
@@ -112,7 +112,7 @@ def run(args: argparse.Namespace) -> None:
     outputs.report(args, f"{len(dense):,} dots from {len(few):,}")
 
 
-def _mesh(args: argparse.Namespace, few: Surface) -> writing.Dots:
+def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
     """Return the triangles of the reconstructed surface."""
     size = mesh_size(density=args.density, step=args.step)
     made, _ = reconstructed_mesh(few, size, args.model, args.reach)
@@ -124,7 +124,7 @@ def _is_dms(args: argparse.Namespace) -> bool:
     return args.output.lower().removesuffix(".gz").endswith(".dms")
 
 
-def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.Dots:
+def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.DotsToWrite:
     """Return dots whose first ones were kept; in a DMS file they belong to one dummy atom, each with an equal area."""
     n = len(dense)
     atom = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=dense.points[None, :1])
@@ -132,7 +132,7 @@ def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.Dots:
         area = np.full(n, area_of(dense)[0] / n)
         dense = Surface(dense.points, dense.normals, area, np.zeros(n), np.zeros(n))
     kept = pd.DataFrame({"kept": (np.arange(n) < n_kept).astype(int)})
-    return writing.Dots(dense, kept, "kept", atom if is_dms else None)
+    return writing.DotsToWrite(dense, kept, "kept", atom if is_dms else None)
 
 
 def _describe(args: argparse.Namespace, dense: Surface, points_at: np.ndarray) -> None:

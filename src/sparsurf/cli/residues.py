@@ -10,7 +10,7 @@ from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import title
 
-FORMATS = (*writing.TABLES, *writing.PAGES)
+FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 The table has a row for each residue: its total, contact, saddle and concave area (Å^2), its mean and lowest roughness (1 is
 flat, 0 is rough; blank for a buried residue), the mean of each field, and the number of its dots, in total and on the walls of
@@ -41,9 +41,9 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(f"{args.file} holds dots, which have no residues; give a structure.")
     from sparsurf.api.fields import residues  # here: wrong arguments need no numba
 
-    table = residues(options.with_fields(args, surface, molecule))
+    table = residues(options.with_requested_fields(args, surface, molecule))
     table = table.drop(columns=["kept", "weight"])  # of a subset
     if args.residues is not None:
-        table = table.iloc[np.unique(molecule.residue_index[options.atoms_of_residues(args, molecule)])]
+        table = table.iloc[np.unique(molecule.residue_index[options.requested_atoms(args, molecule)])]
     writing.write_table(args.output, table, name=title(args.file))
     outputs.report(args, f"{len(table):,} residues, {table['area'].sum():,.0f} Å^2")

@@ -6,7 +6,7 @@ from sparsurf.api import writing
 from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
 
-FORMATS = (*writing.NUMBERS, *writing.SCENES, *writing.PAGES)
+FORMATS = (*writing.NUMBERS, *writing.SCENES, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 Roughness is the mean cosine of the angles between the normals of a patch and their mean: 1 is flat, 0 is rough. A PLY stores it
 as a vertex property and as a colour, and a .pml file opens the dots in these colours in PyMOL. A .html file is the page of
@@ -35,13 +35,13 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
-    from sparsurf.settings import Patches
+    from sparsurf.settings import PatchSettings
 
     values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]
     table = {"roughness": values} | ({} if molecule is None else molecule.label_columns(surface.atom))
     words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
-    patches = Patches(r_patch=args.r_patch, d_link=args.d_link)
+    patches = PatchSettings(r_patch=args.r_patch, d_link=args.d_link)
     about = options.about(args, patches=patches, roughness=values)
-    outputs.write(args, writing.Dots(surface, table, "roughness", words=words, about=about))
+    outputs.write_output(args, writing.DotsToWrite(surface, table, "roughness", words=words, about=about))

@@ -5,14 +5,14 @@ import os
 from pathlib import Path
 
 from sparsurf.api.pages import page_of_surface
-from sparsurf.api.show import PAGES, has_display, open_page, write_page
+from sparsurf.api.show import PAGE_ENDINGS, has_display, open_page, write_page
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import stem
 from sparsurf.patches.index import D_LINK
 
 OWN = b'<meta name="generator" content="sparsurf '  # in a page that may be written again
-BYTES_TO_RECOGNISE = 1000
+BYTES_OF_A_TABLE_HEAD = 1000
 
 EXAMPLES = """\
 The page shows the surface, which you can rotate and colour by roughness, fields or the kinds of its dots; the roughness of the
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> None:
     if args.output is None:
         args.output = f"{stem(args.file)}.html"
         _refuse_other_file(Path(args.output))
-    outputs.check(args, PAGES)
+    outputs.check(args, PAGE_ENDINGS)
     surface, _ = options.read_dots(args)
     write_page(args.output, page_of_surface(surface, options.about(args)))
     opens = not args.no_open and has_display() and os.path.isfile(args.output)
@@ -58,7 +58,7 @@ def _refuse_other_file(path: Path) -> None:
     """Raise InputError if a file that no one named would be replaced, unless it is a page of this program."""
     if path.is_file():
         with path.open("rb") as file:
-            if OWN not in file.read(BYTES_TO_RECOGNISE):
+            if OWN not in file.read(BYTES_OF_A_TABLE_HEAD):
                 raise InputError(
                     f"{path} exists and was not written by sparsurf; choose another file with -o."
                 )

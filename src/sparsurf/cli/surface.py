@@ -8,7 +8,7 @@ from typing import Any
 from sparsurf.api import writing
 from sparsurf.api.about import About
 from sparsurf.api.inputs import is_file_of_spheres
-from sparsurf.arguments import D_LINK, DENSITY
+from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
@@ -16,9 +16,9 @@ from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import SPHERES
-from sparsurf.surfaces.surface import COMPONENT_FIELD, Origin
+from sparsurf.surfaces.surface import COMPONENT_FIELD, SurfaceOrigin
 
-FORMATS = (*writing.DOTS, *writing.PAGES)
+FORMATS = (*writing.DOTS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -56,7 +56,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_residues(parser)
     dots = options.add_placement(parser, "", ": keep dots, remove triangles")
     words = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
-    dots.add_argument("--density", type=options.number(DENSITY), help=words)
+    dots.add_argument("--density", type=options.number(DENSITY_LIMITS), help=words)
     options.add_step(dots)
     options.add_fields(dots)
 
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> None:
     options.refuse_step(args)
     outputs.check(args, (*writing.MESHES, *writing.SCENES) if args.mesh else FORMATS)
     if is_file_of_spheres(args.file):
-        outputs.write(args, _of_spheres(args))
+        outputs.write_output(args, _of_spheres(args))
         return
     if not options.has_atoms(args):
         raise InputError(
@@ -83,16 +83,16 @@ def run(args: argparse.Namespace) -> None:
         )
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
-    outputs.write(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))
+    outputs.write_output(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))
 
 
-def _of_spheres(args: argparse.Namespace) -> writing.Dots:
+def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     """Return the dots or triangles of a file with radii, or of a small molecule."""
     from sparsurf.api.surfaces import mesh, surface
     from sparsurf.surfaces.components import columns_of_components, summarize_components
 
     options.refuse_structure_options(args, "spheres")
-    names = options.names_of_fields(args)
+    names = options.names_of_requested_fields(args)
     cavities = args.cavities or ("remove" if args.mesh else "keep")
     dots = surface(
         args.file,
@@ -108,17 +108,17 @@ def _of_spheres(args: argparse.Namespace) -> writing.Dots:
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component, "atom": dots.atom}
     words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
     dots = options.with_fields_of_spheres(dots, names)
-    return writing.Dots(dots, table, words=words, about=About(title(args.file)))
+    return writing.DotsToWrite(dots, table, words=words, about=About(title(args.file)))
 
 
-def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
+def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     """Return the dots with their component and their fields."""
     from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
     from sparsurf.api.surfaces import surface
     from sparsurf.surfaces.components import columns_of_components, summarize_components
 
     bare = surface(molecule, density=args.density or "auto", **_rules(args))
-    dots = options.with_fields(args, bare, molecule)
+    dots = options.with_requested_fields(args, bare, molecule)
     component = bare.known_components("components")
     parts = summarize_components(columns_of_components(bare, component))
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
@@ -133,19 +133,19 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
         words = (
             f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"
         )
-    return writing.Dots(dots, table, None, molecule, args.frame or 0, words=words, about=about)
+    return writing.DotsToWrite(dots, table, None, molecule, args.frame or 0, words=words, about=about)
 
 
-def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.Dots:
+def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     """Return the vertices of the closed triangles, with their fields."""
     from sparsurf.api.field_values import check_fields
     from sparsurf.api.surfaces import mesh_of_atoms, mesh_size, placement
 
-    names = check_fields(options.names_of_fields(args), "surface")
+    names = check_fields(options.names_of_requested_fields(args), "surface")
     rules = placement(args.probe_radius, "auto", args.radii, args.cavities or "remove")
     frame = args.frame or 0
     xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
-    origin = Origin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
+    origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
     size = mesh_size(density=args.density, step=args.step)
     return replace(writing.mesh_dots(mesh_of_atoms(origin, size, names)), coloured=args.colours)
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MAX_BOND = 2.0  # Å, between two heavy atoms
+MAX_HEAVY_BOND = 2.0  # Å, between two heavy atoms
 MAX_BOND_TO_HYDROGEN = 1.4  # Å
 HYDROGEN_BOND_LENGTH = 1.0  # Å, of a bond to a hydrogen that is built
 # Degrees about the bond of an atom with one neighbour, by the number of its hydrogens. The hydrogen of a hydroxyl turns
@@ -154,7 +154,7 @@ def _polar_hydrogens(
     bonded: Sequence[list[int]] = [[]] * len(atoms)
     if len(hydrogens):
         bonded = cKDTree(hydrogens).query_ball_point(xyz[atoms], MAX_BOND_TO_HYDROGEN)
-    near = neighbours.query_ball_point(xyz[atoms], MAX_BOND)
+    near = neighbours.query_ball_point(xyz[atoms], MAX_HEAVY_BOND)
     positions, owner = [], []
     for atom, in_file, close in zip(atoms, bonded, near, strict=True):
         arms = xyz[heavy][np.array(close, int)]
@@ -176,7 +176,7 @@ def _build_hydrogens(
         away = -sum(((arm - atom) / np.linalg.norm(arm - atom) for arm in arms), np.zeros(3))
         return [atom + HYDROGEN_BOND_LENGTH * away / max(float(np.linalg.norm(away)), 1e-9)] * number
     axis = (atom - arms[0]) / np.linalg.norm(atom - arms[0])
-    beyond = heavy_atoms.data[heavy_atoms.query_ball_point(arms[0], MAX_BOND)]
+    beyond = heavy_atoms.data[heavy_atoms.query_ball_point(arms[0], MAX_HEAVY_BOND)]
     beyond = beyond[
         (np.linalg.norm(beyond - arms[0], axis=1) > 0.1) & (np.linalg.norm(beyond - atom, axis=1) > 0.1)
     ]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row; `residue` is required
+ATOM_KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row; `residue` is required
 
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
@@ -30,7 +30,7 @@ def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule)
     import pandas as pd
 
     table = _read_cells(path)
-    if name not in table.columns or name in KEYS:
+    if name not in table.columns or name in ATOM_KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
     if name == COMPONENT_FIELD or not is_field_name(name):
         raise InputError(
@@ -42,7 +42,7 @@ def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule)
         raise InputError(
             f"{path}, row {wrong.index[0] + 1}: {name} is {wrong[name].iloc[0]!r}, not a number."
         )
-    keys = [key for key in KEYS if key in table.columns]
+    keys = [key for key in ATOM_KEYS if key in table.columns]
     labels = {"chain": molecule.chain, "residue": molecule.residue, "atom": molecule.name}
     if table.duplicated(keys).any():
         raise InputError(

@@ -17,13 +17,13 @@ import numpy as np
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 
 if TYPE_CHECKING:
-    from sparsurf.surfaces.surface import Origin, Surface
+    from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 TOUCHING = 1e-3  # Å, between a probe and an atom that it touches, for positions in float32
-NEIGHBOURS = 16  # atoms around a probe that are looked up at first
+ATOMS_AROUND_PROBE = 16  # atoms around a probe that are looked up at first
 
 
-def principal_curvatures(dots: Surface, origin: Origin) -> tuple[np.ndarray, np.ndarray]:
+def principal_curvatures(dots: Surface, origin: SurfaceOrigin) -> tuple[np.ndarray, np.ndarray]:
     """Return the larger and the smaller principal curvature of dots (N,), 1/Å; NaN where their kind is unknown."""
     probe, n = origin.rules.probe_radius, len(dots)
     larger, smaller = np.full(n, np.nan), np.full(n, np.nan)
@@ -55,7 +55,9 @@ def _around_the_axis(
     return (normals * away).sum(axis=1) / rho**2
 
 
-def _second_atoms(centres: np.ndarray, normals: np.ndarray, first: np.ndarray, origin: Origin) -> np.ndarray:
+def _second_atoms(
+    centres: np.ndarray, normals: np.ndarray, first: np.ndarray, origin: SurfaceOrigin
+) -> np.ndarray:
     """Find the atom besides the first that the probe at each centre (n, 3) rolls on, (n,) int; -1 where there is none.
 
     A probe at the end of an arc touches three atoms: the normal lies in the plane of the probe and of the two that count.
@@ -65,7 +67,7 @@ def _second_atoms(centres: np.ndarray, normals: np.ndarray, first: np.ndarray, o
     probe, n_atoms = origin.rules.probe_radius, len(origin.xyz)
     tree, reach = cKDTree(origin.xyz), float(origin.radii.max()) + probe + TOUCHING
     # A query for all atoms would be slow, and a fixed number could miss one: it grows until none within reach is left
-    k = min(NEIGHBOURS, n_atoms)
+    k = min(ATOMS_AROUND_PROBE, n_atoms)
     while True:
         distance, atom = (
             np.asarray(part).reshape(len(centres), -1)

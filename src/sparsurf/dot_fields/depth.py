@@ -11,7 +11,7 @@ from sparsurf.surfaces.spacing import DENSITY
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
-    from sparsurf.surfaces.surface import Origin
+    from sparsurf.surfaces.surface import SurfaceOrigin
 
 
 def depth_of_atoms(xyz: np.ndarray, radii: np.ndarray, probe: float, cavities: str = "remove") -> np.ndarray:
@@ -32,7 +32,7 @@ def depth_of_residues(molecule: Molecule, depth: np.ndarray) -> np.ndarray:
     return np.bincount(molecule.residue_index, depth, n) / np.bincount(molecule.residue_index, minlength=n)
 
 
-def depth_of_origin(origin: Origin) -> np.ndarray:
+def depth_of_origin(origin: SurfaceOrigin) -> np.ndarray:
     """Return the depth of the residue of each atom that dots were placed on, (A,), Å, without cavities as a surface."""
     depth = depth_of_atoms(origin.xyz.round(3), origin.radii, origin.rules.probe_radius)
     if origin.molecule is None:

@@ -23,13 +23,13 @@ GAIN = 5.0  # effect of the molecule's low dielectric: ratio of APBS's potential
 # these hydrogens dominate the field, and a tenth of the dots reconstructs it with r = 0.957 instead of 0.986. With 1 Å it
 # would be 0.995, but the correlation with APBS falls by 0.06.
 SOFTENING = 0.6
-CUTOFF = 40.0  # Å; a charge beyond it adds less than 5e-3 kT/e
+POTENTIAL_CUTOFF = 40.0  # Å; a charge beyond it adds less than 5e-3 kT/e
 TABLE_STEP = 0.02  # Å, of the table of the sum's terms
 
 
 def potential_of_charges(positions: np.ndarray, charges: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Compute the potential at dots, (N,) kT/e at 298 K and 0.15 M salt, from charges in e; positions are in Å."""
-    table = potential_of_unit_charge(np.arange(0, CUTOFF + 2 * TABLE_STEP, TABLE_STEP))
+    table = potential_of_unit_charge(np.arange(0, POTENTIAL_CUTOFF + 2 * TABLE_STEP, TABLE_STEP))
     return _sum_terms(
         np.ascontiguousarray(positions, np.float64),
         np.asarray(charges, np.float64),
@@ -58,7 +58,7 @@ def _sum_terms(
             y = positions[j, 1] - points[i, 1]
             z = positions[j, 2] - points[i, 2]
             r2 = x * x + y * y + z * z
-            if r2 < CUTOFF * CUTOFF:
+            if r2 < POTENTIAL_CUTOFF * POTENTIAL_CUTOFF:
                 r = math.sqrt(r2) / TABLE_STEP
                 k = int(r)
                 total += charges[j] * (table[k] + (r - k) * (table[k + 1] - table[k]))

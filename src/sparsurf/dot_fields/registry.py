@@ -41,7 +41,7 @@ HYDROPATHY = {
 
 def label_and_unit(name: str) -> tuple[str, str]:
     """Return the name of a field for people and its unit; those of a column of a table are its own."""
-    choice = kinds.describe("field", name)
+    choice = kinds.choice_of("field", name)
     return (choice.label, choice.unit) if choice else (name.replace("_", " "), "")
 
 

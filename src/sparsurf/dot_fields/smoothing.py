@@ -8,7 +8,7 @@ from sparsurf.kernels import njit
 from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance
 
 SIGMA = 2.5  # Å, of the Gaussian that weights the atoms
-CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
+SMOOTHING_CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
 
 
 def gaussian_mean(
@@ -19,7 +19,7 @@ def gaussian_mean(
     out = np.full(len(points), np.nan)
     if finite.any():
         atoms = np.ascontiguousarray(xyz[finite], np.float64)
-        cells = sort_into_cells(atoms, CUTOFF * sigma)
+        cells = sort_into_cells(atoms, SMOOTHING_CUTOFF * sigma)
         _smooth(atoms, np.asarray(values, np.float64)[finite], cells, float(sigma), points, out)
     return out
 
@@ -36,7 +36,7 @@ def _smooth(
             while slot < len(cells.key) and cells.key[slot] <= last:
                 j = cells.order[slot]
                 d2 = squared_distance(dot, point(xyz, j))
-                if d2 < (CUTOFF * sigma) ** 2:
+                if d2 < (SMOOTHING_CUTOFF * sigma) ** 2:
                     weight = np.exp(-d2 / (2 * sigma * sigma))
                     total += weight * values[j]
                     weights += weight

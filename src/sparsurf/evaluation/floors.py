@@ -14,11 +14,11 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.surfaces.surface import Surface
 
-DRAWS = 10  # sets of fresh dots
-DECIMALS = 12  # of rotation matrices
+SETS_OF_FRESH_DOTS = 10  # sets of fresh dots
+ROTATION_DECIMALS = 12  # of rotation matrices
 FRESH = "fresh dots"
 
 
@@ -27,7 +27,7 @@ def fresh_dots(
     n_tests: int,
     generate_surface: Callable[[np.ndarray], Surface] | None = None,
     atoms: np.ndarray | None = None,
-    draws: int = DRAWS,
+    draws: int = SETS_OF_FRESH_DOTS,
 ) -> np.ndarray:
     """Measure the distances between the descriptors of the dots and of other dots of the same surface, (draws, T).
 
@@ -43,7 +43,7 @@ def fresh_dots(
         rotation = random_rotation(rng)
         points, normals = _other_dots(prepared, generate_surface, atoms, centre, rotation)
         index = build_index(rotate(points, rotation) + centre, rotate(normals, rotation), patches.d_link)
-        z, _ = descriptors.describe(
+        z, _ = descriptors.describe_patches(
             index, test_points, patches.r_zernike, True, prepared.threads, patches.descriptor
         )
         distances.append(np.linalg.norm(z - z_tot, axis=1))
@@ -62,7 +62,7 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
     """Draw a rotation matrix, (3, 3), uniformly; rounded, since the last bits of LAPACK depend on the processor."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
-    return (q * np.sign(np.linalg.det(q))).round(DECIMALS)
+    return (q * np.sign(np.linalg.det(q))).round(ROTATION_DECIMALS)
 
 
 def rotate(points: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -82,4 +82,4 @@ def _other_dots(
         surface = generate_surface(rotate(atoms - centre, rotation.T))
         return surface.points, surface.normals
     points, normals = rotate(prepared.points - centre, rotation.T), rotate(prepared.normals, rotation.T)
-    return recover(points, normals, prepared.density, threads=prepared.threads, keep=False)
+    return interpolate_surface(points, normals, prepared.density, threads=prepared.threads, keep=False)

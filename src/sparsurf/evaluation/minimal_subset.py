@@ -34,7 +34,7 @@ from sparsurf.sampling.samplers import farthest, subset_weights
 from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
-from sparsurf.surfaces.surface import Origin, Surface
+from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
 FARTHEST, COVER = "farthest", "cover"  # samplers
@@ -202,7 +202,7 @@ def represent(
     return Representation(trials, subset, molecule)
 
 
-def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> Origin | None:
+def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> SurfaceOrigin | None:
     """Return the atoms that all dots of a surface were placed on; None if they are not known, or the dots are some of them."""
     whole = surface.placed is not None or molecule is not None
     has_atoms = whole and surface.kind.min() >= 0 and surface.atom.min() >= 0
@@ -241,7 +241,9 @@ def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surfa
     """Return dots that a study read from a file, with the molecule that it placed them on."""
     rules, xyz = settings.surface, molecule.xyz[0].round(3)
     radii = radii_of(molecule, rules.radii)
-    return replace(dots, origin=Origin.of_atoms(molecule, 0, xyz, rules, settings.patches.d_link, radii))
+    return replace(
+        dots, origin=SurfaceOrigin.of_atoms(molecule, 0, xyz, rules, settings.patches.d_link, radii)
+    )
 
 
 def recovered_z(prepared: PreparedSurface, few: Surface, model: str, tests: np.ndarray) -> dict[str, float]:

@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import PatchIndex, build_index
 from sparsurf.patches.readings import Reading, ReadingLike, reading_of
-from sparsurf.patches.roughness import roughness as local_roughness
+from sparsurf.patches.roughness import roughness_of_patches as local_roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.settings import Patches, Settings
+from sparsurf.settings import PatchSettings, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.threads import parallel_map
 
-DEFAULTS = Settings()
+DEFAULT_SETTINGS = Settings()
 MIN_NESTED = 16  # subsets of one order; fewer are faster one by one
 DOTS_PER_PUBLISHED_TEST = 200  # the authors test N / 200 dots
 
@@ -90,7 +90,7 @@ class PreparedSurface:
     def __init__(
         self,
         surface: Any,
-        settings: Settings = DEFAULTS,
+        settings: Settings = DEFAULT_SETTINGS,
         roughness: np.ndarray | None = None,
         streams: Streams = Streams(),  # noqa: B008, frozen
         threads: int = 1,
@@ -123,7 +123,7 @@ class PreparedSurface:
         return self.surface.normals
 
     @property
-    def patches(self) -> Patches:
+    def patches(self) -> PatchSettings:
         """Radii of the patches, the link, and how a patch is described."""
         return self.settings.patches
 
@@ -171,7 +171,7 @@ class PreparedSurface:
     def sampled(self, combination: Sequence[float], draw: int) -> np.ndarray:
         """Return the sampled subset of one draw, ascending, from random numbers of the combination's own, as published."""
         keys = Combination(*combination).keys()
-        return published.sample(self.cover, combination, self.stream("sampled", *keys, draw))
+        return published.sample_cover(self.cover, combination, self.stream("sampled", *keys, draw))
 
     def sampled_together(self, combinations: ArrayLike, draw: int) -> published.SubsetsOfDraw:
         """Return the sampled subsets of combinations (K, 4) in one draw, in which all combinations share their random numbers."""
@@ -193,7 +193,7 @@ class PreparedSurface:
 
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Compute descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
-        return descriptors.describe(self.index, self.points[tests], up=up, **self._kernel)
+        return descriptors.describe_patches(self.index, self.points[tests], up=up, **self._kernel)
 
     def distances(
         self,
@@ -253,7 +253,7 @@ class PreparedSurface:
             bit_words, n = packed or (descriptors.pack_subsets(self.index, part), len(part))
             weight = None if weights is None else weights[a : a + step]
             patches = (self.index, self.points[tests], bit_words, n, readings, z_tot, weight)
-            z_tot, z, size = descriptors.compare(*patches, **self._kernel)
+            z_tot, z, size = descriptors.compare_descriptors(*patches, **self._kernel)
             distances.append(z.T.reshape(len(readings), n, len(tests)))
             sizes.append(size.T.reshape(len(readings), n, len(tests)))
         assert z_tot is not None  # there is a subset at least
@@ -315,7 +315,7 @@ class PreparedSurface:
         # Every dot of the other surface is kept, and its patches are cut by its own links
         all_dots = np.ones(len(index.dot), np.uint64)
         patches = (index, self.points[tests], all_dots, 1, ("kept",), z_tot)
-        _, z, sizes = descriptors.compare(*patches, **self._kernel)
+        _, z, sizes = descriptors.compare_descriptors(*patches, **self._kernel)
         return z[:, 0], sizes[:, 0]
 
     def with_dots(self, surface: Any) -> Self:

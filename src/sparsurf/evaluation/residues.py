@@ -9,7 +9,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.components import fields_without_component, on_cavities
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 
-KINDS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
+KIND_NUMBERS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
 
 
 def residue_table(
@@ -31,7 +31,7 @@ def residue_table(
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]
     table["area"] = np.bincount(residue, surface.area, n)
-    for name, kind in KINDS.items():
+    for name, kind in KIND_NUMBERS.items():
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
     cavity = np.zeros(len(surface), bool) if component is None else on_cavities(surface, component)
     outside = np.where(cavity, np.nan, roughness)

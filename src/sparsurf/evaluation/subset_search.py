@@ -10,7 +10,7 @@ import numpy as np
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
-from sparsurf.evaluation.trials import MIN_DOTS, MeasuredError, Trials
+from sparsurf.evaluation.trials import MIN_RECONSTRUCTED_DOTS, MeasuredError, Trials
 from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
@@ -20,7 +20,7 @@ from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
 log = logging.getLogger("sparsurf")
 
 # n_S that are tried for a requested Z, % of the dots
-PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
+SEARCHED_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
 NEAR = 0.02  # the search for an error ends once the logarithm of a measured one is so near
 MOST_MEASUREMENTS = 8  # two or three are enough for evenly spread dots
 STEEPEST, FLATTEST = -3.0, -0.3  # slope of the logarithm of the error over that of n_S
@@ -102,9 +102,12 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
 
 def _fewest(trials: Trials, limit: float) -> int:
     """Find the smallest n_S with a Z of at most `limit`, by bisection below the first of `PERCENTS` that is enough."""
-    sizes = np.round(np.array(PERCENTS) / 100 * trials.n_dots).astype(int)
+    sizes = np.round(np.array(SEARCHED_PERCENTS) / 100 * trials.n_dots).astype(int)
     too_few = 0
-    for sufficient in (*map(int, np.unique(sizes.clip(min(MIN_DOTS, trials.n_dots)))), trials.n_dots):
+    for sufficient in (
+        *map(int, np.unique(sizes.clip(min(MIN_RECONSTRUCTED_DOTS, trials.n_dots)))),
+        trials.n_dots,
+    ):
         if trials.z(sufficient) <= limit:
             break
         too_few = sufficient
@@ -127,7 +130,7 @@ def smallest_subset_of_error(
     is None where the smallest number that is tried is enough, or no number is.
     """
     name, sampler, n_dots = trials.prepared.name, trials.sampler, trials.n_dots
-    fewest = min(MIN_DOTS, n_dots)
+    fewest = min(MIN_RECONSTRUCTED_DOTS, n_dots)
     n, slope = _clip(trials.prepared.area * start_density(error, hydrogens), fewest, n_dots), -1.0
     tried: dict[int, MeasuredError] = {}
     while n not in tried and len(tried) < MOST_MEASUREMENTS:

@@ -14,9 +14,9 @@ from sparsurf.recovery.spheres.rebuilding import Rebuilt
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 from sparsurf.surfaces.molecular_surface import roll_spheres
-from sparsurf.surfaces.surface import Origin, Surface
+from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
-MIN_DOTS = 12  # no surface can be recovered from fewer
+MIN_RECONSTRUCTED_DOTS = 12  # no surface can be recovered from fewer
 TEST_DENSITY = 8.0  # dots per Å^2 of the surface, on which errors are measured; other dots than those that are chosen from
 
 
@@ -42,7 +42,7 @@ class Trials:
         n_tests: int,
         choices: Choices = PUBLISHED_CHOICES,
         model: str = INTERPOLANT,
-        atoms: Origin | None = None,
+        atoms: SurfaceOrigin | None = None,
     ) -> None:
         self.prepared, self.model, self.atoms = prepared, model, atoms
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
@@ -129,7 +129,7 @@ class Trials:
         return MeasuredError(mean, log_error, float(np.quantile(errors, TAIL_QUANTILE)))
 
 
-def independent_dots(atoms: Origin) -> Surface:
+def independent_dots(atoms: SurfaceOrigin) -> Surface:
     """Place dots on the whole surface of atoms, by the rules of their origin, where no dot of the surface lies."""
     rules = atoms.rules
     rolled = roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)

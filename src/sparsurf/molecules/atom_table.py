@@ -18,12 +18,12 @@ import numpy as np
 
 from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath, pluralise
-from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_BOND, standard_name
+from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_RESIDUE_BOND, standard_name
 
 log = logging.getLogger("sparsurf")
 
 # Columns, and their values where an input has none
-COLUMNS: dict[str, Any] = {
+ATOM_COLUMNS: dict[str, Any] = {
     "model": 1,  # number of the model
     "hetero": False,  # not part of a polymer, according to the input
     "name": "", "altloc": "", "residue_name": "", "chain": "", "segid": "",
@@ -96,7 +96,7 @@ def atom_table(**columns: Any) -> AtomTable:
     """Return the table of some columns (A,); the others have the values of `COLUMNS`."""
     n_atoms = len(next(iter(columns.values())))
     table = {}
-    for name, default in COLUMNS.items():
+    for name, default in ATOM_COLUMNS.items():
         values = columns.get(name, [default] * n_atoms)
         text = isinstance(default, str)
         table[name] = np.array([str(value) for value in values], object) if text else np.asarray(values)
@@ -168,7 +168,10 @@ def settle_segments(atoms: AtomTable, path: StrPath) -> AtomTable:
             segid[bare] = segid[named[before]]
         parts = [members[segid[members] == each] for each in dict.fromkeys(segid[members])]
         for first, second in combinations(parts, 2):
-            if not set(name[first]) & set(name[second]) and _shortest(xyz[first], xyz[second]) < MAX_BOND:
+            if (
+                not set(name[first]) & set(name[second])
+                and _shortest(xyz[first], xyz[second]) < MAX_RESIDUE_BOND
+            ):
                 log.info("%s: the segments differ within residues, so that they are ignored", path)
                 return atoms.assign(segid=np.full(len(atoms), "", object))
     return atoms.assign(segid=segid)
@@ -237,7 +240,7 @@ def _starts(atoms: AtomTable) -> np.ndarray:
     first = np.flatnonzero(begins)[np.cumsum(begins) - 1]
     name, xyz = _located_names(atoms), atoms.xyz
     again = np.flatnonzero((name == name[first]) & ~begins)
-    begins[again] = np.linalg.norm(xyz[again] - xyz[first[again]], axis=1) > MAX_BOND
+    begins[again] = np.linalg.norm(xyz[again] - xyz[first[again]], axis=1) > MAX_RESIDUE_BOND
     return np.flatnonzero(begins)
 
 
@@ -272,7 +275,7 @@ def _join(lines: _Lines, runs: list[list[int]]) -> list[int]:
         alike = alike or not (lines.located[a] or lines.located[b])
         if alike and not held[j] & held[k]:
             distance = _shortest(lines.xyz[runs[j]], lines.xyz[runs[k]])
-            pairs += [(distance, j, k)] if distance < MAX_BOND else []
+            pairs += [(distance, j, k)] if distance < MAX_RESIDUE_BOND else []
     for _, j, k in sorted(pairs):
         into, other = sorted((first[j], first[k]))
         called = {lines.residue_name[runs[each][0]] for each, at in enumerate(first) if at in (into, other)}

@@ -43,7 +43,7 @@ from sparsurf.molecules.residues import (
 )
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.source import Source
-from sparsurf.molecules.trajectory import Frames, read_first_frame, read_frames
+from sparsurf.molecules.trajectory import TrajectoryFrames, read_first_frame, read_frames
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 
 log = logging.getLogger("sparsurf")
@@ -59,7 +59,7 @@ MIN_RESIDUES_OF_MODEL = 10  # of glycine alone, as designed backbones are before
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
 OTHER_PLACE = 1.0  # Å, by which they are apart at least
 MIN_ATOMS_OF_COPY = 10
-MIN_SEPARATION = 2.0  # Å, median distance from the atoms of one part of an assembly to those of another
+MIN_PART_SEPARATION = 2.0  # Å, median distance from the atoms of one part of an assembly to those of another
 
 
 @dataclass(frozen=True)
@@ -282,7 +282,9 @@ def molecule_of_models(
     xyz = np.concatenate([frame.xyz for frame in frames])
     # crystals pass unchanged: no bond there is cut
     box = np.repeat(file.box[None], len(xyz), axis=0) if whole and file.box is not None else None
-    return _with_frames(frames[0], Frames(xyz, np.full(len(xyz), np.nan), numbers, box), path, join=False)
+    return _with_frames(
+        frames[0], TrajectoryFrames(xyz, np.full(len(xyz), np.nan), numbers, box), path, join=False
+    )
 
 
 def _of_model(table: AtomTable, file: AtomFile, path: StrPath, report: bool = True) -> Everything:
@@ -314,7 +316,7 @@ def _refuse_conformations(tables: dict[int, AtomTable], path: StrPath) -> None:
 
     first, *others = tables.values()
     tree = cKDTree(first.xyz)
-    if any(np.median(tree.query(other.xyz)[0]) < MIN_SEPARATION for other in others):
+    if any(np.median(tree.query(other.xyz)[0]) < MIN_PART_SEPARATION for other in others):
         raise InputError(
             f"{argument('assembly')}: the models of {path} lie within one another, so they are conformations and not "
             "parts of one molecule; "
@@ -343,7 +345,7 @@ def _same(first: Any, second: Any, names: Sequence[str] = IDENTITY) -> bool:
 
 
 def molecule_of_frames(
-    atoms: AtomTable, frames: Frames, path: str, keys: SelectionKeys, join: bool
+    atoms: AtomTable, frames: TrajectoryFrames, path: str, keys: SelectionKeys, join: bool
 ) -> Molecule:
     """Return the selected atoms of a table with frames in memory; `join`: see `Unwrapping`."""
     atoms = atoms.assign(**dict(zip("xyz", frames.xyz[0].T, strict=True)))
@@ -355,7 +357,7 @@ def molecule_of_frames(
     return _with_frames(first.molecule.take(selected), frames, path, join)
 
 
-def _with_frames(molecule: Molecule, frames: Frames, path: StrPath, join: bool) -> Molecule:
+def _with_frames(molecule: Molecule, frames: TrajectoryFrames, path: StrPath, join: bool) -> Molecule:
     """Return a molecule with other frames of its atoms, made whole."""
     xyz = frames.xyz
     refuse_invalid_coordinates(xyz, path, frames.number)

@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MAX_COORDINATE = 1e5  # Å; a larger one is a damaged number
+MAX_ATOM_COORDINATE = 1e5  # Å; a larger one is a damaged number
 MIN_NEIGHBOUR_DISTANCE = 0.5  # Å; half of the shortest bond, and more than any bond in nm
 SAMPLED_ATOMS = 100  # whose neighbours are examined
 MIN_ATOMS_TO_JUDGE = 10  # fewer may be half-occupied atoms
 # Å, diagonal of the box around a residue of HEAVY_ATOMS; at most 13.7 in 230 structures and trajectories
 MAX_RESIDUE_WIDTH = 20.0
-MAX_GAP = 500.0  # Å, between the parts of a molecule
-MAX_BOND = 2.0  # Å, between heavy atoms of one residue (C-Br 1.95)
+MAX_MOLECULE_GAP = 500.0  # Å, between the parts of a molecule
+MAX_PLAUSIBLE_BOND = 2.0  # Å, between heavy atoms of one residue (C-Br 1.95)
 BROKEN_BOND = 3.0  # Å; bonds of simulations stay below 2.0
 MAX_ATOMS_BETWEEN_BONDED = 40  # in the order of a residue's atoms
 # Share of atoms, or of peptide bonds, with a bonded neighbour; at least 0.98 in the same structures
@@ -71,7 +71,7 @@ NEAR_AXIS = 0.95  # cosine of a direction with an axis that is then named
 CERTAINTY = 0.02  # weight, per bond, of the usual lengths in directions that no bond has
 MAX_RATIO = 1.6  # of a bond's length to its usual length, or the reverse; bonds beyond are ignored when stretch is estimated
 MIN_RESIDUES_OF_MIRROR = 3  # of a chain whose handedness is compared with that of the first frame
-SAME_PLACE = 0.5  # Å; two atoms are never that close
+SAME_ATOM_PLACE = 0.5  # Å; two atoms are never that close
 SAME_RESIDUE = 1.0  # Å; C-alpha atoms of neighbours are 2.8 Å apart at least
 LOST_ATOM = 3.0  # Å, from the nearest atom of its residue
 CUBE = 1.6  # Å, of a grid in which overlapping atoms are found
@@ -89,7 +89,7 @@ class Finding(NamedTuple):
     value: float
 
 
-class Check(NamedTuple):
+class AtomCheck(NamedTuple):
     """A measure that a sound molecule keeps below a limit.
 
     `sentence` has {value}, {frame}, names {a} and {b} of atoms and {A} and {B} of their residues, and what `more` returns.
@@ -123,7 +123,7 @@ def refuse_impossible(
         _run([*_checks(molecule, unit, topology)], molecule, path)
 
 
-def _run(checks: list[Check], molecule: Molecule, path: StrPath) -> None:
+def _run(checks: list[AtomCheck], molecule: Molecule, path: StrPath) -> None:
     """Measure all frames; raise InputError by the first check that refuses, warn by the others."""
     findings: dict[int, Finding] = {}
     for begin, part in parts_of(molecule.xyz, FRAMES_AT_ONCE):
@@ -156,7 +156,7 @@ def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]
             xyz._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
 
 
-def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator[Check]:
+def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator[AtomCheck]:
     """Yield what is checked, in the order in which it counts."""
     order = f"and atoms in the order of {topology}" if topology else "or repair the file"
     remedy = f"give lengths in {unit}, {order}".replace("{", "{{").replace("}", "}}")
@@ -171,7 +171,7 @@ def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator
         refuse=True,
     )
     yield from _checks_of_lengths(molecule, remedy)
-    yield Check(
+    yield AtomCheck(
         lambda xyz: np.linalg.norm(xyz[:, bonds[:, 0]] - xyz[:, bonds[:, 1]], axis=2),
         BROKEN_BOND,
         "the bond {a}-{b} of {A} is {value:.1f} Å long in frame {frame}; repair that frame or leave it out",
@@ -197,12 +197,12 @@ def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator
 
 def _in_first(
     value: float, limit: float, sentence: str, atoms: np.ndarray = NO_ATOMS, refuse: bool = False
-) -> Check:
+) -> AtomCheck:
     """Return the check of a value of the first frame that is measured already."""
-    return Check(lambda xyz: np.full((1, 1), float(value)), limit, sentence, atoms, refuse, first=True)
+    return AtomCheck(lambda xyz: np.full((1, 1), float(value)), limit, sentence, atoms, refuse, first=True)
 
 
-def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[Check]:
+def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[AtomCheck]:
     """Yield the checks of residues that are too wide, and of parts that are too far away."""
     start = np.flatnonzero(np.diff(molecule.residue_index, prepend=-1))
     known = np.array([standard_name(name) in HEAVY_ATOMS for name in molecule.residue_name[start]])
@@ -216,11 +216,11 @@ def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[Check]:
         return [start[found.place] + np.linalg.norm(xyz - np.median(xyz, axis=0), axis=1).argmax()]
 
     def gaps(xyz: np.ndarray) -> np.ndarray:
-        extended = (np.ptp(xyz, axis=1) > MAX_GAP).any(axis=1)
+        extended = (np.ptp(xyz, axis=1) > MAX_MOLECULE_GAP).any(axis=1)
         pairs = zip(xyz, extended, strict=True)
         return np.array([[widest_gap(frame)[0] if far else 0.0] for frame, far in pairs])
 
-    yield Check(
+    yield AtomCheck(
         extents,
         MAX_RESIDUE_WIDTH,
         "{A} is {value:.0f} Å wide in frame {frame} (atom {a} is farthest out) instead of below "
@@ -230,10 +230,10 @@ def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[Check]:
         worst=False,
     )
     sentence = "{a} of {A} lies {value:.0f} Å from the other atoms in frame {frame}; " + remedy
-    yield Check(gaps, MAX_GAP, sentence, lambda found: [widest_gap(found.xyz)[1]], refuse=True)
+    yield AtomCheck(gaps, MAX_MOLECULE_GAP, sentence, lambda found: [widest_gap(found.xyz)[1]], refuse=True)
 
 
-def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
+def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[AtomCheck]:
     """Yield the checks of the median length of the bonds of the backbone, of all chains and of each of several."""
     pairs, usual = _pairs_of(molecule, USUAL_LENGTHS)
     a, b = pairs.T
@@ -256,9 +256,9 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
         return {"ratio": np.median(ratios(found.xyz[None])[0, chains[found.place]])}
 
     flat = f"all atoms are in one plane in frame {{frame}}; {remedy}"
-    yield Check(lambda xyz: (np.ptp(xyz, axis=1) == 0).any(axis=1)[:, None], 0, flat, refuse=True)
+    yield AtomCheck(lambda xyz: (np.ptp(xyz, axis=1) == 0).any(axis=1)[:, None], 0, flat, refuse=True)
     if len(chains) > 1:
-        yield Check(
+        yield AtomCheck(
             of_chains,
             DEVIATION_TO_REFUSE,
             f"bonds of the chain of {{A}} are {{ratio:.2f}} times as long as usual in frame {{frame}}; {remedy}",
@@ -266,7 +266,7 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
             refuse=True,
             more=ratio_of_chain,
         )
-    yield Check(
+    yield AtomCheck(
         deviations,
         DEVIATION_TO_REFUSE,
         "bonds of the backbone are {ratio:.2f} times as long as usual in frame {frame}, and half of them differ by "
@@ -274,14 +274,14 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[Check]:
         refuse=True,
         more=lambda found: {"ratio": np.median(ratios(found.xyz[None])), "percent": 100 * found.value},
     )
-    yield Check(
+    yield AtomCheck(
         lambda xyz: 100 * deviations(xyz),
         100 * DEVIATION_TO_WARN,
         "half of the bonds of the backbone differ by {value:.0f} % from their usual length in frame {frame}",
     )
 
 
-def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
+def _checks_of_bonds(molecule: Molecule) -> Iterator[AtomCheck]:
     """Yield the checks of single bonds of the backbone, and of the bonds of a chain along any direction."""
     pairs, usual = _pairs_of(molecule, USUAL_LENGTHS)
     a, b = pairs.T
@@ -291,7 +291,7 @@ def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
     def lengths(xyz: np.ndarray) -> np.ndarray:
         return np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2)
 
-    yield Check(
+    yield AtomCheck(
         lambda xyz: np.abs(lengths(xyz) / usual - 1),
         ODD_BOND,
         "the bond {a}-{b} of {A} is {length:.1f} Å long instead of {usual:.1f} Å in frame {frame}; repair its coordinates",
@@ -305,9 +305,9 @@ def _checks_of_bonds(molecule: Molecule) -> Iterator[Check]:
         yield from _checks_of_skew(molecule, far[chain], apart[chain])
 
 
-def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> Check:
+def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> AtomCheck:
     """Return the check of the bonds (L, 2) of one chain along the direction where they differ most from their usual length."""
-    return Check(
+    return AtomCheck(
         lambda xyz: np.abs(_stretch(xyz, pairs, usual)[0] - 1),
         STRETCH_TO_WARN if len(pairs) >= MIN_BONDS_OF_LONG_CHAIN else STRETCH_OF_SHORT_CHAIN,
         "bonds of the chain of {A} are {ratio:.2f} times as long as usual along one direction in frame {frame}; "
@@ -317,7 +317,7 @@ def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> Check:
     )
 
 
-def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) -> Iterator[Check]:
+def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) -> Iterator[AtomCheck]:
     """Yield the checks of the distances (L, 2) of one chain along one direction against those along another.
 
     Of later frames, whose bonds vary, only an axis counts, and only in long chains.
@@ -345,7 +345,7 @@ def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) ->
             "axis": ("x", "y", "z", "one direction")[axis[0]],
         }
 
-    check = Check(
+    check = AtomCheck(
         lambda xyz: skew(xyz)[0],
         SKEW_TO_WARN,
         "bonds of the chain of {A} are {percent:.0f} % {longer} along {axis} than across it in frame {frame}; "
@@ -359,7 +359,7 @@ def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) ->
         yield check._replace(measure=along_axes, first=False)
 
 
-def _checks_of_handedness(molecule: Molecule) -> Iterator[Check]:
+def _checks_of_handedness(molecule: Molecule) -> Iterator[AtomCheck]:
     """Yield the check of all residues, and of each chain, for being the mirror image of an L-peptide."""
     atoms = np.stack([_atoms_named(molecule, name) for name in ("N", "CA", "C", "CB")])
     atoms = atoms[:, (atoms >= 0).all(axis=0)]
@@ -382,7 +382,7 @@ def _checks_of_handedness(molecule: Molecule) -> Iterator[Check]:
         first = left_handed(np.array(molecule.xyz[:1]))[0]
         sentence = "the chain of {A} is a mirror image, of D-amino acids, in frame {frame}; does an axis have the wrong sign?"
         ends = np.array([atoms[1, group[:1]] for group in groups])
-        yield Check(mirrored, 0, sentence, ends, worst=False)
+        yield AtomCheck(mirrored, 0, sentence, ends, worst=False)
 
 
 def _share_of_clashes(molecule: Molecule) -> float:
@@ -395,7 +395,7 @@ def _share_of_clashes(molecule: Molecule) -> float:
     return float(np.mean(inside)) if len(inside) >= MIN_ATOMS_TO_JUDGE else 0.0
 
 
-def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
+def _checks_of_shared_places(molecule: Molecule) -> Iterator[AtomCheck]:
     """Yield the checks of residues and atoms that lie in one place, and of atoms far from their residue."""
     index, first = molecule.residue_index, np.array(molecule.xyz[0])
     ca = np.flatnonzero((molecule.name == "CA") & (molecule.kind == "protein"))
@@ -404,7 +404,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
     heavy = np.flatnonzero(molecule.heavy)
     pairs, length, nearest = _pairs_in_residues(molecule, heavy)
     names = molecule.name[pairs]
-    same = pairs[(length < SAME_PLACE) & (names[:, 0] != names[:, 1])]
+    same = pairs[(length < SAME_ATOM_PLACE) & (names[:, 0] != names[:, 1])]
     present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
     complete = ((expected > 0) & (present == expected))[index[heavy]]
     lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))[:1]
@@ -414,7 +414,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
         """Find pairs of atoms of two residues in one place: frame, both atoms, and distance."""
         frame, a, b, distance = _pairs_in_cubes(xyz[:, heavy], index[heavy])
         a, b = heavy[a], heavy[b]
-        keep = (distance < SAME_PLACE) & ~np.isin(index[a], left_out) & ~np.isin(index[b], left_out)
+        keep = (distance < SAME_ATOM_PLACE) & ~np.isin(index[a], left_out) & ~np.isin(index[b], left_out)
         return frame[keep], a[keep], b[keep], distance[keep]
 
     yield _in_first(
@@ -430,7 +430,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
     far = f"lies {nearest[lost[0]]:.1f} Å from the nearest atom of its residue" if len(lost) else ""
     yield _in_first(len(lost), 0, f"{{a}} of {{A}} {far}; repair its coordinates", heavy[lost][:, None])
     if len(heavy) >= MIN_ATOMS_TO_JUDGE:
-        yield Check(
+        yield AtomCheck(
             lambda xyz: np.bincount(overlaps(xyz)[0], minlength=len(xyz))[:, None],
             0,
             "{a} of {A} and {b} of {B} lie {distance:.1f} Å apart in frame {frame}; is the box right, or is a molecule there "
@@ -442,10 +442,10 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[Check]:
 
 def refuse_invalid_coordinates(xyz: np.ndarray, path: StrPath, number: np.ndarray) -> None:
     """Raise InputError if coordinates (F, A, 3), Å, of frames numbered (F,) are NaN, beyond MAX_COORDINATE, or all the same."""
-    bad = ~(np.abs(xyz) < MAX_COORDINATE).all(axis=(1, 2))  # nan too
+    bad = ~(np.abs(xyz) < MAX_ATOM_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
-            f"{path} has coordinates that are not numbers or beyond {MAX_COORDINATE:.0e} Å in frame "
+            f"{path} has coordinates that are not numbers or beyond {MAX_ATOM_COORDINATE:.0e} Å in frame "
             f"{number[bad.argmax()]}: repair or copy it again."
         )
     if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
@@ -481,9 +481,9 @@ def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[n
     that are `linked` (P,).
     """
     pairs, length, nearest = _pairs_in_residues(molecule, np.arange(molecule.n_atoms))
-    bonds = pairs[(length < MAX_BOND) & molecule.heavy[pairs].all(axis=1)]
+    bonds = pairs[(length < MAX_PLAUSIBLE_BOND) & molecule.heavy[pairs].all(axis=1)]
     polymer = np.isfinite(nearest) & np.isin(molecule.kind, ["protein", "nucleic"])
-    bonded_lists = nearest[polymer] < MAX_BOND, linked
+    bonded_lists = nearest[polymer] < MAX_PLAUSIBLE_BOND, linked
     shares = [float(bonded.mean()) for bonded in bonded_lists if len(bonded) >= MIN_ATOMS_TO_JUDGE]
     return np.concatenate([bonds, links[linked]]), min(shares, default=1.0)
 

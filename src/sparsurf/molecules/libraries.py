@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.molecules.atom_table import COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
+from sparsurf.molecules.atom_table import ATOM_COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.mdtraj_process import atom_rows, lattice, table_of_rows
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.selection import SelectionKeys
 from sparsurf.molecules.text_frames import ANGSTROM_PER_NM
-from sparsurf.molecules.trajectory import Frames
+from sparsurf.molecules.trajectory import TrajectoryFrames
 
 if TYPE_CHECKING:
     import gemmi
@@ -46,7 +46,7 @@ def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) ->
     has_box = trajectory.unitcell_lengths is not None
     box = np.asarray(lattice(trajectory), dtype=float) * ANGSTROM_PER_NM if has_box else None
     atoms = table_of_rows(atom_rows(trajectory.topology))
-    frames = Frames(xyz, np.asarray(trajectory.time, float), np.arange(len(xyz)), box)
+    frames = TrajectoryFrames(xyz, np.asarray(trajectory.time, float), np.arange(len(xyz)), box)
     return _built(atoms, frames, "the trajectory", "nm, as in mdtraj", len(xyz) > 1, keys)
 
 
@@ -55,7 +55,7 @@ def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys
     xyz = _positions(atoms.coord, "the AtomArray")
     table = _table(atoms, BIOTITE, xyz.shape[1])
     box = None if atoms.box is None else np.broadcast_to(np.asarray(atoms.box, float), (len(xyz), 3, 3))
-    frames = Frames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), box)
+    frames = TrajectoryFrames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), box)
     return _built(table, frames, "the AtomArray", "Å", False, keys)
 
 
@@ -69,7 +69,7 @@ def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) 
     table = _table(group, names, len(group))
     box = None if step.dimensions is None else np.asarray(step.triclinic_dimensions, float)[None]
     time = np.array([float(step.data.get("time", np.nan))])  # in ps; structures have none
-    frames = Frames(_positions(group.positions, "the AtomGroup"), time, np.array([0]), box)
+    frames = TrajectoryFrames(_positions(group.positions, "the AtomGroup"), time, np.array([0]), box)
     moving = group.universe.trajectory.n_frames > 1
     return _built(table, frames, "the AtomGroup", "Å", moving, keys)
 
@@ -125,7 +125,7 @@ def _table(source: Any, names: dict[str, str], n_atoms: int) -> AtomTable:
     """Return the table of `atom_table` from arrays (A,) of an object by their names there, some of which it may lack."""
     columns = {
         column: np.asarray(
-            getattr(source, name) if hasattr(source, name) else [COLUMNS.get(column, "")] * n_atoms
+            getattr(source, name) if hasattr(source, name) else [ATOM_COLUMNS.get(column, "")] * n_atoms
         )
         for column, name in names.items()
     }
@@ -142,7 +142,7 @@ def _table(source: Any, names: dict[str, str], n_atoms: int) -> AtomTable:
 
 
 def _built(
-    table: AtomTable, frames: Frames, name: str, unit: str, join: bool, keys: SelectionKeys
+    table: AtomTable, frames: TrajectoryFrames, name: str, unit: str, join: bool, keys: SelectionKeys
 ) -> Molecule:
     """Return the selected atoms of a table with frames; `name` and `unit` are those of the user's object."""
     molecule = molecule_of_frames(table, frames, name, keys, join)

@@ -48,7 +48,7 @@ DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files
 AtomRow = tuple[str, str, str, str, int, str, int, int]
 Part = tuple[np.ndarray, np.ndarray, np.ndarray]  # xyz, time, box
 
-BYTES_AT_ONCE = 2**22  # of the positions in one part of a trajectory
+BYTES_OF_A_PART = 2**22  # of the positions in one part of a trajectory
 
 _one_request_at_a_time = threading.Lock()
 
@@ -266,7 +266,7 @@ def _load(
             yield mdtraj.load(path, frame=k, atom_indices=atoms, **topology)
     else:  # mdtraj 1.11 crashes on TRR with stride and atoms together
         step = 1 if extension == ".trr" or len(only) else stride
-        chunk = max(1, BYTES_AT_ONCE // (12 * n_atoms))
+        chunk = max(1, BYTES_OF_A_PART // (12 * n_atoms))
         begin = 0
         for part in mdtraj.iterload(path, chunk=chunk, stride=step, atom_indices=atoms, **topology):
             number = begin + np.arange(len(part))

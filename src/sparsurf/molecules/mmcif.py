@@ -42,7 +42,7 @@ ITEMS = {
     "element": ["type_symbol"],
     "model": ["pdbx_PDB_model_num"],
 }
-REQUIRED = ("name", "residue_name", "x", "y", "z")
+REQUIRED_ITEMS = ("name", "residue_name", "x", "y", "z")
 LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
 NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
@@ -96,7 +96,7 @@ def _place_fractions(block: cif.Block, path: StrPath) -> None:
 def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
     """Return the table of atoms of a data block."""
     values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
-    absent = sorted(name for name in REQUIRED if not values_of[name])
+    absent = sorted(name for name in REQUIRED_ITEMS if not values_of[name])
     if absent:
         raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     length = len(values_of["name"])

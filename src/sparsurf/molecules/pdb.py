@@ -37,7 +37,7 @@ from sparsurf.molecules.residues import (
 
 log = logging.getLogger("sparsurf")
 
-COLUMNS = [
+PDB_COLUMNS = [
     "model", "hetero", "name", "altloc", "residue_name", "chain", "residue", "x", "y", "z", "occupancy",
     "b_factor", "segid", "element", "molecule",
 ]  # fmt: skip
@@ -54,7 +54,7 @@ LONG_NAME = (
     "~"  # begins the three letters for a residue name of five, which HETNAM gives (as gemmi writes it)
 )
 LONGEST_NAME = 8  # of a residue name in HETNAM
-NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
+PDB_NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
 # An atom in words: record, number, names, three coordinates and more
 IN_WORDS = re.compile(r"(ATOM|HETATM)\s+\d+(\s+\S+){2,4}(\s+[-+]?\d+\.\d+){3,}")
 # Hexadecimal as VMD writes numbers beyond 9999: 2710 follows 9999
@@ -118,7 +118,7 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
                 "the PDB or mmCIF file that it was made from."
             )
         raise InputError(f"{path} holds no atoms: give a file with ATOM records.")
-    columns = dict(zip(COLUMNS, zip(*rows, strict=True), strict=True))
+    columns = dict(zip(PDB_COLUMNS, zip(*rows, strict=True), strict=True))
     columns["residue_name"] = tuple(long_names.get(name, name) for name in columns["residue_name"])
     atoms = atom_table(**columns)
     _check_end(lines, last_atom, atoms, sequences, path)
@@ -132,7 +132,7 @@ def _atom(line: str, where: str, wide_chains: bool, numbered: bool, read_number:
     coordinates = line[30:38], line[38:46], line[46:54]
     if len(line) < 54:
         raise InputError(f"{where} is cut short: copy the file again or repair the line.")
-    if not all(map(NUMBER.fullmatch, coordinates)):
+    if not all(map(PDB_NUMBER.fullmatch, coordinates)):
         raise InputError(f"{where} has no readable coordinates ('{line[30:54].strip()}'): repair the line.")
     element = _element(line[76:78], line[78:79])
     hetero = line.startswith("HETATM")
@@ -147,8 +147,8 @@ def _atom(line: str, where: str, wide_chains: bool, numbered: bool, read_number:
     return (
         hetero, name, line[16].strip(), line[17:split].strip(), line[split:22].strip(),
         number + line[26].strip(), *map(float, coordinates),
-        float(line[54:60]) if NUMBER.fullmatch(line[54:60]) else 1.0,
-        float(line[60:66]) if NUMBER.fullmatch(line[60:66]) else np.nan, segid, element,
+        float(line[54:60]) if PDB_NUMBER.fullmatch(line[54:60]) else 1.0,
+        float(line[60:66]) if PDB_NUMBER.fullmatch(line[60:66]) else np.nan, segid, element,
     )  # fmt: skip
 
 
@@ -213,7 +213,7 @@ def _model_number(line: str, used: list[int], path: StrPath) -> int:
 def _box(line: str) -> np.ndarray | None:
     """Return the lattice vectors of a CRYST1 record."""
     values = [line[6:15], line[15:24], line[24:33], line[33:40], line[40:47], line[47:54]]
-    return box_vectors(*map(float, values)) if all(map(NUMBER.fullmatch, values)) else None
+    return box_vectors(*map(float, values)) if all(map(PDB_NUMBER.fullmatch, values)) else None
 
 
 def _crosslinked(line: str) -> set[tuple[str, str]]:
@@ -229,7 +229,7 @@ def _is_damaged_atom(line: str) -> bool:
     if line.startswith(("ATOM\t", "HETATM\t")):
         return True
     if line[34:35] + line[42:43] + line[50:51] == "..." and not line.startswith(("REMARK", "SIGATM")):
-        return all(map(NUMBER.fullmatch, (line[30:38], line[38:46], line[46:54])))
+        return all(map(PDB_NUMBER.fullmatch, (line[30:38], line[38:46], line[46:54])))
     return 0 < len(line) < 6 and any(record.startswith(line) for record in ATOM_RECORDS)
 
 

@@ -110,9 +110,9 @@ PEPTIDE = Linkage(("N", "CA", "C"), "C", "N", 2.0, CAPS)
 PHOSPHODIESTER = Linkage(("C5'", "C3'", "O3'"), "O3'", "P", 2.2)
 LINKAGES = {"protein": PEPTIDE, "nucleic": PHOSPHODIESTER}
 COVALENT = (1.1, 1.75)  # Å, bonds of C, N, O and P; metals are farther away
-MAX_BOND = 2.2  # Å, between atoms of one residue (Se-C 1.95)
+MAX_RESIDUE_BOND = 2.2  # Å, between atoms of one residue (Se-C 1.95)
 MAX_CAP = 300  # heavy atoms of a residue that may end a chain
-MAX_PAIRS = 1_000_000  # of ends of chains that are compared one by one
+MAX_PAIRS_OF_ENDS = 1_000_000  # of ends of chains that are compared one by one
 
 
 def standard_name(residue_name: str) -> str:
@@ -187,7 +187,7 @@ def _is_connected(xyz: np.ndarray) -> bool:
     """Return whether bonds could join all of some atoms (A, 3)."""
     if len(xyz) > MAX_CAP:
         return False
-    near = np.linalg.norm(xyz[:, None] - xyz, axis=2) < MAX_BOND
+    near = np.linalg.norm(xyz[:, None] - xyz, axis=2) < MAX_RESIDUE_BOND
     reached = near[0]
     for _ in range(len(xyz)):
         reached = near[reached].any(axis=0)
@@ -216,7 +216,7 @@ def _links(
     )
     if not len(ends) or not len(starts):
         return before, after
-    if len(ends) * len(starts) > MAX_PAIRS:
+    if len(ends) * len(starts) > MAX_PAIRS_OF_ENDS:
         from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
 
         distance, nearest = map(np.asarray, cKDTree(xyz[first[starts]]).query(xyz[last[ends]]))
@@ -317,7 +317,9 @@ def _absent_from_nucleotides(
     before = xyz[atom["O3'"][atom["O3'"] >= 0]]
     for residue in np.flatnonzero(nucleotide & (atom["P"] < 0) & (atom["O5'"] >= 0)):
         distance = np.linalg.norm(before - xyz[atom["O5'"][residue]], axis=1)
-        bridged = (distance > MAX_BOND) & (distance < MAX_PHOSPHATE)  # a phosphorus belongs between the two
+        bridged = (distance > MAX_RESIDUE_BOND) & (
+            distance < MAX_PHOSPHATE
+        )  # a phosphorus belongs between the two
         absent[residue] += 0 if bridged.any() else len(ATOMS_OF_PHOSPHATE)
     return absent
 

@@ -26,7 +26,7 @@ from sparsurf.molecules.text_frames import ANGSTROM_PER_NM, TextFrame, frames_of
 log = logging.getLogger("sparsurf")
 
 TIME_TOLERANCE = 0.01  # ps, between a frame and a requested time
-BYTES_AT_ONCE = 2**24
+BYTES_OF_A_CHUNK = 2**24
 DCD_CELL_BYTES = 48  # of the cell of a DCD frame
 # A frame of TRR begins with a number, the length of a name twice, the name, and the sizes of what follows
 TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i")
@@ -44,7 +44,7 @@ Part = tuple[
 
 
 @dataclass(frozen=True)
-class Frames:
+class TrajectoryFrames:
     """Frames of a trajectory."""
 
     xyz: np.ndarray  # (F, A, 3) float64, Å
@@ -109,7 +109,7 @@ def _parts_of_text(
 ) -> Iterator[Part]:
     """Yield frames of a text file as `iterate_parts` does."""
     chosen, frames, n_found, number = {*np.asarray(only).tolist()}, list[TextFrame](), 0, -1
-    in_part = max(1, BYTES_AT_ONCE // (24 * n_atoms))
+    in_part = max(1, BYTES_OF_A_CHUNK // (24 * n_atoms))
     for number, parse in enumerate(frames_of_text(source, n_atoms)):
         if parse is None:
             if not first:
@@ -153,7 +153,7 @@ def read_frames(
     stride: int = 1,
     times: Sequence[float] | None = None,
     change: Callable[[np.ndarray, np.ndarray | None, np.ndarray], np.ndarray] = lambda xyz, box, number: xyz,
-) -> Frames:
+) -> TrajectoryFrames:
     """Read every `stride`-th frame of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
 
     Frames that repeat the one before are left out, as readers do with those of TRR that have no positions. `change`
@@ -201,7 +201,7 @@ def read_frames(
         warn_of_repeats(path, xyz, time_ps, number)
     if not path.format.timed or not (np.diff(time_ps) > 0).all():
         time_ps = np.full(len(xyz), np.nan)
-    return Frames(xyz, time_ps, number, None)
+    return TrajectoryFrames(xyz, time_ps, number, None)
 
 
 def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:

@@ -27,7 +27,9 @@ MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for cont
 STILL_LINKED = (
     3.5  # Å; atoms that are linked in the first frame are no farther apart in another where they are whole
 )
-MAX_STRETCH = 0.5  # Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
+MAX_LINK_STRETCH = (
+    0.5  # Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
+)
 BOND_ACROSS = 1.65  # Å; atoms of two neighbouring residues are that close only if they are bonded
 IN_ONE_PLACE = 1.0  # Å; atoms of two molecules are never that close
 
@@ -77,7 +79,7 @@ class Unwrapping:
             np.linalg.norm(xyz[:, self.bonds[:, 0]] - xyz[:, self.bonds[:, 1]], axis=2)
             for xyz in (before, after)
         ]
-        stretched = (lengths[0] < STILL_LINKED) & (lengths[1] > lengths[0] + MAX_STRETCH)
+        stretched = (lengths[0] < STILL_LINKED) & (lengths[1] > lengths[0] + MAX_LINK_STRETCH)
         for frame in np.flatnonzero((before != after).any(axis=(1, 2))).tolist():
             problem = ""
             if stretched[frame].any():

@@ -33,10 +33,10 @@ __all__ = [
     "MAX_SUBSETS",
     "PUBLISHED",
     "add_subset",
-    "compare",
+    "compare_descriptors",
     "compare_many",
     "compare_nested",
-    "describe",
+    "describe_patches",
     "descriptor_of",
     "pack_subsets",
 ]
@@ -47,7 +47,7 @@ PUBLISHED = "published"
 
 
 DescriptorLike = str | Callable[[Patches], np.ndarray]
-PROBE_DOTS, PROBE_RADIUS = (
+PROBE_DOTS, FLAT_PATCH_RADIUS = (
     12,
     2.0,
 )  # side of the flat patch, and Å: they show how many numbers a function returns
@@ -59,12 +59,12 @@ def descriptor_of(value: DescriptorLike) -> Descriptor:
     if isinstance(found, Descriptor):
         return found
     name = f"the descriptor {choice.name!r}"
-    side = np.linspace(-PROBE_RADIUS, PROBE_RADIUS, PROBE_DOTS)
+    side = np.linspace(-FLAT_PATCH_RADIUS, FLAT_PATCH_RADIUS, PROBE_DOTS)
     flat = np.zeros((PROBE_DOTS**2, 3))
     flat[:, :2] = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    index = build_index(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), PROBE_RADIUS)
+    index = build_index(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), FLAT_PATCH_RADIUS)
     ids, start = np.arange(len(flat), dtype=np.int32), np.array([0, len(flat)])
-    probe = Patches(index, ids, start, np.zeros((1, 3)), np.empty(0), PROBE_RADIUS, True)
+    probe = Patches(index, ids, start, np.zeros((1, 3)), np.empty(0), FLAT_PATCH_RADIUS, True)
     width = checked_result(found(probe), name, (1, None)).shape[1]
 
     def describe_patches(patches: Patches) -> np.ndarray:
@@ -73,7 +73,7 @@ def descriptor_of(value: DescriptorLike) -> Descriptor:
     return Descriptor(width, lambda: np.arange(width), describe_patches)
 
 
-def describe(
+def describe_patches(
     index: PatchIndex,
     tests: np.ndarray,
     radius: float = R_ZERNIKE,
@@ -87,7 +87,7 @@ def describe(
     return _in_order(kind, z), sizes
 
 
-def describe_fields(
+def describe_fields_of_patches(
     index: PatchIndex, tests: np.ndarray, values: np.ndarray, radius: float = R_ZERNIKE, threads: int = 1
 ) -> np.ndarray:
     """Compute Zernike invariants (T, F, 121) of fields (F, N), by dot, over patches at `tests` (T, 3), Å, in their units."""
@@ -114,7 +114,7 @@ def _describe_whole(
     return out, sizes[:, 0]
 
 
-def compare(
+def compare_descriptors(
     index: PatchIndex,
     tests: np.ndarray,
     bit_words: np.ndarray,

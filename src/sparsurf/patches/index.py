@@ -24,7 +24,7 @@ MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loo
 GROUP_SIZE = 64  # dots of a group, one for each bit of a word
 ALL_BITS = np.uint64(2**64 - 1)
 N_SHELLS = 64  # around a group, in which dots are sorted by their distance
-MARGIN = 1e-9  # Å, far above rounding
+ROUNDING_MARGIN = 1e-9  # Å, far above rounding
 
 
 class PatchIndex(NamedTuple):
@@ -108,7 +108,7 @@ def _sort_into_cells(
 
 
 @njit(cache=True, nogil=True)
-def span(x: float, radius: float, origin: float, side: float, cells: int) -> tuple[int, int]:
+def cells_within(x: float, radius: float, origin: float, side: float, cells: int) -> tuple[int, int]:
     """Return the first and last cell along one axis that a sphere can touch."""
     first = max(0, int((x - radius - origin) / side))
     return first, min(cells - 1, int((x + radius - origin) / side))
@@ -125,9 +125,9 @@ def _link(
     link = np.full(2 * MIN_LINKS_PER_DOT * n, n, np.int32)
     for i in range(n):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        a0, a1 = span(x, d_link, origin[0], side, shape[0])
-        b0, b1 = span(y, d_link, origin[1], side, shape[1])
-        c0, c1 = span(z, d_link, origin[2], side, shape[2])
+        a0, a1 = cells_within(x, d_link, origin[0], side, shape[0])
+        b0, b1 = cells_within(y, d_link, origin[1], side, shape[1])
+        c0, c1 = cells_within(z, d_link, origin[2], side, shape[2])
         first = m = link_start[i]
         for a in range(a0, a1 + 1):
             for b in range(b0, b1 + 1):
@@ -149,9 +149,9 @@ def _link(
 @njit(cache=True, nogil=True)
 def room_around(index: PatchIndex, x: float, y: float, z: float, radius: float) -> int:
     """Return an upper bound on the dots within a radius of a point, Å."""
-    a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
-    b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
-    c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+    a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
+    b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
+    c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
     n = 0
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
@@ -175,9 +175,9 @@ def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np
     n = 0
     r2 = radius * radius
     side = index.side
-    a0, a1 = span(x, radius, index.origin[0], side, index.shape[0])
-    b0, b1 = span(y, radius, index.origin[1], side, index.shape[1])
-    c0, c1 = span(z, radius, index.origin[2], side, index.shape[2])
+    a0, a1 = cells_within(x, radius, index.origin[0], side, index.shape[0])
+    b0, b1 = cells_within(y, radius, index.origin[1], side, index.shape[1])
+    c0, c1 = cells_within(z, radius, index.origin[2], side, index.shape[2])
     for a in range(a0, a1 + 1):
         low = index.origin[0] + a * side - x
         dx = max(0.0, max(low, -low - side))
@@ -261,7 +261,7 @@ def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[float, float, float, f
         farthest = max(farthest, d2)
         if d2 < nearest:
             nearest, best = d2, p
-    return centre[0], centre[1], centre[2], math.sqrt(farthest) + MARGIN, best
+    return centre[0], centre[1], centre[2], math.sqrt(farthest) + ROUNDING_MARGIN, best
 
 
 @njit(cache=True, nogil=True)
@@ -332,9 +332,9 @@ def select_separated(
             out[m] = order[k]
             m += 1
             x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-            a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
-            b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
-            c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+            a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
+            b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
+            c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     row = (a * index.shape[1] + b) * index.shape[2]

@@ -25,18 +25,18 @@ from sparsurf.patches.index import (
 from sparsurf.patches.islands import patch_of, spread_words
 from sparsurf.threads import parallel_map
 
-PUBLISHED = "published"
+PUBLISHED_ROUGHNESS = "published"
 # Sums over a patch: of the normals, of the unit normals, of ones; the last makes a line of the cache full
 N_SUMS, COUNT = 8, 6
 SLICES_PER_THREAD = 4
 RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
 
 
-def roughness(
+def roughness_of_patches(
     index: PatchIndex,
     radius: float = R_PATCH,
     threads: int = 1,
-    definition: str | RoughnessFunction = PUBLISHED,
+    definition: str | RoughnessFunction = PUBLISHED_ROUGHNESS,
 ) -> np.ndarray:
     """Compute the roughness of the patch of every dot, (N,): 1 is flat, 0 is rough."""
     choice, function = kinds.load("roughness", definition, "roughness")

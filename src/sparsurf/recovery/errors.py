@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
 
@@ -23,7 +23,7 @@ def distance_to_recovered(
     points: np.ndarray, kept: np.ndarray, normals: np.ndarray, threads: int = 1, density: float = DENSITY
 ) -> np.ndarray:
     """Compute the distance of every dot from the surface reconstructed from the kept ones (n, 3), (N,) Å, at `density` per Å²."""
-    return distance_to_surface(points, *recover(kept, normals, density, threads=threads), threads)
+    return distance_to_surface(points, *interpolate_surface(kept, normals, density, threads=threads), threads)
 
 
 def distance_to_surface(

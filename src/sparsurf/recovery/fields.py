@@ -7,8 +7,10 @@ import pandas as pd
 
 from sparsurf.surfaces.surface import Surface
 
-NEIGHBOURS = 24  # dots that each interpolant passes through
-RIDGE = 1e-9  # added to the diagonal, in cubed distances; keeps coincident dots from making a system singular
+DOTS_OF_FIELD_INTERPOLANT = 24  # dots that each interpolant passes through
+FIELD_RIDGE = (
+    1e-9  # added to the diagonal, in cubed distances; keeps coincident dots from making a system singular
+)
 POINTS_PER_BLOCK = 2048
 SUBSET_PERCENTS = (2.5, 5, 10, 20)  # n_S of the farthest-point subsets in a study, % of the dots
 
@@ -32,7 +34,7 @@ def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) ->
     if known.sum() <= 4:  # four dots determine the linear part alone
         return np.full(len(targets), values[known].mean() if known.any() else np.nan)
     points, values = points[known], values[known]
-    tree, k = cKDTree(points), min(NEIGHBOURS, len(points))
+    tree, k = cKDTree(points), min(DOTS_OF_FIELD_INTERPOLANT, len(points))
     neighbours = np.asarray(tree.query(points, k)[1])
     out, nearest = np.empty(len(targets)), tree.query(targets)[1]
     used, function_of = np.unique(nearest, return_inverse=True)
@@ -61,7 +63,7 @@ def _fit(
     system[:, k:, :k] = np.swapaxes(system[:, :k, k:], 1, 2)
     diagonal = np.arange(k + 4)
     # also solves for dots in one plane
-    system[:, diagonal, diagonal] += np.where(diagonal < k, RIDGE, -RIDGE)
+    system[:, diagonal, diagonal] += np.where(diagonal < k, FIELD_RIDGE, -FIELD_RIDGE)
     right[:, :k, 0] = values[neighbours]
     return centre, scale, np.linalg.solve(system, right)[:, :, 0]
 

@@ -21,10 +21,12 @@ from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
 from sparsurf.threads import parallel_map
 
-NEIGHBOURS = 12  # including the dot itself; with 8 the error is a third larger, with 24 a twentieth smaller
+DOTS_OF_INTERPOLANT = (
+    12  # including the dot itself; with 8 the error is a third larger, with 24 a twentieth smaller
+)
 CLOSE_NEIGHBOURS = 8  # for close dots, see `fit_interpolants`
 SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; larger values do not change the error
-RIDGE = 1e-5  # relative to the diagonal; keeps coincident dots from making the system singular
+SURFACE_RIDGE = 1e-5  # relative to the diagonal; keeps coincident dots from making the system singular
 DOTS_PER_TASK = 512  # kept dots per task
 
 
@@ -44,7 +46,7 @@ def fit_interpolants(
     points: np.ndarray,
     normals: np.ndarray,
     threads: int = 1,
-    neighbours: int = NEIGHBOURS,
+    neighbours: int = DOTS_OF_INTERPOLANT,
     close: float = 0.0,
 ) -> Interpolants:
     """Fit a function to the nearest dots of every dot (n >= 2), including itself, fewer where closer than `close` Å."""
@@ -107,7 +109,7 @@ def _fit(
             for b in range(a + 1):
                 _write_block(centre[i], a, b, matrix)
             for c in range(4):
-                matrix[4 * a + c, 4 * a + c] *= 1.0 + RIDGE
+                matrix[4 * a + c, 4 * a + c] *= 1.0 + SURFACE_RIDGE
         _solve(matrix, right, 4 * m)
         for a in range(m):
             for c in range(4):

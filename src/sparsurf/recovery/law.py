@@ -10,7 +10,7 @@ import math
 from itertools import pairwise
 from typing import NamedTuple
 
-from sparsurf.arguments import DENSITY, DISTANCE, MODELS, check_choice, check_flag
+from sparsurf.arguments import DENSITY_LIMITS, DISTANCE, MODELS, check_choice, check_flag
 from sparsurf.errors import InputError
 
 FARTHEST, COVER = "farthest", "cover"
@@ -158,7 +158,7 @@ def error_at(
     >>> round(mean, 4)
     0.02
     """
-    density = DENSITY.check(density, "density")
+    density = DENSITY_LIMITS.check(density, "density")
     law = _law(hydrogens, sampler, model)
     if not law.density[0] * (1 - ROUNDING) <= density <= law.density[-1] * (1 + ROUNDING):
         raise InputError(

@@ -7,7 +7,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from sparsurf.errors import InputError
-from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, recover
+from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -30,7 +30,7 @@ def recovered_mesh(
     threads: int = 1,
 ) -> Mesh:
     """Triangulate the surface that `recover` interpolates between dots, see `mesh_of_dense`."""
-    return mesh_of_dense(*recover(points, normals, density, reach, steps, threads), step, threads)
+    return mesh_of_dense(*interpolate_surface(points, normals, density, reach, steps, threads), step, threads)
 
 
 def mesh_of_dense(dense: np.ndarray, outward: np.ndarray, step: float = GRID_STEP, threads: int = 1) -> Mesh:

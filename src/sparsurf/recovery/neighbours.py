@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, span
+from sparsurf.patches.index import PatchIndex, cells_within
 
 # Cosine of two normals: dots that face each other across a cleft are no neighbours.
 MIN_COSINE_OF_SAME_SIDE = -0.5
@@ -65,9 +65,9 @@ def _dots_on_same_side(
     """Write the dots within `radius` of position i that do not face it, with squared distances; return their number."""
     x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
     u, v, w = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
-    a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
-    b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
-    c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+    a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
+    b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
+    c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
     m = 0
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):

@@ -35,10 +35,12 @@ def recovered_index(
     from sparsurf.patches.index import (
         build_index,  # here: pages need the names of the readings, but no kernel
     )
-    from sparsurf.recovery.recovering import recover
+    from sparsurf.recovery.recovering import interpolate_surface
 
     density = comparable_density(density, d_link)
-    return build_index(*recover(points, normals, density, close=close / math.sqrt(density)), d_link)
+    return build_index(
+        *interpolate_surface(points, normals, density, close=close / math.sqrt(density)), d_link
+    )
 
 
 def comparable_density(density: float, d_link: float = D_LINK) -> float:

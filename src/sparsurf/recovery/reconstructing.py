@@ -9,7 +9,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, distance_to_surface
-from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, recover
+from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.surfaces.spacing import DENSITY
@@ -36,11 +36,11 @@ def reconstruct(
     """Reconstruct the surface of few dots: points and normals, the dots first, and the share of the dots on inferred spheres.
 
     The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
-    `recovering.recover`.
+    `recovering.interpolate_surface`.
     """
     said = few.reconstruction
     if model == INTERPOLANT or (model == AUTO and said is not None and said.model == INTERPOLANT):
-        return *recover(few.points, few.normals, density, reach, steps, threads), 0.0
+        return *interpolate_surface(few.points, few.normals, density, reach, steps, threads), 0.0
     known = (None, None) if said is None else (said.probe_radius, said.radii)
     found = rebuild(few.points, few.normals, density, reach, steps, threads, *known)
     if model == SPHERES and found.share < MIN_SHARE:

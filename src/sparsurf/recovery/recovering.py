@@ -20,7 +20,7 @@ NEWTON_STEPS = 4  # two are enough on smooth surfaces, none needs more than four
 SURPLUS = 1.3  # points placed per requested dot: thinning removes those that overlap
 # In a square of the spacing, so that gaps are filled even between dots that are nearly dense enough
 MIN_POINTS_PER_DOT = 10.0
-MIN_SEPARATION = 0.65  # of a new dot from all others, in 1 / sqrt(density)
+MIN_DOT_SEPARATION = 0.65  # of a new dot from all others, in 1 / sqrt(density)
 CELL = 1.0  # Å, side of the cells in which the dense dots are thinned
 MAX_RESIDUAL = 0.05  # Å; a point this close to the surface has converged with the next step
 MIN_GRADIENT = 0.2  # on the surface the length is 1; a point with a shorter gradient is not near the surface
@@ -31,7 +31,7 @@ FIRST_RIVALS = 64  # rivals for which memory is allocated at first
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # between successive points, as in a sunflower
 
 
-def recover(
+def interpolate_surface(
     points: np.ndarray,
     normals: np.ndarray,
     density: float = DENSITY,
@@ -57,7 +57,7 @@ def recover(
     all_normals = np.concatenate([normals[:n_kept], *(disc_normals for _, disc_normals in discs)])
     del discs  # the peak of memory comes next
     index, n = build_grid(all_points, side=CELL), len(all_points)
-    chosen = select_separated(index, np.arange(n), MIN_SEPARATION / math.sqrt(density), n, n_kept)
+    chosen = select_separated(index, np.arange(n), MIN_DOT_SEPARATION / math.sqrt(density), n, n_kept)
     return all_points[chosen], all_normals[chosen]
 
 
@@ -72,7 +72,7 @@ def _discs(
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return points and normals around the kept dots, a pair for each slice of them."""
     functions = fit_interpolants(points, normals, threads, close=close)
-    gap = MIN_SEPARATION / math.sqrt(density) if close else 0.0
+    gap = MIN_DOT_SEPARATION / math.sqrt(density) if close else 0.0
     return parallel_map(
         lambda begin, end: _place_discs(functions, begin, end, density, reach, steps, gap),
         len(points),

@@ -20,7 +20,7 @@ from sparsurf.recovery.reconstructing import DENSITY_FOR_SPHERES
 from sparsurf.recovery.spheres.rebuilding import Rebuilt, rebuild
 from sparsurf.sampling.farthest_point import farthest_after, farthest_point_sampling
 from sparsurf.sampling.published import SampledSurface
-from sparsurf.surfaces.surface import CONTACT, Origin, Surface
+from sparsurf.surfaces.surface import CONTACT, Surface, SurfaceOrigin
 
 TOUCHES, TOUCHES_WITHOUT_CONTACT = 1, 5  # of other dots that each exposed atom gets
 TOUCH = 1e-5  # Å, of a probe and an atom: rounding
@@ -48,7 +48,7 @@ class SurfaceOnAtoms(SampledSurface, Protocol):
     threads: int
 
 
-def cover_dots(surface: Surface, atoms: Origin) -> np.ndarray:
+def cover_dots(surface: Surface, atoms: SurfaceOrigin) -> np.ndarray:
     """Return dots, (n,) int64, of which a contact dot touches each exposed atom, and another dot touches it once more.
 
     An atom that is touched by saddle and concave dots alone gets five of them. The contact dot of an atom is the one nearest to
@@ -71,7 +71,7 @@ def cover_dots(surface: Surface, atoms: Origin) -> np.ndarray:
     return np.array(chosen, np.int64)
 
 
-def atoms_of(surface: Surface) -> Origin:
+def atoms_of(surface: Surface) -> SurfaceOrigin:
     """Return the atoms that dots were placed on; raise InputError if they are not known."""
     if surface.origin is None or surface.kind.min() < 0 or surface.atom.min() < 0:
         raise InputError(
@@ -95,7 +95,7 @@ def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndar
     return farthest_after(prepared.index, chosen[:n], n)
 
 
-def rebuilt_from(surface: Surface, atoms: Origin, dots: np.ndarray, threads: int = 1) -> Rebuilt:
+def rebuilt_from(surface: Surface, atoms: SurfaceOrigin, dots: np.ndarray, threads: int = 1) -> Rebuilt:
     """Reconstruct the surface from some of its dots, with the decimals that a file gives them."""
     points, normals = surface.points[dots].round(DECIMALS), surface.normals[dots].round(DECIMALS)
     known = atoms.rules.probe_radius, atoms.table
@@ -135,7 +135,7 @@ def _worst(points: np.ndarray, errors: np.ndarray, least: float, most: int) -> n
     return order[select_separated(build_grid(points[order]), np.arange(len(order)), SPREAD, most, 0)]
 
 
-def _touched(probes: np.ndarray, atoms: Origin) -> list[np.ndarray]:
+def _touched(probes: np.ndarray, atoms: SurfaceOrigin) -> list[np.ndarray]:
     """Return the atoms that each probe touches."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, span
+from sparsurf.patches.index import PatchIndex, cells_within
 
 WAITING = 8  # chosen dots that a cell may have to compare with its dots
 
@@ -92,8 +92,8 @@ def _farthest_positions(
         out[i] = p
         x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
         radius = 1.000001 * np.sqrt(reach2)
-        a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
-        b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
+        a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
+        b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
         for a in range(a0, a1 + 1):
             c = a * index.shape[1]
             for k in range(column[c + b0], column[c + b1 + 1]):

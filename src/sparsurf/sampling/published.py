@@ -193,7 +193,7 @@ def _log_p(alpha: float, beta: float, gamma: float, delta: float, r: float) -> t
     return log_a, gamma * (1.0 + r) + delta
 
 
-def sample(cover: Cover, combination: Sequence[float], rng: np.random.Generator) -> np.ndarray:
+def sample_cover(cover: Cover, combination: Sequence[float], rng: np.random.Generator) -> np.ndarray:
     """Draw one subset by the roughness-dependent sampling (paper, eq. 2); return its dots, ascending.
 
     A pair is kept when a uniform random number lies below p; its -ln is exponentially distributed, so no power is needed.

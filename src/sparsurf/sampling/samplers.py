@@ -111,7 +111,7 @@ def _sample_about(cover: published.Cover, choices: Choices, n: int, rng: np.rand
     rows = choices.from_n_s(100 * n / cover.n_dots)
     most = published.expected_n_s(cover, [(1.0, *row[1:]) for row in rows])
     row = rows[int(np.argmax(most >= n)) if (most >= n).any() else int(np.argmax(most))]
-    return published.sample(cover, tune_alpha(cover, row, n), rng)
+    return published.sample_cover(cover, tune_alpha(cover, row, n), rng)
 
 
 def tune_alpha(cover: published.Cover, combination: Iterable[float], n: float) -> tuple[float, ...]:

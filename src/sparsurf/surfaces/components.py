@@ -17,12 +17,12 @@ from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
+    ARC_RADIUS,
     E1,
     E2,
     PHI_0,
     PHI_1,
-    RADIUS,
-    Atoms,
+    RolledAtoms,
     Rolling,
     T,
     U,
@@ -234,7 +234,7 @@ def _highest_of_arcs(arcs: np.ndarray) -> np.ndarray:
     """Return the largest x of each arc, (B,): that of its ends, or of the highest point of its circle."""
     top = np.arctan2(arcs[:, E2], arcs[:, E1])
     on = (top - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
-    of_circle = arcs[:, T] + arcs[:, RADIUS] * np.hypot(arcs[:, E1], arcs[:, E2])
+    of_circle = arcs[:, T] + arcs[:, ARC_RADIUS] * np.hypot(arcs[:, E1], arcs[:, E2])
     return np.where(on, of_circle, _ends(arcs)[:, :, 0].max(axis=1, initial=-np.inf))
 
 
@@ -251,7 +251,7 @@ def _first_sphere_above(
 
 
 @njit(cache=True, nogil=True)
-def _are_accessible(positions: np.ndarray, atoms: Atoms) -> np.ndarray:
+def _are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
     """Return whether the position on the sphere of each atom, (A, 3), lies in no other sphere, (A,) bool."""
     accessible = np.empty(len(positions), np.bool_)
     for atom in range(len(positions)):
@@ -281,8 +281,8 @@ def _squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
         return squared_distance(nearest, position)
     best = np.inf
     for column in (PHI_0, PHI_1):
-        end = add_scaled(vector_at(arc, T), arc[RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
-        end = add_scaled(end, arc[RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
+        end = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
+        end = add_scaled(end, arc[ARC_RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
         best = min(best, squared_distance(end, position))
     return best
 
@@ -317,7 +317,7 @@ def _ends(arcs: np.ndarray) -> np.ndarray:
     """Return the positions of both ends of arcs, (B, 2, 3)."""
     phi = arcs[:, PHI_0 : PHI_1 + 1, None]
     outward = np.cos(phi) * arcs[:, None, E1 : E1 + 3] + np.sin(phi) * arcs[:, None, E2 : E2 + 3]
-    return arcs[:, None, T : T + 3] + arcs[:, RADIUS, None, None] * outward
+    return arcs[:, None, T : T + 3] + arcs[:, ARC_RADIUS, None, None] * outward
 
 
 def _joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
@@ -359,7 +359,7 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
     w = positions[:, None] - arcs[None, :, T : T + 3]
     p1, p2 = (w * arcs[:, E1 : E1 + 3]).sum(axis=2), (w * arcs[:, E2 : E2 + 3]).sum(axis=2)
     flat = np.hypot(p1, p2)
-    to_circle = np.sqrt(np.maximum((w**2).sum(axis=2) - flat**2, 0) + (flat - arcs[:, RADIUS]) ** 2)
+    to_circle = np.sqrt(np.maximum((w**2).sum(axis=2) - flat**2, 0) + (flat - arcs[:, ARC_RADIUS]) ** 2)
     on = (np.arctan2(p2, p1) - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
     to_ends = np.linalg.norm(positions[:, None, None] - _ends(arcs)[None], axis=3).min(axis=2)
     return np.where(on, to_circle, to_ends)
@@ -397,7 +397,7 @@ def _facing_arcs(
     rows, centre = rolling.arcs[arcs], rolling.atoms.centre[atom]
     axis = rows[:, U : U + 3] * np.where(rolling.pair[arcs, 0] == atom, 1.0, -1.0)[:, None]
     height = ((rows[:, T : T + 3] - centre) * axis).sum(axis=1)
-    half = np.arctan2(rows[:, RADIUS], height)  # angle between the axis and the circle
+    half = np.arctan2(rows[:, ARC_RADIUS], height)  # angle between the axis and the circle
     ends = _ends(rows) - centre
     ends /= np.linalg.norm(ends, axis=2, keepdims=True)
     points, of_arc, towards = [ends[:, 0], ends[:, 1]], [np.arange(len(arcs))] * 2, [ends[:, 0], ends[:, 1]]
@@ -433,7 +433,7 @@ def _on_arc(direction: np.ndarray, rows: np.ndarray, centre: np.ndarray, reach: 
     return turn <= rows[:, PHI_1] - rows[:, PHI_0] + 2 * ROUNDING
 
 
-def _is_free(begin: np.ndarray, end: np.ndarray, atoms: Atoms, atom: int) -> np.ndarray:
+def _is_free(begin: np.ndarray, end: np.ndarray, atoms: RolledAtoms, atom: int) -> np.ndarray:
     """Return whether the shorter great circle between directions, (n, 3) each, meets no sphere around an atom, (n,) bool."""
     axis, half = _covering_caps(atoms, atom)
     cosine = np.clip((begin * end).sum(axis=1), -1.0, 1.0)
@@ -457,7 +457,7 @@ def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
     return dict(zip(arcs.tolist(), _roots(parent).tolist(), strict=True))
 
 
-def _covering_caps(atoms: Atoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
+def _covering_caps(atoms: RolledAtoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the parts of an atom's sphere that its neighbours cover: unit axes (n, 3) and half angles (n,), rad."""
     near = atoms.near[atoms.start[atom] : atoms.start[atom + 1]]
     axis = atoms.centre[near] - atoms.centre[atom]
@@ -467,7 +467,7 @@ def _covering_caps(atoms: Atoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
     return axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
 
 
-def _n_covered_parts(atoms: Atoms, atom: int) -> int:
+def _n_covered_parts(atoms: RolledAtoms, atom: int) -> int:
     """Count the connected parts of an atom's sphere that its neighbours cover."""
     axis, half = _covering_caps(atoms, atom)
     overlap = np.arccos(np.clip(axis @ axis.T, -1, 1)) < half[:, None] + half

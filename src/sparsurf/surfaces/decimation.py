@@ -22,7 +22,9 @@ from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
-STEPS_PER_ANGSTROM = 2**16  # of compared positions, so that rounding on another machine decides nothing
+COMPARED_STEPS_PER_ANGSTROM = (
+    2**16
+)  # of compared positions, so that rounding on another machine decides nothing
 MAX_PENALTY = 5.0  # by which an edge counts as longer
 SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
 
@@ -52,7 +54,7 @@ def sized_mesh(
 def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     """Reduce a closed mesh to `n_vertices` in float32 of the same topology; InputError if its parts and handles need more."""
     points, normals = (
-        np.rint(values * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
+        np.rint(values * COMPARED_STEPS_PER_ANGSTROM) / COMPARED_STEPS_PER_ANGSTROM
         for values in (mesh.vertices.points, mesh.vertices.normals)
     )
     origin = np.array(mesh.triangles, np.int64).ravel()

@@ -17,14 +17,14 @@ import numpy as np
 from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
 from sparsurf.surfaces.rolling_probe import (
+    ARC_RADIUS,
     E1,
     E2,
     PHI_0,
     PHI_1,
-    RADIUS,
     THETA_I,
     THETA_J,
-    Atoms,
+    RolledAtoms,
     Rolling,
     T,
     U,
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MAX_COORDINATE = 1e6  # Å
+MAX_SPHERE_COORDINATE = 1e6  # Å
 MAX_ATOM_RADIUS = 100  # Å
 _warned: set[tuple[int, int]] = set()  # warnings are given once for all surfaces of the same atoms
 # Dots per Å^2 of the lattice of DMS at `-d 1.0`; the surface of a protein gets 3 % fewer.
@@ -63,13 +63,13 @@ RING_SPACING = 0.906
 
 # Å, half width of the uniform random shift of every centre. It moves atoms out of special positions, where four or more
 # touch one probe. It is far above rounding (1e-13 Å) and far below the accuracy of a dot's position.
-MAX_SHIFT = 1e-8
+MAX_PROBE_SHIFT = 1e-8
 SHIFT_SEED = 1
 # Å; a concave dot is inside another probe if it is nearer to its centre than the radius by this much.
 INSIDE_TOLERANCE = 1e-9
 
 
-class Dots(NamedTuple):
+class PlacedDots(NamedTuple):
     """Dots of one kind in the order in which they were placed."""
 
     rows: np.ndarray  # (N, 7) float64: position, outward normal, area
@@ -83,7 +83,7 @@ class RolledProbe(NamedTuple):
     by_position: np.ndarray  # (A,) int64, atoms by x, then y, then z; the following are in this order
     radii: np.ndarray  # (A,) float64, Å
     rolling: Rolling
-    blockers: Atoms
+    blockers: RolledAtoms
     whole: np.ndarray  # (A,) bool, no arc bounds the accessible part of this sphere
     probe_cells: Cells  # of the fixed probes
     probe: float  # Å, radius
@@ -93,7 +93,7 @@ class RolledProbe(NamedTuple):
 class Placed(NamedTuple):
     """Dots by kind before their areas are exact and before they are in order."""
 
-    dots: dict[int, Dots]
+    dots: dict[int, PlacedDots]
     share: np.ndarray  # (P,) float64, part of the dots of each concave triangle that is kept
     spacing: float  # Å, of the lattice
 
@@ -159,8 +159,8 @@ def checked_spheres(
     xyz, radii = np.asarray(xyz, dtype=float), np.asarray(radii, dtype=float)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or len(xyz) == 0 or radii.shape != (len(xyz),):
         raise InputError(f"surface: needs (A, 3) centres and (A,) radii, not {xyz.shape} and {radii.shape}.")
-    if not (np.abs(xyz) < MAX_COORDINATE).all():
-        raise InputError(f"surface: coordinates must be numbers below {MAX_COORDINATE:.0f} Å.")
+    if not (np.abs(xyz) < MAX_SPHERE_COORDINATE).all():
+        raise InputError(f"surface: coordinates must be numbers below {MAX_SPHERE_COORDINATE:.0f} Å.")
     if not ((radii > 0) & (radii <= MAX_ATOM_RADIUS)).all():
         raise InputError(f"surface: atomic radii must be positive numbers of at most {MAX_ATOM_RADIUS} Å.")
     if not 0 < probe < np.inf:
@@ -189,11 +189,18 @@ def _distinct(xyz: np.ndarray, radii: np.ndarray) -> np.ndarray:
 def relative_positions(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (A, 3) relative to the first, Å, equal bits wherever a molecule lies, and a random shift of each."""
     relative = np.round(xyz - xyz[0], 9)
-    return relative, np.random.default_rng(SHIFT_SEED).uniform(-MAX_SHIFT, MAX_SHIFT, relative.shape)
+    return relative, np.random.default_rng(SHIFT_SEED).uniform(
+        -MAX_PROBE_SHIFT, MAX_PROBE_SHIFT, relative.shape
+    )
 
 
 def _set_exact_areas(
-    contact: Dots, concave: Dots, share: np.ndarray, rolling: Rolling, radii: np.ndarray, probe: float
+    contact: PlacedDots,
+    concave: PlacedDots,
+    share: np.ndarray,
+    rolling: Rolling,
+    radii: np.ndarray,
+    probe: float,
 ) -> None:
     """Replace the counted areas of contact and concave dots by exact ones (Gauss-Bonnet), in place.
 
@@ -262,8 +269,13 @@ def _write(
 
 @njit(cache=True, nogil=True)
 def _contact_dots(
-    atoms: Atoms, whole: np.ndarray, units: np.ndarray, first: np.ndarray, which: np.ndarray, probe: float
-) -> Dots:
+    atoms: RolledAtoms,
+    whole: np.ndarray,
+    units: np.ndarray,
+    first: np.ndarray,
+    which: np.ndarray,
+    probe: float,
+) -> PlacedDots:
     """Place the dots of each atom at which a touching probe is accessible; on spheres `whole` one dot decides for all."""
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     for i in range(len(atoms.centre)):
@@ -282,7 +294,7 @@ def _contact_dots(
             area = 4 * math.pi * radius**2 / (end - begin)
             _write(rows, atom, total, add_scaled(centre, radius, unit), unit, area, i)
             total += 1
-    return Dots(rows[:total], atom[:total])
+    return PlacedDots(rows[:total], atom[:total])
 
 
 @njit(cache=True, nogil=True)
@@ -301,21 +313,21 @@ def _n_dots_of_strip(radius: float, turn: float, spacing: float) -> int:
 def _bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the two ranges of theta of an arc; the first is empty unless the torus intersects itself (spindle)."""
     low, high = arc[THETA_I], arc[THETA_J]
-    if arc[RADIUS] >= probe:
+    if arc[ARC_RADIUS] >= probe:
         return (low, low), (low, high)
-    cusp = math.acos(arc[RADIUS] / probe)
+    cusp = math.acos(arc[ARC_RADIUS] / probe)
     return (low, min(high, -cusp)), (max(low, cusp), high)
 
 
 @njit(cache=True, nogil=True)
-def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) -> Dots:
+def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) -> PlacedDots:
     """Place the dots of the arcs, last arc first, in strips of equal width in theta, from atom j to atom i."""
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     row_spacing = spacing * math.sqrt(0.75)
     cell, carried = spacing * row_spacing, 0.0
     for b in range(len(rolling.arcs) - 1, -1, -1):
         arc = rolling.arcs[b]
-        radius, turn = arc[RADIUS], arc[PHI_1] - arc[PHI_0]
+        radius, turn = arc[ARC_RADIUS], arc[PHI_1] - arc[PHI_0]
         for low, high in _bands(arc, probe):
             if high <= low:
                 continue
@@ -355,13 +367,13 @@ def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) ->
                         rows, atom = doubled(rows), doubled(atom)
                     _write(rows, atom, total, position, normal, area, owner)
                     total += 1
-    return Dots(rows[:total], atom[:total])
+    return PlacedDots(rows[:total], atom[:total])
 
 
 @njit(cache=True, nogil=True)
 def _concave_dots(
     rolling: Rolling, probe_cells: Cells, units: np.ndarray, probe: float, exact: bool
-) -> tuple[Dots, np.ndarray]:
+) -> tuple[PlacedDots, np.ndarray]:
     """Place the dots of fixed probes between the directions to their three atoms; also return the share of each that is kept."""
     centre = rolling.atoms.centre
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
@@ -400,7 +412,7 @@ def _concave_dots(
             total += 1
         if n_inside > 0:
             share[q] = (total - before) / (total - before + n_inside)
-    return Dots(rows[:total], atom[:total]), share
+    return PlacedDots(rows[:total], atom[:total]), share
 
 
 @njit(cache=True, nogil=True)
@@ -438,7 +450,7 @@ def _arc_within(position: Vector, arc: np.ndarray, within: float) -> bool:
     """Return whether the point of the arc's circle nearest to the position belongs to the arc and is nearer than `within`."""
     w = subtract(position, vector_at(arc, T))
     p1, p2 = dot(w, vector_at(arc, E1)), dot(w, vector_at(arc, E2))
-    if (math.hypot(p1, p2) - arc[RADIUS]) ** 2 + dot(w, vector_at(arc, U)) ** 2 >= within**2:
+    if (math.hypot(p1, p2) - arc[ARC_RADIUS]) ** 2 + dot(w, vector_at(arc, U)) ** 2 >= within**2:
         return False
     phi = math.atan2(p2, p1) - arc[PHI_0]
     return phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]

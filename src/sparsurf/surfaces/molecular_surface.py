@@ -25,7 +25,7 @@ from sparsurf.surfaces.dot_placement import (
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.spacing import DENSITY, MIN_D_LINK_PER_SPACING, spacing
-from sparsurf.surfaces.surface import Origin, Surface
+from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -63,7 +63,7 @@ def surface_of_spheres(
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
     generator = partial(surface_generator, spheres, 0, radii, settings, d_link, "surface")
     xyz = spheres.xyz[0]
-    origin = Origin(None, 0, xyz, settings, d_link, radii, rolled.components, dots.points, generator)
+    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled.components, dots.points, generator)
     return replace(dots, origin=origin)
 
 

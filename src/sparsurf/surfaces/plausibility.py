@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.molecules.geometry import MAX_GAP, widest_gap
+from sparsurf.molecules.geometry import MAX_MOLECULE_GAP, widest_gap
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 log = logging.getLogger("sparsurf")
 
-SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
+CHECKED_DOTS = 200  # dots that are compared with their nearest neighbours
 MIN_DOTS_TO_JUDGE = 50  # smaller surfaces are not checked for plausibility
 N_SURROUNDING, N_BESIDE = 40, 6  # nearest dots by which the inside of a surface, and its tangents, are found
 N_FAR = 1000  # dots that stand for all others
-SAME_PLACE = 1e-6  # Å
+SAME_DOT_PLACE = 1e-6  # Å
 MAX_DOTS_IN_ONE_PLACE = 9
 MAX_ALONE = 5  # distance to the nearest dot over its median: 1.6 on surfaces; beyond 5 for one random dot in 10 million
 MAX_AREA_RATIO = 1.5  # of the sum of areas to its estimate, or the reverse: within .93 and 1.04 on surfaces of all densities
@@ -42,7 +42,7 @@ SHIFTS = (-3, -2, -1, 1, 2, 3)  # rows by which normals may have slipped
 # Of that mean |cosine|, what is left of it if the normals have slipped: .8 and less; on true surfaces 1.3 and more
 MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
 # Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
-MAX_STRETCH = 1.2
+MAX_SPACING_RATIO = 1.2
 MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
 N_PARTS, MIN_SPACING_OF_PART = 10, 0.45  # parts of a file; the spacing of each is .64 of that of all or more
 # Median of the sum of the winding numbers behind and before a dot: 1 if its normal is outward, -1 if inward
@@ -58,7 +58,7 @@ class Sample:
     """What is measured on a sample of n dots, each with the nearest others (n, k)."""
 
     def __init__(self, points: np.ndarray, normals: np.ndarray) -> None:
-        dots = np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int)
+        dots = np.linspace(0, len(points) - 1, CHECKED_DOTS).astype(int)
         tree = _tree(points)
         distances, around = _surrounding(tree, dots)
         beside = around[:, :N_BESIDE]
@@ -68,7 +68,7 @@ class Sample:
         self.gap, self.dot_at_gap = widest_gap(points)  # width of the widest slab without dots, Å
         alone = np.asarray(tree.query(points, k=2)[0])[:, 1]  # distance of each dot to its nearest other one
         self.alone, self.alone_dot = float(alone.max()), int(alone.argmax())  # Å
-        in_place = (distances < SAME_PLACE).sum(axis=1)
+        in_place = (distances < SAME_DOT_PLACE).sum(axis=1)
         self.most_in_place, self.crowded_dot = int(in_place.max()), int(dots[in_place.argmax()])
         self.spacing = float(np.median(distances[:, 0]))  # Å
         self.angle = math.acos(min(1.0, float(np.median(cosine[:, 0]))))  # between normals of neighbours
@@ -85,7 +85,10 @@ class Sample:
         self.rows = f"{abs(shift)} row{'s' * (abs(shift) > 1)} further {'up' if shift > 0 else 'down'}"
         self.stretch = _stretch(steps.reshape(-1, 3), turns.reshape(-1, 3))
         parts, first = np.median(distances[:, 0].reshape(N_PARTS, -1), axis=1), dots[:: len(dots) // N_PARTS]
-        self.closer, self.close_dot = self.spacing / max(parts.min(), SAME_PLACE), int(first[parts.argmin()])
+        self.closer, self.close_dot = (
+            self.spacing / max(parts.min(), SAME_DOT_PLACE),
+            int(first[parts.argmin()]),
+        )
         behind, before = _windings(points, normals, dots, distances, around)
         self.inside = float(np.median(behind + before))  # about 1 if normals are outward, -1 if inward
         outside = (behind < 0.5).reshape(N_PARTS, -1).mean(axis=1)
@@ -94,7 +97,7 @@ class Sample:
         self.not_cancelled = 100 * float(np.linalg.norm(normals.mean(axis=0)))  # % of the normals
 
 
-class Check(NamedTuple):
+class DotCheck(NamedTuple):
     """What is wrong with dots: a sentence on a sample `s` and on one `dot`, which an attribute of the sample names."""
 
     is_wrong: Callable[[Sample], bool]
@@ -104,20 +107,20 @@ class Check(NamedTuple):
     last: bool = False  # what follows would say it again
 
 
-CHECKS = (  # in the order in which they count
-    Check(
-        lambda s: s.gap > MAX_GAP,
+DOT_CHECKS = (  # in the order in which they count
+    DotCheck(
+        lambda s: s.gap > MAX_MOLECULE_GAP,
         "{dot} lies {s.gap:.0f} Å from all other dots: remove or repair it",
         "dot_at_gap",
         refuse=True,
     ),
-    Check(
-        lambda s: s.most_in_place > MAX_DOTS_IN_ONE_PLACE or s.spacing < SAME_PLACE,
+    DotCheck(
+        lambda s: s.most_in_place > MAX_DOTS_IN_ONE_PLACE or s.spacing < SAME_DOT_PLACE,
         "{dot} and others lie in one place; give each dot once",
         "crowded_dot",
         refuse=True,
     ),
-    Check(
+    DotCheck(
         lambda s: (
             (s.spacing < NEIGHBOUR_DISTANCE and s.alike_nearest < MIN_SHARE_OF_ALIKE_NORMALS)
             or (s.angle < DENSE_ANGLE and s.alike < MIN_ALIKE_OF_DENSE)
@@ -125,54 +128,56 @@ CHECKS = (  # in the order in which they count
         "{s.opposing:.0f} % of neighbouring dots have normals that oppose each other: give outward normals",
         refuse=True,
     ),
-    Check(
+    DotCheck(
         lambda s: 0 < s.radius < MIN_CURVATURE_RADIUS,
         "dots lie {s.spacing:.3f} Å apart on curves of {s.radius:.2f} Å: the lengths seem to be in nm; convert them to Å",
         refuse=True,
     ),
-    Check(
+    DotCheck(
         lambda s: s.shifted_tilt < min(MAX_COSINE_OF_SHIFTED, MAX_SHIFTED * s.tilt),
         "its normals fit the dots {s.rows}: write each dot and its normal in one row",
         refuse=True,
     ),
-    Check(
+    DotCheck(
         lambda s: s.angle < MEDIUM_ANGLE and s.tilt > MAX_COSINE_OF_TANGENTS,
         "its normals are not perpendicular to the surface (mean cosine to neighbouring dots {s.tilt:.2f}): compare the order, "
         "signs and units of the columns x,y,z and nx,ny,nz",
         refuse=True,
     ),
-    Check(
+    DotCheck(
         lambda s: s.angle < DENSE_ANGLE and s.alike < MIN_ALIKE_TO_REPORT,
         "{s.opposing_beside:.0f} % of neighbouring dots have normals that oppose each other; are all of them outward?",
     ),
-    Check(
+    DotCheck(
         lambda s: (
             MAX_CURVATURE_RADIUS < s.radius < 10 * MAX_CURVATURE_RADIUS
             or (s.molecular and not MOLECULAR_RADII[0] < s.radius < MOLECULAR_RADII[1])
         ),
         "dots lie on curves of {s.radius:.2g} Å; are lengths in Å?",
     ),
-    Check(
-        lambda s: s.angle < DENSE_ANGLE and s.stretch > MAX_STRETCH,
+    DotCheck(
+        lambda s: s.angle < DENSE_ANGLE and s.stretch > MAX_SPACING_RATIO,
         "dots seem {s.stretch:.1f} times as far apart along one direction as across it; are all lengths in one unit?",
     ),
-    Check(
+    DotCheck(
         lambda s: s.alone > MAX_ALONE * s.spacing,
         "{dot} lies {s.alone:.1f} Å from the nearest other dot, where most lie {s.spacing:.1f} Å apart; is it misplaced?",
         "alone_dot",
     ),
-    Check(
+    DotCheck(
         lambda s: s.closer > 1 / MIN_SPACING_OF_PART,
         "dots around {dot} lie {s.closer:.1f} times as close as the others; are all lengths in Å?",
         "close_dot",
     ),
-    Check(lambda s: s.inside < INWARD, "normals point inwards; the method needs outward normals", last=True),
-    Check(
+    DotCheck(
+        lambda s: s.inside < INWARD, "normals point inwards; the method needs outward normals", last=True
+    ),
+    DotCheck(
         lambda s: s.dense and s.not_cancelled > MAX_NOT_CANCELLED,
         "the dots do not close around a molecule ({s.not_cancelled:.0f} % of the normals do not cancel); is it cut short?",
         last=True,
     ),
-    Check(
+    DotCheck(
         lambda s: s.molecular and s.angle < DENSE_ANGLE and s.outside > MAX_OUTSIDE_OF_PART,
         "the normals of some dots around {dot} point inwards; the method needs outward normals",
         "outside_dot",
@@ -189,7 +194,7 @@ def check_plausibility(
     if len(points) < MIN_DOTS_TO_JUDGE:
         return
     sample = Sample(points, normals)
-    for check in CHECKS:
+    for check in DOT_CHECKS:
         if not check.is_wrong(sample):
             continue
         dot = where(getattr(sample, check.dot)) if check.dot else ""
@@ -210,7 +215,7 @@ def areas_are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weig
         return False
     if weighted or len(points) < MIN_DOTS_TO_JUDGE:
         return True
-    distances, _ = _surrounding(_tree(points), np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int))
+    distances, _ = _surrounding(_tree(points), np.linspace(0, len(points) - 1, CHECKED_DOTS).astype(int))
     ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
     if ratio > MAX_AREA_RATIO:
         raise InputError(

@@ -50,7 +50,7 @@ def read_points(path: Path | str) -> np.ndarray:
     """Read points (T, 3), Å, from a CSV with x, y, z or from a file of dots, whose content determines the format."""
     content, surface_format = _recognised(path)
     if surface_format is csv.FORMAT:
-        return csv.read_points(content, path)
+        return csv.read_points_of_csv(content, path)
     return surface_format.read(content, path).points
 
 

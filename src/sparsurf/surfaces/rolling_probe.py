@@ -34,11 +34,11 @@ from sparsurf.surfaces.vectors import (
 )
 
 # Columns of a row of `arcs`; the first four hold vectors
-T, E1, E2, U, RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
+T, E1, E2, U, ARC_RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
 N_ARC_COLUMNS = 17
 
 
-class Atoms(NamedTuple):
+class RolledAtoms(NamedTuple):
     """Spheres of probe centres around the atoms, and for each the overlapping ones, nearest first."""
 
     centre: np.ndarray  # (A, 3) float64
@@ -50,7 +50,7 @@ class Atoms(NamedTuple):
 class Rolling(NamedTuple):
     """All positions where the probe touches at least two atoms."""
 
-    atoms: Atoms
+    atoms: RolledAtoms
     cells: Cells  # of the atoms
     arcs: np.ndarray  # (B, 17) float64, columns above
     pair: np.ndarray  # (B, 2) int64, i < j, ascending i
@@ -62,7 +62,7 @@ class Rolling(NamedTuple):
 def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
     """Find the arcs and the fixed probes, ordered by atoms and side, of distinct atoms (A, 3) with `reach` (A,), Å."""
     cells = sort_into_cells(centre, 2 * reach.max())
-    atoms = Atoms(centre, reach, *_overlaps(centre, reach, cells))
+    atoms = RolledAtoms(centre, reach, *_overlaps(centre, reach, cells))
     arcs, pair, probes, ends = _arcs(atoms)
     by_position = np.lexsort(ends[:, 3::-1].T)
     first_arc = np.searchsorted(pair[:, 0], np.arange(len(centre) + 1))
@@ -103,7 +103,7 @@ def _overlaps(centre: np.ndarray, reach: np.ndarray, cells: Cells) -> tuple[np.n
 
 
 @njit(cache=True, nogil=True)
-def blocker(position: Vector, i: int, atoms: Atoms, guess: int) -> int:
+def blocker(position: Vector, i: int, atoms: RolledAtoms, guess: int) -> int:
     """Return a neighbour of atom i whose sphere contains the position, or -1; `guess`, an atom or -1, is tried first."""
     if guess >= 0 and squared_distance(point(atoms.centre, guess), position) < atoms.reach[guess] ** 2:
         return guess
@@ -129,15 +129,15 @@ def _circle(centre: np.ndarray, reach: np.ndarray, i: int, j: int, row: np.ndarr
     t, e2 = add_scaled(point(centre, i), height, u), cross(e1, u)
     for a in range(3):
         row[T + a], row[E1 + a], row[E2 + a], row[U + a] = t[a], e1[a], e2[a], u[a]
-    row[RADIUS] = math.sqrt(r2)
-    row[THETA_I], row[THETA_J] = math.atan2(-height, row[RADIUS]), math.atan2(d - height, row[RADIUS])
+    row[ARC_RADIUS] = math.sqrt(r2)
+    row[THETA_I], row[THETA_J] = math.atan2(-height, row[ARC_RADIUS]), math.atan2(d - height, row[ARC_RADIUS])
     return True
 
 
 @njit(cache=True, nogil=True)
-def _cutters(row: np.ndarray, i: int, j: int, atoms: Atoms, cutter: np.ndarray) -> int:
+def _cutters(row: np.ndarray, i: int, j: int, atoms: RolledAtoms, cutter: np.ndarray) -> int:
     """List the neighbours of i that cut a circle, as slots; return their number, or -1 if one covers the whole circle."""
-    n, t, u, radius = 0, vector_at(row, T), vector_at(row, U), row[RADIUS]
+    n, t, u, radius = 0, vector_at(row, T), vector_at(row, U), row[ARC_RADIUS]
     for slot in range(atoms.start[i], atoms.start[i + 1]):
         k = atoms.near[slot]
         if k == j:
@@ -163,7 +163,7 @@ def _longest_list(start: np.ndarray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def without_covered_circles(atoms: Atoms) -> Atoms:
+def without_covered_circles(atoms: RolledAtoms) -> RolledAtoms:
     """Remove the neighbours whose circle lies inside a third sphere.
 
     DMS tests contact dots only against the remaining ones. So dots that no probe can touch survive on some buried atoms (6
@@ -178,12 +178,12 @@ def without_covered_circles(atoms: Atoms) -> Atoms:
                 near[total] = j
                 total += 1
         start[i + 1] = total
-    return Atoms(atoms.centre, atoms.reach, start, near[:total].copy())
+    return RolledAtoms(atoms.centre, atoms.reach, start, near[:total].copy())
 
 
 @njit(cache=True, nogil=True)
 def _free_parts(
-    row: np.ndarray, atoms: Atoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
+    row: np.ndarray, atoms: RolledAtoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
 ) -> np.ndarray:
     """Cut the arcs that n spheres cover out of a circle; rows are low and high phi, and the cutters (slots) that end there."""
     m = 0
@@ -191,8 +191,8 @@ def _free_parts(
         k = atoms.near[cutter[c]]
         w = subtract(point(atoms.centre, k), vector_at(row, T))
         p1, p2 = dot(w, vector_at(row, E1)), dot(w, vector_at(row, E2))
-        depth = row[RADIUS] ** 2 + dot(w, w) - atoms.reach[k] ** 2
-        half = math.acos(max(-1.0, min(1.0, depth / (2 * row[RADIUS] * math.hypot(p1, p2)))))
+        depth = row[ARC_RADIUS] ** 2 + dot(w, w) - atoms.reach[k] ** 2
+        half = math.acos(max(-1.0, min(1.0, depth / (2 * row[ARC_RADIUS] * math.hypot(p1, p2)))))
         begin = math.atan2(p2, p1) - half
         if c == 0:
             parts[0, 0], parts[0, 1] = begin + 2 * half, begin + 2 * math.pi
@@ -221,7 +221,7 @@ def _free_parts(
 
 
 @njit(cache=True, nogil=True)
-def _arcs(atoms: Atoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _arcs(atoms: RolledAtoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Find the free parts of all circles, and the fixed probes at their ends: arcs, pair, probes and six integers for each probe.
 
     These are i, the slots of j and k in the neighbour list of i, the side of the plane i j k, j, k.
@@ -262,8 +262,10 @@ def _arcs(atoms: Atoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
                         continue
                     if n_probes == len(probes):
                         probes, ends = doubled(probes), doubled(ends)
-                    centre = add_scaled(vector_at(row, T), row[RADIUS] * math.cos(phi), vector_at(row, E1))
-                    centre = add_scaled(centre, row[RADIUS] * math.sin(phi), vector_at(row, E2))
+                    centre = add_scaled(
+                        vector_at(row, T), row[ARC_RADIUS] * math.cos(phi), vector_at(row, E1)
+                    )
+                    centre = add_scaled(centre, row[ARC_RADIUS] * math.sin(phi), vector_at(row, E2))
                     to_k = subtract(point(atoms.centre, near[slot_k]), vector_at(row, T))
                     side = int(dot(cross(vector_at(row, U), to_k), subtract(centre, vector_at(row, T))) > 0)
                     probes[n_probes, 0], probes[n_probes, 1], probes[n_probes, 2] = centre
@@ -283,5 +285,5 @@ def nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
         return vector_at(arc, T), False
     phi = math.atan2(p2, p1) - arc[PHI_0]
     on = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]
-    nearest = add_scaled(vector_at(arc, T), arc[RADIUS] * p1 / flat, vector_at(arc, E1))
-    return add_scaled(nearest, arc[RADIUS] * p2 / flat, vector_at(arc, E2)), on
+    nearest = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * p1 / flat, vector_at(arc, E1))
+    return add_scaled(nearest, arc[ARC_RADIUS] * p2 / flat, vector_at(arc, E2)), on

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MIN_D_LINK_PER_SPACING = 1.3  # below this many median spacings, d_link breaks patches into pieces
 N_NEIGHBOURS = 6  # that estimate the area: within 2 % on surfaces whose area is known
-SAMPLE_SIZE = 16  # dots that the size of the cubes is estimated from
+SPACING_SAMPLE = 16  # dots that the size of the cubes is estimated from
 CUBE_PER_SPACING = 1.2  # edge of a cube per median spacing of a few dots
 CUBES_PER_DOT = 4
 MAX_CUBES_PER_AXIS = 1e6
@@ -62,7 +62,7 @@ def nearest_distances(
     """
     points = np.ascontiguousarray(points, dtype=float)
     if cube is None:
-        gaps, _ = nearest_neighbours(points, np.arange(0, len(points), -(-len(points) // SAMPLE_SIZE)))
+        gaps, _ = nearest_neighbours(points, np.arange(0, len(points), -(-len(points) // SPACING_SAMPLE)))
         cube = CUBE_PER_SPACING * float(np.median(gaps))
     n_needed = len(points) if n_shortest is None else n_shortest
     # Cubes that hold the neighbours of most dots; twice as large for the dots that find none

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike
 
     from sparsurf.molecules.molecule import Molecule
-    from sparsurf.settings import Surface as SurfaceSettings
+    from sparsurf.settings import SurfaceSettings as SurfaceSettings
 
 log = logging.getLogger("sparsurf")
 
@@ -48,12 +48,12 @@ RESERVED_COLUMNS = frozenset(
      "red", "green", "blue", "alpha"]
 )  # fmt: skip
 FORBIDDEN_FIELDS = frozenset(["points", "normals", "self", "file", "allow_pickle"])  # names of arguments
-MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
+MAX_DOT_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
 MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
 MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
 LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
-MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
+MAX_ATOM_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
 MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
 
 
@@ -102,7 +102,7 @@ class Reconstruction(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Origin:
+class SurfaceOrigin:
     """The atoms that dots were placed on, and what follows from them."""
 
     molecule: Molecule | None  # None for spheres that the user gave
@@ -124,7 +124,7 @@ class Origin:
         rules: Rules,
         d_link: float,
         radii: np.ndarray,
-    ) -> Origin:
+    ) -> SurfaceOrigin:
         """Make the origin of points or vertices that are not all dots of a placement; it keeps no rolled probe."""
         nowhere = np.empty((0, 3))
         return cls(molecule, frame, xyz, rules, d_link, radii, _not_placed, nowhere, _not_placed)
@@ -139,9 +139,11 @@ class Origin:
         return Reconstruction(self.rules.probe_radius, self.table, model)
 
     @property
-    def atoms_alone(self) -> Origin:
+    def atoms_alone(self) -> SurfaceOrigin:
         """The same atoms and rules, without what places the dots again."""
-        return Origin.of_atoms(self.molecule, self.frame, self.xyz, self.rules, self.d_link, self.radii)
+        return SurfaceOrigin.of_atoms(
+            self.molecule, self.frame, self.xyz, self.rules, self.d_link, self.radii
+        )
 
     def refuse_molecule(
         self, function: str, molecule: Molecule, frame: int | None, whole: bool = True
@@ -172,12 +174,14 @@ class Origin:
         """Return whether all atoms, or half of the heavy ones in any order, are at positions (A, 3), Å."""
         assert self.molecule is not None
         if whole:
-            return bool(np.abs(self.molecule.xyz[self.frame] - xyz).max() < MAX_SHIFT)
+            return bool(np.abs(self.molecule.xyz[self.frame] - xyz).max() < MAX_ATOM_SHIFT)
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
         heavy = self.molecule.heavy
         positions = self.molecule.xyz[self.frame][heavy if heavy.any() else slice(None)]
-        return bool(np.mean(np.asarray(cKDTree(xyz).query(positions)[0]) < MAX_SHIFT) >= MIN_SHARE_OF_ATOMS)
+        return bool(
+            np.mean(np.asarray(cKDTree(xyz).query(positions)[0]) < MAX_ATOM_SHIFT) >= MIN_SHARE_OF_ATOMS
+        )
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -209,7 +213,7 @@ class Surface:
     kind: np.ndarray
     atom: np.ndarray
     fields: dict[str, np.ndarray]
-    origin: Origin | None
+    origin: SurfaceOrigin | None
     reconstruction: Reconstruction | None
 
     def __init__(
@@ -220,7 +224,7 @@ class Surface:
         kind: ArrayLike | None = None,
         atom: ArrayLike | None = None,
         fields: Mapping[str, ArrayLike] = MappingProxyType({}),
-        origin: Origin | None = None,
+        origin: SurfaceOrigin | None = None,
         reconstruction: Reconstruction | None = None,
     ) -> None:
         arrays = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
@@ -301,7 +305,7 @@ class Surface:
         return self.placed.generator() if self.placed else (None, None)
 
     @property
-    def placed(self) -> Origin | None:
+    def placed(self) -> SurfaceOrigin | None:
         """The origin, if the surface still has all dots where they were placed; else None."""
         return self.origin if self.origin and np.array_equal(self.points, self.origin.points) else None
 
@@ -541,7 +545,7 @@ def check_values(
     median = np.median(areas) if len(areas) >= MIN_DOTS_TO_JUDGE and not unknown.any() else 0
     largest = min(MAX_AREA, MAX_AREA_PER_MEDIAN * median or MAX_AREA)
     wrong = {
-        f"a coordinate beyond {MAX_COORDINATE:.0e} Å": (np.abs(points) >= MAX_COORDINATE).any(axis=1),
+        f"a coordinate beyond {MAX_DOT_COORDINATE:.0e} Å": (np.abs(points) >= MAX_DOT_COORDINATE).any(axis=1),
         "an area that is NaN, unlike others": unknown & (not unknown.all()),
         "a negative area": areas < 0,
         f"an area above {largest:.3g} Å^2": areas > largest,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from sparsurf.views.render import Camera
 
-COLUMN, COLUMN_AND_A_HALF, PAGE = 89.0, 120.0, 183.0  # mm, of a journal
+COLUMN, COLUMN_AND_A_HALF, PAGE_WIDTH = 89.0, 120.0, 183.0  # mm, of a journal
 MM = 1 / 25.4  # inch
 LETTER_WIDTH = 1.36  # mm, mean width of a letter
 BOLD_LETTER_WIDTH = 1.72  # mm, of a letter of the head
@@ -41,7 +41,7 @@ PALETTE = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F
 PALETTE += ["#332288", "#882255", "#999933", "#888888"]
 SAMPLED, RANDOM, WHOLE = "#D55E00", "#000000", "#4D4D4D"  # vermillion of Okabe and Ito, black, grey
 DARK, PALE = PALETTE[0], "#B9D3E6"  # blue, and the same lighter
-RECOVERED = "#08306B"  # dark blue, a surface that was reconstructed
+RECONSTRUCTED_COLOUR = "#08306B"  # dark blue, a surface that was reconstructed
 GREY = "#4D4D4D"
 SPARE = ["#332288", "#888888", "#F0E442"]  # colours of other samplers
 HALO = [patheffects.withStroke(linewidth=2, foreground="white")]  # of words that a line may cross
@@ -76,14 +76,14 @@ STYLE: dict[str, Any] = {
 
 
 P = ParamSpec("P")
-R = TypeVar("R")
+Returned = TypeVar("Returned")
 
 
-def styled(function: Callable[P, R]) -> Callable[P, R]:
+def styled(function: Callable[P, Returned]) -> Callable[P, Returned]:
     """Decorate a function to draw in this style, whatever the user's matplotlibrc says."""
 
     @wraps(function)
-    def with_style(*args: P.args, **kwargs: P.kwargs) -> R:
+    def with_style(*args: P.args, **kwargs: P.kwargs) -> Returned:
         """Call the function in this style."""
         with style.context(STYLE, after_reset=True):
             return function(*args, **kwargs)
@@ -179,7 +179,7 @@ def pixels(width: float, height: float) -> tuple[int, int]:
     return round(height * MM * DPI), round(width * MM * DPI)
 
 
-def show(ax: Axes, picture: np.ndarray, camera: Camera, scale_bar: bool = True) -> None:
+def draw_picture(ax: Axes, picture: np.ndarray, camera: Camera, scale_bar: bool = True) -> None:
     """Show a rendered picture on axes in Å; the scale bar needs 4 mm below them."""
     left, right, bottom, top = camera.extent
     ax.imshow(picture, extent=camera.extent, aspect="auto")

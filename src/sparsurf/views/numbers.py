@@ -22,7 +22,7 @@ def share(percent: float) -> str:
     return f"{percent:.0f}" if 9.95 <= percent < 99.5 else f"{percent:.1f}".removesuffix(".0")
 
 
-def span(values: Iterable[float], form: Callable[[float], str] = number) -> str:
+def format_range(values: Iterable[float], form: Callable[[float], str] = number) -> str:
     """Format several values as one: the value, or the smallest to the largest."""
     low, high = form(min(values)), form(max(values))
     return low if low == high else f"{low} to {high}"

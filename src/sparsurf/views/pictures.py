@@ -23,24 +23,24 @@ if TYPE_CHECKING:
     from sparsurf.views.layout import Sheet
 
 PICTURE = 82.0, 62.0  # mm, of a surface
-KINDS = ("contact", "saddle", "concave")
+KIND_NAMES = ("contact", "saddle", "concave")
 ROUGH = "#5b2a86"  # residues that are marked as the roughest, as on the page
 CHAIN_HEIGHT, TICK_ROOM = 38.0, 9.0  # mm, of the profile of a chain, and from one number below it to the next
 MAX_CHAINS = 12  # in one picture
-LABEL_WIDTH = 2.6  # mm, of the name of a residue, which stands upright
-MARGIN = 16.0  # mm, beside a profile
+RESIDUE_LABEL_WIDTH = 2.6  # mm, of the name of a residue, which stands upright
+PROFILE_MARGIN = 16.0  # mm, beside a profile
 
 
 def _of_surface(surface: Surface, colours: np.ndarray, name: str, kept: Surface | None = None) -> Sheet:
     """Draw a surface in colours of 0..1, with its name, and kept dots on it."""
-    figure = layout.sheet(layout.PAGE / 2 + 15, PICTURE[1] + 8, name)
+    figure = layout.sheet(layout.PAGE_WIDTH / 2 + 15, PICTURE[1] + 8, name)
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(*PICTURE))
     scene = render.draw_surface(surface.points, surface.normals, colours, camera)
     if kept is not None:
         scene = render.draw_dots(
-            scene, kept.points, kept.normals, colors.to_rgb(layout.DARK), 1.5 * render.DOT_RADIUS
+            scene, kept.points, kept.normals, colors.to_rgb(layout.DARK), 1.5 * render.DISC_RADIUS
         )
-    layout.show(layout.axes(figure, 3, 2, *PICTURE), render.picture(scene), camera)
+    layout.draw_picture(layout.axes(figure, 3, 2, *PICTURE), render.picture(scene), camera)
     return figure
 
 
@@ -50,8 +50,8 @@ def kinds_picture(surface: Surface, name: str) -> Figure:
     from matplotlib.patches import Patch
 
     figure = _of_surface(surface, KIND_COLOURS[surface.kind] / 255, name)
-    present = [kind for kind in range(len(KINDS)) if (surface.kind == kind).any()]
-    handles = [Patch(color=KIND_COLOURS[kind] / 255, label=KINDS[kind]) for kind in present]
+    present = [kind for kind in range(len(KIND_NAMES)) if (surface.kind == kind).any()]
+    handles = [Patch(color=KIND_COLOURS[kind] / 255, label=KIND_NAMES[kind]) for kind in present]
     if handles:
         layout.legend(figure, 88, 4, handles)
     return figure
@@ -70,14 +70,14 @@ def roughness_picture(surface: Surface, roughness: np.ndarray, name: str) -> Fig
 @styled
 def kept_picture(surface: Surface, kept: Surface, name: str) -> Figure:
     """Draw a surface in pale grey with the kept dots on it."""
-    return _of_surface(surface, np.tile(render.PALE, (len(surface), 1)), name, kept)
+    return _of_surface(surface, np.tile(render.PALE_RGB, (len(surface), 1)), name, kept)
 
 
 @styled
 def profile_picture(residues: pd.DataFrame, name: str) -> Figure:
     """Draw the mean roughness of the residues along each chain, with the roughest named."""
     shown = list(chains(residues))[:MAX_CHAINS]
-    figure = layout.constrained(layout.PAGE, 10 + CHAIN_HEIGHT * len(shown), name)
+    figure = layout.constrained(layout.PAGE_WIDTH, 10 + CHAIN_HEIGHT * len(shown), name)
     low, high = limits(residues)
     rough = roughest(residues).index
     for ax, (chain, rows) in zip(figure.subplots(len(shown), squeeze=False).ravel(), shown, strict=True):
@@ -87,13 +87,13 @@ def profile_picture(residues: pd.DataFrame, name: str) -> Figure:
         ax.plot(np.arange(len(rows)), values, ".", color=layout.GREY, markersize=2)
         marked = np.flatnonzero(rows.index.isin(rough))
         ax.plot(marked, values[marked], "o", color=ROUGH, markersize=4)
-        per_residue = (layout.PAGE - MARGIN) / len(rows)  # mm
+        per_residue = (layout.PAGE_WIDTH - PROFILE_MARGIN) / len(rows)  # mm
         _name(
             ax,
             marked[np.argsort(values[marked], kind="stable")],
             values,
             labels_of(rows),
-            LABEL_WIDTH / per_residue,
+            RESIDUE_LABEL_WIDTH / per_residue,
         )
         room = math.ceil(TICK_ROOM / per_residue)
         places = places_of_labels(rows, room)

@@ -25,13 +25,13 @@ AMBIENT = 0.45  # brightness in the shade
 HAZE = 0.25  # share of white in the colour of the farthest dot
 HOLLOW = 1.2  # Å, size and depth of the hollows that are darkened
 CONTOUR_DEPTH = 2.0  # Å, jump in depth at which a contour begins
-DOT_RADIUS = 0.2  # Å, of the disc of a kept dot
+DISC_RADIUS = 0.2  # Å, of the disc of a kept dot
 MAX_DISC_RADIUS = 1.2  # Å, of discs that cover the surface around a dot: the curvature of a hydrogen
 ROUGHNESS_LIMITS = 0.2, 0.9  # R_i at the ends of the colours, the same for all surfaces for comparison
 DISTANCE_LIMITS = 0.0, 0.1  # Å, of a surface from the reconstructed one, at the ends of the colours
 THUMBNAIL_PIXELS = 180, 240  # rows and columns
-SCALE_BAR, MARGIN = 10, 6  # Å, and pixels from the corner
-PALE = (0.92, 0.92, 0.92)  # surface behind the dots of a subset
+SCALE_BAR, CAMERA_MARGIN = 10, 6  # Å, and pixels from the corner
+PALE_RGB = (0.92, 0.92, 0.92)  # surface behind the dots of a subset
 
 
 class Camera(NamedTuple):
@@ -93,7 +93,7 @@ def closing_radius(points: np.ndarray) -> float:
 
     checked = points[:: max(1, len(points) // 5000)]
     reach = cKDTree(points).query(checked, k=[min(9, len(points))])[0]
-    return float(np.clip(np.quantile(reach, 0.95), DOT_RADIUS, MAX_DISC_RADIUS))
+    return float(np.clip(np.quantile(reach, 0.95), DISC_RADIUS, MAX_DISC_RADIUS))
 
 
 def draw_surface(
@@ -117,7 +117,7 @@ def draw_dots(
     points: np.ndarray,
     normals: np.ndarray,
     colours: np.ndarray | tuple[float, float, float],
-    radius: float = DOT_RADIUS,
+    radius: float = DISC_RADIUS,
 ) -> Scene:
     """Draw dots of a surface as small discs on it; arguments as in `draw_surface`."""
     return _paint(scene, points, normals, colours, max(radius * scene.camera.scale * SUPERSAMPLING, 1.0))
@@ -136,7 +136,7 @@ def thumbnail(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray) ->
     # two values more, so that the colours have the same range on every surface
     colours = viridis(np.append(roughness.clip(*ROUGHNESS_LIMITS), ROUGHNESS_LIMITS))[:-2] / 255
     image = picture(draw_surface(points, normals, colours, camera))
-    left, bottom, length = MARGIN, image.shape[0] - MARGIN, round(SCALE_BAR * camera.scale)
+    left, bottom, length = CAMERA_MARGIN, image.shape[0] - CAMERA_MARGIN, round(SCALE_BAR * camera.scale)
     image[bottom - 2 : bottom, left : left + length] = 0
     return image
 

@@ -17,7 +17,7 @@ from sparsurf.streams import stream
 
 # In standard errors behind the first; combinations farther behind are excluded beforehand.
 MAX_ERRORS_BEHIND = 4.0
-SIMULATED = 1000  # outcomes from which a critical value is computed
+SIMULATED_OUTCOMES = 1000  # outcomes from which a critical value is computed
 SIMULATED_AT_ONCE = 50  # their differences between 120 combinations take 6 MB
 MAX_SIMULATED_TOGETHER = 120  # combinations, the best ones
 
@@ -85,7 +85,7 @@ def _critical_values(
     values[values < NEGLIGIBLE * values[-1]] = 0
     root, df = vectors * np.sqrt(np.maximum(values, 0)), max(n * (draws - 1), 1)
     leads = []
-    for _ in range(0, SIMULATED, SIMULATED_AT_ONCE):
+    for _ in range(0, SIMULATED_OUTCOMES, SIMULATED_AT_ONCE):
         outcome = rng.standard_normal((SIMULATED_AT_ONCE, n)) @ root.T
         outcome += np.sqrt(candidates.of_draws) * rng.standard_normal((SIMULATED_AT_ONCE, n))
         estimated = candidates.of_draws[0] * rng.chisquare(df, SIMULATED_AT_ONCE) / df

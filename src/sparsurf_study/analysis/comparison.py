@@ -26,7 +26,7 @@ log = logging.getLogger("sparsurf")
 
 Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
 
-PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
+COMPARED_PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
 REFERENCE = "uniform"  # sampler with which the others are compared
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z full": "surface",  # all but the largest island removed on the full surface
@@ -41,7 +41,7 @@ USE = {  # of each measure: the subset as the surface, as patch centres, or only
     "median patch size kept": "surface",
     "seconds": "dots",  # of one draw, without index and cover
 }
-KEYS = ["sampler", "percent", "use", "measure"]
+COMPARISON_KEYS = ["sampler", "percent", "use", "measure"]
 
 
 def select_methods(
@@ -57,7 +57,7 @@ def select_methods(
 def compare_samplers(
     prepared: PreparedSurface,
     methods: Mapping[str, Method],
-    percents: Sequence[float] = PERCENTS,
+    percents: Sequence[float] = COMPARED_PERCENTS,
     n_tests: int = 400,
     draws: int = 3,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -201,7 +201,7 @@ def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str
     out = {}
     for name in names:
         of_protein = pd.concat([table for (protein, _), table in tables.items() if protein == name])
-        out[name] = of_protein.groupby(KEYS, sort=False).mean(numeric_only=True).reset_index()
+        out[name] = of_protein.groupby(COMPARISON_KEYS, sort=False).mean(numeric_only=True).reset_index()
     return out
 
 
@@ -212,7 +212,7 @@ def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     keys = pd.MultiIndex.from_frame(rows[["unit", "percent", "measure"]])
     with np.errstate(divide="ignore", invalid="ignore"):
         rows["ratio"] = rows["value"].to_numpy() / reference.reindex(keys).to_numpy()
-    groups = rows.groupby(KEYS, sort=False)
+    groups = rows.groupby(COMPARISON_KEYS, sort=False)
     out = groups[["n_S_percent"]].mean()
     for name in ("value", "ratio"):
         spread = groups[name].agg(["mean", "std", "min", "max"])

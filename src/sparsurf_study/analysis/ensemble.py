@@ -20,16 +20,16 @@ from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
 from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.tables import grid_table
-from sparsurf_study.settings import Settings
+from sparsurf_study.settings import StudySettings
 
 RESIDUE_PREFIX = "residue_"  # of the columns of residues
-DRAWS = 1  # samplings and random subsets of each frame
+DRAWS_PER_FRAME = 1  # samplings and random subsets of each frame
 FRAMES_PER_REPORT = 20
 
 
 def evaluate_frames(
     molecule: Molecule,
-    settings: Settings,
+    settings: StudySettings,
     streams: Streams,
     threads: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -58,7 +58,7 @@ def evaluate_frames(
 
 
 def frame_row(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: Settings, streams: Streams
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: StudySettings, streams: Streams
 ) -> dict[str, Any]:
     """Evaluate one frame and return its row; an error names the frame."""
     number, ensemble = int(molecule.frame_number[position]), settings.ensemble
@@ -75,7 +75,7 @@ def frame_row(
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
         refuse_sparse(prepared.points, settings.patches.d_link, where)
     n_tests, readings = number_of_tests(ensemble.test_dots, len(surface)), settings.evaluation.grid_readings
-    result = grid.evaluate_grid(prepared, [ensemble.combination], n_tests, DRAWS, readings)
+    result = grid.evaluate_grid(prepared, [ensemble.combination], n_tests, DRAWS_PER_FRAME, readings)
     row = grid_table(result).drop(columns=PARAMETERS)
     cavity = on_cavities(surface, rolled.components(surface))
     outside, residue = np.where(cavity, np.nan, prepared.roughness), molecule.residue_index[surface.atom]

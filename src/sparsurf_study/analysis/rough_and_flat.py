@@ -17,7 +17,7 @@ from sparsurf_study.analysis.tables import bin_index, range_limits
 
 MAX_TEST_DOTS = 8_000
 TEST_DOTS_PER_TEST_DOT = 10  # for each of the grid: a study of fewer is a quick one
-DRAWS = 6  # of the combination
+DRAWS_OF_WINNER = 6  # of the combination
 N_BINS = 10  # of equal width, as in Fig. 4
 MIN_TEST_DOTS = 10  # in a bin that is evaluated
 AROUND = {"kept dots": True, "any dots": False}  # centres of the patches; kept dots as in the paper
@@ -64,7 +64,7 @@ def kept_and_any(
     if isinstance(test_dots, int):
         n_tests = min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
     return {
-        around: by_roughness(prepared, combination, readings, n_tests, DRAWS, kept)
+        around: by_roughness(prepared, combination, readings, n_tests, DRAWS_OF_WINNER, kept)
         for around, kept in AROUND.items()
     }
 

@@ -28,7 +28,7 @@ GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
 
 @dataclass(frozen=True)
-class Result:
+class SurfaceResult:
     """Numbers and tables of one conformation that the summary needs."""
 
     protein: str
@@ -45,7 +45,7 @@ class Result:
     components: pd.DataFrame | None = None
 
 
-def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) -> Result:
+def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) -> SurfaceResult:
     """Read one conformation from its folder, <protein>/<conformation>, with the results of the grid if it was `sampled`.
 
     Its `minimal` subset may not be finished when its best combinations are summarised, so that these do without it.
@@ -59,7 +59,7 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
     try:
         surface = read_npz(folder / "surface.npz")
         component = stored_components(surface)
-        result = Result(
+        result = SurfaceResult(
             folder.parent.name,
             folder.name,
             len(surface),
@@ -84,7 +84,7 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
         ) from None
 
 
-def surfaces_table(results: Sequence[Result]) -> pd.DataFrame:
+def surfaces_table(results: Sequence[SurfaceResult]) -> pd.DataFrame:
     """Tabulate the conformations: the rows of surfaces.csv, without columns of values that were not measured."""
     rows = []
     for result in results:
@@ -118,7 +118,7 @@ def _recovered_columns(everywhere: pd.Series) -> dict[str, float]:
     return {name: everywhere[key] for name, key in names.items()}
 
 
-def _grid_columns(result: Result) -> dict[str, Any]:
+def _grid_columns(result: SurfaceResult) -> dict[str, Any]:
     """Return the best combination by reading, and the noise floor."""
     row = {
         f"best_{reading}": str(Combination.from_row(result.best[reading]["unrestricted"]))
@@ -128,12 +128,12 @@ def _grid_columns(result: Result) -> dict[str, Any]:
     return row | ({"Z_resampled": floors[FRESH]} if floors else {})
 
 
-def evaluated_readings(result: Result) -> list[str]:
+def evaluated_readings(result: SurfaceResult) -> list[str]:
     """Return the readings under which a conformation was evaluated."""
     return list(result.ranges["reading"].unique())
 
 
-def summary_table(results: Sequence[Result]) -> pd.DataFrame:
+def summary_table(results: Sequence[SurfaceResult]) -> pd.DataFrame:
     """Combine ranges.csv of all conformations, with the choices of other surfaces: the rows of summary.csv.
 
     `local` is the combination (of this range) with the highest mean d on this surface and those nearest in mean roughness,
@@ -159,7 +159,7 @@ def summary_table(results: Sequence[Result]) -> pd.DataFrame:
     return table[first + [name for name in table if name not in first + last] + last]
 
 
-def chosen_nearby(results: Sequence[Result], reading: str) -> tuple[np.ndarray, np.ndarray]:
+def chosen_nearby(results: Sequence[SurfaceResult], reading: str) -> tuple[np.ndarray, np.ndarray]:
     """Return d of every surface and range under the choices of `GUESSES`, (S, ranges, 3), and `local`, (S, ranges)."""
     d, percent = stack_column(results, f"d_{reading}"), stack_column(results, "n_S_percent")
     n_ranges = int((results[0].ranges["reading"] == reading).sum())
@@ -184,7 +184,7 @@ def chosen_nearby(results: Sequence[Result], reading: str) -> tuple[np.ndarray, 
     return guesses, local
 
 
-def nearest_first(results: Sequence[Result], s: int) -> np.ndarray:
+def nearest_first(results: Sequence[SurfaceResult], s: int) -> np.ndarray:
     """Return the surfaces other than number s, of other proteins if there are any, by distance in mean roughness."""
     distance = np.array([abs(result.mean_roughness - results[s].mean_roughness) for result in results])
     order = [k for k in np.argsort(distance, kind="stable") if k != s]
@@ -192,7 +192,7 @@ def nearest_first(results: Sequence[Result], s: int) -> np.ndarray:
     return np.array(foreign or order, int)
 
 
-def stack_column(results: Sequence[Result], column: str) -> np.ndarray:
+def stack_column(results: Sequence[SurfaceResult], column: str) -> np.ndarray:
     """Stack one column of all grids, (S, K); refuses grids that differ in combinations or readings."""
     first = results[0].grid[PARAMETERS].to_numpy()
     for result in results:
@@ -205,7 +205,7 @@ def stack_column(results: Sequence[Result], column: str) -> np.ndarray:
 
 
 def relation_table(
-    results: Sequence[Result], summary: pd.DataFrame, rng: np.random.Generator
+    results: Sequence[SurfaceResult], summary: pd.DataFrame, rng: np.random.Generator
 ) -> pd.DataFrame:
     """Find, per reading and range, the best combination on average, and whether the winners follow mean roughness."""
     percent = stack_column(results, "n_S_percent").mean(axis=0)

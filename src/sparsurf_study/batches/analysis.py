@@ -20,7 +20,7 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.components import summarize_components, table_of_components
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
-from sparsurf_study.batches.assignment import TABLES
+from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.batches.tables import pack_dots
 from sparsurf_study.settings import name_in_config
 
@@ -79,7 +79,7 @@ def analyse_batch(
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> dict[str, pd.DataFrame]:
     """Analyse the structures of a batch: tables by the names of `assignment.TABLES`; one that fails is a row of 'failures'."""
-    tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
+    tables: dict[str, list[pd.DataFrame]] = {name: [] for name in BATCH_FOLDERS}
     for done, structure in enumerate(structures, 1):
         with _collected_warnings() as sentences:
             try:

@@ -5,7 +5,13 @@ import zlib
 from collections.abc import Mapping
 from typing import Any
 
-TABLES = ("surfaces", "residues", "dots", "failures", "warnings")  # folders of a run, a file for each batch
+BATCH_FOLDERS = (
+    "surfaces",
+    "residues",
+    "dots",
+    "failures",
+    "warnings",
+)  # folders of a run, a file for each batch
 MAX_STUDIED = 10  # structures without a grid; a study of more is analysed in batches
 BATCH_PERCENT = (
     10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else

@@ -9,7 +9,7 @@ import pandas as pd
 
 MAD_TO_SD = 1.4826  # of a normal distribution
 # Numbers by which surfaces are compared with the others of the run, and how they are called
-MEASURES = {
+BATCH_MEASURES = {
     "atoms": "atoms",
     "area_per_atom": "area per atom",
     "volume_per_atom": "volume per atom",
@@ -48,7 +48,7 @@ def most_unusual(surfaces: pd.DataFrame, n: int) -> pd.DataFrame:
     if len(surfaces) < MIN_SURFACES:
         deviations[:] = 0.0
     table["deviation"] = deviations.max(axis=1)
-    table["unusual"] = deviations.idxmax(axis=1).map(MEASURES).where(table["deviation"] > 0, "")
+    table["unusual"] = deviations.idxmax(axis=1).map(BATCH_MEASURES).where(table["deviation"] > 0, "")
     order = table.sort_values(["deviation", "protein"], ascending=[False, True], kind="stable")
     return order.head(n).reset_index(drop=True)
 

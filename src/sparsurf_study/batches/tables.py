@@ -12,13 +12,13 @@ from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow
 from sparsurf_study import columns
 
-TYPES = {"int": "int32", "float": "float32", "text": "string"}  # of the columns in catalogue.yaml
+PARQUET_TYPES = {"int": "int32", "float": "float32", "text": "string"}  # of the columns in catalogue.yaml
 DOUBLE = "float64"  # of the floats of surfaces, which are few
-STEPS_PER_ANGSTROM = 32  # steps of the places of dots
+STORED_STEPS_PER_ANGSTROM = 32  # steps of the places of dots
 DEGREES = 2  # steps of the angles of normals
 # Numbers are rounded to fractions that a float32 holds exactly, whose last bytes are zeros and take no space
 RESIDUE_STEP = 1 / 1024  # Å^2 of areas, 1 of roughness
-STEPS = {
+ROUNDING_STEPS = {
     "residues": dict.fromkeys(
         ("area", "area_contact", "area_saddle", "area_concave", "mean_roughness", "most_rough"), RESIDUE_STEP
     ),
@@ -27,15 +27,15 @@ STEPS = {
 ENCODINGS = {
     "dots": dict.fromkeys(("dot", "x32", "y32", "z32", "atom"), "DELTA_BINARY_PACKED"),
     "residues": dict.fromkeys(("dots", "cavity_dots", "kept", "weight"), "DELTA_BINARY_PACKED")
-    | dict.fromkeys(STEPS["residues"], "BYTE_STREAM_SPLIT")
+    | dict.fromkeys(ROUNDING_STEPS["residues"], "BYTE_STREAM_SPLIT")
     | {"residue": "PLAIN"},
 }
 ZSTD_LEVEL = 19
 
 
-def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
+def columns_of_batch(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
     """Return the columns of a table with their types, from catalogue.yaml; `fields` are those of the config."""
-    types = TYPES | ({"float": DOUBLE} if table == "surfaces" else {})
+    types = PARQUET_TYPES | ({"float": DOUBLE} if table == "surfaces" else {})
     listed = columns.tables()[f"{table}/<batch>.parquet"].columns
     of_fields = {"residues": [f"mean_{name}" for name in fields], "dots": fields}.get(table, ())
     described = {column.name: types[column.type] for column in listed if "<" not in column.name}
@@ -44,7 +44,9 @@ def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
 
 def pack_dots(points: np.ndarray, normals: np.ndarray) -> pd.DataFrame:
     """Round places to 1/32 Å and normals to ° (to z, and around z from x): a third of the bytes; see `unpack_dots`."""
-    table = pd.DataFrame(np.rint(points * STEPS_PER_ANGSTROM).astype(np.int32), columns=["x32", "y32", "z32"])
+    table = pd.DataFrame(
+        np.rint(points * STORED_STEPS_PER_ANGSTROM).astype(np.int32), columns=["x32", "y32", "z32"]
+    )
     polar = np.degrees(np.arccos(np.clip(normals[:, 2], -1, 1)))
     azimuth = np.degrees(np.arctan2(normals[:, 1], normals[:, 0]))
     table["polar"] = (np.rint(polar / DEGREES) * DEGREES).astype(np.int32)
@@ -57,16 +59,16 @@ def unpack_dots(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     polar, azimuth = np.radians(table[["polar", "azimuth"]].to_numpy(float)).T
     around = np.sin(polar)
     normals = np.column_stack([around * np.cos(azimuth), around * np.sin(azimuth), np.cos(polar)])
-    return table[["x32", "y32", "z32"]].to_numpy(float) / STEPS_PER_ANGSTROM, normals
+    return table[["x32", "y32", "z32"]].to_numpy(float) / STORED_STEPS_PER_ANGSTROM, normals
 
 
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
     """Write the rows of one batch, rounded to `STEPS`; a table of `assignment.TABLES` without rows also has all columns."""
     pyarrow = import_pyarrow()
-    types = columns_of(table, fields)
+    types = columns_of_batch(table, fields)
     schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in types.items()])
     encodings = ENCODINGS.get(table, {})
-    steps = STEPS.get(table, {}) if len(rows) else {}
+    steps = ROUNDING_STEPS.get(table, {}) if len(rows) else {}
     rows = rows.assign(**{name: (rows[name] / step).round() * step for name, step in steps.items()})
     content = schema.empty_table()
     if len(rows):

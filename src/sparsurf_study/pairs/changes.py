@@ -20,12 +20,18 @@ from sparsurf.evaluation.floors import random_rotation, rotate
 from sparsurf.molecules.conformations import BACKBONE, determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
-from sparsurf_study.pairs.residue_moments import CHANNELS, FIELDS, Residues, describe_residues, distances
+from sparsurf_study.pairs.residue_moments import (
+    MOMENT_CHANNELS,
+    MOMENT_FIELDS,
+    ResidueMoments,
+    describe_residues,
+    distances,
+)
 
 log = logging.getLogger("sparsurf")
 
@@ -64,7 +70,7 @@ def read_forms(
 
 def noise(
     form: Form,
-    residues: Residues,
+    residues: ResidueMoments,
     rng: np.random.Generator,
     moved: float = 0.0,
     draws: int = N_FRESH_DRAWS,
@@ -107,7 +113,7 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     described = [describe_residues(form.surface, form.molecule, form.name, threads) for form in forms]
     rows = common_residues(first, second)
     common = [
-        Residues(residues.moments[row], residues.fields[row], residues.places[row])
+        ResidueMoments(residues.moments[row], residues.fields[row], residues.places[row])
         for residues, row in zip(described, rows, strict=True)
     ]
 
@@ -123,12 +129,12 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     for side, residues in zip(("first", "second"), common, strict=True):
         table[f"places_{side}"] = residues.places
     change = distances(common[0].moments, common[1].moments)
-    for k, name in reversed([*enumerate((*CHANNELS, TOTAL))]):  # the total stands first
+    for k, name in reversed([*enumerate((*MOMENT_CHANNELS, TOTAL))]):  # the total stands first
         table[name], table[f"{name}_floor"] = change[:, k], fresh[:, k]
     table[f"{TOTAL}_moved"] = moved[:, -1]
     for name, floor in (("above", f"{TOTAL}_floor"), ("above_moved", f"{TOTAL}_moved")):
         table[name] = (table[TOTAL] > table[floor]).astype(int)
-    for k, name in enumerate(FIELDS):
+    for k, name in enumerate(MOMENT_FIELDS):
         table[f"{name}_difference"] = common[1].fields[:, k] - common[0].fields[:, k]
     return table
 

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.patches.descriptors import describe
-from sparsurf.settings import Patches
+from sparsurf.patches.descriptors import describe_patches
+from sparsurf.settings import PatchSettings
 from sparsurf.streams import stream
 from sparsurf_study.pairs.nearest import Nearest, nearest
 from sparsurf_study.pairs.neighbourhoods import SMOOTHING, protrusion, smooth
@@ -20,10 +20,10 @@ from sparsurf_study.pairs.ranking import blocks_of_residues, bootstrap_auc
 AREAS = ["partner", "score", "auc", "low", "high", "dots", "interface", "blocks"]  # columns of `agreement`
 CONTACTS = ["against", "auc", "low", "high", "pairs"]  # columns of `contacts`
 NEAREST = 10  # patches whose mean distance is the second map of a study, as in the authors' code
-MAX_PAIRS = 100  # rows of the table of best-matching patches
+MAX_BEST_PAIRS = 100  # rows of the table of best-matching patches
 MIN_PAIR_DISTANCE = 6.0  # Å, between two rows of that table, on at least one side
 MAX_CONTACTS = 500  # native pairs that are evaluated
-PUBLISHED_PATCHES = Patches()  # how patches are described
+PUBLISHED_PATCHES = PatchSettings()  # how patches are described
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +37,14 @@ class Match:
 
 
 def descriptors_at(
-    partner: Partner, centres: np.ndarray, up: bool, patches: Patches = PUBLISHED_PATCHES, threads: int = 1
+    partner: Partner,
+    centres: np.ndarray,
+    up: bool,
+    patches: PatchSettings = PUBLISHED_PATCHES,
+    threads: int = 1,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Describe the patches around some positions, (n, 3) Å: descriptors, (n, M), and the number of dots in each patch, (n,)."""
-    return describe(partner.index, centres, patches.r_zernike, up, threads, patches.descriptor)
+    return describe_patches(partner.index, centres, patches.r_zernike, up, threads, patches.descriptor)
 
 
 def match(
@@ -48,7 +52,7 @@ def match(
     second: Partner,
     centres: Sequence[np.ndarray | None] = (None, None),
     k: int = 1,
-    patches: Patches = PUBLISHED_PATCHES,
+    patches: PatchSettings = PUBLISHED_PATCHES,
     threads: int = 1,
 ) -> Match:
     """Compare all patches of two partners: the first seen 'up' with the second seen 'down', and both 'up'.
@@ -122,7 +126,9 @@ def on_atoms(molecule: Molecule, residues: pd.DataFrame, name: str, buried: floa
     return np.array([values.get(key, buried) for key in keys], np.float64)
 
 
-def best_pairs(match_: Match, n: int = MAX_PAIRS, min_distance: float = MIN_PAIR_DISTANCE) -> pd.DataFrame:
+def best_pairs(
+    match_: Match, n: int = MAX_BEST_PAIRS, min_distance: float = MIN_PAIR_DISTANCE
+) -> pd.DataFrame:
     """List the n best-matching pairs of patches, none `min_distance` Å from a better one on both sides, for best_pairs.csv."""
     sides = [
         np.column_stack([match_.centres[0], match_.centres[1][match_.complementary[0].partner[:, 0]]]),
@@ -199,7 +205,7 @@ def contacts(
     first: Partner,
     second: Partner,
     within: float = INTERFACE,
-    patches: Patches = PUBLISHED_PATCHES,
+    patches: PatchSettings = PUBLISHED_PATCHES,
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame:

@@ -10,7 +10,7 @@ from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
 from sparsurf.threads import parallel_map
 
 SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scripts)
-REACH = 10.0  # Å, radius within which heavy atoms are counted
+NEIGHBOURHOOD_RADIUS = 10.0  # Å, radius within which heavy atoms are counted
 
 
 def means_within(
@@ -73,6 +73,6 @@ def protrusion(points: np.ndarray, heavy_atoms: np.ndarray, threads: int = 1) ->
 
     Dots are ranked as by the protrusion index CX (Pintar et al., Bioinformatics 18:980, 2002).
     """
-    return -means_within(points, heavy_atoms, np.zeros(len(heavy_atoms)), REACH, threads)[1].astype(
-        np.float64
-    )
+    return -means_within(points, heavy_atoms, np.zeros(len(heavy_atoms)), NEIGHBOURHOOD_RADIUS, threads)[
+        1
+    ].astype(np.float64)

@@ -13,7 +13,7 @@ from sparsurf.evaluation.statistics import mean_interval
 BLOCK_LENGTH = 10.0  # Å, between the centres of blocks of residues that are resampled together
 N_DRAWS = 500  # of the bootstrap
 # Of scores, which are of order 1: between two equal partners, all distances are 0 except for rounding errors
-DECIMALS = 9
+SCORE_DECIMALS = 9
 
 MAIN_SCORE, BASELINE = "propensity_smoothed", "protrusion"  # what a study reports
 
@@ -24,7 +24,7 @@ def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = Non
     B rows of `weight`, (B, n), give B areas. Ties (to DECIMALS) count half; NaN if one of the two classes is empty.
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
-    score = np.round(score, DECIMALS)
+    score = np.round(score, SCORE_DECIMALS)
     order = np.argsort(score, kind="stable")
     value, w = score[order], np.atleast_2d(weight)[:, order]
     begin = np.flatnonzero(np.diff(value, prepend=np.nan) != 0)  # of each run of equal values

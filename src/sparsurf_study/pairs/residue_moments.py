@@ -16,7 +16,7 @@ import pandas as pd
 from sparsurf.dot_fields.registry import compute_fields, mean_of_residues
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe, describe_fields
+from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe_fields_of_patches, describe_patches
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
@@ -24,7 +24,7 @@ from sparsurf.recovery.recovering import dot_spacing
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.surface import Surface
 
-FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
+MOMENT_FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
 # Volume of a residue inside proteins, Å^3: Zamyatnin, Prog. Biophys. Mol. Biol. 24:107, 1972
 VOLUME = {
     "ALA": 88.6, "ARG": 173.4, "ASN": 114.1, "ASP": 111.1, "CYS": 108.5, "GLN": 143.8, "GLU": 138.4, "GLY": 60.1,
@@ -33,15 +33,15 @@ VOLUME = {
 }  # fmt: skip
 RINGS = {"PHE": 1.0, "TYR": 1.0, "TRP": 1.0, "HIS": 0.6}  # aromatic residues; histidine's ring is polar
 CHARGES = {"LYS": 1.0, "ARG": 1.0, "ASP": -1.0, "GLU": -1.0}  # of side chains at pH 7
-CHANNELS = ("shape", *FIELDS)
-PERCENT = 10  # of the dots are described
-RADIUS = 10.0  # Å, of the patches
+MOMENT_CHANNELS = ("shape", *MOMENT_FIELDS)
+PERCENT_OF_DOTS = 10  # of the dots are described
+PATCH_RADIUS = 10.0  # Å, of the patches
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
 MIN_DOTS_IN_PATCH = 12  # patches with fewer dots are not described
 PLACES_AT_ONCE = 8 * PATCHES_PER_CALL  # described at a time; their float64 moments need 24 MB
 
 
-class Residues(NamedTuple):
+class ResidueMoments(NamedTuple):
     """Descriptors of the residues of a form; NaN for residues without places."""
 
     moments: np.ndarray  # (R, C, K) float64, mean moments of CHANNELS
@@ -49,7 +49,7 @@ class Residues(NamedTuple):
     places: np.ndarray  # (R,) int, numbers of places
 
 
-def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> Residues:
+def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> ResidueMoments:
     """Describe the residues of a molecule from the dots of its surface, whose `atom` refers to its atoms."""
     kept = _farthest_subset(dots)
     table = _fields(molecule, kept.points)
@@ -59,7 +59,7 @@ def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int
     moments[:, 1:, 0] -= lift
     n, residue = molecule.n_residues, molecule.residue_index[kept.atom]
     means = _means(moments.reshape(len(moments), -1), residue[described], n)
-    return Residues(
+    return ResidueMoments(
         means.reshape(n, *moments.shape[1:]),
         _means(table.to_numpy(), residue, n),
         np.bincount(residue, minlength=n),
@@ -72,12 +72,12 @@ def _fields(molecule: Molecule, points: np.ndarray) -> pd.DataFrame:
     none = dict.fromkeys(VOLUME, 0.0)
     for name, scale in (("volume", VOLUME), ("aromaticity", none | RINGS), ("charge", none | CHARGES)):
         table[name] = mean_of_residues(scale, molecule, points)
-    return table[[*FIELDS]]
+    return table[[*MOMENT_FIELDS]]
 
 
 def _farthest_subset(dots: Surface) -> Surface:
     """Choose PERCENT of the dots by farthest-point sampling, the same for every call."""
-    n = max(1, round(PERCENT / 100 * len(dots)))
+    n = max(1, round(PERCENT_OF_DOTS / 100 * len(dots)))
     return dots.take(farthest_point_sampling(build_grid(dots.points), n, np.random.default_rng(0)))
 
 
@@ -91,13 +91,17 @@ def _moments(kept: Surface, fields: np.ndarray, name: str, threads: int) -> tupl
     sizes = np.empty(len(kept), np.int32)
     for begin in range(0, len(kept), PLACES_AT_ONCE):
         block = slice(begin, begin + PLACES_AT_ONCE)
-        z, sizes[block] = describe(index, kept.points[block], RADIUS, True, threads, "rotation_robust")
+        z, sizes[block] = describe_patches(
+            index, kept.points[block], PATCH_RADIUS, True, threads, "rotation_robust"
+        )
         moments[block, 0] = z[:, low]
-        moments[block, 1:] = describe_fields(index, kept.points[block], filled, RADIUS, threads)[:, :, low]
+        moments[block, 1:] = describe_fields_of_patches(
+            index, kept.points[block], filled, PATCH_RADIUS, threads
+        )[:, :, low]
     described = np.flatnonzero(sizes >= MIN_DOTS_IN_PATCH)
     if len(described) == 0:
         raise InputError(
-            f"{name}: no patch of {RADIUS:g} Å has {MIN_DOTS_IN_PATCH} dots; use a larger surface."
+            f"{name}: no patch of {PATCH_RADIUS:g} Å has {MIN_DOTS_IN_PATCH} dots; use a larger surface."
         )
     return moments[described].astype(float), described
 
@@ -118,4 +122,4 @@ def distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 def spread_of_moments() -> np.ndarray:
     """Return the standard deviations (C, K) float32 of the moments over the places of 22 proteins of a docking benchmark."""
     table = pd.read_csv(Path(__file__).with_name("spread_of_moments.csv"), dtype=np.float32)
-    return np.ascontiguousarray(table[[*CHANNELS]].to_numpy().T)
+    return np.ascontiguousarray(table[[*MOMENT_CHANNELS]].to_numpy().T)

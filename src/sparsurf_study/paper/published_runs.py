@@ -22,7 +22,7 @@ from sparsurf_study.paper.verdict import MIN_P
 RUNS = 40  # as-published runs of the whole grid
 MEASURES = ("d", "Z_tS")
 CENTRES = 181  # of the patches that cover A1, as published
-SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
+SIMULATED_SUMS = 100_000  # sums of squares from which the p of all rows is taken
 
 
 def runs_as_published(
@@ -115,7 +115,7 @@ def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = (
     n = rows["n_runs"].to_numpy()
     difference = rows[f"{name}_published"] - rows[f"{name}_mean"]
     statistic = float(((difference / (rows[f"{name}_sd"] * np.sqrt(1 + 1 / n))) ** 2).sum())
-    simulated = _simulated_statistics(tuple(map(int, n)), SIMULATED)
+    simulated = _simulated_statistics(tuple(map(int, n)), SIMULATED_SUMS)
     p = float((np.sum(simulated >= statistic) + 1) / (len(simulated) + 1))
     return {"n_rows": len(rows), "statistic": statistic, "p": p}
 

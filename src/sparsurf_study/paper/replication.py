@@ -19,7 +19,7 @@ from sparsurf_study.analysis import grid, tables
 from sparsurf_study.analysis.islands import compare_islands, link_over_spacing, measure_islands
 from sparsurf_study.paper import published_runs
 
-PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
+TUNED_PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
 TURNS = 5  # orientations in which the same dots are described
 LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
 
@@ -167,7 +167,7 @@ def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.D
 def tuned_family(
     prepared: PreparedSurface,
     exponents: np.ndarray,
-    percents: Sequence[float] = PERCENTS,
+    percents: Sequence[float] = TUNED_PERCENTS,
     n_tests: int = 400,
     draws: int = 3,
 ) -> pd.DataFrame:

@@ -13,11 +13,11 @@ from urllib.parse import quote
 
 import pandas as pd
 
-from sparsurf.files import checksum
+from sparsurf.files import checksum_of_file
 from sparsurf.version import __version__
 from sparsurf.views import layout
 from sparsurf_study import catalogue
-from sparsurf_study.batches.assignment import TABLES
+from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.report import summaries
@@ -27,11 +27,11 @@ from sparsurf_study.report.first_page.surfaces import DEFAULT_MINIMAL
 from sparsurf_study.report.front import MAX_ROWS, write_front
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
 from sparsurf_study.report.page import DEFAULT_LENGTHS
-from sparsurf_study.report.provenance import UNKNOWN, Origin
-from sparsurf_study.rounding import write_table
+from sparsurf_study.report.provenance import UNKNOWN_ORIGIN, RunOrigin
+from sparsurf_study.rounding import write_rounded
 
 Warnings = list[tuple[str, str, str, str]]
-COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
+WARNING_COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
 FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
@@ -53,7 +53,7 @@ def close_run(
     exclude: Mapping[str, str],
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
-    origin: Origin = UNKNOWN,
+    origin: RunOrigin = UNKNOWN_ORIGIN,
     minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> None:
     """Check the run of a folder with the files and folders `results`, and write its pages and tables.
@@ -71,7 +71,9 @@ def close_run(
         return answers, broken
 
     failures = pd.DataFrame(exclude.items(), columns=FAILURE_COLUMNS)
-    _write_pages(folder, results, outputs, failures, pd.DataFrame(warnings, columns=COLUMNS), write_page)
+    _write_pages(
+        folder, results, outputs, failures, pd.DataFrame(warnings, columns=WARNING_COLUMNS), write_page
+    )
 
 
 def close_batches(
@@ -82,7 +84,7 @@ def close_batches(
     exclude: Mapping[str, str],
     outputs: Mapping[str, str],
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
-    origin: Origin = UNKNOWN,
+    origin: RunOrigin = UNKNOWN_ORIGIN,
     minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
 ) -> None:
     """Check the run of a folder in batches, and write its outputs page, failures, warnings, checks, crate and png.
@@ -90,7 +92,7 @@ def close_batches(
     `tables` are the Parquet files of all batches; others in their folders are left from an earlier study and are removed.
     `studied` are the files of the structures that have pages of their own.
     """
-    stored = {path for name in TABLES for path in (run / name).glob("*.parquet")}
+    stored = {path for name in BATCH_FOLDERS for path in (run / name).glob("*.parquet")}
     for path in stored - {*map(Path, tables)}:  # of an earlier study: a folder holds one run
         path.unlink()
     surfaces = read_parquet(run, "surfaces").sort_values("protein", ignore_index=True)
@@ -98,8 +100,8 @@ def close_batches(
     excluded = pd.DataFrame(exclude.items(), columns=["protein", "reason"])
     failures = pd.concat([excluded, failed]).set_axis(FAILURE_COLUMNS, axis=1)
     listed = read_parquet(run, "warnings").sort_values("protein", kind="stable")
-    listed = listed.assign(conformation="", job=JOB)[COLUMNS]
-    listed = pd.concat([listed, pd.DataFrame(warnings, columns=COLUMNS)])
+    listed = listed.assign(conformation="", job=JOB)[WARNING_COLUMNS]
+    listed = pd.concat([listed, pd.DataFrame(warnings, columns=WARNING_COLUMNS)])
     listed = listed.drop_duplicates(["protein", "sentence"])
     layout.save(distributions.figure(measures(surfaces)), outputs["png"])
     batches = {
@@ -130,10 +132,10 @@ def _write_pages(
 
     `write_page` writes the page, which quotes the warnings, and returns its answers and what contradicts itself in the results.
     """
-    write_table(outputs["failures"], failures)
-    write_table(outputs["warnings"], warnings)
+    write_rounded(outputs["failures"], failures)
+    write_rounded(outputs["warnings"], warnings)
     answers, broken = write_page()
-    write_table(outputs["checks"], pd.DataFrame(broken, columns=CHECK_COLUMNS))
+    write_rounded(outputs["checks"], pd.DataFrame(broken, columns=CHECK_COLUMNS))
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*results, *pages], outputs["crate"], answers, folder)
 
@@ -145,7 +147,7 @@ def close_partial_run(
     finished: Finished,
     tables: Sequence[str],
     warnings_of: Callable[[Sequence[str]], Warnings],
-    origin: Origin = UNKNOWN,
+    origin: RunOrigin = UNKNOWN_ORIGIN,
 ) -> list[str]:
     """Close a run in which jobs failed from what lies there, older than which it counts; return the files written, if any."""
     if not (finished.conformations or finished.pairs or tables):
@@ -248,5 +250,5 @@ def _describe_file(file: str, path: Path) -> dict:
     media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
     size, output = str(path.stat().st_size), catalogue.output_of(file)
     part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
-    part["sha256"] = checksum(path)
+    part["sha256"] = checksum_of_file(path)
     return part | ({"description": output.content} if output else {})

@@ -13,10 +13,10 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import Surface
-from sparsurf_study.batches.tables import columns_of, locate_structure, read_parquet, unpack_dots
+from sparsurf_study.batches.tables import columns_of_batch, locate_structure, read_parquet, unpack_dots
 from sparsurf_study.report.scenes import script_text
 
-BURIED = -1.0  # B factor of residues without dots
+B_FACTOR_OF_BURIED = -1.0  # B factor of residues without dots
 
 
 def export_structure(run: str, name: str, folder: str | Path) -> str:
@@ -43,7 +43,9 @@ def export_structure(run: str, name: str, folder: str | Path) -> str:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     # Behind the columns that every run has, without protein, stand the fields that this study requested
-    fields = [str(name) for name in list(dots)[len(columns_of("dots")) - 1 :] if dots[name].notna().any()]
+    fields = [
+        str(name) for name in list(dots)[len(columns_of_batch("dots")) - 1 :] if dots[name].notna().any()
+    ]
     kept = Surface(
         *unpack_dots(dots),
         atom=dots["atom"].to_numpy(),
@@ -55,7 +57,7 @@ def export_structure(run: str, name: str, folder: str | Path) -> str:
     columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")} | kept.fields
     write_ply(folder / "minimal.ply", kept, table["weight"].to_numpy(float), "weight", columns)
     residues.to_csv(folder / "residues.csv", index=False)
-    roughness = np.nan_to_num(residues["mean_roughness"].to_numpy(float), nan=BURIED)
+    roughness = np.nan_to_num(residues["mean_roughness"].to_numpy(float), nan=B_FACTOR_OF_BURIED)
     molecule.write_pdb(folder / "structure_roughness.pdb", b_factor=roughness[molecule.residue_index])
     (folder / "open.pml").write_text(script_text("open.pml"), encoding="utf-8")
     return f"{len(dots):,} dots and {len(residues):,} residues of {name}"

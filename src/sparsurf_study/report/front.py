@@ -28,7 +28,7 @@ from sparsurf_study.report.first_page.run import (
     Cell,
     Figure,
     Run,
-    Table,
+    TableLink,
 )
 from sparsurf_study.report.first_page.surfaces import (
     DEFAULT_MINIMAL,
@@ -37,14 +37,14 @@ from sparsurf_study.report.first_page.surfaces import (
     of_residues,
     of_strip,
     of_surfaces,
-    requested,
+    requested_subset,
 )
-from sparsurf_study.report.page import DEFAULT_LENGTHS, embedded_figures, render, write
-from sparsurf_study.report.provenance import UNKNOWN, Origin, provenance
+from sparsurf_study.report.page import DEFAULT_LENGTHS, embedded_figures, render, write_rendered
+from sparsurf_study.report.provenance import UNKNOWN_ORIGIN, RunOrigin, provenance
 
 __all__ = ["MAX_ROWS", "MAX_SHOWN", "warned", "write_front"]
 
-TEMPLATE = "front.html.j2"
+FRONT_TEMPLATE = "front.html.j2"
 ANSWERS = "answers.txt.j2"
 MAX_PROTEINS = 6  # that the heading names
 
@@ -56,7 +56,7 @@ def write_front(
     batches: Mapping[str, Any] | None = None,
     lengths: Mapping[str, float] = DEFAULT_LENGTHS,
     broken: Sequence[tuple[str, str]] = (),
-    origin: Origin = UNKNOWN,
+    origin: RunOrigin = UNKNOWN_ORIGIN,
     minimal: Mapping[str, Any] = DEFAULT_MINIMAL,
     folder: Path | None = None,
 ) -> list[str]:
@@ -66,12 +66,12 @@ def write_front(
     `minimal` is that section of the config. `folder` is that of the run, by default that of the page, where warnings.csv lies.
     """
     run = Run(folder or Path(page).parent, list(dict.fromkeys(files)))
-    values = values_of(run, batches, minimal)
+    values = values_of_front(run, batches, minimal)
     figures = [*dict.fromkeys(figures_in(values))]
     images = embedded_figures(run.folder, figures, Path(page).parent)
-    write(
+    write_rendered(
         page,
-        TEMPLATE,
+        FRONT_TEMPLATE,
         lengths,
         **values,
         without=list(exclude.items()),
@@ -85,7 +85,7 @@ def write_front(
     return [line for line in render(ANSWERS, lengths, **values).splitlines() if line]
 
 
-def values_of(
+def values_of_front(
     run: Run, batches: Mapping[str, Any] | None = None, minimal: Mapping[str, Any] = DEFAULT_MINIMAL
 ) -> dict[str, Any]:
     """Collect what the page and the terminal say of a run; None or nothing for what the run does not have."""
@@ -104,7 +104,7 @@ def values_of(
         "paper": of_paper(run),
         "grid": grid,
         "dots": of_dots(run) if few else None,
-        "request": requested(minimal),
+        "request": requested_subset(minimal),
         "changes": changes,
         "pairs": pairs,
         "frames": of_frames(run),
@@ -142,7 +142,7 @@ def figures_in(value: Any) -> Iterator[str]:
     elif isinstance(value, Cell):
         if value.picture:
             yield value.picture
-    elif isinstance(value, Table):
+    elif isinstance(value, TableLink):
         yield from figures_in(value.rows)
     elif isinstance(value, Mapping):
         yield from figures_in(list(value.values()))

@@ -12,15 +12,15 @@ import pandas as pd
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.views.numbers import interval
-from sparsurf_study.batches.assignment import TABLES
+from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.report.front import MAX_SHOWN
 
-PAGE = "index.html"
+FIRST_PAGE = "index.html"
 ROUNDING = 1e-6  # of unrounded numbers, relative
 AREA_STEP = 0.01  # Å^2, of the areas in components.csv
 PERCENT_STEP = 1e-3  # %, beyond the rounding of limits of n_S
 MOST_DEVIATIONS = 5.0  # standard deviations of n_S from its closed form
-MIN_DOTS = 1.0  # of a standard deviation of n_S, which is rounded
+MIN_DEVIATION = 1.0  # of a standard deviation of n_S, which is rounded
 
 
 def broken_invariants(run: Path, files: Iterable[str]) -> list[tuple[str, str]]:
@@ -28,7 +28,7 @@ def broken_invariants(run: Path, files: Iterable[str]) -> list[tuple[str, str]]:
     broken = []
     for file in files:
         path = run / file
-        for check in CHECKS.get(path.name, ()) if path.is_file() else ():
+        for check in RESULT_CHECKS.get(path.name, ()) if path.is_file() else ():
             broken += [(file, sentence) for sentence in check(path)]
     return broken
 
@@ -36,7 +36,7 @@ def broken_invariants(run: Path, files: Iterable[str]) -> list[tuple[str, str]]:
 def broken_batches(run: Path) -> list[tuple[str, str]]:
     """Check the Parquet tables of a run in batches: the dots of all residues are those of their surface."""
     broken = []
-    for path in sorted((run / TABLES[0]).glob("*.parquet")):
+    for path in sorted((run / BATCH_FOLDERS[0]).glob("*.parquet")):
         if not (run / "residues" / path.name).is_file():
             broken.append((f"residues/{path.name}", "it is missing, and the table of its surfaces is there."))
             continue
@@ -55,13 +55,13 @@ def numbers_missing_on_page(
     run: Path, files: Iterable[str], path_to_page: str | Path | None = None
 ) -> list[tuple[str, str]]:
     """Return the d of ranges.csv that the first page of a run, by default in its folder, shows otherwise, or not at all."""
-    page = html.unescape(Path(path_to_page or run / PAGE).read_text(encoding="utf-8"))
+    page = html.unescape(Path(path_to_page or run / FIRST_PAGE).read_text(encoding="utf-8"))
     missing = []
     tables = [file for file in files if Path(file).name == "ranges.csv"]
     for file in tables[:MAX_SHOWN]:  # the page shows no more surfaces one by one
         for k, row in pd.read_csv(run / file).dropna(subset=["d_cv"]).iterrows():
             if (shown := interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])) not in page:
-                missing.append((PAGE, f"it does not show d = {shown}, which is in row {k} of {file}."))
+                missing.append((FIRST_PAGE, f"it does not show d = {shown}, which is in row {k} of {file}."))
     return missing
 
 
@@ -117,7 +117,7 @@ def n_s_is_near_its_closed_form(path: Path) -> Iterator[str]:
     table, n = pd.read_csv(path), n_dots(path.parent)
     expected = table["n_S_expected"]
     variance = (expected * (1 - expected / n)).to_numpy()  # of a draw, at most; a mean varies less
-    deviation = np.maximum(np.sqrt(variance), MIN_DOTS)
+    deviation = np.maximum(np.sqrt(variance), MIN_DEVIATION)
     wrong = (table["n_S"] - expected).abs() > MOST_DEVIATIONS * deviation
     if wrong.any():
         k = int(wrong.to_numpy().argmax())
@@ -165,7 +165,7 @@ def every_surface_has_its_dots(path: Path) -> Iterator[str]:
             yield f"N of {row['protein']}/{row['conformation']} is {row['N']}, but its surface has {n_dots(folder)} dots."
 
 
-CHECKS: dict[str, tuple[Callable[[Path], Iterator[str]], ...]] = {  # by the name of a file
+RESULT_CHECKS: dict[str, tuple[Callable[[Path], Iterator[str]], ...]] = {  # by the name of a file
     "minimal.csv": (weights_sum_to_all_dots,),
     "components.csv": (areas_sum_to_the_surface,),
     "residues.csv": (residues_hold_all_dots,),

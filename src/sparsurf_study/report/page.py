@@ -25,7 +25,7 @@ OVERVIEW = Path(overview.__file__).parent  # the page on one surface, which draw
 MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
 MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
-FORMATS = (number, share, interval, interval_of, combination, left_in_island, p_value)  # filters of templates
+FILTERS = (number, share, interval, interval_of, combination, left_in_island, p_value)  # filters of templates
 DEFAULT_LENGTHS = {"r_patch": R_PATCH, "r_zernike": R_ZERNIKE, "interface": INTERFACE}  # Å
 WEBP: dict[str, Any] = {"quality": 85, "method": 2}  # 1 MB becomes 0.15 MB that looks the same, quickly
 
@@ -84,7 +84,7 @@ def _templates() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {"code": code, "symbols": symbols, "words": _explained} | {
-        form.__name__: form for form in FORMATS
+        form.__name__: form for form in FILTERS
     }
     readings = kinds.TABLE["reading"].items()
     environment.globals |= {
@@ -135,7 +135,7 @@ def render(template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **valu
     return re.sub(r"\n\s*\n+", "\n", page).lstrip() if ".html" in template else page
 
 
-def write(
+def write_rendered(
     path: Path | str, template: str, lengths: Mapping[str, float] = DEFAULT_LENGTHS, **values: Any
 ) -> None:
     """Render a page into the file `path`, see `render`."""

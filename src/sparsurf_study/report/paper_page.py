@@ -25,10 +25,10 @@ from sparsurf_study.paper.verdict import MIN_RUNS, is_one_more_run
 from sparsurf_study.report.numbers import against_zero, is_fragmented
 
 if TYPE_CHECKING:
-    from sparsurf.settings import Surface as SurfaceSettings
+    from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 
-TEMPLATE = "paper.html.j2"
+PAPER_TEMPLATE = "paper.html.j2"
 YES, NO = "yes", "no"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
@@ -67,16 +67,16 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     ends = of_best[["d_link", "d"]].iloc[[0, int(of_best["d"].argmin())]].to_numpy().tolist()
     chapters = {
         "table1": table1(data["places"], data["tests"], data["rows"], data["bias"]),
-        "winners": winners(data["ranges"], data["places"]),
+        "winners": describe_winners(data["ranges"], data["places"]),
         "best": best_at_one(data["best"], grid, data["places"]),
         "positive": positive(grid, data["rows"], data["family"]),
-        "describe": describe(grid, data["rows"], references["Z_mean_descriptor"]),
+        "describe": describe_grid(grid, data["rows"], references["Z_mean_descriptor"]),
         "rough": rough,
         "flat": flat,
         "fewer": fewer,
         "gather": gathered,
         "span": span_of(grid),
-        "uniform": uniform(grid, data["uniform"]["median"]),
+        "uniform": describe_uniform(grid, data["uniform"]["median"]),
         "range_of_roughness": {"holds": both(low >= 0 and high <= 1), "measured": (low, high)},
         "probability": probability(data["surface"], data["defects"]),
         "orientation": orientation(references, data["turned"]),
@@ -172,7 +172,7 @@ def table1(
     }
 
 
-def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
+def describe_winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
     """Compare our winner of each range with the published one, and count how often that won the runs."""
     table = places[["range", "n_won", "n_runs"]].reset_index(drop=True)
     table["published"] = [str(Combination(*row)) for row in PUBLISHED_ROWS]
@@ -243,7 +243,7 @@ def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> di
     }
 
 
-def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
+def describe_grid(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
     """Count the rows of Table I and the combinations that describe a patch better than the mean patch does."""
     tables = (grid, rows)
     holds, worse = {}, {}
@@ -282,7 +282,7 @@ def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
     )
 
 
-def uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
+def describe_uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
     """Compare what beta = gamma = delta = 0 keeps with the share alpha."""
     rows = grid[(grid[["beta", "gamma", "delta"]] == 0).all(axis=1)]
     near = len(rows) and (rows["n_S_percent"] - 100 * rows["alpha"]).abs().max() < 1

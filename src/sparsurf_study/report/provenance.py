@@ -8,12 +8,12 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from sparsurf.files import checksum
+from sparsurf.files import checksum_of_file
 from sparsurf.version import __version__
 
 
 @dataclass(frozen=True)
-class Origin:
+class RunOrigin:
     """What a run was started with: the command, its input files if they are few, and their number; what libraries computed."""
 
     command: str = ""
@@ -22,10 +22,10 @@ class Origin:
     libraries: Sequence[str] = ()
 
 
-UNKNOWN = Origin()
+UNKNOWN_ORIGIN = RunOrigin()
 
 
-def provenance(origin: Origin) -> dict[str, Any]:
+def provenance(origin: RunOrigin) -> dict[str, Any]:
     """Return the version, the date, the command, and the input files with their checksums as far as they are still there."""
     present = [path for path in origin.inputs if Path(path).is_file()]
     return {
@@ -34,5 +34,5 @@ def provenance(origin: Origin) -> dict[str, Any]:
         "command": origin.command,
         "n_inputs": origin.n_inputs,
         "libraries": origin.libraries,
-        "inputs": [(path, checksum(path)) for path in present],
+        "inputs": [(path, checksum_of_file(path)) for path in present],
     }

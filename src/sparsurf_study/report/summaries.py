@@ -14,12 +14,12 @@ from sparsurf_study.analysis.summary import read_result, relation_table, summary
 from sparsurf_study.report.figures import required_dots
 from sparsurf_study.report.figures.comparison_figure import comparison_figure
 from sparsurf_study.report.figures.pair_figures import over_pairs
-from sparsurf_study.rounding import write_table
+from sparsurf_study.rounding import write_rounded
 
 
 def summarise_surfaces(folders: Mapping[Path, bool], table: str, png: str) -> None:
     """Write surfaces.csv and the figure of how many dots are enough; `folders` say whether they have results of the grid."""
-    write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()]))
+    write_rounded(table, surfaces_table([read_result(*folder) for folder in folders.items()]))
     layout.save(required_dots.figure([required_dots.read(folder) for folder in folders]), png)
 
 
@@ -27,8 +27,8 @@ def summarise_best(folders: Iterable[Path], seed: int, summary: str, relation: s
     """Write the best parameters of all surfaces, and whether they follow mean roughness."""
     results = [read_result(folder, minimal=False) for folder in folders]
     best = summary_table(results)
-    write_table(summary, best)
-    write_table(relation, relation_table(results, best, stream(seed, "summary")))
+    write_rounded(summary, best)
+    write_rounded(relation, relation_table(results, best, stream(seed, "summary")))
 
 
 def summarise_comparison(tables: Iterable[Path], table: str, png: str) -> None:
@@ -38,7 +38,7 @@ def summarise_comparison(tables: Iterable[Path], table: str, png: str) -> None:
     several = "proteins" if len({protein for protein, _ in comparisons}) > 1 else "conformations"
     kind = several if len(units) > 1 else "conformation"
     means = means_over_proteins(units)
-    write_table(table, means)
+    write_rounded(table, means)
     subject = f"mean of {len(units)} {kind}" if len(units) > 1 else next(iter(units))
     drawn = means.rename(columns={"lowest": "low", "highest": "high"})
     layout.save(comparison_figure(drawn, subject, f"lowest to highest of {len(units)} {kind}"), png)
@@ -47,5 +47,5 @@ def summarise_comparison(tables: Iterable[Path], table: str, png: str) -> None:
 def summarise_pairs(tables: Iterable[Path], run: str, table: str, png: str) -> None:
     """Write <pair>/agreement.csv of all pairs as one table, and the figure of the means over pairs."""
     scores = pd.concat([pd.read_csv(path).assign(complex=path.parent.name) for path in tables])
-    write_table(table, scores)
+    write_rounded(table, scores)
     layout.save(over_pairs(run, scores), png)

@@ -61,7 +61,7 @@ def force_field_folder(name: str) -> Path:
     )
 
 
-def run(
+def run_gromacs(
     *arguments: object,
     folder: str | os.PathLike[str],
     stdin: str = "",

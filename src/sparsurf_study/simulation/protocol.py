@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 STAGES = ("minimise", "nvt", "npt", "production")
-DEFAULTS = {
+GROMACS_DEFAULTS = {
     "ns": 1.0,  # length of the production; the paper's is 10,000
     "nvt_ns": 0.1,
     "npt_ns": 0.1,
@@ -80,7 +80,7 @@ def length_ns(stage: str, settings: dict[str, Any]) -> float:
 
 def with_defaults(settings: dict[str, Any]) -> dict[str, Any]:
     """Return the config's `simulate` of a protein with every default filled in."""
-    return DEFAULTS | settings
+    return GROMACS_DEFAULTS | settings
 
 
 def velocity_seed(seed: int) -> int:

@@ -30,9 +30,9 @@ QUANTITIES = {  # names in GROMACS: columns
 # A warning is given if the production's mean deviates from its target by more than this and its 95 % interval. The paper
 # reports 1006 +- 5 kg / m^3; the density changes by up to 3 % with the share of the box that the protein fills.
 TOLERANCE = {"temperature_K": 1.0, "pressure_bar": 10.0, "density_kg_m3": 30.0}
-DENSITY = 1006.0  # kg / m^3, paper, Materials and Methods
+WATER_DENSITY = 1006.0  # kg / m^3, paper, Materials and Methods
 N_BLOCKS = 10  # from which the error of a mean is estimated, as successive values are correlated
-MIN_VALUES = 50  # from which a mean is compared with its target
+MIN_SAMPLES_OF_MEAN = 50  # from which a mean is compared with its target
 
 
 def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
@@ -41,7 +41,7 @@ def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
     with tempfile.TemporaryDirectory() as scratch:
         for stage in STAGES:
             folder, out = Path(folders[stage]).absolute(), Path(scratch, f"{stage}.xvg")
-            gromacs.run("energy", "-f", "energies.edr", "-o", out, folder=folder,
+            gromacs.run_gromacs("energy", "-f", "energies.edr", "-o", out, folder=folder,
                         stdin="\n".join(_stored_quantities(folder)) + "\n\n")  # fmt: skip
             tables.append(read_xvg(out).assign(stage=stage))
     return pd.concat(tables, ignore_index=True).reindex(columns=["stage", "time_ps", *QUANTITIES.values()])
@@ -84,13 +84,13 @@ def judge(table: pd.DataFrame, settings: dict[str, Any]) -> pd.DataFrame:
     targets = {
         "temperature_K": settings["temperature"],
         "pressure_bar": settings["pressure"],
-        "density_kg_m3": DENSITY,
+        "density_kg_m3": WATER_DENSITY,
     }
     rows = []
     for name, target in targets.items():
         values = table.loc[table["stage"] == "production", name].dropna().to_numpy()
         mean, half = mean_of_blocks(values)
-        measurable = len(values) >= MIN_VALUES
+        measurable = len(values) >= MIN_SAMPLES_OF_MEAN
         near = bool(abs(mean - target) <= half + TOLERANCE[name]) if measurable else np.nan
         rows.append((name, mean, half, target, near))
     return pd.DataFrame(rows, columns=["quantity", "mean", "half_width", "target", "near"])

@@ -47,7 +47,7 @@ def run_stage(
         folder.mkdir(parents=True)
         (folder / "stage.mdp").write_text(text, encoding="ascii")
         state = ["-t", start[1]] if len(start) > 1 else []
-        gromacs.run("grompp", "-f", "stage.mdp", "-c", start[0], "-r", start[0], *state, "-p", system / "topol.top",
+        gromacs.run_gromacs("grompp", "-f", "stage.mdp", "-c", start[0], "-r", start[0], *state, "-p", system / "topol.top",
                     "-o", "topol.tpr", "-maxwarn", 0, folder=folder)  # fmt: skip
         (folder / "stage.json").write_text(json.dumps({"inputs": digest}) + "\n", encoding="ascii")
     if not (folder / "final.gro").is_file():
@@ -72,7 +72,7 @@ def _simulate(
         if total:
             progress(current_step(folder / "md.log"), total)
 
-    gromacs.run("mdrun", *files, *thread_option, folder=folder, wait=wait)
+    gromacs.run_gromacs("mdrun", *files, *thread_option, folder=folder, wait=wait)
     (folder / "full.trr").unlink(missing_ok=True)
     for backup in folder.glob("state_prev.cpt"):
         backup.unlink()
@@ -110,7 +110,7 @@ def extract_protein(
 ) -> np.ndarray:
     """Write the protein without water, its molecules whole and named as prepared, as PDB and XTC; return the first frame, Å."""
     production, trajectory = Path(production).absolute(), Path(path_to_trajectory).absolute()
-    gromacs.run("trjconv", "-s", "topol.tpr", "-f", "trajectory.xtc", "-o", trajectory, "-pbc", "whole",
+    gromacs.run_gromacs("trjconv", "-s", "topol.tpr", "-f", "trajectory.xtc", "-o", trajectory, "-pbc", "whole",
                 folder=production, stdin="Protein\n")  # fmt: skip
     prepared = Path(system, "hydrogens.pdb")
     molecule = read_molecule(prepared, trajectory, whole=False).frame(0)

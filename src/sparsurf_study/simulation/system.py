@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MAX_NAMED = 8  # residues named in a message; the others are only counted
+MAX_NAMED_RESIDUES = 8  # residues named in a message; the others are only counted
 
 
 def select_protein(path: str | os.PathLike[str], protein: dict[str, Any]) -> Molecule:
@@ -59,16 +59,18 @@ def prepare_system(
     refuse_incomplete(molecule, path)
     molecule.write_pdb(Path(folder, "protein.pdb"))
     topology = ["-p", "topol.top"]
-    gromacs.run("pdb2gmx", "-f", "protein.pdb", "-o", "hydrogens.gro", *topology, "-ff", force_field,
+    gromacs.run_gromacs("pdb2gmx", "-f", "protein.pdb", "-o", "hydrogens.gro", *topology, "-ff", force_field,
                 "-water", settings["water"], "-ignh", folder=folder)  # fmt: skip
     with_chains(Path(folder, "hydrogens.gro"), molecule).write_pdb(Path(folder, "hydrogens.pdb"))
-    gromacs.run("editconf", "-f", "hydrogens.gro", "-o", "box.gro", "-bt", "dodecahedron", "-c",
+    gromacs.run_gromacs("editconf", "-f", "hydrogens.gro", "-o", "box.gro", "-bt", "dodecahedron", "-c",
                 "-d", settings["margin"] / 10, folder=folder)  # fmt: skip
-    gromacs.run("solvate", "-cp", "box.gro", "-cs", "spc216", "-o", "water.gro", *topology, folder=folder)
+    gromacs.run_gromacs(
+        "solvate", "-cp", "box.gro", "-cs", "spc216", "-o", "water.gro", *topology, folder=folder
+    )
     Path(folder, "ions.mdp").write_text(parameters("minimise", settings, seed), encoding="ascii")
-    gromacs.run("grompp", "-f", "ions.mdp", "-c", "water.gro", *topology, "-o", "ions.tpr", "-maxwarn", 1,
+    gromacs.run_gromacs("grompp", "-f", "ions.mdp", "-c", "water.gro", *topology, "-o", "ions.tpr", "-maxwarn", 1,
                 folder=folder)  # fmt: skip  # the one warning is about the charge, which the ions neutralise
-    gromacs.run("genion", "-s", "ions.tpr", "-o", "system.gro", *topology, "-neutral", "-pname", "NA",
+    gromacs.run_gromacs("genion", "-s", "ions.tpr", "-o", "system.gro", *topology, "-neutral", "-pname", "NA",
                 "-nname", "CL", "-seed", velocity_seed(seed), folder=folder, stdin="SOL\n")  # fmt: skip
     for name in ("hydrogens.gro", "box.gro", "water.gro", "ions.tpr", "ions.mdp", "mdout.mdp"):
         Path(folder, name).unlink(missing_ok=True)
@@ -138,10 +140,12 @@ def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
         )
     gaps = [f"{molecule.residue_label(i)} and {molecule.residue_label(j)}" for i, j in _gaps(molecule, first)]
     if gaps:
-        remainder = f" and {len(gaps) - MAX_NAMED} more places" if len(gaps) > MAX_NAMED else ""
+        remainder = (
+            f" and {len(gaps) - MAX_NAMED_RESIDUES} more places" if len(gaps) > MAX_NAMED_RESIDUES else ""
+        )
         raise InputError(
-            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED])}{remainder}; model the missing residues, or "
-            "select a part without gaps (`residues:`)."
+            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED_RESIDUES])}{remainder}; model the missing "
+            "residues, or select a part without gaps (`residues:`)."
         )
 
 
@@ -164,5 +168,5 @@ def _first_atoms(molecule: Molecule) -> np.ndarray:
 
 def _names(molecule: Molecule, atoms: Sequence[int]) -> str:
     """Return the labels of the first residues, and the number of the others."""
-    remainder = f" and {len(atoms) - MAX_NAMED} more" if len(atoms) > MAX_NAMED else ""
-    return ", ".join(molecule.residue_label(i) for i in atoms[:MAX_NAMED]) + remainder
+    remainder = f" and {len(atoms) - MAX_NAMED_RESIDUES} more" if len(atoms) > MAX_NAMED_RESIDUES else ""
+    return ", ".join(molecule.residue_label(i) for i in atoms[:MAX_NAMED_RESIDUES]) + remainder

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from sparsurf.files import checksum
+from sparsurf.files import checksum_of_file
 
 MARK_OF_SNAKEMAKE = ".snakemake_timestamp"  # which it writes into a folder that is an output
 SECONDS_UNTIL_SETTLED = 2.0  # a file that changed later might change again without another time
@@ -56,10 +56,10 @@ class Checksums:
 
     def _of_file(self, path: str | Path) -> str:
         if self.store is None:
-            return checksum(path)
+            return checksum_of_file(path)
         seen, (known, digest) = list(stamp(path)), self._known.get(str(path), (None, ""))
         if known != seen:
-            digest = checksum(path)
+            digest = checksum_of_file(path)
             if time.time() - max(seen[1:3]) / 1e9 > SECONDS_UNTIL_SETTLED:
                 self._known[str(path)], self._is_new = [seen, digest], True
         return digest

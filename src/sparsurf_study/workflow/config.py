@@ -13,7 +13,7 @@ from sparsurf.files import UNPACK, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.settings import REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
-from sparsurf_study.batches.assignment import BATCH_PERCENT, TABLES, batched_structures, takes_batches
+from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
 from sparsurf_study.workflow.conformations import has_one_model, without_zeros
 from sparsurf_study.workflow.download import ONLY, allowed, shown, variable
 from sparsurf_study.workflow.memory import too_large
@@ -29,7 +29,7 @@ RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 PUBLISHED_READINGS = ("kept", "full")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
 STRUCTURES_VARIABLE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures named like PDB ids
-CONFORMATION = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
+CONFORMATION_OR_ALL = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
 WILDCARD = re.compile(r"[{}]|<[a-z][a-z0-9_]*>")  # in a path, as Snakemake reads it
 MAX_SENTENCES = 20
 
@@ -154,7 +154,7 @@ def _check_keys_together(config: dict) -> Iterator[str]:
     """Yield sentences on values that are valid alone, but not together."""
     if not config["proteins"] and not config["pairs"]:
         yield "proteins is empty; name at least one protein."
-    for check in CHECKS:
+    for check in CONFIG_CHECKS:
         yield from check(config)
 
 
@@ -297,7 +297,7 @@ def _check_batch(config: dict) -> Iterator[str]:
     for name in config.get("pages", []):
         if name not in config["proteins"]:
             yield f"pages: {shorten(repr(name))} is none of the proteins{did_you_mean(name, config['proteins'])}."
-        elif batched and name.lower() in TABLES:
+        elif batched and name.lower() in BATCH_FOLDERS:
             yield f"pages: {name!r} is a folder of the study itself; rename the structure, or give it no page."
     files: dict[tuple[str, str], str] = {}
     for name in batched:
@@ -377,7 +377,7 @@ def _check_excluded(config: dict) -> Iterator[str]:
     for part in config["exclude"]:
         kind, _, name = part.partition("/")
         known = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
-        if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
+        if not known or (kind in config["proteins"] and name and not CONFORMATION_OR_ALL.fullmatch(name)):
             yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
     excluded = {without_zeros(part) for part in config["exclude"]}
     for part, named in needed_conformations(config).items():
@@ -396,7 +396,7 @@ def _is_excluded(protein: str, excluded: set[str], config: dict) -> bool:
     return protein in excluded or (bool(known) and {f"{protein}/{name}" for name in known or ()} <= excluded)
 
 
-CHECKS = (
+CONFIG_CHECKS = (
     _check_names,
     _check_pairs,
     _check_changes,

@@ -10,7 +10,7 @@ from sparsurf import kinds
 from sparsurf_study.workflow.models import Config
 
 HOME = Path(__file__).resolve().parents[3]
-SCHEMA_FILE, PAGE = HOME / "config" / "schema.json", HOME / "docs" / "config.md"
+SCHEMA_FILE, REFERENCE_PAGE = HOME / "config" / "schema.json", HOME / "docs" / "config.md"
 INTRODUCTION = """\
 # Keys of a config
 
@@ -136,4 +136,4 @@ def _range(word: str, rule: dict) -> str:
 def main() -> None:
     """Write both files."""
     SCHEMA_FILE.write_text(json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    PAGE.write_text(reference_page(), encoding="utf-8")
+    REFERENCE_PAGE.write_text(reference_page(), encoding="utf-8")

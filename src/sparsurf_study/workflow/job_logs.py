@@ -6,8 +6,8 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-ERROR, WARNING, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
-USED = "USED "  # last line of a job that finished
+ERROR_MARK, WARNING_MARK, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
+USED_MARK = "USED "  # last line of a job that finished
 FAILED_JOBS = "_SPARSURF_FAILED_JOBS"  # environment variable: file for the paths of the logs of failed jobs
 OF_GROMACS = r"\d+ \[file .*\]:$"  # WARNING 1 [file topol.top, line 2315]:
 TAIL_BYTES = 2000
@@ -28,7 +28,7 @@ def lines_after(path: str | Path, word: str) -> list[str]:
 
 def warnings_in(path: str | Path) -> list[str]:
     """Return the sentences that a job warned with, each once; the headings that GROMACS writes above its own are none."""
-    lines = lines_after(path, WARNING)
+    lines = lines_after(path, WARNING_MARK)
     return list(dict.fromkeys(line for line in lines if not re.match(OF_GROMACS, line)))
 
 
@@ -52,9 +52,9 @@ def collected_warnings(
 
 def failure(path: str | Path) -> str | None:
     """Return why a job failed, in a sentence; None for a job that finished."""
-    if lines_after(path, USED):
+    if lines_after(path, USED_MARK):
         return None
-    errors = lines_after(path, ERROR)
+    errors = lines_after(path, ERROR_MARK)
     if errors:
         return errors[-1]
     folder = Path(path).parent

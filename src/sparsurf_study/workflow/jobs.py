@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
 from sparsurf.threads import ignore_numba_threads
-from sparsurf_study.settings import Settings, name_in_config
-from sparsurf_study.workflow.job_logs import ERROR, PROGRESS, STOPPED, USED
+from sparsurf_study.settings import StudySettings, name_in_config
+from sparsurf_study.workflow.job_logs import ERROR_MARK, PROGRESS, STOPPED, USED_MARK
 from sparsurf_study.workflow.ledger import Entry
 from sparsurf_study.workflow.staging import Staging, with_final_names
 
@@ -47,9 +47,9 @@ class Job:
         return getattr(self.snakemake, name)
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> StudySettings:
         """The sections of the config among the params."""
-        return Settings.of(self.params)
+        return StudySettings.of(self.params)
 
     @property
     def run(self) -> Path:
@@ -92,11 +92,11 @@ def job(snakemake: Any) -> Iterator[Job]:
         try:
             with _outputs_together(snakemake) as work:
                 yield work
-            print(f"{USED}{used()}", file=log)
+            print(f"{USED_MARK}{used()}", file=log)
         except (KeyboardInterrupt, Exception) as error:
             sentence = with_final_names(_sentence(error, snakemake))
             with suppress(OSError):  # the log may lie on the same full disk
-                print(f"{ERROR}{sentence}", file=log)
+                print(f"{ERROR_MARK}{sentence}", file=log)
             if sentence == STOPPED:
                 raise KeyboardInterrupt from None
             if getattr(snakemake, RAISE, False):

@@ -20,7 +20,7 @@ log = logging.getLogger("sparsurf")
 
 LIST_KEYS = ("chains", "ligands")  # columns of a table that hold several values, separated by spaces
 SWITCHES = ("assembly", "ligands", "sampling")  # columns that hold true or false
-NUMBER = re.compile(r"\d+(\.\d*)?", re.ASCII)
+TABLE_NUMBER = re.compile(r"\d+(\.\d*)?", re.ASCII)
 PAIR_COLUMNS = "name and either first and second (two files) or complex, chains_1 and chains_2"
 PARTNER_SUFFIXES = (("_r", "_l"), ("_1", "_2"))  # ends of the two names of a pair in a folder
 SUFFIXES = {
@@ -124,7 +124,7 @@ def _cell(key: str, value: str, folder: Path) -> Any:
         return int(value)
     if key in SWITCHES and value.lower() in ("true", "false"):
         return value.lower() == "true"
-    if key == "plddt" and NUMBER.fullmatch(value):
+    if key == "plddt" and TABLE_NUMBER.fullmatch(value):
         return float(value)
     return value.split() if key in LIST_KEYS else value
 

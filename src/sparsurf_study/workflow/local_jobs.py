@@ -9,7 +9,9 @@ import psutil
 
 SECONDS_OF_PATIENCE = 2.0  # with jobs that the signal has reached by itself, as Ctrl-C does
 SECONDS_TO_KILL = 5.0  # after the signal: a kernel that computes for minutes does not notice another one
-SECONDS_TO_END = 8.0  # then Snakemake itself is killed, which has removed the outputs of these jobs by now
+SECONDS_FOR_JOBS_TO_END = (
+    8.0  # then Snakemake itself is killed, which has removed the outputs of these jobs by now
+)
 SECONDS_BETWEEN_LOOKS = 0.1
 
 
@@ -30,7 +32,7 @@ def _end_jobs(process: subprocess.Popen) -> None:
     """End the processes below Snakemake, and at last Snakemake."""
     snakemake, begin = psutil.Process(process.pid), time.monotonic()
     jobs, asked = set[psutil.Process](), set[psutil.Process]()
-    while (seconds := time.monotonic() - begin) < SECONDS_TO_END:
+    while (seconds := time.monotonic() - begin) < SECONDS_FOR_JOBS_TO_END:
         with suppress(psutil.NoSuchProcess):
             jobs |= {
                 *snakemake.children(recursive=True)

@@ -11,14 +11,14 @@ from sparsurf.settings import (
     Length,
     Minimal,
     Number,
-    Patches,
+    PatchSettings,
     Percent,
     Positive,
     Sampler,
-    Sampling,
+    SamplingSettings,
     Section,
     Seed,
-    Surface,
+    SurfaceSettings,
     UniqueList,
     key,
     optional,
@@ -51,14 +51,14 @@ WORD = "^[A-Za-z0-9_-]+$"
 URL = "^https?://"
 PDB_ID = "^([0-9][A-Za-z0-9]{3}|pdb_[0-9]{5}[A-Za-z0-9]{3})$"
 SHA256 = "^[0-9A-Fa-f]{64}$"
-CONFORMATION = "^[^/]+(/[cf][0-9]+)?$"
+CONFORMATION_PATTERN = "^[^/]+(/[cf][0-9]+)?$"
 RESIDUES = f"^{RESIDUE_RANGE}(,{RESIDUE_RANGE})*$"
 FORMS = {  # examples of strings of these patterns
     WORD: "charmm27",
     URL: "https://address/of/a/file",
     PDB_ID: "1ubi",
     SHA256: "64 digits and letters from a to f",
-    CONFORMATION: "my_protein or my_protein/c2",
+    CONFORMATION_PATTERN: "my_protein or my_protein/c2",
     RESIDUES: "A:10-52A,60,-5--3",
 }
 Word = Annotated[str, Field(pattern=WORD)]
@@ -69,7 +69,7 @@ PdbId = Annotated[str, Field(pattern=PDB_ID), AS_TEXT]
 Sha256 = Annotated[str, Field(pattern=SHA256)]
 NAME_OF_FOLDER = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 Name = Annotated[str, Field(pattern=NAME_OF_FOLDER, max_length=MOST_OF_RUN)]
-Conformation = Annotated[str, Field(pattern=CONFORMATION)]
+Conformation = Annotated[str, Field(pattern=CONFORMATION_PATTERN)]
 Residues = Annotated[str, Field(pattern=RESIDUES)]
 
 
@@ -355,14 +355,14 @@ class Config(Section):
         "Name of the protein that is conformation A1 of the paper; its results are compared with the published tables."
     )
     frames: Frames = Frames()
-    surface: Surface = Surface()
+    surface: SurfaceSettings = SurfaceSettings()
     fields: Fields = key(
         [],
         "Names of values to compute at every dot in addition to roughness: properties that follow from the structure, or "
         "columns that every `table` of a protein has.",
     )
-    patches: Patches = Patches()
-    sampling: Annotated[Sampling, _switch(Sampling)] = Sampling()
+    patches: PatchSettings = PatchSettings()
+    sampling: Annotated[SamplingSettings, _switch(SamplingSettings)] = SamplingSettings()
     evaluation: Evaluation = Evaluation()
     tables: Tables = Tables()
     minimal: Minimal = Minimal()

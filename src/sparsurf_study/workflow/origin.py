@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sparsurf_study.report.provenance import Origin
+from sparsurf_study.report.provenance import RunOrigin
 from sparsurf_study.workflow.protein_keys import FILE_KEYS
 
 MAX_INPUTS = 50  # files with a checksum; more are only counted
 DEFAULT_CONFIG = "config.yaml"
 
 
-def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> Origin:
+def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> RunOrigin:
     """Return the origin of a run with a checked config, the first of the files `configs`; paths start in the working folder."""
     inputs: list[str] = []
     for protein in config["proteins"].values():
@@ -20,7 +20,7 @@ def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> Origi
         inputs += [*([pair["complex"]] if pair.get("complex") else []), *(pair.get("files") or ())]
     paths = [*dict.fromkeys(map(_shown, inputs))]
     options = [f"CONFIG={path}" for path in map(_shown, configs[:1]) if path != DEFAULT_CONFIG]
-    return Origin(" ".join(["make run", *options]), paths if len(paths) <= MAX_INPUTS else [], len(paths))
+    return RunOrigin(" ".join(["make run", *options]), paths if len(paths) <= MAX_INPUTS else [], len(paths))
 
 
 def _shown(path: Path | str) -> str:

@@ -9,7 +9,7 @@ import yaml
 from sparsurf.errors import InputError
 
 MERGE = "tag:yaml.org,2002:merge"
-MAX_VALUES, MAX_BYTES = 40_000, 2**21  # of a config, read in about 2 s
+MAX_VALUES, MAX_CONFIG_BYTES = 40_000, 2**21  # of a config, read in about 2 s
 OTHER_BASE = re.compile(r"[+-]?(\d[\d_]*(:\d[\d_]*)+(\.\d*)?|0[0-7_]+)")  # 1:30 is 90 in YAML, 010 is 8
 
 DEFAULT_RUN = "default"
@@ -56,9 +56,9 @@ def read_config(path: str | Path) -> dict:
     name = Path(path).name
     try:
         content = Path(path).read_bytes()
-        if len(content) > MAX_BYTES or content.count(b",") + content.count(b"\n") > MAX_VALUES:
+        if len(content) > MAX_CONFIG_BYTES or content.count(b",") + content.count(b"\n") > MAX_VALUES:
             raise InputError(
-                f"it has more than {MAX_VALUES} values or {MAX_BYTES} bytes; list proteins or pairs in a CSV file."
+                f"it has more than {MAX_VALUES} values or {MAX_CONFIG_BYTES} bytes; list proteins or pairs in a CSV file."
             )
         config = yaml.load(content.decode("utf-8-sig"), _StrictLoader)
     except OSError as error:

@@ -22,7 +22,7 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.subset_search import warn_if_number_differs
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.sampling import published
 from sparsurf.streams import DEFAULT_SEED, Streams
@@ -246,18 +246,20 @@ def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
 
 def test_patches_are_cut_as_requested(blob):
     index = build_index(*blob, D_LINK)
-    assert np.array_equal(sparsurf.roughness(blob, r_patch=3, d_link=D_LINK), roughness(index, 3.0, 1))
+    assert np.array_equal(
+        sparsurf.roughness(blob, r_patch=3, d_link=D_LINK), roughness_of_patches(index, 3.0, 1)
+    )
     z = sparsurf.descriptors(blob, [5, 2999], r_zernike=4, d_link=D_LINK)
-    assert np.array_equal(z, engine.describe(index, blob[0][[5, 2999]], 4.0, True)[0])
+    assert np.array_equal(z, engine.describe_patches(index, blob[0][[5, 2999]], 4.0, True)[0])
     assert np.array_equal(sparsurf.descriptors(blob, blob[0][[5, 2999]], r_zernike=4, d_link=D_LINK), z)
     these = np.isin(np.arange(len(blob[0])), [5, 2999])
     assert np.array_equal(sparsurf.descriptors(blob, these, r_zernike=4, d_link=D_LINK), z)
     other = sparsurf.descriptors(blob, [5], r_zernike=4, d_link=D_LINK, descriptor="rotation_robust")
     assert np.array_equal(
-        other, engine.describe(index, blob[0][[5]], 4.0, True, descriptor="rotation_robust")[0]
+        other, engine.describe_patches(index, blob[0][[5]], 4.0, True, descriptor="rotation_robust")[0]
     )
     down = sparsurf.descriptors(blob, [5], r_zernike=4, up=False, d_link=D_LINK)
-    assert np.array_equal(down, engine.describe(index, blob[0][[5]], 4.0, False)[0])
+    assert np.array_equal(down, engine.describe_patches(index, blob[0][[5]], 4.0, False)[0])
     assert np.abs(down - z[:1]).max() > 1e-3
     few = tuple(x[:200] for x in blob)
     every = sparsurf.descriptors(few, r_zernike=1, d_link=5.0)
@@ -432,7 +434,7 @@ def test_the_suffix_decides(tmp_path, capfdbinary):
     with pytest.raises(
         InputError, match=r"cannot be written as '.ply'; name a file that ends in .csv, .npz."
     ):
-        writing.write_file(tmp_path / "a.ply", writing.TABLES, written)
+        writing.write_file(tmp_path / "a.ply", writing.TABLE_FORMATS, written)
     with pytest.raises(
         InputError, match=r"/a\.gz: the name has no suffix; name a file that ends in \.csv, \.npz, \.dms, "
     ):
@@ -453,11 +455,15 @@ def test_links_and_pipes_stay_what_they_are(tmp_path):
     (tmp_path / "folder" / "old.csv").write_text("old")
     for name in ("old.csv", "new.csv"):  # there, and not there yet
         (tmp_path / name).symlink_to(tmp_path / "folder" / name)
-        writing.write_file(tmp_path / name, writing.TABLES, {".csv": lambda path: path.write_text("dots")})
+        writing.write_file(
+            tmp_path / name, writing.TABLE_FORMATS, {".csv": lambda path: path.write_text("dots")}
+        )
         assert (tmp_path / name).is_symlink() and (tmp_path / "folder" / name).read_text() == "dots"
     os.mkfifo(tmp_path / "pipe.csv")
     reader = os.open(tmp_path / "pipe.csv", os.O_RDONLY | os.O_NONBLOCK)
-    writing.write_file(tmp_path / "pipe.csv", writing.TABLES, {".csv": lambda path: path.write_text("dots")})
+    writing.write_file(
+        tmp_path / "pipe.csv", writing.TABLE_FORMATS, {".csv": lambda path: path.write_text("dots")}
+    )
     assert os.read(reader, 99) == b"dots" and (tmp_path / "pipe.csv").is_fifo()
     os.close(reader)
 
@@ -500,7 +506,7 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
 
 def test_the_columns_of_dots(tmp_path):
     surface = Surface([[1.0, 2, 3]], [[0.0, 0, 1]], np.array([0.2]), np.array([1]), np.array([0]))
-    own = writing.Dots(surface, pd.DataFrame({"own": [7], "word": ["GLY"], "dot": [4]}))
+    own = writing.DotsToWrite(surface, pd.DataFrame({"own": [7], "word": ["GLY"], "dot": [4]}))
     for end in ("csv", "npz", "ply"):
         writing.write_dots(tmp_path / f"a.{end}", own)
     row = {"dot": 4, "x": 1, "y": 2, "z": 3, "nx": 0, "ny": 0, "nz": 1, "own": 7, "word": "GLY"}

@@ -113,7 +113,7 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
     )
     (panel,) = profile.panels(table)
     assert [len(curve.split()) for curve in panel.curves] == [2, 1, 2]  # 9 is buried, 11 to 19 are missing
-    inner = profile.HEIGHT - profile.TOP - profile.BOTTOM
+    inner = profile.PROFILE_HEIGHT - profile.TOP - profile.BOTTOM
     known = [value for value in rough if value == value]
     for mark, value in zip(panel.marks, known, strict=True):  # the axis goes from 0.3 to 0.8
         assert mark.value == value and mark.y == pytest.approx(

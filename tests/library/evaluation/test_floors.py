@@ -13,9 +13,9 @@ from sparsurf.cli import command
 from sparsurf.evaluation import floors as study_floors
 from sparsurf.evaluation.floors import floors_table, fresh_dots, random_rotation
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.patches.descriptors import describe
+from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import build_index
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -70,7 +70,9 @@ def test_the_floor_is_that_of_dots_placed_on_the_turned_molecule(patches):
         turn = random_rotation(rng)
         other = lay((ATOMS - centre) @ turn.T)
         index = build_index(other.points @ turn + centre, other.normals @ turn, patches.d_link)
-        z = describe(index, prepared.points[tests], patches.r_zernike, descriptor=patches.descriptor)[0]
+        z = describe_patches(index, prepared.points[tests], patches.r_zernike, descriptor=patches.descriptor)[
+            0
+        ]
         assert row == pytest.approx(np.linalg.norm(z - true, axis=1), abs=1e-6)
 
 
@@ -101,7 +103,7 @@ def test_the_handed_out_dots_need_nothing_else(prepared, tmp_path, monkeypatch):
     for name in ("dense.npz", "dense.dms", "dense.ply", "dense.csv"):
         assert command.main(["recover", "minimal.csv", "-o", name]) == 0
     assert command.main(["recover", "minimal.csv", "--at", "minimal.csv", "-o", "z.csv"]) == 0
-    points, _ = recover(*kept)
+    points, _ = interpolate_surface(*kept)
     for name in ("dense.npz", "dense.dms", "dense.csv"):
         assert read_surface(new / name).points == pytest.approx(points, abs=1e-3), name
     assert recovery.distances(points, recovery.truth(ATOMS, RADII)).mean() < 0.05
@@ -109,7 +111,9 @@ def test_the_handed_out_dots_need_nothing_else(prepared, tmp_path, monkeypatch):
     true = prepared.describe(chosen)[0]
     as_they_are, _ = prepared.distances([chosen], chosen, true, "full")
     assert np.linalg.norm(z - true, axis=1).mean() < 0.75 * as_they_are.mean()
-    assert z == pytest.approx(describe(build_index(*recover(*kept)), kept[0])[0], rel=1e-5)
+    assert z == pytest.approx(
+        describe_patches(build_index(*interpolate_surface(*kept)), kept[0])[0], rel=1e-5
+    )
     assert cKDTree(points).query(prepared.points)[0].max() < 0.5
 
 
@@ -131,6 +135,6 @@ def test_fresh_dots_of_a_ready_surface_are_none_of_its_own(prepared):
     points, normals = study_floors._other_dots(prepared, None, None, np.zeros(3), np.eye(3))
     gaps = cKDTree(prepared.points).query(points)[0]
     assert len(points) > 500 and gaps.min() > 1e-6
-    as_dense, _ = recover(prepared.points, prepared.normals, prepared.density, keep=False)
+    as_dense, _ = interpolate_surface(prepared.points, prepared.normals, prepared.density, keep=False)
     assert len(points) == len(as_dense)
     assert np.allclose(np.linalg.norm(normals, axis=1), 1)

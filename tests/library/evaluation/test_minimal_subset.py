@@ -12,7 +12,7 @@ from sparsurf.evaluation.minimal_subset import represent, subset_table
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.recovery.errors import curvature, distance_to_recovered
 from sparsurf.recovery.fields import recovery_table
 from sparsurf.recovery.recovering import dot_spacing
@@ -136,7 +136,7 @@ def test_other_subsets_predict_the_fields_as_well(found):
 def test_residues_have_the_roughness_and_the_kept_dots(found, dots, molecule):
     component = (dots.atom >= 10).astype(int)
     table = found.residues(component)
-    few, rough = found.subset, roughness(build_index(dots.points, dots.normals))
+    few, rough = found.subset, roughness_of_patches(build_index(dots.points, dots.normals))
     pd.testing.assert_frame_equal(
         table, residue_table(found.surface, rough, molecule, few.dots, few.weight, component)
     )

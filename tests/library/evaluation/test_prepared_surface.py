@@ -9,7 +9,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import linked_by_spacing
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.recovery.readings import recovered_index
 from sparsurf.sampling import published
 from sparsurf.settings import Settings
@@ -42,7 +42,7 @@ def same(one, other):
 
 
 def test_roughness_and_covers_are_those_of_the_radius_and_the_rules(prepared, surface, index):
-    rough = roughness(index, 3.0)
+    rough = roughness_of_patches(index, 3.0)
     assert np.array_equal(prepared.roughness, rough) and len(prepared) == 3000
     assert same(prepared.cover, published.build_cover(index, rough, 3.0))
     assert same(prepared.corrected_cover, published.build_cover(index, rough, 3.0, False, False))
@@ -76,21 +76,21 @@ def test_the_whole_surface_is_described_as_set(prepared, index, up):
         and len(prepared.draw_tests(9999)) == 3000
     )
     assert not np.array_equal(tests, prepared.draw_tests(12, 7))
-    z, sizes = descriptors.describe(index, prepared.points[tests], up=up, **KEYS)
+    z, sizes = descriptors.describe_patches(index, prepared.points[tests], up=up, **KEYS)
     for found, wanted in zip(prepared.describe(tests, up), (z, sizes), strict=True):
         assert np.array_equal(found, wanted)
 
 
 def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surface):
     tests, subsets = prepared.draw_tests(6), [prepared.uniform(n, 1) for n in (400, 1200)]
-    whole, _ = descriptors.describe(index, prepared.points[tests], **KEYS)
+    whole, _ = descriptors.describe_patches(index, prepared.points[tests], **KEYS)
     readings = ("kept_scaled", "full", "recovered", "kept")
     z_tot, found, sizes = prepared.compare(subsets, tests, readings)
     assert np.allclose(z_tot, whole, atol=1e-12) and found.shape == sizes.shape == (4, 2, 6)
     words = descriptors.pack_subsets(index, subsets)
     for r, reading in ((1, "full"), (3, "kept")):
         keys = KEYS | {"z_tot": whole}
-        _, z, n = descriptors.compare(index, prepared.points[tests], words, 2, (reading,), **keys)
+        _, z, n = descriptors.compare_descriptors(index, prepared.points[tests], words, 2, (reading,), **keys)
         assert np.allclose(found[r], z.T, atol=1e-9) and np.array_equal(sizes[r], n.T)
         alone, _ = prepared.compare_words(words[None], 2, tests, (reading,), whole)
         assert np.allclose(alone[0], z.T, atol=1e-9)
@@ -102,7 +102,7 @@ def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surfac
     for b, dots in enumerate(subsets):
         few = surface.points[dots], surface.normals[dots], 0.9, AREA, 8.0
         for r, own in ((0, linked_by_spacing(*few)), (2, recovered_index(*few))):
-            z, n = descriptors.describe(own, prepared.points[tests], **KEYS)
+            z, n = descriptors.describe_patches(own, prepared.points[tests], **KEYS)
             assert np.allclose(found[r, b], np.linalg.norm(z - whole, axis=1), atol=1e-9)
             assert np.array_equal(sizes[r, b], n)
             of_index = prepared.distances_to_index(own, tests, whole)
@@ -133,7 +133,7 @@ def test_draws_come_from_streams_of_their_own(prepared):
     keys = (500_000, 200_000, 2_000_000, 1_000_000)
     rng = prepared.stream("sampled", *keys, 3)
     assert np.array_equal(
-        prepared.sampled(combination, 3), published.sample(prepared.cover, combination, rng)
+        prepared.sampled(combination, 3), published.sample_cover(prepared.cover, combination, rng)
     )
     pairs = prepared.stream("pairs", 3).standard_exponential(len(prepared.cover.dot))
     together = published.sample_together(prepared.cover, [combination], pairs).subset(0)
@@ -160,12 +160,12 @@ def test_a_copy_differs_in_one_thing_and_what_follows_from_it(prepared, surface,
     tests = prepared.draw_tests(6)
     linked, wanted = prepared.with_link(0.5), build_index(surface.points, surface.normals, 0.5)
     assert np.array_equal(
-        linked.describe(tests)[0], descriptors.describe(wanted, surface.points[tests], **KEYS)[0]
+        linked.describe(tests)[0], descriptors.describe_patches(wanted, surface.points[tests], **KEYS)[0]
     )
     assert not np.array_equal(linked.describe(tests)[0], prepared.describe(tests)[0])
     assert linked.cover is prepared.cover and linked.patches.d_link == 0.5
     published_kind = prepared.with_descriptor("published").describe(tests)[0]
-    assert np.array_equal(published_kind, descriptors.describe(index, surface.points[tests], 5.0)[0])
+    assert np.array_equal(published_kind, descriptors.describe_patches(index, surface.points[tests], 5.0)[0])
     corrected = linked.with_cover(prepared.corrected_cover)
     assert corrected.cover is prepared.corrected_cover and linked.cover is prepared.cover
     assert corrected.index is linked.index

@@ -34,7 +34,7 @@ def in_order(z):
 def test_equals_the_plain_method(blob, index, up):
     points, normals = blob
     tests = np.arange(0, 3000, 430)
-    z, sizes = descriptors.describe(index, points[tests], up=up)
+    z, sizes = descriptors.describe_patches(index, points[tests], up=up)
     for k, i in enumerate(tests):
         ids = naive.patch(points, i, 6.0, D_LINK)
         assert sizes[k] == len(ids)
@@ -95,10 +95,10 @@ def test_weights_of_subsets_leave_the_whole_patch_alone(blob, index):
     tests = points[::300]
     words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(2)])
     weights = rng.uniform(0.2, 5, (2, len(points)))
-    z_tot, _ = descriptors.describe(index, tests)
+    z_tot, _ = descriptors.describe_patches(index, tests)
     for readings in (("kept",), ("full",), ("kept", "full")):
-        together = descriptors.compare(index, tests, words, 2, readings, None, weights)
-        apart = descriptors.compare(index, tests, words, 2, readings, z_tot, weights)
+        together = descriptors.compare_descriptors(index, tests, words, 2, readings, None, weights)
+        apart = descriptors.compare_descriptors(index, tests, words, 2, readings, z_tot, weights)
         assert np.allclose(together[0], z_tot, rtol=0, atol=1e-9)
         assert np.allclose(together[1], apart[1], rtol=0, atol=1e-9)
 
@@ -111,11 +111,13 @@ def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
         index, [np.flatnonzero(rng.random(len(points)) < share) for share in (0.3, 0.6)]
     )
     asked = weights, 5.0, False
-    z_tot, _ = descriptors.describe(index, tests, *asked[1:])
-    together = descriptors.compare(index, tests, words, 2, ("full", "kept"), None, *asked)
+    z_tot, _ = descriptors.describe_patches(index, tests, *asked[1:])
+    together = descriptors.compare_descriptors(index, tests, words, 2, ("full", "kept"), None, *asked)
     for k, reading in enumerate(("full", "kept")):
         z, sizes = evaluate(index, tests, words, 2, reading, *asked)
-        _, distances, counted = descriptors.compare(index, tests, words, 2, (reading,), z_tot, *asked)
+        _, distances, counted = descriptors.compare_descriptors(
+            index, tests, words, 2, (reading,), z_tot, *asked
+        )
         assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
         assert np.allclose(together[1][:, 2 * k : 2 * k + 2], distances, rtol=1e-12)
         assert np.array_equal(counted, sizes) and np.array_equal(together[2][:, 2 * k : 2 * k + 2], sizes)
@@ -128,21 +130,21 @@ def test_patches_that_neighbouring_test_dots_share_have_a_distance_for_each(blob
     tests = points[np.argsort(np.linalg.norm(points - points[0], axis=1))[:10]]
     subsets = [np.flatnonzero(rng.random(len(points)) < 0.02) for _ in range(70)]
     words = np.stack([descriptors.pack_subsets(index, some) for some in (subsets[:64], subsets[64:])])
-    z_tot, _ = descriptors.describe(index, tests)
+    z_tot, _ = descriptors.describe_patches(index, tests)
     for reading in ("kept", "full"):
         found, _ = descriptors.compare_many(index, tests, words, 70, (reading,), z_tot)
         for word, some in ((words[0], slice(64)), (words[1], slice(64, 70))):
             n = len(subsets[some])
-            _, alone, _ = descriptors.compare(index, tests, word, n, (reading,), z_tot)
+            _, alone, _ = descriptors.compare_descriptors(index, tests, word, n, (reading,), z_tot)
             assert np.allclose(found[0, some], alone.T, rtol=0, atol=1e-9)
 
 
 def test_the_whole_surface_is_at_distance_zero(blob, index):
     points, _ = blob
-    z_tot, _ = descriptors.describe(index, points[:20])
+    z_tot, _ = descriptors.describe_patches(index, points[:20])
     words = descriptors.pack_subsets(index, [np.arange(len(points))] * 64)
     for reading in ("kept", "full"):
-        _, distances, _ = descriptors.compare(index, points[:20], words, 64, (reading,), z_tot)
+        _, distances, _ = descriptors.compare_descriptors(index, points[:20], words, 64, (reading,), z_tot)
         assert np.abs(distances).max() < 1e-9
 
 
@@ -153,7 +155,7 @@ def test_empty_patches_single_dots_and_dots_one_above_the_other_are_the_zero_vec
     assert sizes.tolist() == [[0, 1]]
     assert not z.any()
     points, normals = np.array([[0.0, 0, 0], [0, 0, 1]]), np.tile([0.0, 0, 1], (2, 1))
-    z, sizes = descriptors.describe(build_index(points, normals, 2.0), points)
+    z, sizes = descriptors.describe_patches(build_index(points, normals, 2.0), points)
     assert sizes.tolist() == [2, 2]
     assert not z.any()
 
@@ -164,7 +166,7 @@ def test_normals_that_cancel_turn_a_patch_over_or_not_at_all(up):
         np.random.default_rng(4).normal(size=(40, 3)),
         np.tile([[0.0, 0, 1], [0, 0, -1]], (20, 1)),
     )
-    z, _ = descriptors.describe(build_index(points, normals, 9.0), points[:1], up=up)
+    z, _ = descriptors.describe_patches(build_index(points, normals, 9.0), points[:1], up=up)
     assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
 
 
@@ -183,7 +185,7 @@ def test_threads_company_and_the_order_of_the_dots_change_nothing(blob, index):
     points, normals = blob
     order = np.random.default_rng(13).permutation(len(points))
     z = [
-        descriptors.describe(build_index(p, n, D_LINK), points[:40])[0]
+        descriptors.describe_patches(build_index(p, n, D_LINK), points[:40])[0]
         for p, n in ((points, normals), (points[order], normals[order]))
     ]
     # sums run in another order, and a dot on a pixel's edge may change sides: allow one patch in forty
@@ -196,7 +198,7 @@ def test_random_patches_equal_the_plain_method(n, seed, up):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(n, 3)) * [2, 2, 0.5]
     normals = rng.normal(size=(n, 3)) * 0.3 + [0, 0, 1]
-    z, _ = descriptors.describe(build_index(points, normals, 20.0), points[:1], 20.0, up)
+    z, _ = descriptors.describe_patches(build_index(points, normals, 20.0), points[:1], 20.0, up)
     assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
 
 
@@ -208,7 +210,7 @@ def test_gap_filling_equals_the_plain_sweeps(seed, share):
     wide = np.zeros(25 * images.ROW_STRIDE + images.ROW_STRIDE)
     wide[: 25 * images.ROW_STRIDE].reshape(25, -1)[:, :25] = picture
     filled = ((picture != 0) * (1 << np.arange(25))).sum(axis=1).astype(np.uint32)
-    images.fill_gaps(wide, filled, *images.TABLES[3:])
+    images.fill_gaps(wide, filled, *images.FOLDING_TABLES[3:])
     result = wide[: 25 * images.ROW_STRIDE].reshape(25, -1)[:, :25]
     i, j = np.mgrid[:25, :25]
     inside = (i - 12) ** 2 + (j - 12) ** 2 <= 144
@@ -219,7 +221,7 @@ def test_gap_filling_equals_the_plain_sweeps(seed, share):
 def test_equals_the_authors_descriptors_of_a1(a1, shared, name):
     published = pd.read_csv(shared / "oracle" / f"a1_descriptors_{name}.csv")
     index = build_index(a1.points, a1.normals)
-    z, sizes = descriptors.describe(index, a1.points[published["point"]], up=name == "up")
+    z, sizes = descriptors.describe_patches(index, a1.points[published["point"]], up=name == "up")
     assert np.array_equal(sizes, published["n_points"])
     assert np.abs(z - published.iloc[:, 2:].to_numpy()).max() < 1e-6
 
@@ -240,5 +242,5 @@ def test_equals_the_published_coefficients_of_1a1u(shared):
 
     surface = read_surface(shared / "data" / "1a1u" / "1a1u_A.dms.gz")
     published = np.loadtxt(shared / "data" / "1a1u" / "1a1u_A_up_coeff.csv")
-    z, _ = descriptors.describe(build_index(surface.points, surface.normals), surface.points[:1])
+    z, _ = descriptors.describe_patches(build_index(surface.points, surface.normals), surface.points[:1])
     assert np.abs(z[0] - published).max() < 1e-5

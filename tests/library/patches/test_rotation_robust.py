@@ -24,7 +24,7 @@ def index(blob):
 
 def describe(points, normals, centre=(0.0, 0.0, 0.0), up=True):
     """Descriptor of the patch around one place, its dots linked whatever their distance."""
-    z, _ = descriptors.describe(
+    z, _ = descriptors.describe_patches(
         build_index(points, normals, 3.0), np.array([centre]), up=up, descriptor="rotation_robust"
     )
     return z[0]
@@ -87,7 +87,7 @@ def test_equals_the_plain_method(blob, index):
     points, normals = blob
     tests = np.arange(0, 3000, 600)
     for up in (True, False):
-        z, sizes = descriptors.describe(index, points[tests], up=up, descriptor="rotation_robust")
+        z, sizes = descriptors.describe_patches(index, points[tests], up=up, descriptor="rotation_robust")
         for k, i in enumerate(tests):
             ids = naive.patch(points, i, 6.0, D_LINK)
             assert sizes[k] == len(ids)
@@ -123,7 +123,7 @@ def test_dots_that_face_all_ways_equal_the_plain_method(cancel, up):
         points, normals = np.random.default_rng(6).normal(size=(2, 90, 3))
         normals[:, 2] += 0.3
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    z, _ = descriptors.describe(
+    z, _ = descriptors.describe_patches(
         build_index(points, normals, 9.0), np.zeros((1, 3)), 4.5, up, descriptor="rotation_robust"
     )
     plain = naive.rotation_robust(points, normals, np.zeros(3), 4.5, up)
@@ -134,13 +134,13 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     points, _ = blob
     rng = np.random.default_rng(11)
     words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(3)])
-    z_tot, z, _ = descriptors.compare(
+    z_tot, z, _ = descriptors.compare_descriptors(
         index, points[::300], words, 3, ("kept", "full"), descriptor="rotation_robust"
     )
     raw, _ = evaluate(index, points[::300], words, 3, "full", descriptor="rotation_robust")
     expected = np.linalg.norm(raw - z_tot[:, None, rotation_robust.order()], axis=2)
     assert np.allclose(z[:, 3:], expected, rtol=1e-12)
-    _, alone, _ = descriptors.compare(
+    _, alone, _ = descriptors.compare_descriptors(
         index, points[::300], words, 3, ("full",), z_tot, descriptor="rotation_robust"
     )
     assert np.allclose(alone, expected, rtol=1e-12)
@@ -169,7 +169,7 @@ def test_a_mirror_image_and_the_other_side_are_consistent(blob):
     points, normals = blob
     flip = np.array([1.0, -1.0, 1.0])
     z, mirrored, other = (
-        descriptors.describe(build_index(p, n, D_LINK), c, up=up, descriptor="rotation_robust")[0]
+        descriptors.describe_patches(build_index(p, n, D_LINK), c, up=up, descriptor="rotation_robust")[0]
         for p, n, c, up in (
             (points, normals, points[::100], True),
             (points * flip, normals * flip, points[::100] * flip, True),
@@ -187,7 +187,7 @@ def test_turning_moves_it_ten_times_less_than_the_published_one(blob, index):
     share = {}
     for name in kinds.TABLE["descriptor"]:
         z, w = (
-            descriptors.describe(i, p, descriptor=name)[0]
+            descriptors.describe_patches(i, p, descriptor=name)[0]
             for i, p in ((index, points[::60]), (turned, points[::60] @ turn.T))
         )
         share[name] = np.linalg.norm(z - w, axis=1).mean() / np.linalg.norm(z[1:] - z[:-1], axis=1).mean()
@@ -220,16 +220,16 @@ def test_a_field_in_place_of_the_height():
     points = np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros(n)])
     normals = np.tile([0, 0, 1.0], (n, 1))
     fields = np.array([np.full(n, 2.5), points[:, 0] / 6.0, np.sin(points[:, 1])])
-    z = descriptors.describe_fields(build_index(points, normals, 0.6), np.zeros((1, 3)), fields)[0]
+    z = descriptors.describe_fields_of_patches(build_index(points, normals, 0.6), np.zeros((1, 3)), fields)[0]
     assert z[0, 0] == pytest.approx(2.5) and np.abs(z[0, 1:]).max() < 1e-9
     # x = r cos t on the unit disc: c_11 = (n + 1)/pi int r cos t R_11 e^{-it} = 1/2; the bumps flatten it by some percent
     assert z[1, 1] == pytest.approx(0.5, rel=0.1) and z[1, 0] == pytest.approx(0, abs=0.05)
     index, narrow = build_index(points, normals, 0.6), points[None, :, 0] / 4.0
     for threads in (1, 2):
-        z_4 = descriptors.describe_fields(index, np.zeros((1, 3)), narrow, 4.0, threads)[0, 0]
+        z_4 = descriptors.describe_fields_of_patches(index, np.zeros((1, 3)), narrow, 4.0, threads)[0, 0]
         assert z_4[1] == pytest.approx(0.5, rel=0.1)
     turn = TURNS[0]
-    turned = descriptors.describe_fields(
+    turned = descriptors.describe_fields_of_patches(
         build_index(points @ turn.T, normals @ turn.T, 0.6), np.zeros((1, 3)), fields
     )[0]
     np.testing.assert_allclose(turned, z, atol=0.05)  # the grid lies otherwise on the dots
@@ -241,8 +241,8 @@ def test_the_height_as_a_field_has_the_coefficients_of_the_surface(blob, index):
     for i in (0, 600, 1800):
         ids, values = naive.patch(points, i, 6.0, D_LINK), np.zeros((2, len(points)))
         values[1, ids] = naive.robust_values(points[ids], normals[ids], points[i])[1]
-        z, _ = descriptors.describe(index, points[i : i + 1], descriptor="rotation_robust")
-        of_field = descriptors.describe_fields(index, points[i : i + 1], values)[0]
+        z, _ = descriptors.describe_patches(index, points[i : i + 1], descriptor="rotation_robust")
+        of_field = descriptors.describe_fields_of_patches(index, points[i : i + 1], values)[0]
         assert np.abs(of_field[1] - z[0])[M > 0].max() < 1e-9 and not of_field[0].any()
 
 
@@ -251,9 +251,11 @@ def test_fields_of_several_patches_are_those_of_each_alone():
     points = np.column_stack([rng.uniform(-9, 9, (4000, 2)), np.zeros(4000)])
     index = build_index(points, np.tile([0, 0, 1.0], (4000, 1)), 0.6)
     fields, tests = rng.normal(size=(2, 4000)), points[:5]
-    together = descriptors.describe_fields(index, np.vstack([tests, [[99.0, 0, 0]]]), fields)
+    together = descriptors.describe_fields_of_patches(index, np.vstack([tests, [[99.0, 0, 0]]]), fields)
     for k in range(5):
         np.testing.assert_allclose(
-            together[k], descriptors.describe_fields(index, tests[k : k + 1], fields)[0], atol=1e-12
+            together[k],
+            descriptors.describe_fields_of_patches(index, tests[k : k + 1], fields)[0],
+            atol=1e-12,
         )
     assert (together[5] == 0).all()  # no dots there

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import naive
 from conftest import sphere
 from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 
 
 def plane(n=20, gap=0.3):
@@ -18,10 +18,10 @@ def plane(n=20, gap=0.3):
 
 
 def test_planes_and_lonely_dots_are_flat_and_opposite_normals_rough():
-    assert np.allclose(roughness(build_index(*plane())), 1.0, atol=1e-12)
+    assert np.allclose(roughness_of_patches(build_index(*plane())), 1.0, atol=1e-12)
     points = np.array([[0.0, 0, 0], [10, 0, 0], [10.2, 0, 0]])
     normals = np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, -1]])
-    assert roughness(build_index(points, normals)).tolist() == [1.0, 0.0, 0.0]
+    assert roughness_of_patches(build_index(points, normals)).tolist() == [1.0, 0.0, 0.0]
 
 
 def test_a_sphere_has_the_analytic_value():
@@ -30,14 +30,14 @@ def test_a_sphere_has_the_analytic_value():
     # spiral of near-equal areas: ragged edges leave an error of about the dot spacing over R, here 2 %.
     n, a, radius = 20000, 10.0, 4.0
     unit = sphere(n)[0]
-    values = roughness(build_index(a * unit, unit), radius)
+    values = roughness_of_patches(build_index(a * unit, unit), radius)
     assert np.allclose(values, (1 + 1 - radius**2 / (2 * a**2)) / 2, rtol=1e-3)
 
 
 def test_equals_the_plain_formula(blob):
     """Even of normals that are unit vectors only about, as those of DMS files are."""
     points, normals = blob[0], blob[1] * np.random.default_rng(5).uniform(0.9, 1.1, (len(blob[0]), 1))
-    values = roughness(build_index(points, normals, 0.8), 3.0)
+    values = roughness_of_patches(build_index(points, normals, 0.8), 3.0)
     for i in range(0, len(points), 53):
         assert values[i] == pytest.approx(naive.roughness(points, normals, i, 3.0, 0.8), abs=1e-12)
 
@@ -50,7 +50,7 @@ def test_patches_in_pieces_equal_the_plain_formula(n, d_link, side):
     rng = np.random.default_rng(n)
     points, normals = rng.uniform(0, side, (n, 3)), rng.normal(size=(n, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    values = roughness(build_index(points, normals, d_link), 3.0)
+    values = roughness_of_patches(build_index(points, normals, d_link), 3.0)
     expected = [naive.roughness(points, normals, i, 3.0, d_link) for i in range(n)]
     assert np.abs(values - expected).max() < 1e-12
 
@@ -58,17 +58,17 @@ def test_patches_in_pieces_equal_the_plain_formula(n, d_link, side):
 def test_a_rigid_motion_changes_nothing(blob):
     points, normals = blob
     turn = Rotation.random(rng=4).as_matrix()
-    moved = roughness(build_index(points @ turn.T + [5, -7, 3], normals @ turn.T, 0.8))
-    assert np.allclose(moved, roughness(build_index(points, normals, 0.8)), atol=1e-9)
+    moved = roughness_of_patches(build_index(points @ turn.T + [5, -7, 3], normals @ turn.T, 0.8))
+    assert np.allclose(moved, roughness_of_patches(build_index(points, normals, 0.8)), atol=1e-9)
 
 
 def test_threads_change_nothing_and_4_is_the_radius_without_another(blob):
     index = build_index(*blob)
-    assert np.array_equal(roughness(index, threads=1), roughness(index, 4.0, threads=3))
+    assert np.array_equal(roughness_of_patches(index, threads=1), roughness_of_patches(index, 4.0, threads=3))
 
 
 def test_equals_the_authors_values_on_a1(a1, shared):
     published = pd.read_csv(shared / "oracle" / "a1_roughness_R4.csv")["roughness"].to_numpy()
-    values = roughness(build_index(a1.points, a1.normals), 4.0)
+    values = roughness_of_patches(build_index(a1.points, a1.normals), 4.0)
     assert len(values) == 20045
     assert np.abs(values - published).max() < 1e-9

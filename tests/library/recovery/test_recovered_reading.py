@@ -13,7 +13,7 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings
 from sparsurf.recovery.readings import comparable_density
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
@@ -25,7 +25,7 @@ from sparsurf_study.analysis import grid
 
 @pytest.fixture(scope="module")
 def prepared(blob):
-    whole = recover(*(x[::6] for x in blob), density=8.0)
+    whole = interpolate_surface(*(x[::6] for x in blob), density=8.0)
     return PreparedSurface(SimpleNamespace(points=whole[0], normals=whole[1]), streams=Streams(1))
 
 
@@ -34,12 +34,12 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     z_tot, _ = prepared.describe(tests)
     kept = farthest(prepared, 500, np.random.default_rng(1))
     z, _ = prepared.distances([kept], tests, z_tot, "recovered")
-    index = build_index(*recover(prepared.points[kept], prepared.normals[kept], prepared.density))
+    index = build_index(*interpolate_surface(prepared.points[kept], prepared.normals[kept], prepared.density))
     few = Surface(prepared.points[kept], prepared.normals[kept])
     by_descriptor = recovered_z(prepared, few, "interpolant", tests)
     for name in kinds.TABLE["descriptor"]:  # each beside the full surface in its own descriptor
         whole, alone = (
-            descriptors.describe(dots, prepared.points[tests], descriptor=name)[0]
+            descriptors.describe_patches(dots, prepared.points[tests], descriptor=name)[0]
             for dots in (prepared.index, index)
         )
         distance = np.linalg.norm(alone - whole, axis=1).mean()
@@ -49,7 +49,7 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     narrow = PreparedSurface(prepared.surface, Settings(patches=patches), streams=Streams(1))
     of_narrow, _ = narrow.distances([kept], tests, narrow.describe(tests)[0], "recovered")
     assert recovered_z(narrow, few, "interpolant", tests)["Z_published"] == pytest.approx(of_narrow.mean())
-    alone, _ = descriptors.describe(index, prepared.points[tests])
+    alone, _ = descriptors.describe_patches(index, prepared.points[tests])
     assert z[0] == pytest.approx(np.linalg.norm(alone - z_tot, axis=1), rel=1e-9)
     as_it_is, _ = prepared.distances([kept], tests, z_tot, "full")
     assert z.mean() < 0.75 * as_it_is.mean()
@@ -74,7 +74,9 @@ def test_it_is_as_dense_as_the_surface_it_is_compared_with(density, d_link, want
 def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
     points, normals = (x[::6] for x in blob)
     dense = PreparedSurface(
-        SimpleNamespace(**dict(zip(("points", "normals"), recover(points, normals, 16.0), strict=True)))
+        SimpleNamespace(
+            **dict(zip(("points", "normals"), interpolate_surface(points, normals, 16.0), strict=True))
+        )
     )
     found = [
         len(readings.recovered_index(points, normals, 0.5, dense.area, density).dot) / dense.area
@@ -83,7 +85,7 @@ def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
     assert found[0] == pytest.approx(dense.density, rel=0.2)  # what thinning leaves is no exact number
     assert found[1] == pytest.approx(2 * found[0], rel=0.1)
     linked = readings.recovered_index(points, normals, 1.1, dense.area, 8.0)
-    assert np.array_equal(linked.link, build_index(*recover(points, normals, 8.0), 1.1).link)
+    assert np.array_equal(linked.link, build_index(*interpolate_surface(points, normals, 8.0), 1.1).link)
 
 
 def test_the_grid_takes_it_beside_the_others(prepared):

@@ -10,7 +10,13 @@ from conftest import ball
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.interpolants import SUPPORT, fit_interpolants, interpolant_value
 from sparsurf.recovery.neighbours import nearest_on_same_side
-from sparsurf.recovery.recovering import NEWTON_STEPS, _place_discs, _project, dot_spacing, recover
+from sparsurf.recovery.recovering import (
+    NEWTON_STEPS,
+    _place_discs,
+    _project,
+    dot_spacing,
+    interpolate_surface,
+)
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
 
@@ -46,7 +52,7 @@ def test_neighbours_are_the_nearest_in_order():
 
 
 def test_a_sphere_comes_back():
-    points, normals = recover(*ball(60, 3))
+    points, normals = interpolate_surface(*ball(60, 3))
     assert (
         np.abs(np.linalg.norm(points, axis=1) - 3).max() < 0.01
     )  # dots are 1.4 Å apart; a chord's height is 0.08
@@ -57,7 +63,7 @@ def test_a_sphere_comes_back():
 
 def test_a_torus_comes_back():
     dots = torus(150)
-    points, normals = recover(*dots)
+    points, normals = interpolate_surface(*dots)
     ring = np.hypot(points[:, 0], points[:, 1]) - 4
     away = np.hypot(ring, points[:, 2])
     assert np.abs(away - 1.4).mean() < 0.01
@@ -69,19 +75,22 @@ def test_a_torus_comes_back():
 def test_the_kept_dots_come_first_and_stay():
     dots = ball(60, 3)
     for density in (1.0, 5.35, 20.0):
-        points, normals = recover(*dots, density=density)
+        points, normals = interpolate_surface(*dots, density=density)
         assert np.array_equal(points[:60], dots[0]) and np.array_equal(normals[:60], dots[1])
         gap = cKDTree(points).query(points[60:], k=2)[0][:, 1]
         assert (gap > 0.65 / np.sqrt(density)).all()
-    assert len(recover(*ball(3, 3))[0]) == 3  # too few to say anything
-    assert len(recover(*ball(4, 3))[0]) > 4
-    assert cKDTree(recover(*dots, keep=False)[0]).query(dots[0])[0].min() > 0
+    assert len(interpolate_surface(*ball(3, 3))[0]) == 3  # too few to say anything
+    assert len(interpolate_surface(*ball(4, 3))[0]) > 4
+    assert cKDTree(interpolate_surface(*dots, keep=False)[0]).query(dots[0])[0].min() > 0
 
 
 def test_recovery_turns_with_the_dots():
     points, normals = torus(150)
     q = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    there, back = recover(points, normals)[0], recover(points @ q.T + 20, normals @ q.T)[0]
+    there, back = (
+        interpolate_surface(points, normals)[0],
+        interpolate_surface(points @ q.T + 20, normals @ q.T)[0],
+    )
     gap = cKDTree(there).query((back - 20) @ q)[0]
     assert gap.max() < 0.45  # other places of the same surface
     assert (
@@ -92,7 +101,10 @@ def test_recovery_turns_with_the_dots():
 
 def test_threads_do_not_change_a_bit(blob):
     some = slice(0, 700)  # more than a slice of kept dots
-    one, two = recover(blob[0][some], blob[1][some]), recover(blob[0][some], blob[1][some], threads=3)
+    one, two = (
+        interpolate_surface(blob[0][some], blob[1][some]),
+        interpolate_surface(blob[0][some], blob[1][some], threads=3),
+    )
     assert np.array_equal(one[0], two[0]) and np.array_equal(one[1], two[1])
 
 
@@ -235,14 +247,17 @@ def test_close_dots_take_fewer_neighbours_and_no_places_that_are_thinned_out():
     nearest = np.linalg.norm(laid[:, None] - points, axis=2).min(axis=1)
     assert 0.28 < nearest.min() < 0.31  # rivals may be nearer by a twentieth
     assert np.linalg.norm(laid, axis=1) == pytest.approx(3, abs=0.02)
-    whole, quick = recover(points, normals, 20.0), recover(points, normals, 20.0, close=0.8)
+    whole, quick = (
+        interpolate_surface(points, normals, 20.0),
+        interpolate_surface(points, normals, 20.0, close=0.8),
+    )
     assert len(quick[0]) == pytest.approx(len(whole[0]), rel=0.01)
 
 
 def test_two_dots_at_one_place_do_no_harm():
     points, normals = ball(60, 3)
     double = np.concatenate([points, points[:5]]), np.concatenate([normals, normals[5:10]])
-    found = recover(*double)[0]
+    found = interpolate_surface(*double)[0]
     assert np.isfinite(found).all() and np.array_equal(found[:65], double[0])
     assert np.abs(np.linalg.norm(found, axis=1) - 3).max() < 0.5
 
@@ -263,14 +278,16 @@ def test_a_sheet_goes_on_beyond_its_last_dots_by_their_spacing():
     x, y = (2.0 * k.ravel() for k in np.mgrid[:8, :8])
     points, normals = np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0, 1], (64, 1))
     spacing = dot_spacing(points, normals)
-    recovered, _ = recover(points, normals, density=10.0)
+    recovered, _ = interpolate_surface(points, normals, density=10.0)
     for corner, beyond in ((0, -recovered.min(axis=0)), (-1, recovered.max(axis=0) - 14.0)):
         assert np.all(beyond[:2] <= spacing[corner]) and np.all(beyond[:2] > 0.95 * spacing[corner])
 
 
 def test_no_place_needs_more_steps_than_are_made(blob):
     points, normals = (each[::60] for each in blob)
-    made, all_of_them = (len(recover(points, normals, 3.0, steps=n)[0]) for n in (NEWTON_STEPS, 1000))
+    made, all_of_them = (
+        len(interpolate_surface(points, normals, 3.0, steps=n)[0]) for n in (NEWTON_STEPS, 1000)
+    )
     assert made >= 0.99 * all_of_them  # half as many steps leave a quarter of the places on their way
 
 
@@ -286,8 +303,8 @@ def test_a_twentieth_of_a_molecule_gives_it_back():
     while len(chosen) < len(whole) // 15:
         chosen.append(int(gap.argmax()))
         gap = np.minimum(gap, np.linalg.norm(whole.points - whole.points[chosen[-1]], axis=1))
-    points, _ = recover(whole.points[chosen], whole.normals[chosen])
+    points, _ = interpolate_surface(whole.points[chosen], whole.normals[chosen])
     off = cKDTree(dense.points).query(points)[0]
     assert np.mean(off) < 0.12  # half the spacing of the dense dots is 0.065
     bare = whole.points[chosen] + 0.5 * rng.normal(size=(len(chosen), 3))
-    assert np.mean(cKDTree(dense.points).query(recover(bare, whole.normals[chosen])[0])[0]) > 0.2
+    assert np.mean(cKDTree(dense.points).query(interpolate_surface(bare, whole.normals[chosen])[0])[0]) > 0.2

@@ -11,7 +11,7 @@ from conftest import ROOT, ball
 from sparsurf.errors import InputError
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import distance_to_surface
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.recovery.spheres.atoms import infer
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.recovery.spheres.votes import known_model, vote
@@ -101,7 +101,7 @@ def test_touches_are_those_of_a_plain_count():
 )
 def test_the_rebuilt_surface_errs_less_than_the_interpolant(density, most, most_99):
     _, _, points, normals, fresh = atoms_and_dots(density=density)
-    before, found = errors(fresh, *recover(points, normals, 20.0)), rebuild(points, normals, 30.0)
+    before, found = errors(fresh, *interpolate_surface(points, normals, 20.0)), rebuild(points, normals, 30.0)
     after = errors(fresh, found.points, found.normals)
     assert found.share > 0.75
     assert after[0] < most * before[0] and after[1] < most_99 * before[1] and after[2] < before[2] + 0.05
@@ -156,7 +156,7 @@ def test_dots_that_do_not_lie_on_spheres_are_interpolated_to_the_byte(change):
     points, normals = change(points, normals)
     found = rebuild(points, normals)
     assert found.share == 0
-    for value, expected in zip(found[:2], recover(points, normals), strict=True):
+    for value, expected in zip(found[:2], interpolate_surface(points, normals), strict=True):
         assert value.tobytes() == expected.tobytes()
     with pytest.raises(InputError, match="model 'spheres' does not suit"):
         sparsurf.recover(sparsurf.Surface(points, normals), model="spheres")
@@ -176,7 +176,7 @@ def test_missing_atoms_do_not_leak():
     found = rebuild(points[side], normals[side], 20.0)
     assert found.share > 0.5
     true = cKDTree(fresh.points)
-    guide = recover(points[side], normals[side], 20.0)[0]
+    guide = interpolate_surface(points[side], normals[side], 20.0)[0]
     assert true.query(guide)[0].max() < 1.0 and true.query(found.points)[0].max() < 1.4  # the probe's radius
 
 
@@ -185,7 +185,11 @@ def test_the_models_of_recover():
     dots = sparsurf.Surface(points, normals)
     auto, spheres, interpolant = (sparsurf.recover(dots, model=m) for m in ("auto", "spheres", "interpolant"))
     assert auto.points.tobytes() == spheres.points.tobytes()
-    assert interpolant.points.tobytes() == recover(points, normals)[0].tobytes() != auto.points.tobytes()
+    assert (
+        interpolant.points.tobytes()
+        == interpolate_surface(points, normals)[0].tobytes()
+        != auto.points.tobytes()
+    )
     with pytest.raises(InputError, match="model"):
         sparsurf.recover(dots, model="atoms")
 

@@ -64,7 +64,9 @@ def test_where_a_choice_cannot_keep_n_the_next_that_can_takes_its_place(surface,
     n = round((reach[1] + reach[2]) / 2)
     choices = Choices(np.array([0.0, 60.0, 80.0, 90.0]), np.array([SHORT, LONG, WIDE, WHOLE]))
     dots = function(surface, n, np.random.default_rng(5), choices)
-    assert np.array_equal(dots, published.sample(cover, tune_alpha(cover, WIDE, n), np.random.default_rng(5)))
+    assert np.array_equal(
+        dots, published.sample_cover(cover, tune_alpha(cover, WIDE, n), np.random.default_rng(5))
+    )
 
 
 @pytest.mark.parametrize(("n", "combination"), [(899, WIDE), (900, WHOLE)])
@@ -73,14 +75,17 @@ def test_the_range_is_that_of_the_share_of_all_dots(surface, n, combination):
     choices = Choices(np.array([0.0, 30.0]), np.array([WIDE, WHOLE]))
     dots = paper(surface, n, np.random.default_rng(5), choices)
     alone = tune_alpha(surface.cover, combination, n)
-    assert np.array_equal(dots, published.sample(surface.cover, alone, np.random.default_rng(5)))
+    assert np.array_equal(dots, published.sample_cover(surface.cover, alone, np.random.default_rng(5)))
 
 
 def test_where_no_choice_can_keep_n_the_nearest_is_taken_and_covers_differ(surface):
     choices = Choices(np.array([0.0, 90.0, 95.0]), np.array([SHORT, LONG, SHORT]))
     dots = paper(surface, 2000, np.random.default_rng(5), choices)
     assert np.array_equal(
-        dots, published.sample(surface.cover, tune_alpha(surface.cover, LONG, 2000), np.random.default_rng(5))
+        dots,
+        published.sample_cover(
+            surface.cover, tune_alpha(surface.cover, LONG, 2000), np.random.default_rng(5)
+        ),
     )
     choices = Choices(np.array([0.0]), np.array([WIDE]))
     one, two = (f(surface, 900, np.random.default_rng(5), choices) for f in (paper, paper_corrected))

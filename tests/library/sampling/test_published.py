@@ -9,21 +9,21 @@ from hypothesis import strategies as st
 import naive
 from conftest import make_blob
 from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
+from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.sampling import published
 
 
 @pytest.fixture(scope="module")
 def prepared(blob):
     index = build_index(*blob, 0.8)
-    rough = roughness(index, 4.0)
+    rough = roughness_of_patches(index, 4.0)
     return index, rough, published.build_cover(index, rough, 4.0)
 
 
 @pytest.fixture(scope="module")
 def a1_cover(a1):
     index = build_index(a1.points, a1.normals)
-    return published.build_cover(index, roughness(index, 4.0), 4.0)
+    return published.build_cover(index, roughness_of_patches(index, 4.0), 4.0)
 
 
 def test_cover_equals_the_plain_sweep(blob, prepared):
@@ -48,7 +48,7 @@ def test_closed_form_equals_the_plain_product():
         np.concatenate(each) for each in zip(make_blob(1000), (ring, np.eye(3)[[2] * 41]), strict=True)
     )
     index, plain = build_index(points, normals, 0.75), naive.cover(points, 4.0, 0.75)
-    rough = roughness(index)
+    rough = roughness_of_patches(index)
     combinations = [
         (0.6, 0.4, 2, 4), (1, 0, 2, 0), (1, 0, 10, 10), (0.9, 0, 10, 4), (0.3, 0.4, 2, 4), (1, 1, 0, 4),
     ]  # fmt: skip
@@ -75,24 +75,24 @@ def test_draws_scatter_about_the_closed_form(prepared, alpha, beta, gamma, delta
     rng = np.random.default_rng(seed)
     combination = (alpha, beta, gamma, delta)
     expected = published.expected_n_s(cover, [combination])[0]
-    mean = np.mean([len(published.sample(cover, combination, rng)) for _ in range(40)])
+    mean = np.mean([len(published.sample_cover(cover, combination, rng)) for _ in range(40)])
     assert abs(mean - expected) <= 5 * np.sqrt(expected / 40)
 
 
 def test_flat_patches_and_powers_of_zero(prepared):
     # beta = gamma = delta = 0, alpha = 1: every dot of every patch is kept, the centres at r = 0 included
     _, _, cover = prepared
-    kept = published.sample(cover, (1, 0, 0, 0), np.random.default_rng(0))
+    kept = published.sample_cover(cover, (1, 0, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.dot))
-    flat = cover._replace(roughness=np.ones_like(cover.roughness))  # (1 - R)^0
-    assert np.array_equal(published.sample(flat, (1, 0, 0, 0), np.random.default_rng(0)), kept)
+    flat = cover._replace(roughness_of_patches=np.ones_like(cover.roughness))  # (1 - R)^0
+    assert np.array_equal(published.sample_cover(flat, (1, 0, 0, 0), np.random.default_rng(0)), kept)
     _, _, cover = prepared
-    flat = cover._replace(roughness=np.ones_like(cover.roughness))
-    kept = published.sample(flat, (1, 0.5, 0, 0), np.random.default_rng(0))
+    flat = cover._replace(roughness_of_patches=np.ones_like(cover.roughness))
+    kept = published.sample_cover(flat, (1, 0.5, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.centre))
     assert published.expected_n_s(flat, [(1, 0.5, 0, 0)])[0] == pytest.approx(len(kept), rel=1e-12)
     _, _, cover = prepared
-    kept = published.sample(cover, (1e-9, 1, 10, 10), np.random.default_rng(0))
+    kept = published.sample_cover(cover, (1e-9, 1, 10, 10), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.centre))
 
 
@@ -111,7 +111,7 @@ def test_one_chance_per_dot_is_a_uniform_draw(blob, prepared):
 
 def test_distances_from_the_dot_itself_never_exceed_r_patch(a1):
     index = build_index(a1.points, a1.normals)
-    rough = roughness(index)
+    rough = roughness_of_patches(index)
     assert published.build_cover(index, rough, distance_from_moved_centre=False).log_ratio.min() >= 0
     as_published = published.build_cover(index, rough)
     assert np.exp(-as_published.log_ratio.min()) == pytest.approx(
@@ -148,7 +148,7 @@ def test_centres_counts_and_range_of_a1_are_those_of_the_authors(a1_cover, share
     assert (np.abs(counts["n_S"] - expected) < 4 * np.sqrt(expected)).all()
     rng = np.random.default_rng(7)
     for combination in [(0.4, 0.2, 10, 10), (1, 0, 6, 0), (0.2, 0, 0, 0)]:
-        n = np.array([len(published.sample(a1_cover, combination, rng)) for _ in range(60)])
+        n = np.array([len(published.sample_cover(a1_cover, combination, rng)) for _ in range(60)])
         error = n.std(ddof=1) / np.sqrt(len(n))
         assert abs(n.mean() - published.expected_n_s(a1_cover, [combination])[0]) < 4 * error
     # beta = gamma = delta = 0 at alpha .2 keeps 47.9 % of A1 in one draw, not 20 %; the variance of a count is at most

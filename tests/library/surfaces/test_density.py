@@ -12,7 +12,7 @@ from conftest import ROOT
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.settings import Surface as SurfaceSettings
+from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.surfaces import molecular_surface
 from sparsurf.surfaces.molecular_surface import (
     density_for_d_link,

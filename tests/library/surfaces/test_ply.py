@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, viridis, write_ply
+from sparsurf.surfaces.formats.ply import AXES, KIND_COLOURS, VERTEX_GREY, viridis, write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -168,7 +168,7 @@ def test_the_colours_are_those_of_matplotlib():
     values = np.linspace(-3, 7, 2049)
     assert np.array_equal(viridis(values), colormaps["viridis"]((values + 3) / 10, bytes=True)[:, :3])
     unknown = viridis([np.inf, *values, np.nan, -np.inf])
-    assert np.array_equal(unknown[1:-2], viridis(values)) and (unknown[[0, -2, -1]] == GREY).all()
+    assert np.array_equal(unknown[1:-2], viridis(values)) and (unknown[[0, -2, -1]] == VERTEX_GREY).all()
 
 
 def test_ply_holds_dots_values_and_colours(tmp_path, small):
@@ -198,7 +198,7 @@ def test_without_values_the_colours_tell_the_kinds_of_dots(tmp_path, small):
     colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
     for number, colour in enumerate([(86, 180, 233), (230, 159, 0), (0, 158, 115)]):
         assert (colours[kind == number] == colour).all()
-    assert colours[7].tolist() == GREY.tolist() == KIND_COLOURS[-1].tolist()
+    assert colours[7].tolist() == VERTEX_GREY.tolist() == KIND_COLOURS[-1].tolist()
 
 
 def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):

@@ -12,7 +12,7 @@ import sparsurf
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf.surfaces.surface import Placement
-from sparsurf_study.workflow.models import Patches, Surface
+from sparsurf_study.workflow.models import PatchSettings, SurfaceSettings
 
 TABLES = {  # XX is no element
     "dms": "H 1.2 D 1.2 C 1.9 N 1.5 O 1.4 S 1.85 SE 1.85 P 1.9 F 1.35 CL 1.8 BR 1.95 I 2.15 FE 0.64 CU 1.28 "
@@ -47,13 +47,13 @@ def test_every_default_radius_of_the_probe_is_that_of_water():
         inspect.signature(each).parameters.get(key) for each in functions for key in ("probe", "probe_radius")
     ]
     defaults = {each.default for each in taken if each is not None and each.default not in (each.empty, None)}
-    assert defaults == {PROBE_RADIUS} == {1.4} == {Surface().probe_radius}
+    assert defaults == {PROBE_RADIUS} == {1.4} == {SurfaceSettings().probe_radius}
 
 
 def test_the_patches_of_a_study_have_the_radii_of_the_functions():
-    patches = Patches()
+    patches = PatchSettings()
     assert (patches.r_patch, patches.r_zernike, patches.d_link) == (R_PATCH, R_ZERNIKE, D_LINK)
 
 
 def test_functions_place_dots_as_a_study_does():
-    assert asdict(Placement()) == Surface().model_dump()
+    assert asdict(Placement()) == SurfaceSettings().model_dump()

@@ -16,7 +16,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import plausibility
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
-from sparsurf.surfaces.formats.npz import read_npz, with_fields, write_npz
+from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file, write_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_points, read_surface
@@ -422,8 +422,8 @@ def test_npz_has_the_same_bytes_at_any_time_and_fields_of_a_file_are_added(tmp_p
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     dots = Surface(np.eye(3), np.eye(3), fields={"own": [1, 2, 3]})
     np.savez(tmp_path / "a.npz", charge=np.array([0.1, 0.2, 0.3]))
-    assert with_fields(dots, None) is dots
-    fields = with_fields(dots, tmp_path / "a.npz").fields
+    assert with_fields_of_file(dots, None) is dots
+    fields = with_fields_of_file(dots, tmp_path / "a.npz").fields
     assert {name: each.tolist() for name, each in fields.items()} == {
         "own": [1, 2, 3],
         "charge": [0.1, 0.2, 0.3],
@@ -445,7 +445,7 @@ def test_foreign_npz_is_refused(tmp_path, arrays):
 
 
 @pytest.mark.parametrize(
-    "read", [read_surface, lambda path: with_fields(Surface(np.eye(3), np.eye(3)), path)]
+    "read", [read_surface, lambda path: with_fields_of_file(Surface(np.eye(3), np.eye(3)), path)]
 )
 def test_no_program_within_an_npz_is_run(tmp_path, read):
     class Harmful:

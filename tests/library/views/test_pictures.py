@@ -34,7 +34,7 @@ def hue(colour):
 
 def without_dots(surface):
     """The picture of a surface in pale grey."""
-    return pixels_of(pictures._of_surface(surface, np.tile(render.PALE, (len(surface), 1)), ""))
+    return pixels_of(pictures._of_surface(surface, np.tile(render.PALE_RGB, (len(surface), 1)), ""))
 
 
 def ellipsoid(n=2000):
@@ -63,7 +63,7 @@ def test_a_scale_bar_is_as_long_as_it_says(width, length):
     """At most 0.4 of a picture of 60, 20 or 6 Å, and at most 10 Å."""
     ax = layout.constrained(50, 50).add_subplot()
     camera = render.Camera(np.eye(3), np.zeros(3), 10.0, (40, 10 * width))
-    layout.show(ax, np.zeros((40, 10 * width, 3), np.uint8), camera)
+    layout.draw_picture(ax, np.zeros((40, 10 * width, 3), np.uint8), camera)
     (bar,), (words,) = ax.lines, ax.texts
     assert np.ptp(bar.get_xdata()) == pytest.approx(length) and words.get_text() == f"{length} Å"
     assert np.ptp(ax.images[0].get_extent()[:2]) == pytest.approx(width)

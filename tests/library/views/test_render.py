@@ -72,7 +72,7 @@ def test_front_hides_back(upper, seen):
 
 def test_what_faces_away_or_lies_behind_gets_no_dots():
     points, normals = ball(5000, 8.0)
-    scene = render.draw_surface(points, normals, render.PALE, camera())
+    scene = render.draw_surface(points, normals, render.PALE_RGB, camera())
     back = points[:, 2] < -0.5
     dotted = render.draw_dots(scene, points[back], normals[back], RED)
     np.testing.assert_array_equal(render.picture(dotted), render.picture(scene))

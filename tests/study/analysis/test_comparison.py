@@ -239,7 +239,7 @@ def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
     assert np.array_equal(lowest, kept["n_S_low_percent"])
     own = samplers.get_samplers(["paper"], "compare.samplers", choices_from_ranges(ranges))["paper"]
     n = round(0.01 * (lowest[1] + 1) * 3000)
-    wanted = published.sample(
+    wanted = published.sample_cover(
         prepared.cover, samplers.tune_alpha(prepared.cover, rows[1], n), np.random.default_rng(4)
     )
     assert np.array_equal(own(prepared, n, np.random.default_rng(4)), wanted)

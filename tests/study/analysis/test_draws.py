@@ -227,10 +227,12 @@ def test_d_under_the_scaled_link_stands_beside_its_winner(prepared):
 
 def test_blocks_of_random_numbers_change_no_draw(prepared, monkeypatch):
     combination = (0.7, 0.2, 2.0, 2.0)
-    whole = published.sample(prepared.cover, combination, np.random.default_rng(5))
+    whole = published.sample_cover(prepared.cover, combination, np.random.default_rng(5))
     for block in (1, 100, 3333):
         monkeypatch.setattr(published, "PAIRS_PER_BLOCK", block)
-        assert np.array_equal(published.sample(prepared.cover, combination, np.random.default_rng(5)), whole)
+        assert np.array_equal(
+            published.sample_cover(prepared.cover, combination, np.random.default_rng(5)), whole
+        )
 
 
 def test_expected_numbers_do_not_depend_on_company_or_order(prepared):

@@ -18,9 +18,9 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.analysis import ensemble
-from sparsurf_study.settings import Settings
+from sparsurf_study.settings import StudySettings
 
-SETTINGS = Settings(surface={"density": 6.0}, patches={"d_link": 0.6}, ensemble={"test_dots": 20})
+SETTINGS = StudySettings(surface={"density": 6.0}, patches={"d_link": 0.6}, ensemble={"test_dots": 20})
 STREAMS = Streams(3, "p")
 FRAMES = 7
 
@@ -75,7 +75,7 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, table, tmp_path
 
 def test_a_row_is_what_the_parts_give(molecule, table):
     surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
-    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.6}), streams=Streams(3, "p/f3"))
+    prepared = PreparedSurface(surface, StudySettings(patches={"d_link": 0.6}), streams=Streams(3, "p/f3"))
     row = table.iloc[3]
     assert row["N"] == len(surface) and row["area"] == surface.area.sum()
     assert row["mean_roughness"] == prepared.roughness.mean()
@@ -91,7 +91,7 @@ def test_a_row_is_what_the_parts_give(molecule, table):
     moved = replace(molecule, time_ps=2.0 * np.arange(FRAMES), frame_number=10 * np.arange(FRAMES))
     of_frame = ensemble.frame_row(moved, 3, radii(molecule), SETTINGS, STREAMS)
     assert (of_frame["time_ps"], of_frame["frame"]) == (6, 30)
-    prepared = PreparedSurface(surface, Settings(patches={"d_link": 0.6}), streams=Streams(3, "p/f30"))
+    prepared = PreparedSurface(surface, StudySettings(patches={"d_link": 0.6}), streams=Streams(3, "p/f30"))
     tests = prepared.draw_tests(20)
     z, _ = prepared.distances(prepared.pair([1, 0, 6, 0], 0), tests, prepared.describe(tests)[0], "full")
     assert [of_frame["Z_tS_full"], of_frame["Z_tR_full"]] == pytest.approx(z.mean(axis=1), rel=1e-6)
@@ -150,7 +150,7 @@ def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
     assert not [name for name in by_frame if name.startswith("residue")]
     assert over_time.columns.tolist() == ["frame", "time_ps", *(f"A:ALA{k}" for k in range(1, 5)), "B:ALA9"]
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
-    rough = PreparedSurface(surface, Settings(patches={"d_link": 0.6})).roughness
+    rough = PreparedSurface(surface, StudySettings(patches={"d_link": 0.6})).roughness
     expected = residue_table(surface, rough, molecule)["mean_roughness"]
     assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
 
@@ -166,7 +166,7 @@ def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, 
     row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, STREAMS)
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
     rough, residue = (
-        PreparedSurface(surface, Settings(patches={"d_link": 0.6})).roughness,
+        PreparedSurface(surface, StudySettings(patches={"d_link": 0.6})).roughness,
         molecule.residue_index[surface.atom],
     )
     for k in range(molecule.n_residues):

@@ -38,7 +38,7 @@ def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
     ranges, best = tables.ranges_table(table, grid, 3), tables.best_combinations(table, grid, 20)
     scaled = {f"{key}_kept_scaled": -0.5 for key in ("d", "d_low", "d_high")}
     ranges = ranges.assign(link_over_spacing=0.7, share_in_island=0.3, **scaled)
-    return summary.Result(protein, conformation, 1000, 250.0, 0.37, rough, table, ranges, best)
+    return summary.SurfaceResult(protein, conformation, 1000, 250.0, 0.37, rough, table, ranges, best)
 
 
 def study(gamma, roughs, names=None):
@@ -217,7 +217,7 @@ def test_damaged_results_are_named(tmp_path, damage):
 
 def test_the_row_of_a_surface_has_its_subset_its_errors_and_its_floor():
     """Of two surfaces the first lacks what is optional; columns keep the order of the longest row."""
-    plain = summary.Result("p", "c1", 1000, 250.0, 0.37, 0.6)
+    plain = summary.SurfaceResult("p", "c1", 1000, 250.0, 0.37, 0.6)
     recovered = pd.DataFrame(
         {
             "where": ["everywhere", "flats"],
@@ -258,7 +258,7 @@ def made(name, percent, d):
     alpha = 0.1 * np.arange(1, 5)
     grid = pd.DataFrame({"alpha": alpha, "beta": 0.0, "gamma": 2.0, "delta": 1.0, "n_S_percent": percent})
     ranges = pd.DataFrame({"reading": ["kept"] * 2, "n_combinations": [2, 1]})
-    return summary.Result(*name.split("/"), 1000, 250.0, 0.4, 0.6, grid.assign(d_kept=d), ranges)
+    return summary.SurfaceResult(*name.split("/"), 1000, 250.0, 0.4, 0.6, grid.assign(d_kept=d), ranges)
 
 
 def test_the_ranges_of_a_surface_are_those_of_its_own_sizes():
@@ -326,7 +326,7 @@ def test_winners_of_all_surfaces_stand_in_one_table():
 
 def test_the_nearest_are_of_other_proteins_if_there_are_any():
     results = [
-        summary.Result(p, "c", 1, 1.0, 1.0, r)
+        summary.SurfaceResult(p, "c", 1, 1.0, 1.0, r)
         for p, r in zip("aabac", (0.5, 0.51, 0.6, 0.49, 0.4), strict=True)
     ]
     assert summary.nearest_first(results, 0).tolist() == [2, 4]

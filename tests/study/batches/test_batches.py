@@ -111,7 +111,7 @@ def test_values_are_those_of_the_functions(many, name):
     )
 
 
-@pytest.mark.parametrize("name", assignment.TABLES)
+@pytest.mark.parametrize("name", assignment.BATCH_FOLDERS)
 def test_every_column_is_listed_in_order(many, name):
     listed = small_study.table_of(f"{name}/0001.parquet").columns
     described = {column.name: column.type for column in listed if "<" not in column.name}

@@ -13,7 +13,7 @@ from peptides import peptide, write
 from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import random_rotation
-from sparsurf.patches.descriptors import describe, describe_fields
+from sparsurf.patches.descriptors import describe_fields_of_patches, describe_patches
 from sparsurf.patches.index import build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
@@ -34,11 +34,11 @@ from sparsurf_study.pairs.changes import (
     unmatched_residues,
 )
 from sparsurf_study.pairs.residue_moments import (
-    CHANNELS,
-    FIELDS,
+    MOMENT_CHANNELS,
+    MOMENT_FIELDS,
     ORDER,
-    PERCENT,
-    RADIUS,
+    PATCH_RADIUS,
+    PERCENT_OF_DOTS,
     _fields,
     describe_residues,
     distances,
@@ -47,7 +47,7 @@ from sparsurf_study.pairs.residue_moments import (
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 LYSINE = 15  # LYS 224
-CHARGE = CHANNELS.index("charge")
+CHARGE = MOMENT_CHANNELS.index("charge")
 
 
 def form_of(molecule, name="one"):
@@ -75,7 +75,7 @@ def found(form, own):
 
 def test_residues_have_the_means_of_their_places(form, own):
     """A residue has the mean over its dots among the tenth that lie farthest apart; each by itself, through the library."""
-    n = round(PERCENT / 100 * len(form.surface))
+    n = round(PERCENT_OF_DOTS / 100 * len(form.surface))
     kept = form.surface.take(
         farthest_point_sampling(build_grid(form.surface.points), n, np.random.default_rng(0))
     )
@@ -85,16 +85,18 @@ def test_residues_have_the_means_of_their_places(form, own):
     low = [k for k, (order, _) in enumerate(indices()) if order <= ORDER]
     alone = np.flatnonzero(form.molecule.residue_index[kept.atom] == LYSINE)
     assert own.places[LYSINE] == len(alone)
-    z = describe(index, kept.points[alone], RADIUS, descriptor="rotation_robust")[0][:, low]
+    z = describe_patches(index, kept.points[alone], PATCH_RADIUS, descriptor="rotation_robust")[0][:, low]
     np.testing.assert_allclose(own.moments[LYSINE, 0], z.mean(axis=0), rtol=1e-3)  # float16
     potential = compute_fields(["potential"], form.molecule, kept.points)["potential"].to_numpy()
-    of_field = describe_fields(index, kept.points[alone], potential[None], RADIUS)[:, 0, low].mean(axis=0)
+    of_field = describe_fields_of_patches(index, kept.points[alone], potential[None], PATCH_RADIUS)[
+        :, 0, low
+    ].mean(axis=0)
     np.testing.assert_allclose(own.moments[LYSINE, -1, 1:], of_field[1:], atol=0.02)
     assert own.fields[LYSINE, -1] == pytest.approx(potential[alone].mean())
     # n = 0 is the mean of a field over the patch and keeps its sign; the field's own mean is over the residue's dots
-    first = own.moments[:, 1 + FIELDS.index("charge"), 0]
+    first = own.moments[:, 1 + MOMENT_FIELDS.index("charge"), 0]
     assert first[LYSINE] > 0 > first.min()
-    assert np.corrcoef(first, own.fields[:, FIELDS.index("charge")])[0, 1] > 0.7
+    assert np.corrcoef(first, own.fields[:, MOMENT_FIELDS.index("charge")])[0, 1] > 0.7
 
 
 # Zamyatnin 1972, typed from the paper, in the order of the letters
@@ -124,10 +126,10 @@ def test_a_surface_too_small_for_a_patch_is_a_sentence(form):
 
 def test_distances_are_standard_deviations_over_many_places():
     sd = spread_of_moments()
-    assert sd.shape == (len(CHANNELS), 36) and sd.min() > 0
+    assert sd.shape == (len(MOMENT_CHANNELS), 36) and sd.min() > 0
     first, second = np.random.default_rng(0).normal(size=(2, 4, *sd.shape))
     got = distances(first, second)
-    for k in range(len(CHANNELS)):
+    for k in range(len(MOMENT_CHANNELS)):
         each = [((a - b) / s) ** 2 for a, b, s in zip(first[2, k], second[2, k], sd[k], strict=True)]
         assert got[2, k] == pytest.approx(np.sqrt(np.mean(each)))
     np.testing.assert_allclose(got[:, -1], np.sqrt((got[:, :-1] ** 2).mean(axis=1)))
@@ -179,7 +181,10 @@ def test_a_mutation_shows_where_it_is(form, own, found):
     change = distances(own.moments, mutant.moments)
     assert (change[:, 0] == 0).all()  # the same dots: only fields can change
     assert change[LYSINE, CHARGE] > 3 * floor[LYSINE, CHARGE] and change[LYSINE, -1] > floor[LYSINE, -1]
-    assert mutant.fields[LYSINE, FIELDS.index("charge")] < own.fields[LYSINE, FIELDS.index("charge")] - 0.5
+    assert (
+        mutant.fields[LYSINE, MOMENT_FIELDS.index("charge")]
+        < own.fields[LYSINE, MOMENT_FIELDS.index("charge")] - 0.5
+    )
     atoms = [molecule.xyz[0][molecule.residue_index == k] for k in range(30)]
     gap = np.array([np.linalg.norm(each[:, None] - atoms[LYSINE], axis=2).min() for each in atoms])
     far = gap > 16  # Å: patches of 10 Å, and a field that is smooth over some Å
@@ -224,7 +229,7 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     wanted, floors = distances(own.moments[rows], both[1].moments), np.array(numbers) / 10_000
     assert table["places_first"].tolist() == own.places[rows].tolist() != table["places_second"].tolist()
     assert table["places_second"].tolist() == both[1].places.tolist()
-    np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
+    np.testing.assert_allclose(table[[*MOMENT_CHANNELS, "total"]], wanted)
     for above, key, floor in (
         ("above", "total_floor", floors),
         ("above_moved", "total_moved", floors + module.RMS_DISPLACEMENT),
@@ -235,7 +240,7 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     lysine = table.set_index("residue").loc["224"]
     assert lysine["residue_name_second"] == "GLU" and lysine["residue_name"] == "LYS"
     difference = both[1].fields - both[0].fields[rows]
-    np.testing.assert_allclose(table[[f"{field}_difference" for field in FIELDS]], difference)
+    np.testing.assert_allclose(table[[f"{field}_difference" for field in MOMENT_FIELDS]], difference)
 
 
 def test_a_buried_residue_has_no_change_and_is_not_called_missing(form, monkeypatch):

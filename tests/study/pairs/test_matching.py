@@ -10,7 +10,7 @@ from peptides import peptide, write
 from small_study import run_script
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.patches.descriptors import describe
+from sparsurf.patches.descriptors import describe_patches
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -59,10 +59,10 @@ def test_a_surface_matches_its_cast():
 def test_maps_equal_all_distances(blobs):
     centres = (np.arange(0, 1200, 3), np.arange(1, 1100, 2))
     found = matching.match(*blobs, centres, k=2)
-    up, _ = describe(blobs[0].index, blobs[0].surface.points[found.centres[0]])
-    down, _ = describe(blobs[1].index, blobs[1].surface.points[found.centres[1]], up=False)
+    up, _ = describe_patches(blobs[0].index, blobs[0].surface.points[found.centres[0]])
+    down, _ = describe_patches(blobs[1].index, blobs[1].surface.points[found.centres[1]], up=False)
     distance = cdist(up, down)
-    alike = cdist(up, describe(blobs[1].index, blobs[1].surface.points[found.centres[1]])[0])
+    alike = cdist(up, describe_patches(blobs[1].index, blobs[1].surface.points[found.centres[1]])[0])
     for side, plain in enumerate((distance, distance.T)):
         table = matching.maps(found, side)
         at = table.iloc[found.centres[side]]

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.patches.descriptors import describe
+from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import build_index
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -43,7 +43,7 @@ def surfaces(shared, tmp_path_factory):
 def ours(surfaces, places):
     """Nearest patches of every tenth dot of both, A up and C down, with the published options."""
     z = [
-        describe(build_index(surface.points, surface.normals), place, up=up)[0]
+        describe_patches(build_index(surface.points, surface.normals), place, up=up)[0]
         for surface, place, up in zip(surfaces, places, (True, False), strict=True)
     ]
     return nearest(*z)

@@ -14,7 +14,7 @@ from conftest import make_blob
 from parsed_pages import Page
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
-from sparsurf.patches.descriptors import describe
+from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import words_of
 from sparsurf.sampling import published
@@ -29,13 +29,13 @@ from sparsurf_study.report.numbers import left_in_island
 from sparsurf_study.report.page import render
 from sparsurf_study.report.paper_page import (
     LIMIT_CASES,
-    TEMPLATE,
+    PAPER_TEMPLATE,
     curve,
     defects,
+    describe_uniform,
     limit_case,
     paper_page,
     surface_of,
-    uniform,
 )
 
 RECOVERED = pd.DataFrame(
@@ -108,7 +108,7 @@ def test_one_row_alone_is_tested_by_students_t():
         {"range": [1, 2], "n_runs": [4, 4], "d_published": [2.0, 9.0], "d_mean": 0.0, "d_sd": 0.5}
     )
     far = published_runs.joint_test(places.assign(d_published=1e9), "d")
-    assert far["p"] == 1 / (published_runs.SIMULATED + 1)  # never 0
+    assert far["p"] == 1 / (published_runs.SIMULATED_SUMS + 1)  # never 0
     found = published_runs.joint_test(places, "d", leave_out=[2])
     assert found["n_rows"] == 1
     assert found["statistic"] == pytest.approx(12.8)
@@ -271,7 +271,7 @@ def page(prepared):
 
 
 def html_of(page):
-    return render(TEMPLATE, **paper_page(page), first="p/c1", figure=None)
+    return render(PAPER_TEMPLATE, **paper_page(page), first="p/c1", figure=None)
 
 
 def test_every_claim_has_a_chapter_and_a_table(page):
@@ -388,7 +388,7 @@ def test_claims_follow_from_the_numbers(page):
 @pytest.mark.parametrize(("off", "answer"), [(0.9, "yes"), (1.1, "no")])
 def test_a_uniform_subset_keeps_alpha_to_one_percent(off, answer):
     grid = pd.DataFrame({"alpha": [0.1, 0.5, 0.5], "beta": [0.0, 0, 1], "gamma": 0.0, "delta": 0.0})
-    found = uniform(grid.assign(n_S_percent=[10.0, 50 + off, 80]), 7.0)
+    found = describe_uniform(grid.assign(n_S_percent=[10.0, 50 + off, 80]), 7.0)
     assert found["holds"] == {"kept": answer, "full": answer} and len(found["rows"]) == 2
 
 
@@ -514,7 +514,7 @@ def test_a_turn_changes_the_descriptors_unless_it_is_none(prepared, monkeypatch)
     monkeypatch.setattr(replication, "random_rotation", lambda rng: turn)
     tests = prepared.draw_tests(20)
     index = build_index(prepared.points @ turn.T, prepared.normals @ turn.T, 0.8)
-    turned, _ = describe(index, (prepared.points @ turn.T)[tests], 6.0, True)
+    turned, _ = describe_patches(index, (prepared.points @ turn.T)[tests], 6.0, True)
     wanted = np.linalg.norm(turned - prepared.describe(tests)[0], axis=1).mean()
     assert replication.turned_z(prepared, 20) == pytest.approx(wanted, rel=0.05) and wanted > 0.01
 
@@ -691,7 +691,7 @@ def test_each_sentence_has_its_own_numbers(page):
     values = paper_page(page)
     values |= {name: values[name] | made for name, made in MADE_UP.items()}
     values["winners"]["rows"] = values["winners"]["rows"][:9]
-    html = render(TEMPLATE, **values, first="p/c1", figure="data:image/png;base64,")
+    html = render(PAPER_TEMPLATE, **values, first="p/c1", figure="data:image/png;base64,")
     shown, text = Page(html), " ".join(Page(html).text.split())
     assert not [each for each in SENTENCES if each not in text]
     assert "The highest d is 2.90, at 0.61 spacings. d falls below 0 at 1.31 to 1.74 spacings." in html
@@ -715,7 +715,7 @@ def test_the_place_of_the_published_best_is_said_of_both_readings(page, is_ours,
     best = values["best"]["ours"]["kept"] | dict(zip(PARAMETERS, (0.8, 0.2, 4.0, 10.0), strict=True))
     own = {"kept": best | {"n_best_set": 36.0}, "full": values["best"]["ours"]["full"]}
     values["best"] |= {"is_ours": is_ours, "holds": {"kept": kept, "full": full}, "ours": own}
-    text = " ".join(Page(render(TEMPLATE, **values, first="p/c1", figure=None)).text.split())
+    text = " ".join(Page(render(PAPER_TEMPLATE, **values, first="p/c1", figure=None)).text.split())
     assert f"best combination at α = 1? {card} " in text
     assert not [each for each in words if each not in text]
 

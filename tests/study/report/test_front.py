@@ -22,7 +22,7 @@ from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.first_page import surfaces
 from sparsurf_study.report.first_page.pairs import verdict_of
 from sparsurf_study.report.front import warned, write_front
-from sparsurf_study.report.provenance import Origin
+from sparsurf_study.report.provenance import RunOrigin
 from sparsurf_study.report.summaries import summarise_comparison, summarise_pairs
 from sparsurf_study.workflow.origin import origin_of
 
@@ -155,7 +155,7 @@ def test_subsets_that_fall_apart_are_marked_where_the_table_says_so(tmp_path):
 def test_a_page_says_what_the_run_was_started_with(tmp_path):
     (tmp_path / "p.pdb").write_text("a structure")
     (tmp_path / "q.pdb").write_text("another")
-    origin = Origin(
+    origin = RunOrigin(
         "make run CONFIG=mine.yaml", [str(tmp_path / f"{name}.pdb") for name in ("p", "gone", "q")], 3
     )
     write_front(tmp_path / "index.html", write_run(tmp_path), {}, origin=origin)
@@ -177,12 +177,12 @@ def test_the_origin_of_a_run_names_its_config_and_each_input_once(tmp_path, monk
         "pairs": {"a": {"files": ["p.pdb", "/data/b.pdb"]}, "c": {"complex": "c.pdb"}},
     }
     inputs = ["p.pdb", "t.xtc", "/data/b.pdb", "c.pdb"]
-    assert origin_of(config, [tmp_path / "mine.yaml", "other.yaml"]) == Origin(
+    assert origin_of(config, [tmp_path / "mine.yaml", "other.yaml"]) == RunOrigin(
         "make run CONFIG=mine.yaml", inputs, 4
     )
     assert origin_of(config, ["config.yaml"]).command == "make run"
     many = {"proteins": {str(k): {"structure": f"{k}.pdb"} for k in range(51)}, "pairs": {}}
-    assert origin_of(many, []) == Origin("make run", [], 51)
+    assert origin_of(many, []) == RunOrigin("make run", [], 51)
 
 
 def test_a_winner_that_keeps_the_most_dots_stands_below_the_ranges_though_they_are_rounded(tmp_path):

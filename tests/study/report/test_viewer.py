@@ -248,7 +248,7 @@ def browser(tmp_path_factory):
 def path(prepared, order, grid, tmp_path_factory):
     """The page as a file, with a colour of which some values are unknown."""
     depth = np.where(np.arange(len(prepared.points)) % 7 == 0, np.nan, prepared.points[:, 2])
-    values = [viewer.Values("height above the middle", "z", " Å", depth, "low", "high")]
+    values = [viewer.DotValues("height above the middle", "z", " Å", depth, "low", "high")]
     path = tmp_path_factory.mktemp("page") / "view.html"
     best = tables.best_combinations(*grid, 50)
     path.write_text(text := page_of(prepared, order, grid[0], best, RESIDUES, values, MINIMAL))
@@ -317,7 +317,7 @@ def test_the_page_keeps_the_dots_that_the_library_keeps(opened, prepared):
     for seed in (1, 2):
         for combination in COMBINATIONS:
             shown = choose(opened, sampler="paper", **dict(zip(PARAMETERS, combination, strict=True)))
-            wanted = published.sample(cover, combination, Given(len(cover.dot), seed, by_patch))
+            wanted = published.sample_cover(cover, combination, Given(len(cover.dot), seed, by_patch))
             assert shown == wanted.tolist() and f"{len(wanted):,} of 3,000 dots" in text_of(opened, "shown")
         opened.run("document.getElementById('again').click()")
 
@@ -530,8 +530,8 @@ def test_a_small_screen_needs_no_sideways_scrolling(opened):
 def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
     """Numbers are those of the whole surface: of a dot, and of the share of the subset."""
     x = 20 * prepared.points[:, 0]
-    values = [viewer.Values("propensity", "propensity", "", x, "likely", "unlikely")]
-    values += [viewer.Values("height", "z", " Å", np.full(3000, np.nan), "low", "high")]
+    values = [viewer.DotValues("propensity", "propensity", "", x, "likely", "unlikely")]
+    values += [viewer.DotValues("height", "z", " Å", np.full(3000, np.nan), "low", "high")]
     text = page_of(prepared, order[:1500], values=values, minimal=order[:90], opens=("all", 1))
     (tmp_path / "view.html").write_text(text)
     browser.open((tmp_path / "view.html").as_uri())

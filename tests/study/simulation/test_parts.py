@@ -84,7 +84,7 @@ def test_only_protein_of_the_first_model_is_simulated(tmp_path, caplog):
 
 
 def values(stage, **changes):
-    text = protocol.parameters(stage, protocol.DEFAULTS | changes, 5)
+    text = protocol.parameters(stage, protocol.GROMACS_DEFAULTS | changes, 5)
     return dict(line.split(" = ") for line in text.splitlines())
 
 
@@ -98,10 +98,10 @@ def test_times_become_steps():
     assert (
         values("npt", pressure=2.0)["ref-p"] == "2" and values("nvt", temperature=290.0)["gen-temp"] == "290"
     )
-    assert protocol.n_time_steps("production", protocol.DEFAULTS | {"ns": 1e-9}) == 1
+    assert protocol.n_time_steps("production", protocol.GROMACS_DEFAULTS | {"ns": 1e-9}) == 1
     assert values("production", ns=1e-6)["nstenergy"] == "1"
     assert values("production", save_ps=0.0005)["nstxout-compressed"] == "1"
-    assert [protocol.length_ns(s, protocol.DEFAULTS) for s in protocol.STAGES] == [0.0, 0.1, 0.1, 1.0]
+    assert [protocol.length_ns(s, protocol.GROMACS_DEFAULTS) for s in protocol.STAGES] == [0.0, 0.1, 0.1, 1.0]
     assert protocol.velocity_seed(0) == 1 and protocol.velocity_seed(2**31) == 1
     assert protocol.velocity_seed(7) == 7 and protocol.velocity_seed(2**31 + 4) == 5
 
@@ -132,7 +132,7 @@ def test_a_stage_runs_once_and_again_where_its_inputs_change(asked, tmp_path):
     for path in (built / "topol.top", before / "final.gro", before / "state.cpt"):
         path.write_text("one")
 
-    def run(settings=protocol.DEFAULTS):
+    def run(settings=protocol.GROMACS_DEFAULTS):
         asked.clear()
         stages.run_stage("npt", built, before, settings, 3, own, 2)
         return [words[0] for words, _ in asked]
@@ -147,19 +147,21 @@ def test_a_stage_runs_once_and_again_where_its_inputs_change(asked, tmp_path):
     (own / "state.cpt").write_text("checkpoint")
     assert run() == ["mdrun"]
     assert "-cpi" in asked[0][0]
-    assert run(protocol.DEFAULTS | {"temperature": 310.0}) == ["grompp", "mdrun"]
+    assert run(protocol.GROMACS_DEFAULTS | {"temperature": 310.0}) == ["grompp", "mdrun"]
     for path in (built / "topol.top", built / "chain.itp", before / "final.gro", before / "state.cpt"):
         path.write_text("two")
-        assert run(protocol.DEFAULTS | {"temperature": 310.0}) == ["grompp", "mdrun"], path.name
+        assert run(protocol.GROMACS_DEFAULTS | {"temperature": 310.0}) == ["grompp", "mdrun"], path.name
     assert json.loads((own / "stage.json").read_text())["inputs"]
     (before / "state.cpt").unlink()  # a minimisation has none
     assert run() == ["grompp", "mdrun"] and "-t" not in asked[0][0]
     (built / "system.gro").write_text("one")
     told = []
-    stages.run_stage("npt", built, None, protocol.DEFAULTS, 3, own, 2, lambda *steps: told.append(steps))
+    stages.run_stage(
+        "npt", built, None, protocol.GROMACS_DEFAULTS, 3, own, 2, lambda *steps: told.append(steps)
+    )
     grompp = asked[2][0]
     assert grompp[grompp.index("-c") + 1] == built / "system.gro" and told == [(350, 50000)]
-    assert (own / "stage.mdp").read_text() == protocol.parameters("npt", protocol.DEFAULTS, 3)
+    assert (own / "stage.mdp").read_text() == protocol.parameters("npt", protocol.GROMACS_DEFAULTS, 3)
 
 
 def test_a_system_is_built_by_the_keys_of_its_protein(asked, monkeypatch, tmp_path):
@@ -172,7 +174,7 @@ def test_a_system_is_built_by_the_keys_of_its_protein(asked, monkeypatch, tmp_pa
     monkeypatch.setattr(system, "with_chains", lambda path, given: given)
     for name, text in (("system.gro", SYSTEM_GRO), ("topol.top", "[ molecules ]\nSOL 2\nNA 1\nCL 1\n")):
         write(tmp_path / name, text)
-    keys = protocol.DEFAULTS | {"force_field": "mine", "water": "tip4p", "margin": 15.0}
+    keys = protocol.GROMACS_DEFAULTS | {"force_field": "mine", "water": "tip4p", "margin": 15.0}
     built = system.prepare_system(protein, "in.pdb", keys, 7, tmp_path)
     assert (built["waters"], built["ions"], built["gromacs"]) == (2, 2, "2025")
     options = {words[0]: dict(pairwise(words)) for words, _ in asked}
@@ -210,7 +212,7 @@ def test_the_jobs_of_a_simulation_follow_its_keys(asked, monkeypatch, tmp_path):
     }
     inputs = {"system": made["system"], "before": str(before)}
     run_script("simulate_stage", tmp_path, inputs, {"folder": str(tmp_path / "nvt")}, params, protein="p")
-    wanted = protocol.parameters("nvt", protocol.DEFAULTS | {"temperature": 310.0}, 11)
+    wanted = protocol.parameters("nvt", protocol.GROMACS_DEFAULTS | {"temperature": 310.0}, 11)
     assert (tmp_path / "nvt" / "stage.mdp").read_text() == wanted and not (tmp_path / "running").exists()
     assert (tmp_path / "nvt" / "final.gro").is_file()
 
@@ -250,7 +252,7 @@ def test_threads_are_given_to_either_program(asked, monkeypatch, tmp_path, progr
     monkeypatch.setattr(gromacs, "program", lambda: f"/opt/{program}")
     (tmp_path / "system").mkdir()
     write(tmp_path / "system" / "system.gro", "x")
-    stages.run_stage("minimise", tmp_path / "system", None, protocol.DEFAULTS, 3, tmp_path / "own", 6)
+    stages.run_stage("minimise", tmp_path / "system", None, protocol.GROMACS_DEFAULTS, 3, tmp_path / "own", 6)
     options = dict(pairwise(asked[-1][0]))
     assert options[option] == 6 and not {"-x", "-cpo"} & options.keys()
 
@@ -259,7 +261,7 @@ def test_energies_are_those_that_a_stage_has(monkeypatch, tmp_path):
     """A minimisation has the potential alone, and only a barostat gives a density."""
     for stage in protocol.STAGES:
         (tmp_path / stage).mkdir()
-        write(tmp_path / stage / "stage.mdp", protocol.parameters(stage, protocol.DEFAULTS, 1))
+        write(tmp_path / stage / "stage.mdp", protocol.parameters(stage, protocol.GROMACS_DEFAULTS, 1))
         if stage != "minimise":
             write(tmp_path / stage / "state.cpt", "")
 
@@ -297,23 +299,23 @@ def test_a_mean_off_its_target_is_reported_where_there_are_fifty_values(column, 
     means = {"temperature_K": 300.0, "pressure_bar": 1.0, "density_kg_m3": 1006.0} | {column: off}
     table = pd.DataFrame(means | {"stage": ["production"] * 50})
     before = pd.DataFrame({"stage": ["npt"] * 50, "temperature_K": 0.0})  # does not count
-    judged = quality.judge(pd.concat([before, table]), protocol.DEFAULTS).set_index("quantity")
+    judged = quality.judge(pd.concat([before, table]), protocol.GROMACS_DEFAULTS).set_index("quantity")
     assert judged["near"].to_dict() == dict.fromkeys(means, True) | {column: near}
     assert len(quality.warnings(judged.reset_index())) == (not near)
-    others = protocol.DEFAULTS | {"temperature": off if column == "temperature_K" else 300.0}
+    others = protocol.GROMACS_DEFAULTS | {"temperature": off if column == "temperature_K" else 300.0}
     others["pressure"] = (
         off if column == "pressure_bar" else 1.0
     )  # targets of the config; the density has none
     judged = quality.judge(table, others).set_index("quantity")
     assert judged["near"].all() == (near or column != "density_kg_m3")
     assert judged.loc[column, "mean"] == pytest.approx(off)
-    short = quality.judge(table.head(49), protocol.DEFAULTS)
+    short = quality.judge(table.head(49), protocol.GROMACS_DEFAULTS)
     assert short["near"].isna().all() and not quality.warnings(short)
 
 
 def test_a_mean_that_is_uncertain_may_be_near():
     wide = pd.DataFrame({"stage": "production", "temperature_K": 311.5 + np.repeat([-200.0, 200.0], 25)})
-    judged = quality.judge(wide.assign(pressure_bar=1.0, density_kg_m3=1006.0), protocol.DEFAULTS)
+    judged = quality.judge(wide.assign(pressure_bar=1.0, density_kg_m3=1006.0), protocol.GROMACS_DEFAULTS)
     assert judged["near"].all()
 
 
@@ -375,9 +377,9 @@ def test_gromacs_says_why_it_failed(monkeypatch, tmp_path, capsys):
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
     with pytest.raises(InputError, match=r"`gmx trjconv` failed: no such file\."):
-        gromacs.run("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
+        gromacs.run_gromacs("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
     monkeypatch.setenv("CODE", "0")
-    said = gromacs.run("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
+    said = gromacs.run_gromacs("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
     assert (
         said.startswith("Protein\nargs -quiet -nobackup trjconv -f 7\n") and said in capsys.readouterr().out
     )

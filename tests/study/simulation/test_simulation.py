@@ -22,7 +22,7 @@ from sparsurf_study.workflow.models import Simulate
 pytestmark = pytest.mark.slow
 
 SHORT_KEYS = {"ns": 0.0004, "nvt_ns": 0.0002, "npt_ns": 0.0002, "save_ps": 0.1}
-SHORT = protocol.DEFAULTS | SHORT_KEYS
+SHORT = protocol.GROMACS_DEFAULTS | SHORT_KEYS
 needs_gromacs = pytest.mark.skipif(
     not any(map(shutil.which, gromacs.PROGRAMS)),
     reason="GROMACS is not installed (Debian: apt install gromacs)",
@@ -35,14 +35,14 @@ def values(text):
 
 
 def test_parameters_are_those_of_the_paper():
-    production = values(protocol.parameters("production", protocol.DEFAULTS | {"ns": 10_000}, 7))
+    production = values(protocol.parameters("production", protocol.GROMACS_DEFAULTS | {"ns": 10_000}, 7))
     assert int(production["nsteps"]) * float(production["dt"]) == pytest.approx(1e7)  # ps: 10 µs
     assert (production["rcoulomb"], production["rvdw"]) == ("1.2", "1.2")  # nm: 12 Å
     assert (production["ref-t"], production["ref-p"], production["tau-p"]) == ("300 300", "1", "2")
     assert (production["tcoupl"], production["pcoupl"]) == ("V-rescale", "Parrinello-Rahman")
     assert int(production["nstxout-compressed"]) * float(production["dt"]) == pytest.approx(1.0)
     assert production["continuation"] == "yes" and "define" not in production
-    nvt = values(protocol.parameters("nvt", protocol.DEFAULTS, 7))
+    nvt = values(protocol.parameters("nvt", protocol.GROMACS_DEFAULTS, 7))
     assert (nvt["nsteps"], nvt["gen-vel"], nvt["gen-seed"], nvt["define"]) == (
         "50000",
         "yes",
@@ -50,15 +50,15 @@ def test_parameters_are_those_of_the_paper():
         "-DPOSRES",
     )
     assert "pcoupl" not in nvt
-    npt = values(protocol.parameters("npt", protocol.DEFAULTS, 7))
+    npt = values(protocol.parameters("npt", protocol.GROMACS_DEFAULTS, 7))
     assert (npt["gen-vel"], npt["pcoupl"], npt["define"]) == ("no", "Parrinello-Rahman", "-DPOSRES")
-    minimise = values(protocol.parameters("minimise", protocol.DEFAULTS, 7))
+    minimise = values(protocol.parameters("minimise", protocol.GROMACS_DEFAULTS, 7))
     assert (minimise["emstep"], minimise["emtol"], minimise["integrator"]) == ("0.01", "1000", "steep")
 
 
 def test_the_config_has_the_defaults_of_the_protocol():
-    assert Simulate().model_dump().items() <= protocol.DEFAULTS.items()
-    assert protocol.with_defaults({"ns": 5}) == protocol.DEFAULTS | {"ns": 5}
+    assert Simulate().model_dump().items() <= protocol.GROMACS_DEFAULTS.items()
+    assert protocol.with_defaults({"ns": 5}) == protocol.GROMACS_DEFAULTS | {"ns": 5}
 
 
 def test_the_step_reached_is_the_last_of_the_log(tmp_path):
@@ -207,7 +207,9 @@ def test_an_interrupted_stage_goes_on_where_it_was(small_system):
 @needs_gromacs
 def test_the_papers_fragment_gets_the_papers_water(shared, tmp_path):
     path = shared / "data" / "tdp43" / "4bs2_209-269.pdb"
-    built = system.prepare_system(read_molecule(path).frame(0), path, protocol.DEFAULTS, 20261120, tmp_path)
+    built = system.prepare_system(
+        read_molecule(path).frame(0), path, protocol.GROMACS_DEFAULTS, 20261120, tmp_path
+    )
     assert (built["waters"], built["atoms"], built["protein_atoms"], built["ions"]) == (4607, 14777, 953, 3)
 
 

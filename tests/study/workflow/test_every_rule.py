@@ -38,9 +38,9 @@ from sparsurf_study.analysis.tables import read_prepared, read_table
 from sparsurf_study.pairs import changes
 from sparsurf_study.pairs.changes import read_forms
 from sparsurf_study.pairs.ranking import auc
-from sparsurf_study.pairs.residue_moments import CHANNELS, FIELDS, describe_residues, distances
+from sparsurf_study.pairs.residue_moments import MOMENT_CHANNELS, MOMENT_FIELDS, describe_residues, distances
 from sparsurf_study.report.figures import subsets
-from sparsurf_study.settings import Settings as StudySettings
+from sparsurf_study.settings import StudySettings as StudySettings
 from sparsurf_study.workflow.config import check_config
 
 pytestmark = pytest.mark.slow
@@ -535,9 +535,11 @@ def test_two_forms_are_compared_residue_by_residue(run):
     )
     described = [describe_residues(form.surface, form.molecule, form.name) for form in both]
     own = distances(*(residues.moments for residues in described))
-    assert np.allclose(changes[[*CHANNELS, "total"]], own, rtol=1e-4)
+    assert np.allclose(changes[[*MOMENT_CHANNELS, "total"]], own, rtol=1e-4)
     difference = described[1].fields - described[0].fields
-    assert np.allclose(changes[[f"{name}_difference" for name in FIELDS]], difference, rtol=1e-3, atol=1e-6)
+    assert np.allclose(
+        changes[[f"{name}_difference" for name in MOMENT_FIELDS]], difference, rtol=1e-3, atol=1e-6
+    )
 
 
 def test_a_residue_without_a_change_has_the_b_factor_of_buried_ones(run, ready, tmp_path, monkeypatch):

@@ -133,7 +133,7 @@ def test_a_job_records_what_it_read_wrote_and_computed_with(folder):
     job = run()
     assert [Path(path).read_text() for path in job.output] == ["y\n2\n"] * 2
     (record,) = ledger.read_records(RUN).values()
-    of_input, of_output = (checksums.checksum(path) for path in ("in.csv", job.output[0]))
+    of_input, of_output = (checksums.checksum_of_file(path) for path in ("in.csv", job.output[0]))
     assert record.inputs == {"in.csv": of_input} and record.outputs == dict.fromkeys(job.output, of_output)
     assert (record.rule, record.code, record.config) == ("work", "c0de", {"seed": 3})
     import numpy
@@ -393,7 +393,7 @@ def test_a_large_run_is_compared_by_sizes_and_times(folder, monkeypatch):
     assert [*said(ledger.disagreements(RUN))] == [outputs[2]] and read == [outputs[2]]
 
 
-as_it_is = checksums.checksum
+as_it_is = checksums.checksum_of_file
 
 
 def test_a_checksum_is_kept_until_the_file_changes(folder, monkeypatch):
@@ -498,7 +498,7 @@ def earlier(folder):
     ]:
         (RUN / name).parent.mkdir(parents=True, exist_ok=True)
         (RUN / name).write_text(name)
-    digest = checksums.checksum(RUN / "d/download/1UBI.cif.gz")
+    digest = checksums.checksum_of_file(RUN / "d/download/1UBI.cif.gz")
     origin = {"url": "https://files.rcsb.org/download/1UBI.cif.gz", "bytes": 1, "sha256": digest}
     (RUN / "d/download/1UBI.cif.gz.json").write_text(json.dumps(origin))
     simulate = config["proteins"]["s"]["simulate"]

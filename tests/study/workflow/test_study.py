@@ -152,7 +152,7 @@ def test_a_run_is_not_closed_without_the_tables_of_a_batch(checkout, capsys, mon
             checkout.make(f"logs/{log}.log")
             with open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
                 stream.write(f"results/mine/logs/{log}.log\n")
-        checkout.make(*(f"{table}/0002.parquet" for table in assignment.TABLES))
+        checkout.make(*(f"{table}/0002.parquet" for table in assignment.BATCH_FOLDERS))
 
     checkout.codes, checkout.work = [1], [fail]
     config = checkout.config(proteins=structures, sampling=False, pages=["p3"])
@@ -760,8 +760,8 @@ def test_the_lock_lasts_as_long_as_snakemake_and_its_refusal_names_the_process(c
 
 def test_a_job_that_a_second_attempt_finished_has_not_failed(tmp_path):
     logs = [tmp_path / f"{name}.log" for name in ("failed", "finished")]
-    logs[0].write_text(f"{job_logs.ERROR}it is too small.\n")
-    logs[1].write_text(f"{job_logs.ERROR}no memory.\n{job_logs.USED}1 s\n")
+    logs[0].write_text(f"{job_logs.ERROR_MARK}it is too small.\n")
+    logs[1].write_text(f"{job_logs.ERROR_MARK}no memory.\n{job_logs.USED_MARK}1 s\n")
     with running.failed_jobs() as failed, open(os.environ[job_logs.FAILED_JOBS], "a") as stream:
         stream.writelines(f"{path}\n" for path in (*logs, logs[0]))
     assert failed == [str(logs[0])]

@@ -71,7 +71,7 @@ def _padded(flat: np.ndarray) -> np.ndarray:
 
 _INVERSE = np.concatenate([[0.0], 1.0 / np.arange(1, 10)])
 # For the kernels: pixels to fold (first, second, diagonal), the open disc, 1 / n
-TABLES = (*map(_padded, _DISC_PIXELS), _open_disc(), _INVERSE)
+FOLDING_TABLES = (*map(_padded, _DISC_PIXELS), _open_disc(), _INVERSE)
 
 
 def _extreme(name: str) -> Any:

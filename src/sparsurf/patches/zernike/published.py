@@ -13,11 +13,11 @@ from sparsurf.kernels import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.images import (
     FAST,
+    FOLDING_TABLES,
     IMAGE_SIZE,
     N_EVEN,
     N_ODD,
     ROW_STRIDE,
-    TABLES,
     WEIGHT,
     Descriptor,
     Patches,
@@ -34,7 +34,7 @@ def describe(patches: Patches) -> np.ndarray:
     """Compute the Zernike invariants |c_nm| of patches, (P, N_Z); the image reaches to the outermost dot, not to r_zernike."""
     dots, ids, start, centres, weights, _, up = patches
     images = np.empty((len(start) - 1, N_EVEN + N_ODD))
-    _images(dots.xyz, dots.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, TABLES)
+    _images(dots.xyz, dots.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, FOLDING_TABLES)
     return moments(images)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, select_separated, span
+from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
 from sparsurf.recovery.spheres.votes import CLOSE, SphereModel
 from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, doubled, point, subtract
 from sparsurf.threads import parallel_map
@@ -117,9 +117,9 @@ def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float
     """Count the probe centres at the distance `reach` from a centre, up to the tolerance; -1 if one is nearer."""
     x, y, z = centre
     outer, inner2, outer2, n = reach + tolerance, (reach - tolerance) ** 2, (reach + tolerance) ** 2, 0
-    a0, a1 = span(x, outer, probes.origin[0], probes.side, probes.shape[0])
-    b0, b1 = span(y, outer, probes.origin[1], probes.side, probes.shape[1])
-    c0, c1 = span(z, outer, probes.origin[2], probes.side, probes.shape[2])
+    a0, a1 = cells_within(x, outer, probes.origin[0], probes.side, probes.shape[0])
+    b0, b1 = cells_within(y, outer, probes.origin[1], probes.side, probes.shape[1])
+    c0, c1 = cells_within(z, outer, probes.origin[2], probes.side, probes.shape[2])
     if c1 < c0:
         return 0
     for a in range(a0, a1 + 1):
@@ -212,9 +212,9 @@ def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: floa
             x, y, z, reach = atoms[i, 0], atoms[i, 1], atoms[i, 2], atoms[i, 3] + probe
             s = np.zeros(9)  # xx, xy, xz, yy, yz, zz of the system, and its right side
             n, outer = 0, reach + MAX_DISTANCE_OF_TOUCH
-            a0, a1 = span(x, outer, probes.origin[0], probes.side, probes.shape[0])
-            b0, b1 = span(y, outer, probes.origin[1], probes.side, probes.shape[1])
-            c0, c1 = span(z, outer, probes.origin[2], probes.side, probes.shape[2])
+            a0, a1 = cells_within(x, outer, probes.origin[0], probes.side, probes.shape[0])
+            b0, b1 = cells_within(y, outer, probes.origin[1], probes.side, probes.shape[1])
+            c0, c1 = cells_within(z, outer, probes.origin[2], probes.side, probes.shape[2])
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     row = (a * probes.shape[1] + b) * probes.shape[2]
@@ -259,9 +259,9 @@ def _only_atom(grid: PatchIndex, radii: np.ndarray, centre: Vector, probe: float
     """Return the position of the only atom that the probe at a centre touches; -1 if it touches none or several."""
     x, y, z = centre
     outer, found = radii.max() + probe + 2 * tolerance, -1
-    a0, a1 = span(x, outer, grid.origin[0], grid.side, grid.shape[0])
-    b0, b1 = span(y, outer, grid.origin[1], grid.side, grid.shape[1])
-    c0, c1 = span(z, outer, grid.origin[2], grid.side, grid.shape[2])
+    a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
+    b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
+    c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
             for c in range(c0, c1 + 1):

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated, span
-from sparsurf.recovery.recovering import CELL, NEWTON_STEPS, REACH, recover
+from sparsurf.patches.index import PatchIndex, ball, build_grid, cells_within, select_separated
+from sparsurf.recovery.recovering import CELL, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.votes import SphereModel, vote
 from sparsurf.surfaces.molecular_surface import roll_spheres
@@ -67,7 +67,7 @@ def rebuild(
 ) -> Rebuilt:
     """Reconstruct the surface of dots (n, 3), with their spheres where these hold and the interpolant elsewhere.
 
-    Other arguments are those of `recovering.recover`, and the probe radius (Å) and the radii where they are known.
+    Other arguments are those of `recovering.interpolate_surface`, and the probe radius (Å) and the radii where they are known.
     """
     return rebuild_known(
         points, normals, vote(points, normals, probe_radius, radii), density, reach, steps, threads
@@ -85,7 +85,7 @@ def rebuild_known(
 ) -> Rebuilt:
     """Reconstruct the surface of dots (n, 3) like `rebuild`, with what is known of their spheres."""
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
-    guide = recover(points, normals, density, reach, steps, threads)
+    guide = interpolate_surface(points, normals, density, reach, steps, threads)
     if len(model.radii) == 0:
         return Rebuilt(*guide, 0.0, model)
     centres = build_grid(points + model.probe * normals)
@@ -226,9 +226,9 @@ def _write_nearest_facing(
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
         best, found = radius * radius, -1
-        a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
-        b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
-        c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
+        a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
+        b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
+        c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
         for a in range(a0, a1 + 1):
             for b in range(b0, b1 + 1):
                 if c1 < c0:

@@ -69,7 +69,7 @@ def read_csv(content: bytes, path: Path | str) -> Surface:
     return surface if said is None else replace(surface, reconstruction=said)
 
 
-def read_points(content: bytes, path: Path | str) -> np.ndarray:
+def read_points_of_csv(content: bytes, path: Path | str) -> np.ndarray:
     """Read the points (T, 3), Å, of a table with x, y, z in its header, in upper or lower case; points that occur twice stay."""
     points, _, lines, _ = _columns(content, path, ["x", "y", "z"])
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))

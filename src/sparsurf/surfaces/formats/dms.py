@@ -12,7 +12,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Format, Surface, surface_of_columns
 
-KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
+DMS_KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
 DOT_TYPE_OF_KIND = np.array(["SC0", "SS0", "SR0"])
 
@@ -36,7 +36,7 @@ def read_dms(content: bytes, path: Path | str) -> Surface:
             atom += is_atom
             continue
         rows.append(_dot_of_line(line, types[-1], number, path))
-        kinds.append(KINDS[types[-1].group(1)])
+        kinds.append(DMS_KINDS[types[-1].group(1)])
         atoms.append(atom)
         lines.append(number)
     if line.strip() and not types and not line.rstrip().endswith(" A"):  # text after the last line break

@@ -25,7 +25,7 @@ from sparsurf.surfaces.surface import (
     without_reconstruction,
 )
 
-REQUIRED = ("points", "normals")
+REQUIRED_ARRAYS = ("points", "normals")
 
 
 def _sniff(head: bytes) -> bool:
@@ -46,7 +46,7 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
     if "points" not in arrays and "vertices" in arrays:  # a mesh: its vertices are the dots
         arrays["points"] = arrays.pop("vertices")
         arrays.pop("faces", None)
-    if absent := [name for name in REQUIRED if name not in arrays]:
+    if absent := [name for name in REQUIRED_ARRAYS if name not in arrays]:
         raise InputError(f"{path} is not a surface written by this program: it has no {absent[0]}.")
     columns = {
         k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
@@ -75,7 +75,7 @@ def write_npz(path: Path | str, surface: Surface) -> None:
         np.savez(stream, **arrays)
 
 
-def with_fields(surface: Surface, path: Path | str | None) -> Surface:
+def with_fields_of_file(surface: Surface, path: Path | str | None) -> Surface:
     """Add the fields of a file of arrays (N,) by name to a surface; nothing is added without a path."""
     if not path:
         return surface

@@ -33,13 +33,13 @@ log = logging.getLogger("sparsurf")
 
 # Contact, saddle, concave, unknown
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
-GREY = np.array([160, 160, 160], np.uint8)
-AXES, CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
+VERTEX_GREY = np.array([160, 160, 160], np.uint8)
+AXES, COLOUR_CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
 VIRIDIS = np.load(Path(__file__).with_name("viridis.npy"))  # (256, 3) uint8, so that matplotlib is not needed
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
-TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
-TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
+PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
+PLY_TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
+PLY_TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 Element = tuple[str, int, list[tuple[str, ...]]]  # name, number, name and types of each property
 SAID = "sparsurf"  # first word of the comment that says how the surface is reconstructed
 MAX_DIGITS_OF_COUNT = 12  # of vertices in a header; a longer number is damaged
@@ -70,9 +70,9 @@ def write_ply(
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
     types = dict.fromkeys([*AXES, *properties], "float")
     if coloured:
-        table |= dict(zip(CHANNELS, colours.T, strict=True))
-        types = dict.fromkeys([*AXES, *CHANNELS], "float") | types
-        types |= dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(integers, "int")
+        table |= dict(zip(COLOUR_CHANNELS, colours.T, strict=True))
+        types = dict.fromkeys([*AXES, *COLOUR_CHANNELS], "float") | types
+        types |= dict.fromkeys(COLOUR_CHANNELS, "uchar") | dict.fromkeys(integers, "int")
     table |= properties
     header = ["ply", "format ascii 1.0", *_comments(surface), f"element vertex {len(surface)}"]
     header += [f"property {kind} {key}" for key, kind in types.items()]
@@ -109,7 +109,7 @@ def _write_text(
 ) -> None:
     """Write header, vertices and triangles as text."""
     formats = dict.fromkeys(table, "%.6g") | dict.fromkeys(AXES, "%.4f")
-    formats |= dict.fromkeys([key for key in (*CHANNELS, *integers) if key in table], "%d")
+    formats |= dict.fromkeys([key for key in (*COLOUR_CHANNELS, *integers) if key in table], "%d")
     row = " ".join(formats.values())
     with open(path, "w", encoding="ascii", newline="\n") as stream:
         stream.write("\n".join(header) + "\n")
@@ -125,7 +125,7 @@ def viridis(values: ArrayLike) -> np.ndarray:
     low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
     scaled = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
     colours = VIRIDIS[np.minimum(np.where(known, scaled, 0) * len(VIRIDIS), len(VIRIDIS) - 1).astype(int)]
-    return np.where(known[:, None], colours, GREY)
+    return np.where(known[:, None], colours, VERTEX_GREY)
 
 
 def read_ply(content: bytes, path: Path | str) -> Surface:
@@ -219,9 +219,9 @@ def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
             elements.append((words[1], int(words[2]), []))
         elif words[:1] == ["property"] and len(words) > 2 and elements:
             kinds = words[2:-1] if words[1] == "list" else words[1:2]
-            known &= bool(kinds) and all(kind in TYPES for kind in kinds)
+            known &= bool(kinds) and all(kind in PLY_TYPES for kind in kinds)
             name = words[-1].lower() if words[-1].lower() in AXES else words[-1]
-            elements[-1][2].append((name, *(TYPES.get(kind, "") for kind in kinds)))
+            elements[-1][2].append((name, *(PLY_TYPES.get(kind, "") for kind in kinds)))
     vertices = elements[-1][2] if elements and elements[-1][0] == "vertex" else []
     if byte_order is None or not known or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
         raise InputError(

@@ -49,7 +49,7 @@ def overview(
     residues: pd.DataFrame | None = None,
     *,
     labels: Sequence[str] = (),
-    values: Sequence[viewer.Values] = (),
+    values: Sequence[viewer.DotValues] = (),
     kept: Sequence[int] | np.ndarray = (),
     opens: tuple[str, int | str] | None = None,
     notes: Notes = Notes(),
@@ -72,7 +72,7 @@ def overview(
         "sparse": float(f"{patches.d_link:.2g}") > D_LINK,  # as the page shows it
         "probe": probe,
     }  # fmt: skip
-    shown = [viewer.Values("roughness", "R_i", "", rough), *values]
+    shown = [viewer.DotValues("roughness", "R_i", "", rough), *values]
     context = {
         "title": title, "surface": facts, "names": listed(["the roughness", *[field.name for field in values]]),
         "fields": [_range(field) for field in shown if field.symbol != COMPONENT_FIELD],
@@ -93,7 +93,7 @@ def overview(
     )  # fmt: skip
 
 
-def page_of_residues(title: str, residues: pd.DataFrame) -> str:
+def render_residues(title: str, residues: pd.DataFrame) -> str:
     """Render a page of residues alone: their profile and the roughest."""
     context = {
         "surface": None,
@@ -128,7 +128,7 @@ def named_field(name: str) -> dict[str, str]:
     return {"name": label, "unit": unit.replace("^2", "²")}
 
 
-def _range(values: viewer.Values) -> dict[str, Any]:
+def _range(values: viewer.DotValues) -> dict[str, Any]:
     """Return the name, the ends, the mean and the unit of some values."""
     finite = values.values[np.isfinite(values.values)]
     low, mean, high = (finite.min(), finite.mean(), finite.max()) if len(finite) else (np.nan,) * 3
@@ -146,7 +146,7 @@ def render(**context: Any) -> str:
 
     parts = {
         "style": Markup(viewer.style()),
-        "main": Markup(viewer.main()),
+        "main": Markup(viewer.main_html()),
         "script": Markup(viewer.script()),
     }
     names = (STYLE, "page.css")

@@ -13,7 +13,11 @@ from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
 STYLE = "profile.css"  # of a panel on a page, which profile.html.j2 draws
-MIN_WIDTH, STEP, HEIGHT = 760, 6, 190  # of the drawing of a chain; STEP from residue to residue, at least
+MIN_WIDTH, STEP, PROFILE_HEIGHT = (
+    760,
+    6,
+    190,
+)  # of the drawing of a chain; STEP from residue to residue, at least
 LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 26  # margins around its curve
 LABEL_ROOM = 44  # from one number below the axis to the next
 STEPS_OF_LABELS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -114,7 +118,7 @@ def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
     width = max(MIN_WIDTH, LEFT + RIGHT + STEP * len(rows))
     step = (width - LEFT - RIGHT) / len(rows)
     across = LEFT + step * (np.arange(len(rows)) + 0.5)
-    down = TOP + (HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)
+    down = TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)
     curves = [" ".join(f"{across[k]:.1f},{down[k]:.1f}" for k in part) for part in stretches(rows)]
     labels, rough = labels_of(rows), rows["rough"].tolist()
     marks = [
@@ -125,8 +129,8 @@ def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
     ticks = [(round(float(across[k]), 1), str(rows["residue"].iloc[k])) for k in places]
     count = round((high - low) / STEP_OF_LEVELS)
     levels = [
-        (round(TOP + (HEIGHT - TOP - BOTTOM) * k / count, 1), number(high - k * STEP_OF_LEVELS, 1))
+        (round(TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * k / count, 1), number(high - k * STEP_OF_LEVELS, 1))
         for k in range(0, count + 1, max(1, math.ceil(count / 5)))
     ]
     lowest, highest = (choose(marks, key=lambda mark: mark.value) for choose in (min, max))
-    return Panel(chain, lowest, highest, width, HEIGHT, curves, marks, ticks, levels)
+    return Panel(chain, lowest, highest, width, PROFILE_HEIGHT, curves, marks, ticks, levels)

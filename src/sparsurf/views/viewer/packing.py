@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 OCTAHEDRON = 63  # steps of a normal's coordinates on the octahedron: 7 bits each, 2 degrees at worst
-UNKNOWN = 255
+UNKNOWN_VALUE = 255
 
 
 def pack(header: dict[str, Any], columns: dict[str, np.ndarray]) -> str:
@@ -49,4 +49,4 @@ def in_steps(values: np.ndarray, low: float, high: float) -> np.ndarray:
     """Encode values as 0..254 between `low` and `high`; UNKNOWN for NaN."""
     finite = np.isfinite(values)
     share = (np.where(finite, values, low) - low) / (high - low if high > low else 1.0)
-    return np.where(finite, np.round(254 * np.clip(share, 0, 1)), UNKNOWN).astype(int)
+    return np.where(finite, np.round(254 * np.clip(share, 0, 1)), UNKNOWN_VALUE).astype(int)

@@ -26,7 +26,7 @@ from sparsurf.sampling.samplers import farthest, sampler_label
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
-from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, VERTEX_GREY, viridis
 from sparsurf.surfaces.spacing import spacing
 from sparsurf.views.render import DISTANCE_LIMITS, ROUGHNESS_LIMITS
 from sparsurf.views.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
@@ -36,21 +36,21 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
 MAX_DOTS = 100_000
-MAX_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
+MAX_VIEWER_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
 COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
 CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
-SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
+VIEWER_SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
 SHEET_STEP = 0.02  # Å, of the corners of the surface below the dots
 SHEET_GRID = 1.2, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
 SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is reconstructed, and at least so many
 CORNERS_PER_CELL, MAX_CORNERS = 4.2, 10_000  # corners on an area of a squared step, and of a page
 MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
-KINDS = ["contact", "saddle", "concave", "unknown kind"]
+KIND_LABELS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
 
 
 @dataclass(frozen=True)
-class Values:
+class DotValues:
     """Values of every dot, shown as colours."""
 
     name: str
@@ -72,7 +72,7 @@ def page(
     grid: pd.DataFrame | None = None,
     best: dict[str, Any] | None = None,
     residues: Sequence[str] = (),
-    values: Sequence[Values] = (),
+    values: Sequence[DotValues] = (),
     minimal: Sequence[int] | np.ndarray = (),
     opens: tuple[str, int | str] | None = None,
     up: str = "../../index.html",
@@ -99,7 +99,7 @@ def page(
         + (f" {says[0].upper()}{says[1:]}." if says else ""),
         "%UP%": f'<span id="up">{", ".join(links)}</span>' if links else "",
         "%STYLE%": style(),
-        "%MAIN%": main(),
+        "%MAIN%": main_html(),
         "%SCRIPT%": script(),
     }
 
@@ -120,7 +120,7 @@ def around_dots(
     grid: pd.DataFrame | None = None,
     best: dict[str, Any] | None = None,
     residues: Sequence[str] = (),
-    values: Sequence[Values] = (),
+    values: Sequence[DotValues] = (),
     minimal: Sequence[int] | np.ndarray = (),
     opens: tuple[str, int | str] | None = None,
     turn: np.ndarray | None = None,
@@ -133,11 +133,11 @@ def around_dots(
     surface = prepared.surface
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
     values = [
-        Values("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat", limits=ROUGHNESS_LIMITS),
+        DotValues("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat", limits=ROUGHNESS_LIMITS),
         *values,
     ]
     sheet, max_dots = sheet_columns(prepared, next(iter(orders.values()))), MAX_DOTS
-    if len(pack({}, sheet)) > MAX_SHARE_OF_SHEET * MAX_BYTES:
+    if len(pack({}, sheet)) > MAX_SHARE_OF_SHEET * MAX_VIEWER_BYTES:
         sheet = {name: values[:0] for name, values in sheet.items()}
     while True:
         dots = np.sort(next(iter(orders.values()))[:max_dots])
@@ -150,10 +150,10 @@ def around_dots(
             header["samplers"]["minimal"] = minimal_is
             columns["minimal"] = np.isin(dots, minimal).astype(int)
         text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover) | sheet))
-        if len(text.encode()) <= MAX_BYTES:
+        if len(text.encode()) <= MAX_VIEWER_BYTES:
             return text
         # A little less than in proportion, so that the next attempt mostly fits, and the loop ends
-        max_dots = int(0.95 * len(dots) * MAX_BYTES / len(text))
+        max_dots = int(0.95 * len(dots) * MAX_VIEWER_BYTES / len(text))
 
 
 def style() -> str:
@@ -161,14 +161,14 @@ def style() -> str:
     return _read("page.css")
 
 
-def main() -> str:
+def main_html() -> str:
     """Return the HTML of the viewer: its picture and its controls."""
     return _read("main.html").rstrip("\n")
 
 
 def script() -> str:
     """Return the JavaScript of the viewer, which reads the packed dots from the constant `PACKED`."""
-    return "".join(_read(name) for name in SCRIPTS)
+    return "".join(_read(name) for name in VIEWER_SCRIPTS)
 
 
 def coloured_page(
@@ -176,7 +176,7 @@ def coloured_page(
     surface: Surface,
     settings: Settings,
     streams: Streams,
-    values: Sequence[Values],
+    values: Sequence[DotValues],
     residues: Sequence[str] = (),
     says: str = "",
 ) -> str:
@@ -188,16 +188,18 @@ def coloured_page(
     )  # fmt: skip
 
 
-def values_of(surface: Surface, distance: np.ndarray) -> list[Values]:
+def values_of(surface: Surface, distance: np.ndarray) -> list[DotValues]:
     """Return what the dots of a surface show: their distance from the reconstructed one, component, and fields."""
     name = "distance from the surface reconstructed from minimal.csv"
-    shown = [Values(name, "off", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
+    shown = [DotValues(name, "off", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
     components = surface.fields.get(COMPONENT_FIELD)
     if components is not None and components.max() > 0:
-        shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
+        shown.append(
+            DotValues("component of the surface", "component", "", components, "largest", "smallest")
+        )
     for field, numbers in fields_without_component(surface).items():
         label, unit = label_and_unit(field)
-        shown.append(Values(label, field, f" {unit}".rstrip(), numbers))
+        shown.append(DotValues(label, field, f" {unit}".rstrip(), numbers))
     return shown
 
 
@@ -213,7 +215,7 @@ def _header(
     orders: dict[str, np.ndarray],
     grid: pd.DataFrame,
     best: dict[str, Any],
-    values: Sequence[Values],
+    values: Sequence[DotValues],
     minimal: Sequence[int] | np.ndarray,
 ) -> dict[str, Any]:
     """Collect what the page needs besides the dots."""
@@ -239,7 +241,10 @@ def _header(
         "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
         "presets": _presets(best),
         "values": [_scale(field) for field in values],
-        "kinds": [[name, rgb.tolist()] for name, rgb in zip(KINDS, [*KIND_COLOURS[:3], GREY], strict=True)],
+        "kinds": [
+            [name, rgb.tolist()]
+            for name, rgb in zip(KIND_LABELS, [*KIND_COLOURS[:3], VERTEX_GREY], strict=True)
+        ],
         "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
     }
 
@@ -255,7 +260,7 @@ def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
     return presets
 
 
-def _scale(values: Values) -> dict[str, Any]:
+def _scale(values: DotValues) -> dict[str, Any]:
     """Return the names and ends of some values."""
     finite = values.values[np.isfinite(values.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
@@ -270,7 +275,7 @@ def dot_columns(
     dots: np.ndarray,
     orders: dict[str, np.ndarray],
     residues: Sequence[str],
-    values: Sequence[Values],
+    values: Sequence[DotValues],
     header: dict[str, Any],
 ) -> dict[str, np.ndarray]:
     """Return columns of the shown dots; kind and residue only if they are known."""

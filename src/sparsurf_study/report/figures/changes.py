@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
-WIDTH, HEIGHT = 86, 60  # mm, of a picture
-MAX_GAP = 20  # residues, along the axis of changes
-LABEL_WIDTH = 12.0  # mm
+PICTURE_WIDTH, HEIGHT = 86, 60  # mm, of a picture
+MAX_RESIDUE_GAP = 20  # residues, along the axis of changes
+CHANGE_LABEL_WIDTH = 12.0  # mm
 N_NAMED, NAME_WIDTH = 5, 11.0  # residues that change most, and mm of a name
 ROUND = tuple(k * 10**n for n in range(6) for k in (1, 2, 5))  # residues between labels
-REST = render.PALE
+REST = render.PALE_RGB
 BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
 
 
@@ -70,14 +70,16 @@ def changes_figure(
         message = f"most residues change more than their floor ({n_above} of {len(ratios)}, {by_chance})"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
-    shape = layout.pixels(WIDTH - 8, HEIGHT)
+    shape = layout.pixels(PICTURE_WIDTH - 8, HEIGHT)
     camera = render.aim(np.concatenate([points for points, _ in oriented]), np.eye(3), shape)
-    figure = layout.sheet(layout.PAGE, HEIGHT + 65, layout.headed(name, message))
+    figure = layout.sheet(layout.PAGE_WIDTH, HEIGHT + 65, layout.headed(name, message))
     for k, ((title, *_, change), (points, normals)) in enumerate(zip(forms, oriented, strict=True)):
-        x = 2 + (WIDTH - 4) * k
+        x = 2 + (PICTURE_WIDTH - 4) * k
         scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
         layout.text(figure, x, 1, title)
-        layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
+        layout.draw_picture(
+            layout.axes(figure, x, 5, PICTURE_WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0
+        )
     meanings = {"change below its floor": BELOW, "buried, or missing from the other form": REST}
     handles = [
         Patch(facecolor=colour, edgecolor="0.6", label=meaning) for meaning, colour in meanings.items()
@@ -85,7 +87,7 @@ def changes_figure(
     layout.legend(figure, 30, HEIGHT + 7, handles, ncols=2)
     bar = figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max")
     bar.set_label("change of shape and fields, over its floor")
-    _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table, scale)
+    _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE_WIDTH - 18, 35), table, scale)
     return figure
 
 
@@ -113,7 +115,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
 def _name_most(ax: Axes, table: pd.DataFrame, position: np.ndarray) -> None:
     """Write the names of the residues that change most over their floors, with a line to their bars, where there is room."""
     taken: list[int] = []
-    room = NAME_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
+    room = NAME_WIDTH * (position[-1] + 1) / (layout.PAGE_WIDTH - 18)
     change = table["over_floor"].to_numpy()
     highest = _highest(table)
     top = highest.max(initial=0.0)
@@ -139,12 +141,12 @@ def _positions(table: pd.DataFrame) -> np.ndarray:
     """Place residues along an axis by their numbers, (n,) int: what is missing leaves a gap, of at most `MAX_GAP` residues."""
     numbers = _numbers(table)
     step = numbers.diff().where(table["chain"] == table["chain"].shift(), 1)
-    return np.append(0, step.clip(1, MAX_GAP)[1:].cumsum()).astype(int)
+    return np.append(0, step.clip(1, MAX_RESIDUE_GAP)[1:].cumsum()).astype(int)
 
 
 def _named(table: pd.DataFrame, position: np.ndarray, begin: np.ndarray) -> list[int]:
     """Choose rows whose residue is named along the axis: where a chain begins, and round numbers with room between them."""
-    room = LABEL_WIDTH * (position[-1] + 1) / (layout.PAGE - 18)
+    room = CHANGE_LABEL_WIDTH * (position[-1] + 1) / (layout.PAGE_WIDTH - 18)
     step = next(step for step in ROUND if step >= room)
     shown = [int(row) for row in begin]
     for row in np.flatnonzero(_numbers(table) % step == 0):

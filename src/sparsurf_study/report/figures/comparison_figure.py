@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MEASURE = "Z full"
-REFERENCES: dict[str, tuple[Any, str]] = {  # columns of Z: line style, name
+COMPARISON_REFERENCES: dict[str, tuple[Any, str]] = {  # columns of Z: line style, name
     "Z_mean_descriptor": ("--", "mean descriptor for every patch"),
     "Z_resampled": ("-.", "fresh dots of the surface"),
 }
@@ -56,7 +56,7 @@ def _draw_samplers(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
     """Draw a line per sampler, the bold ones on top with their intervals; return the entries of the legend."""
     handles, spare = [], iter(SPARE * len(table))
     for name, rows in table.groupby("sampler", sort=False):
-        choice = kinds.describe("sampler", str(name))
+        choice = kinds.choice_of("sampler", str(name))
         colour, width, marker = (choice.line if choice else None) or (next(spare), 0.8, "o")
         style: dict[str, Any] = {"color": colour, "linewidth": width, "marker": marker, "markersize": 2.2}
         x, order = rows["n_S_percent"], 2 + width
@@ -70,7 +70,7 @@ def _draw_samplers(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
 def _draw_references(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
     """Draw the reference values of Z; return the entries of the legend."""
     handles = []
-    for column, (dashes, name) in REFERENCES.items():
+    for column, (dashes, name) in COMPARISON_REFERENCES.items():
         if column in table:
             value = float(table[column].mean())
             ax.axhline(value, color=GREY, linewidth=0.6, linestyle=dashes, zorder=1)

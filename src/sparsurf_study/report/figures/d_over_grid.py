@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views import layout
-from sparsurf.views.layout import PAGE, styled
+from sparsurf.views.layout import PAGE_WIDTH, styled
 from sparsurf.views.numbers import share
 from sparsurf_study.report.numbers import better_than_uniform, beyond_ranges
 
@@ -47,10 +47,10 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     message = beats_uniform(better, f"combinations with α = {alpha:g}")
     largest = "" if alpha == 1 else " (the largest of the grid)"
     gap = layout.label_width(np.unique(grid.delta))
-    side = min(SIDE, (PAGE - 27) / grid.beta.nunique() - gap)
+    side = min(SIDE, (PAGE_WIDTH - 27) / grid.beta.nunique() - gap)
     pitch = side + 20
     head = layout.headed(name, message)
-    used = min(PAGE, max(32 + (side + gap) * grid.beta.nunique(), layout.BOLD_LETTER_WIDTH * len(head)))
+    used = min(PAGE_WIDTH, max(32 + (side + gap) * grid.beta.nunique(), layout.BOLD_LETTER_WIDTH * len(head)))
     figure = layout.sheet(used, 5 + pitch * len(readings), head)
     for row, reading in enumerate(readings):
         y = 1 + pitch * row

@@ -26,7 +26,7 @@ BINS = 40
 @styled
 def figure(measures: pd.DataFrame) -> Figure:
     """Draw a histogram of each of `batches.summary.measures`, with the median as a line."""
-    figure = layout.constrained(layout.PAGE, 90)
+    figure = layout.constrained(layout.PAGE_WIDTH, 90)
     for k, ((column, label), ax) in enumerate(zip(PANELS.items(), figure.subplots(2, 2).flat, strict=True)):
         values = measures[column].dropna().to_numpy(float)
         if column == "atoms":

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation
     from matplotlib.transforms import Bbox
 
-MAX_NAMED = 24  # conformations; if there are more, none is named
+MAX_NAMED_CONFORMATIONS = 24  # conformations; if there are more, none is named
 MAX_COMPONENTS = 10  # in the panel of explained variance
 
 
@@ -62,7 +62,7 @@ def frames_projection(
         layout.text(figure, 2, 1, "All frames are the same.")
         return figure
     silhouettes = {k: value for k, value in silhouettes.items() if np.isfinite(value)}  # none of one cluster
-    width = layout.PAGE if len(silhouettes) else 136 if len(explained) else layout.COLUMN
+    width = layout.PAGE_WIDTH if len(silhouettes) else 136 if len(explained) else layout.COLUMN
     message = f"{len(chosen):,} of {len(projection):,} frames chosen"
     figure = layout.sheet(width, 66, layout.headed(name, message))
     plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
@@ -95,7 +95,7 @@ def _clusters(
     ax.set(xlabel=f"PC 1 (Å){share[0]}", ylabel=f"PC 2 (Å){share[1]}")
     ax.set_title("colours: clusters, ringed: chosen frames")
     ax.margins(0.1)
-    if len(names) <= MAX_NAMED:
+    if len(names) <= MAX_NAMED_CONFORMATIONS:
         _name_points(ax, plane[chosen], names)
 
 

@@ -10,14 +10,14 @@ from matplotlib import colormaps
 from matplotlib.lines import Line2D
 
 from sparsurf.views import layout
-from sparsurf.views.layout import PAGE, styled
+from sparsurf.views.layout import PAGE_WIDTH, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sparsurf_study.report.figures.results import Results
 
-SIMULATED: dict[str, Any] = {"marker": "o", "markersize": 1.8, "linestyle": ""}
+SIMULATED_STYLE: dict[str, Any] = {"marker": "o", "markersize": 1.8, "linestyle": ""}
 SINGLE_PANEL = 74.0, 50.0  # mm, of a figure with one panel
 
 
@@ -39,7 +39,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     key = -(-len(lines) // 4) if shape == (1, 1) else 1 + (len(lines) > 8)  # rows of the legend
     top = 10 + 4 * key
     wide = max(20 + (size[0] + gap[0]) * shape[1], 72 + 17 * min(6, len(gammas)) if shape != (1, 1) else 0)
-    figure = layout.sheet(min(PAGE, wide), top + (size[1] + gap[1]) * shape[0] + 8, name)
+    figure = layout.sheet(min(PAGE_WIDTH, wide), top + (size[1] + gap[1]) * shape[0] + 8, name)
     margin = 0.05 * max(np.ptp(deltas), 1)
     tiles = layout.Tiles(
         figure, 12, top, shape, size, gap, (deltas[0] - margin, deltas[-1] + margin), (0, 102)
@@ -69,7 +69,7 @@ def _draw(
         drawn.append(tiles.places(row, column, delta, cell.n_S_percent.to_numpy()))
     dash: dict[str, Any] = {"marker": "_", "markersize": 8} if alone else {}  # a single point has no line
     tiles.ax.plot(*np.concatenate(expected).T, color=colour, clip_on=False, **dash)
-    tiles.ax.plot(*np.concatenate(drawn).T, color=colour, clip_on=False, **SIMULATED)
+    tiles.ax.plot(*np.concatenate(drawn).T, color=colour, clip_on=False, **SIMULATED_STYLE)
 
 
 def _name_panels(tiles: layout.Tiles, alphas: np.ndarray, betas: np.ndarray) -> None:
@@ -90,4 +90,4 @@ def _handles(gammas: np.ndarray) -> list[Line2D]:
     shades = colormaps["viridis"](np.linspace(0, 0.92, len(gammas)))
     lines = [Line2D([], [], color=shade, label=f"γ = {g:g}") for g, shade in zip(gammas, shades, strict=True)]
     lines.append(Line2D([], [], color="black", label="expected"))
-    return [*lines, Line2D([], [], color="black", label="drawn", **SIMULATED)]
+    return [*lines, Line2D([], [], color="black", label="drawn", **SIMULATED_STYLE)]

@@ -16,15 +16,15 @@ from matplotlib.ticker import MaxNLocator
 from sparsurf import kinds
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views import layout
-from sparsurf.views.layout import DARK, PAGE, PALE, styled
+from sparsurf.views.layout import DARK, PAGE_WIDTH, PALE, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WINDOWS = 20  # per trajectory; the moving mean is over one
+WINDOWS_OF_TRAJECTORY = 20  # per trajectory; the moving mean is over one
 MAX_RESIDUE_LABELS = 14
-BURIED = "#BBBBBB"
+BURIED_COLOUR = "#BBBBBB"
 
 
 @styled
@@ -33,8 +33,10 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
     panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_of_columns(table, "d_")}
     time, unit = time_axis(table)
-    window = (len(table) // WINDOWS) | 1 if len(table) >= 3 * WINDOWS else 0  # odd
-    figure = layout.constrained(PAGE, 18 + 32 * len(panels), name)
+    window = (
+        (len(table) // WINDOWS_OF_TRAJECTORY) | 1 if len(table) >= 3 * WINDOWS_OF_TRAJECTORY else 0
+    )  # odd
+    figure = layout.constrained(PAGE_WIDTH, 18 + 32 * len(panels), name)
     rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
     for letter, (ax, side), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
         reading = kinds.TABLE["reading"].get(column.removeprefix("d_"))
@@ -101,7 +103,7 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     time, label = time_axis(over_time)
     n = len(residues)
     figure = layout.sheet(layout.COLUMN, 97, name)
-    colours = colormaps["viridis"].with_extremes(bad=BURIED)
+    colours = colormaps["viridis"].with_extremes(bad=BURIED_COLOUR)
     scale = ScalarMappable(colors.Normalize(np.nanmin(values), np.nanmax(values)), colours)
     ax = layout.axes(figure, 15, 6, 40, 60)
     half = np.diff(time).mean() / 2 if len(time) > 1 else 0.5

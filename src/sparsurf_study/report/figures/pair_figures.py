@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from sparsurf.views.render import Camera
 
-SCORES = {
+SCORE_STYLES = {
     "propensity": "complementarity, nearest patch",
     "propensity_smoothed": "complementarity, smoothed",
     "propensity_k": "complementarity, mean of the nearest",
@@ -32,7 +32,7 @@ SCORES = {
     "protrusion": "protrusion: few heavy atoms within 10 Å",
 }
 INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
-PAGE_WIDTH, PAGE_HEIGHT = 78, 62  # mm, of a partner
+PARTNER_WIDTH, PARTNER_HEIGHT = 78, 62  # mm, of a partner
 GAP_OF_PAGES = 5.0  # Å, between both partners to turn
 
 
@@ -44,18 +44,18 @@ def book_figure(
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     in_contact = all(mask.any() for mask in touching)
     pages = opened(surfaces, touching)
-    shape = layout.pixels(PAGE_WIDTH, PAGE_HEIGHT)
+    shape = layout.pixels(PARTNER_WIDTH, PARTNER_HEIGHT)
     cameras = [render.aim(dots.points, page, shape) for dots, page in zip(surfaces, pages, strict=True)]
     scale = min(camera.scale for camera in cameras)  # one for both, so that their sizes can be compared
     cameras = [camera._replace(scale=scale) for camera in cameras]
     main = agreement[agreement["score"] == MAIN_SCORE].set_index("partner")
     limits = main[["low", "high"]].to_numpy() - 0.5
     places = {side: against_zero(*ends) for side, ends in zip(main.index, limits, strict=True)}
-    figure = layout.sheet(layout.PAGE, 148, layout.headed(name, where_matches_lie(places)))
+    figure = layout.sheet(layout.PAGE_WIDTH, 148, layout.headed(name, where_matches_lie(places)))
     for side in (1, 2):
         auc = f": AUC {auc_of(main, side, 'auc')}" if side in main.index else ""
         label = f"partner {side}, seen from partner {3 - side}{auc}"
-        layout.text(figure, 4 + (side - 1) * (PAGE_WIDTH + 2), 1, label)
+        layout.text(figure, 4 + (side - 1) * (PARTNER_WIDTH + 2), 1, label)
     label = "rank of the smoothed\ndistance of patches (%)\n(low: good match)"
     _row(figure, 7, surfaces, cameras, tables, "propensity_smoothed", label)
     if in_contact:
@@ -112,8 +112,8 @@ def _page(
 ) -> None:
     """Render one partner in some colours."""
     scene = render.draw_surface(surface.points, surface.normals, colour, camera)
-    ax = layout.axes(figure, 2 + side * (PAGE_WIDTH + 2), y, PAGE_WIDTH, PAGE_HEIGHT)
-    layout.show(ax, render.picture(scene), camera)
+    ax = layout.axes(figure, 2 + side * (PARTNER_WIDTH + 2), y, PARTNER_WIDTH, PARTNER_HEIGHT)
+    layout.draw_picture(ax, render.picture(scene), camera)
 
 
 def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -158,7 +158,7 @@ def over_pairs(run: str, table: pd.DataFrame) -> Figure:
         ax.plot([row["low"], row["high"]], [y, y], color="black", linewidth=1.2)
         ax.plot(row["mean"], y, "o", color=INSIDE, markersize=4)
     ax.axvline(0.5, color="black", linewidth=0.5, linestyle=":")
-    ax.set_yticks(range(len(means)), means["score"].replace(SCORES))
+    ax.set_yticks(range(len(means)), means["score"].replace(SCORE_STYLES))
     ax.set(xlabel="AUC for the interface (0.5: a coin)", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
     mean: dict[str, Any] = {"color": "black", "marker": "o", "mfc": INSIDE, "mec": INSIDE}
     handles = [

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from sparsurf_study.analysis.rough_and_flat import ByRoughness
     from sparsurf_study.report.figures.results import Results
 
-REFERENCES = {
+GAIN_REFERENCES = {
     "Z_empty": ("empty patch", "--"),
     "Z_mean_descriptor": ("mean patch for all", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
-MIN_VALUES = 5  # patches of a bin that is drawn
-STEPS = 20  # points of a curve between two bins that a name is kept away from
+MIN_PATCHES_OF_BIN = 5  # patches of a bin that is drawn
+POINTS_OF_A_CURVE = 20  # points of a curve between two bins that a name is kept away from
 PANEL = 70.0, 40.0  # mm
 PITCH = 57.0  # mm, from panel to panel
 CURVES = ("the paper's sampling", layout.SAMPLED), ("random subset", layout.RANDOM)
@@ -43,7 +43,7 @@ def draw(results: Results) -> Figure:
     return figure(**results.rough_and_flat, name=name)
 
 
-def content(around: Mapping[str, ByRoughness], references: Mapping[str, Any]) -> dict[str, Any]:
+def content_of_figure(around: Mapping[str, ByRoughness], references: Mapping[str, Any]) -> dict[str, Any]:
     """Collect the panels around kept dots, one for each reading: arguments of `figure`."""
     kept_dots = around["kept dots"]
     panels = [
@@ -117,14 +117,14 @@ def _curve(
     Return the drawn points of the medians and of the ends of the band, (3, n, 2).
     """
     values = {k: z[dots][np.isfinite(z[dots])] for k, dots in chosen.items()}
-    drawn_bins = [k for k, z_of_bin in values.items() if len(z_of_bin) >= MIN_VALUES]
+    drawn_bins = [k for k, z_of_bin in values.items() if len(z_of_bin) >= MIN_PATCHES_OF_BIN]
     if not drawn_bins:
         return np.empty((3, 0, 2))
     low, middle, high = np.array([np.quantile(values[k], [0.25, 0.5, 0.75]) for k in drawn_bins]).T
     centres = (edges[drawn_bins] + edges[np.array(drawn_bins) + 1]) / 2
     ax.fill_between(centres, low, high, color=colour, alpha=0.22, linewidth=0)
     ax.plot(centres, middle, "o-", color=colour, linewidth=1.4, markersize=3.5, label=label)
-    steps = np.linspace(0, len(centres) - 1, STEPS * len(centres))
+    steps = np.linspace(0, len(centres) - 1, POINTS_OF_A_CURVE * len(centres))
     lines = [np.interp(steps, np.arange(len(centres)), values_) for values_ in (centres, middle, low, high)]
     return np.stack([np.stack([lines[0], line], axis=1) for line in lines[1:]])
 
@@ -145,7 +145,7 @@ def _lines(ax: Axes, references: Mapping[str, Any], drawn: np.ndarray) -> None:
     """
     top, values = ax.get_ylim()[1], {**references, **references.get("floors", {})}
     taken: list[float] = []
-    for key, (name, dashes) in REFERENCES.items():
+    for key, (name, dashes) in GAIN_REFERENCES.items():
         if (y := values.get(key, np.nan)) <= top:
             ax.axhline(y, color="black", linestyle=dashes, linewidth=0.6, zorder=0.5)
             if all(abs(y - other) > 0.09 * top for other in taken):

@@ -28,7 +28,7 @@ def figure(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray, name:
     scale = layout.scale(*render.ROUGHNESS_LIMITS)
     camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
     scene = render.draw_surface(points, normals, layout.colours(scale, roughness), camera)
-    layout.show(layout.axes(figure, 4, 3, 68, 55), render.picture(scene), camera)
+    layout.draw_picture(layout.axes(figure, 4, 3, 68, 55), render.picture(scene), camera)
     bar = figure.colorbar(scale, cax=layout.axes(figure, 73.5, 8, 2.5, 45), extend="both")
     bar.set_label("roughness $R_i$ (low: rough, high: flat)")
     ax = layout.axes(figure, 13, 70, 73, 26)

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from sparsurf.views import layout
-from sparsurf.views.layout import PAGE, PALETTE, styled
+from sparsurf.views.layout import PAGE_WIDTH, PALETTE, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,16 +24,16 @@ ENERGIES = {
     "potential_kJ_mol": "potential energy (MJ mol$^{-1}$)",
 }
 MOTION = {"rmsd": "Cα RMSD to the first frame (Å)", "radius_of_gyration": "radius of gyration (Å)"}
-STAGES = {"nvt": "NVT, protein held", "npt": "NPT, protein held", "production": "production"}
+STAGE_LABELS = {"nvt": "NVT, protein held", "npt": "NPT, protein held", "production": "production"}
 TARGET: dict[str, Any] = {"color": "black", "linewidth": 0.6, "linestyle": (0, (4, 2))}
-WINDOWS = 20  # per series; the moving mean is over one
+WINDOWS_OF_SERIES = 20  # per series; the moving mean is over one
 
 
 @styled
 def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.DataFrame) -> Figure:
     """Draw temperature, pressure, density and energy of the stages in sequence, RMSD and radius of gyration."""
     target = judged.set_index("quantity")["target"]
-    figure = layout.constrained(PAGE, 110)
+    figure = layout.constrained(PAGE_WIDTH, 110)
     panels = figure.subplots(2, 3).ravel()
     for ax, letter, title in zip(panels, ascii_uppercase, (ENERGIES | MOTION).values(), strict=False):
         layout.panel_title(ax, letter, title)
@@ -42,7 +42,7 @@ def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.D
     scale, unit = _unit(energies.loc[energies["stage"] != "minimise", "time_ps"].max())
     for ax, column in zip(panels, ENERGIES, strict=False):
         begin = 0.0
-        for colour, stage in zip(PALETTE, STAGES, strict=False):
+        for colour, stage in zip(PALETTE, STAGE_LABELS, strict=False):
             rows = energies[energies["stage"] == stage]
             values = rows[column] / (1000 if column.startswith("potential") else 1)
             _series(ax, (begin + rows["time_ps"].to_numpy()) / scale, values, colour)
@@ -54,7 +54,7 @@ def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.D
     for ax, column in zip(panels[len(ENERGIES) :], MOTION, strict=True):
         _series(ax, motion["time_ps"].to_numpy() / scale, motion[column], PALETTE[2])
         ax.set_xlabel(f"time of the production ({unit})")
-    colours = dict(zip(STAGES.values(), PALETTE, strict=False))
+    colours = dict(zip(STAGE_LABELS.values(), PALETTE, strict=False))
     handles = [Line2D([], [], color=colour, label=name) for name, colour in colours.items()]
     handles.append(Line2D([], [], **TARGET, label="target"))
     figure.legend(handles=handles, loc="outside upper left", ncols=4)
@@ -68,9 +68,9 @@ def _unit(longest: float) -> tuple[float, str]:
 
 def _series(ax: Axes, time: np.ndarray, values: pd.Series, colour: str) -> None:
     """Draw all values pale and their moving mean dark."""
-    is_long = len(values) >= 3 * WINDOWS
+    is_long = len(values) >= 3 * WINDOWS_OF_SERIES
     ax.plot(time, values, color=colour, linewidth=0.4, alpha=0.45 if is_long else 1.0)
     if is_long:
-        window = max(3, len(values) // WINDOWS)
+        window = max(3, len(values) // WINDOWS_OF_SERIES)
         smooth = values.rolling(window, center=True, min_periods=window // 2 + 1).mean()
         ax.plot(time, np.asarray(smooth), color=colour, linewidth=1.0)

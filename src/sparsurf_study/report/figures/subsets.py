@@ -62,8 +62,8 @@ def figure(
     figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
     corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))
-    behind = render.draw_surface(surface.points, surface.normals, render.PALE, camera)
-    radius = max(render.DOT_RADIUS, 2 / camera.scale)  # at least two pixels, for large molecules
+    behind = render.draw_surface(surface.points, surface.normals, render.PALE_RGB, camera)
+    radius = max(render.DISC_RADIUS, 2 / camera.scale)  # at least two pixels, for large molecules
     _show(figure, corners, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
     for k, (caption, subset, colour) in enumerate(subsets, 1):
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
@@ -75,7 +75,7 @@ def figure(
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
     caption = f"{title},\nin the colours of its distance"
-    _show(figure, corners, cells - 2, scene, caption, layout.RECOVERED)
+    _show(figure, corners, cells - 2, scene, caption, layout.RECONSTRUCTED_COLOUR)
     x, y = corners[cells - 2]
     bar = figure.colorbar(
         scale, cax=layout.axes(figure, x + 5, y + 54, 22, 1.8), orientation="horizontal", extend="max"
@@ -106,4 +106,4 @@ def _show(
     """Show picture k with its letter and title."""
     x, y = _cell(figure, corners, k, title, colour)
     ax = layout.axes(figure, x + 1, y + 9.5, 58, 45)
-    layout.show(ax, render.picture(scene), scene.camera, scale_bar=k == 0)
+    layout.draw_picture(ax, render.picture(scene), scene.camera, scale_bar=k == 0)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sparsurf_study import catalogue
-from sparsurf_study.report.first_page.run import MAX_SHOWN, Cell, Figure, Table
+from sparsurf_study.report.first_page.run import MAX_SHOWN, Cell, Figure, TableLink
 
 
 def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
@@ -45,7 +45,7 @@ def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
     }
 
 
-def unusual_table(records: list[dict[Any, Any]]) -> Table:
+def unusual_table(records: list[dict[Any, Any]]) -> TableLink:
     """Tabulate the most unusual surfaces."""
     columns = ["structure", "deviation", "measure", "atoms", "area / Å²", "volume / Å³", "mean roughness"]
     columns += ["components", "cavities"]
@@ -55,4 +55,4 @@ def unusual_table(records: list[dict[Any, Any]]) -> Table:
     for row in records:
         cells = [Cell(form.get(k, "{:,}").format(row[k]), key=str(row[k])) for k in measured]
         rows.append([row["protein"], cells[0], row["unusual"], *cells[1:]])
-    return Table(columns, rows, sortable=True)
+    return TableLink(columns, rows, sortable=True)

@@ -7,7 +7,7 @@ from typing import Any
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.views.numbers import number
-from sparsurf_study.report.first_page.run import MAX_SHOWN, Run, Table
+from sparsurf_study.report.first_page.run import MAX_SHOWN, Run, TableLink
 
 
 def of_frames(run: Run) -> list[dict[str, Any]]:
@@ -32,7 +32,7 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
                 "roughness": table["mean_roughness"].agg(["mean", "min", "max"]).tolist(),
                 "d": [(reading, *table[f"d_{reading}"].agg(["mean", "min", "max"])) for reading in readings],
                 "figures": run.figures(protein, "frame_figures"),
-                "table": Table(["measure", "mean", "standard deviation", "lowest", "highest"], rows),
+                "table": TableLink(["measure", "mean", "standard deviation", "lowest", "highest"], rows),
                 "links": run.links(protein, "frames"),
             }
         )

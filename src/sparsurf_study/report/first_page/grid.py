@@ -11,12 +11,12 @@ import pandas as pd
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_SHOWN, Run
 from sparsurf_study.report.numbers import beyond_ranges, combination, is_fragmented
 
-SIGNIFICANT = 0.05
+SIGNIFICANCE_LEVEL = 0.05
 LINK = "link_over_spacing"  # a column of ranges.csv and summary.csv
-WIDTH = 220  # px, of the drawing of d in a row
-HEIGHT = 10  # px, of a reading in it
-MARGIN = 8  # px, beyond the ends of its axis
-STEPS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # between the numbers of the axis
+AXIS_WIDTH = 220  # px, of the drawing of d in a row
+READING_HEIGHT = 10  # px, of a reading in it
+AXIS_MARGIN = 8  # px, beyond the ends of its axis
+TICK_STEPS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # between the numbers of the axis
 MAX_STEPS = 5
 
 
@@ -29,7 +29,9 @@ class Axis(NamedTuple):
 
     def place(self, d: float) -> float:
         """Return the position of a value in px."""
-        return round(MARGIN + (WIDTH - 2 * MARGIN) * (d - self.low) / (self.high - self.low), 1)
+        return round(
+            AXIS_MARGIN + (AXIS_WIDTH - 2 * AXIS_MARGIN) * (d - self.low) / (self.high - self.low), 1
+        )
 
 
 def of_grid(run: Run) -> dict[str, Any] | None:
@@ -61,8 +63,8 @@ def of_grid(run: Run) -> dict[str, Any] | None:
         "n_fragmented": fragmented_of([place for place in places if place["has_links"]]),
         "published": published is not None,
         "axis": axis,
-        "width": WIDTH,
-        "height": HEIGHT,
+        "width": AXIS_WIDTH,
+        "height": READING_HEIGHT,
         "over_all": over_all(run) if len(run.grids) > MAX_CARDS and run.has("relation.csv") else None,
     }
 
@@ -180,7 +182,7 @@ def axis_of(tables: Iterable[pd.DataFrame]) -> Axis:
     table = pd.concat(tables)
     values = pd.concat([table[name].dropna() for name in ("d_cv", "d_cv_low", "d_cv_high")])
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
-    step = next((step for step in STEPS if (high - low) / step <= MAX_STEPS), STEPS[-1])
+    step = next((step for step in TICK_STEPS if (high - low) / step <= MAX_STEPS), TICK_STEPS[-1])
     first, last = math.floor(low / step), max(math.ceil(high / step), math.floor(low / step) + 1)
     axis = Axis(first * step, last * step, [])
     axis.ticks.extend((axis.place(k * step), k * step) for k in range(first, last + 1))
@@ -195,7 +197,7 @@ def over_all(run: Run) -> dict[str, Any]:
     best: Any = of_first.iloc[int(of_first["d"].argmax())] if len(of_first) else None
     return {
         "rows": [*_ranges_over_all(run, relation, rows)],
-        "related": int((tested < SIGNIFICANT).sum()),
+        "related": int((tested < SIGNIFICANCE_LEVEL).sum()),
         "tested": len(tested),
         "best": None
         if best is None

@@ -10,12 +10,12 @@ import pandas as pd
 from sparsurf.views.numbers import number, signed
 from sparsurf_study import catalogue
 from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
-from sparsurf_study.report.first_page.run import MAX_ROWS, MAX_SHOWN, Figure, Run, Table
+from sparsurf_study.report.first_page.run import MAX_ROWS, MAX_SHOWN, Figure, Run, TableLink
 from sparsurf_study.report.numbers import auc_of, most_of
 
 N_RESIDUES = 10  # that change most
 CHANCE = 0.5  # AUC of a score that says nothing
-SCORES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
+SCORE_NAMES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
 
 def of_changes(run: Run) -> list[dict[str, Any]]:
@@ -49,7 +49,7 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
         "n_buried": len(table) - len(measured),
         "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
         "figure": run.figure(f"{folder}/changes.png"),
-        "table": Table(columns, rows),
+        "table": TableLink(columns, rows),
         "links": run.links(folder, "changes"),
     }
 
@@ -80,7 +80,7 @@ def of_pairs(run: Run) -> dict[str, Any] | None:
         files = run.file_cells(f"pairs/{name}", "pairs")
         sides = list(table[table["complex"] == name].groupby("partner"))
         for k, (side, scores) in enumerate(sides):
-            aucs = [auc_of(scores.set_index("score"), score, "auc") for score in SCORES]
+            aucs = [auc_of(scores.set_index("score"), score, "auc") for score in SCORE_NAMES]
             rows.append([name if k == 0 else "", str(side), *aucs, files if k == 0 else ""])
         if not sides:
             rows.append([name, "", "no interface", "", files])
@@ -94,11 +94,11 @@ def of_pairs(run: Run) -> dict[str, Any] | None:
     return {
         "n_listed": len(names),
         "n_touching": n,
-        "scores": [score_values(table, score, label) for score, label in SCORES.items()] if n else [],
+        "scores": [score_values(table, score, label) for score, label in SCORE_NAMES.items()] if n else [],
         "figure": run.figure("pairs/pairs.png") if n > 1 else None,
         "figures": figures,
-        "table": Table(
-            ["pair", "partner", *(f"{label}: AUC (95 %)" for label in SCORES.values()), "files"], rows
+        "table": TableLink(
+            ["pair", "partner", *(f"{label}: AUC (95 %)" for label in SCORE_NAMES.values()), "files"], rows
         ),
     }
 

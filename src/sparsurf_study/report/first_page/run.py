@@ -30,7 +30,7 @@ class Cell(NamedTuple):
     key: str = ""
 
 
-class Table(NamedTuple):
+class TableLink(NamedTuple):
     """A table of texts and cells; one that is sortable has a field for a search above it."""
 
     columns: list[str]

@@ -13,13 +13,13 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.settings import DEFAULT_ERROR
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
-from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, Table
+from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, TableLink
 
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
 DEFAULT_MINIMAL = {"error": DEFAULT_ERROR}  # the section `minimal` of a config
 
 
-class Request(NamedTuple):
+class SubsetRequest(NamedTuple):
     """What the config asks of the minimal subset: dots that are enough, or a number of dots."""
 
     is_enough: bool  # the subset is the smallest that is good enough
@@ -32,7 +32,7 @@ HOW = {
 }
 
 
-def requested(minimal: Mapping[str, Any]) -> Request:
+def requested_subset(minimal: Mapping[str, Any]) -> SubsetRequest:
     """Say what the section `minimal` of a config asks for."""
     phrases = {
         "error": (True, "with a mean error of {:g}\xa0Å"),
@@ -45,7 +45,7 @@ def requested(minimal: Mapping[str, Any]) -> Request:
     key = next(key for key in phrases if key in minimal)
     is_enough, form = phrases[key]
     value = Combination(*minimal[key]) if key == "combination" else minimal[key]
-    return Request(is_enough, form.format(value))
+    return SubsetRequest(is_enough, form.format(value))
 
 
 def _how(run: Run) -> str:
@@ -168,7 +168,7 @@ def of_surfaces(run: Run) -> dict[str, Any] | None:
         figures += run.figures(folder, "gallery", name)
     shown = len(rows)
     return {
-        "table": Table(columns, rows, several),
+        "table": TableLink(columns, rows, several),
         "n_hidden": len(run.surfaces) - shown,
         "figures": figures,
         "links": run.links("", "surfaces"),

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-SCRIPTS = ("open.pml", "open.cxc", "open_pair.pml", "open_pair.cxc")
+SCENE_SCRIPTS = ("open.pml", "open.cxc", "open_pair.pml", "open_pair.cxc")
 
 
 def script_text(name: str) -> str:
