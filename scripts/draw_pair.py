@@ -9,7 +9,7 @@ from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
 from sparsurf.views.viewer.page import DotValues, coloured_page
-from sparsurf_study.report.figures.pair_figures import book_figure, opened, ranks, side_by_side
+from sparsurf_study.report.figures.pair_figures import book_figure, partners_opened, ranks, side_by_side
 from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
@@ -25,7 +25,7 @@ with job(snakemake) as s:
         ),
         DotValues("distance to the partner", "gap", " Å", dots["gap"].to_numpy(), "touching", "far"),
     ]
-    pages = opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
+    pages = partners_opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
     surface = side_by_side(surfaces, pages, [len(names) for names in labels])
     atom_labels = [f"{label}, partner {side}" for side, names in enumerate(labels, 1) for label in names]
     settings = s.settings

@@ -169,7 +169,7 @@ def keep_downloads_and_simulations(config: dict, run: Path, files: list[Path], e
     adopted = adoption.adopt(config, run, METADATA)
     if not adopted:
         return
-    print(adoption.in_words(adopted, run), flush=True)
+    print(adoption.adopted_in_words(adopted, run), flush=True)
     outputs = [output for kept in adopted for output in kept.outputs]
     if run_snakemake(ROOT, files, "--quiet", "all", "--touch", *outputs, errors=errors):
         adoption.forget(adopted, run)

@@ -60,7 +60,7 @@ EXPONENT = Limits(0, 1000, open_low=False)
 SEED = Limits(0, 2**64 - 1, whole=True, open_low=False)
 TEST_DOTS = Limits(2, 10**6, whole=True, open_low=False)
 NUMBER_OF_DOTS = Limits(0, whole=True)
-STEP = Limits(0, 10)  # Å, of the grid of a mesh
+STEP_LIMITS = Limits(0, 10)  # Å, of the grid of a mesh
 ERROR_LIMITS = Limits(0, open_low=False)  # Z
 FRAME = Limits(0, whole=True, open_low=False)
 DEFAULT_TEST_DOTS = 200  # of studies and functions

@@ -24,7 +24,7 @@ ALANINE = (
     ("O", (1.3, 2.43, 0)),
     ("CB", (2, -0.8, 1.2)),
 )
-STEP = np.array([3.33, 1.42, 0])
+SHIFT = np.array([3.33, 1.42, 0])
 SURFACES = (
     "surface peptide.pdb --cavities remove --fields potential,mean_curvature,hbond -o dots.csv",
     "surface peptide.pdb --mesh --density 1 -o mesh.ply",
@@ -94,7 +94,7 @@ def peptide() -> str:
     lines: list[str] = []
     for residue in range(3):
         for name, place in ALANINE:
-            x, y, z = place + residue * STEP
+            x, y, z = place + residue * SHIFT
             atom = f"{len(lines) + 1:5d}  {name:<3s} ALA A{residue + 1:4d}"
             lines.append(f"ATOM  {atom}    {x:8.3f}{y:8.3f}{z:8.3f}  1.00  0.00          {name[0]:>2s}\n")
     return "".join(lines)

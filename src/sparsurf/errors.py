@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 
-NAME = re.compile(r"[A-Za-z_][\w.]*")  # of an argument, or of a key
+ARGUMENT_NAME = re.compile(r"[A-Za-z_][\w.]*")  # of an argument, or of a key
 MARKED = re.compile(
     "\x02([\\w.]+)\x03"
 )  # a name within a message; neither character is written in a file of text
@@ -47,7 +47,7 @@ def argument(name: str) -> str:
     The key of a config, such as minimal.density, may stand for an argument whose name occurs in several sections. Part of an
     argument, such as "combination: alpha", is called the same everywhere and returned as it is.
     """
-    return f"\x02{name}\x03" if NAME.fullmatch(name) else name
+    return f"\x02{name}\x03" if ARGUMENT_NAME.fullmatch(name) else name
 
 
 def name_in_call(argument: str) -> str:

@@ -23,7 +23,7 @@ ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
 CHOICES = re.compile(
     r"^(?P<indent> *)\{choices of (?P<kind>\w+)\}$", re.MULTILINE
 )  # in the documentation of a function
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
+CHOICE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
 
 
 class Choice(NamedTuple):
@@ -411,7 +411,7 @@ def register(
     if not isinstance(kind, str) or kind not in TABLE:
         raise InputError(f"register: there is no kind {kind!r}; the kinds are {', '.join(TABLE)}.")
     word = KINDS[kind].word
-    if not isinstance(name, str) or not NAME.fullmatch(name):
+    if not isinstance(name, str) or not CHOICE_NAME.fullmatch(name):
         raise InputError(
             f"register: {name!r} cannot name a {word}; use letters, digits and underscores, and begin with a letter."
         )
@@ -599,7 +599,7 @@ def plugins() -> dict[str, dict[str, Choice]]:
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: (_package(point), point.name)):
         kind, _, name = point.name.partition(".")
         package = _package(point)
-        if kind not in TABLE or not NAME.fullmatch(name) or not point.attr:
+        if kind not in TABLE or not CHOICE_NAME.fullmatch(name) or not point.attr:
             example = "sampler.highest = my_package:highest"
             _warn(f"{package}: the entry point {point.name} = {point.value} is left out; write {example}")
         elif former := TABLE[kind].get(name) or found[kind].get(name):
@@ -635,7 +635,7 @@ def _of_function(kind: str, function: Callable[..., Any], key: str) -> Choice:
         if choice.source is function or choice.source == _address(function):
             return choice
     name = getattr(function, "__name__", "")
-    if not NAME.fullmatch(name):
+    if not CHOICE_NAME.fullmatch(name):
         raise InputError(
             f"{argument(key)}: {function!r} has no name; write a function with def, or call "
             f"sparsurf.register({kind!r}, name, function)."

@@ -19,7 +19,7 @@ from sparsurf.threads import available_cores
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-AUTO = "auto"
+AUTO_PROBE = "auto"
 
 
 @public()
@@ -76,7 +76,7 @@ def infer_atoms(
     True
     """
     dots = as_dots((points, normals))
-    probe = None if probe_radius in (None, AUTO) else PROBE.check(probe_radius, "probe_radius")
+    probe = None if probe_radius in (None, AUTO_PROBE) else PROBE.check(probe_radius, "probe_radius")
     table = _radii(radii)
     if probe is not None and table is not None:
         model = known_model(dots.points, dots.normals, probe, table)
@@ -98,11 +98,11 @@ def infer_atoms(
 def _radii(radii: object) -> str | np.ndarray | None:
     """Return a table or radii of the user, None where the dots vote; raise InputError for anything else."""
     if radii is None or isinstance(radii, str):
-        if radii not in (None, AUTO, *RADII):
+        if radii not in (None, AUTO_PROBE, *RADII):
             raise InputError(
                 f"radii is {radii!r}; it must be one of {', '.join(RADII)}, 'auto', or a list of radii in Å."
             )
-        return None if radii == AUTO else cast("str | None", radii)
+        return None if radii == AUTO_PROBE else cast("str | None", radii)
     if not isinstance(radii, Sequence | np.ndarray) or len(radii) == 0:
         raise InputError(
             f"radii is {radii!r}; it must be one of {', '.join(RADII)}, 'auto', or a list of radii in Å."

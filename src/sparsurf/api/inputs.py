@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.arguments import index_array
 from sparsurf.errors import InputError, argument
-from sparsurf.molecules.formats import DOTS, suffix
+from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
 from sparsurf.molecules.libraries import (
     from_biopython,
     from_biotite,
@@ -24,7 +24,7 @@ from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.spheres import SPHERES
+from sparsurf.surfaces.spheres import SPHERE_FORMATS
 from sparsurf.surfaces.surface import Surface, dot_label
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ DotsLike: TypeAlias = "str | Path | Surface | Points | Subset | tuple[ArrayLike,
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 
 
-def opened(source: Any) -> Any:
+def opened_source(source: Any) -> Any:
     """Return the Source of a path, recognised by its content; anything else as it is. Functions for users begin with it."""
     return open_source(source) if isinstance(source, str | Path) else source
 
@@ -92,7 +92,7 @@ def as_dots(source: DotsLike) -> Surface:
         return source
     if isinstance(source, Points) or is_subset(source):
         return source.surface
-    given = opened(source)
+    given = opened_source(source)
     if is_file_of_dots(given):
         return read_surface(given.name)
     if has_atoms(given):
@@ -157,20 +157,20 @@ def is_subset(source: Any) -> TypeGuard[Subset]:
 def is_file_of_spheres(source: Any) -> bool:
     """Return whether the user gave the path of a file with radii, or of a small molecule, by its suffix."""
     name = source.name if isinstance(source, Source) else source
-    return isinstance(name, str | Path) and suffix(name) in SPHERES
+    return isinstance(name, str | Path) and suffix(name) in SPHERE_FORMATS
 
 
 def is_file_of_dots(source: Any) -> bool:
     """Return whether the user gave the path of a file that holds dots rather than atoms."""
     if is_file_of_spheres(source):
         return False
-    source = opened(source)
-    return isinstance(source, Source) and source.format.name == DOTS
+    source = opened_source(source)
+    return isinstance(source, Source) and source.format.name == FILE_OF_DOTS
 
 
 def has_atoms(source: Any) -> bool:
     """Return whether the user gave the path of a molecule, a Molecule, or atoms of another library, rather than dots."""
-    source = opened(source)
+    source = opened_source(source)
     if isinstance(source, Source):
-        return source.format.name != DOTS or is_file_of_spheres(source)
+        return source.format.name != FILE_OF_DOTS or is_file_of_spheres(source)
     return isinstance(source, Molecule) or _converter(source) is not None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard
 from sparsurf.api.fields import labelled
-from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, opened
+from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, opened_source
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.views import View, in_notebook
@@ -99,7 +99,7 @@ def show(
 
 def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> tuple[Any, About]:
     """Return the surface of what the user gave, and what the page says of it."""
-    source = opened(source)
+    source = opened_source(source)
     is_path = isinstance(source, Source)
     if trajectory is not None and not (is_path and has_atoms(source)):
         raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")

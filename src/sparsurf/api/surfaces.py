@@ -22,7 +22,7 @@ from sparsurf.api.inputs import (
     is_file_of_dots,
     is_file_of_spheres,
     is_subset,
-    opened,
+    opened_source,
 )
 from sparsurf.arguments import (
     CAVITIES,
@@ -31,11 +31,11 @@ from sparsurf.arguments import (
     NUMBER_OF_DOTS,
     PROBE,
     REENTRANT,
-    STEP,
+    STEP_LIMITS,
     check_choice,
 )
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import DOTS
+from sparsurf.molecules.formats import FILE_OF_DOTS
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import molecule_of_files
 from sparsurf.molecules.source import Source
@@ -257,7 +257,7 @@ def mesh(
     if cavities is not None:
         check_choice(cavities, CAVITIES, "cavities")
     names = check_fields(fields, "mesh")
-    source = opened(surface)
+    source = opened_source(surface)
     if isinstance(source, Surface) and source.placed:
         origin = source.placed.atoms_alone
         if cavities is not None:
@@ -291,7 +291,7 @@ def mesh_size(n_vertices: Any = None, density: Any = None, step: Any = None) -> 
     return MeshSize(
         None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices"),
         None if density is None else DENSITY_LIMITS.check(density, "density"),
-        None if step is None else STEP.check(step, "step"),
+        None if step is None else STEP_LIMITS.check(step, "step"),
     )
 
 
@@ -380,8 +380,8 @@ def _sized(build: Callable[[float], Mesh], size: MeshSize, probe: float) -> Mesh
 
 def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
     """Return dots from all that `as_dots` takes, and those of a molecule with default settings for `d_link`, Å."""
-    given = opened(source)
-    if isinstance(given, Source) and given.format.name != DOTS:
+    given = opened_source(source)
+    if isinstance(given, Source) and given.format.name != FILE_OF_DOTS:
         return surface_of_molecule(molecule_of_files(given), Placement(), d_link, "surface", 0)
     if not has_atoms(given):
         return as_dots(given)

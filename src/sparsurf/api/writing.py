@@ -40,15 +40,15 @@ if TYPE_CHECKING:
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
 
-NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
+SUFFIXES_OF_NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
 # PLY first: most programs open it
 MESHES = tuple(
     sorted(
         (name for name in kinds.suffixes("triangles") if name not in SCENES), key=lambda name: name != ".ply"
     )
 )
-DOTS_ALONE = (*NUMBERS, *SCENES)
-DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
+DOTS_ALONE = (*SUFFIXES_OF_NUMBERS, *SCENES)
+SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
 TABLE_FORMATS = (".csv", ".npz")
 PAGE_FORMATS = (".html", ".png")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
@@ -89,7 +89,7 @@ class DotsToWrite:
         if self.faces is not None:
             return (*MESHES, *SCENES, *PAGE_FORMATS)
         has_atoms = self.molecule is not None and self.shown != "weight"
-        return (*(DOTS if has_atoms else DOTS_ALONE), *PAGE_FORMATS)
+        return (*(SUFFIXES_OF_DOTS if has_atoms else DOTS_ALONE), *PAGE_FORMATS)
 
     @property
     def numbers(self) -> dict[str, np.ndarray]:

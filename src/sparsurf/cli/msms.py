@@ -20,7 +20,7 @@ from sparsurf.version import __version__
 if TYPE_CHECKING:
     from sparsurf.surfaces.mesh import Mesh
 
-FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
+MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
 DENSITY_OF_AREAS = 20.0  # dots per Å^2
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
 
@@ -107,16 +107,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except NotUnderstoodError as error:
         print(_usage())
         print(error, file=sys.stderr)
-        return FAILED
+        return MSMS_FAILED
     except (InputError, OSError) as error:
         print(f"sparsurf-msms: {printable(str(error))}", file=sys.stderr)
-        return FAILED
+        return MSMS_FAILED
     except MemoryError:
         print(
             "sparsurf-msms: the surface needs more memory than there is; give a smaller -density.",
             file=sys.stderr,
         )
-        return FAILED
+        return MSMS_FAILED
     print(f"MSMS terminated normally\nTotal Time user: {time.process_time() - started:.2f}")
     return 0
 

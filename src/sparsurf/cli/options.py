@@ -22,11 +22,11 @@ from sparsurf.arguments import (
     PROBE,
     PROBE_RADIUS,
     SEED,
-    STEP,
+    STEP_LIMITS,
     Limits,
 )
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import DOTS, title
+from sparsurf.molecules.formats import FILE_OF_DOTS, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
@@ -157,7 +157,7 @@ def add_colours(parser: argparse._ActionsContainer) -> None:
 def add_step(parser: argparse._ActionsContainer) -> None:
     """Add the step of the grid of a mesh."""
     words = "of a mesh without --density, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
-    parser.add_argument("--step", type=number(STEP), help=words)
+    parser.add_argument("--step", type=number(STEP_LIMITS), help=words)
 
 
 def refuse_step(args: argparse.Namespace) -> None:
@@ -191,9 +191,9 @@ def source_of(args: argparse.Namespace) -> Source:
     return args.source
 
 
-def has_atoms(args: argparse.Namespace) -> bool:
+def reads_atoms(args: argparse.Namespace) -> bool:
     """Return whether FILE holds atoms rather than dots."""
-    return source_of(args).format.name != DOTS
+    return source_of(args).format.name != FILE_OF_DOTS
 
 
 def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
@@ -204,7 +204,7 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
 
         with heard(args.file) as args.heard:
             return surface_of(args.file, d_link=args.d_link), None
-    if not has_atoms(args):
+    if not reads_atoms(args):
         refuse_structure_options(args, "dots")
         with heard(args.file) as args.heard:
             return read_surface(args.file), None

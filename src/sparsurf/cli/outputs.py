@@ -5,7 +5,7 @@ import os
 import sys
 
 from sparsurf.api.about import refuse_missing_matplotlib
-from sparsurf.api.writing import NUMBERS, DotsToWrite, parse_output, write_dots
+from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
 
 READ_OPTIONS = ("file", "trajectory", "at")  # which can name a file
@@ -23,7 +23,7 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
         refuse_missing_matplotlib(args.output)
     if suffix == ".dms" and getattr(args, "fields", None):
         raise InputError(
-            f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(NUMBERS)}."
+            f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."
         )
 
 

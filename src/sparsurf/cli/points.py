@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> None:
     is_folder = Path(args.file).is_dir()
     formats = (TABLE_FORMAT,) if is_folder else FORMATS
     outputs.check(args, formats)
-    if not is_folder and not is_file_of_spheres(args.file) and not options.has_atoms(args):
+    if not is_folder and not is_file_of_spheres(args.file) and not options.reads_atoms(args):
         raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
     settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
     settings |= {"radii": args.radii, "cavities": args.cavities}

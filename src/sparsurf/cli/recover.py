@@ -48,7 +48,7 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="dots with normals")
-    options.add_output(parser, writing.DOTS)
+    options.add_output(parser, writing.SUFFIXES_OF_DOTS)
     parser.add_argument(
         "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
     )
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> None:
         if args.at is not None
         else (*writing.MESHES, *writing.SCENES)
         if args.mesh
-        else writing.DOTS
+        else writing.SUFFIXES_OF_DOTS
     )
     outputs.check(args, formats)
     few = read_surface(args.file)

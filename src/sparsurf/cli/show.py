@@ -11,7 +11,7 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.formats import stem
 from sparsurf.patches.index import D_LINK
 
-OWN = b'<meta name="generator" content="sparsurf '  # in a page that may be written again
+OWN_PAGE = b'<meta name="generator" content="sparsurf '  # in a page that may be written again
 BYTES_OF_A_TABLE_HEAD = 1000
 
 EXAMPLES = """\
@@ -58,7 +58,7 @@ def _refuse_other_file(path: Path) -> None:
     """Raise InputError if a file that no one named would be replaced, unless it is a page of this program."""
     if path.is_file():
         with path.open("rb") as file:
-            if OWN not in file.read(BYTES_OF_A_TABLE_HEAD):
+            if OWN_PAGE not in file.read(BYTES_OF_A_TABLE_HEAD):
                 raise InputError(
                     f"{path} exists and was not written by sparsurf; choose another file with -o."
                 )

@@ -15,10 +15,10 @@ from sparsurf.files import pluralise
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.spheres import SPHERES
+from sparsurf.surfaces.spheres import SPHERE_FORMATS
 from sparsurf.surfaces.surface import COMPONENT_FIELD, SurfaceOrigin
 
-FORMATS = (*writing.DOTS, *writing.PAGE_FORMATS)
+FORMATS = (*writing.SUFFIXES_OF_DOTS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -76,10 +76,10 @@ def run(args: argparse.Namespace) -> None:
     if is_file_of_spheres(args.file):
         outputs.write_output(args, _of_spheres(args))
         return
-    if not options.has_atoms(args):
+    if not options.reads_atoms(args):
         raise InputError(
             f"{args.file} is not a structure by its content: give a PDB, mmCIF, GRO or HDF5 file, or one with radii or elements "
-            f"({', '.join(SPHERES)}); --trajectory adds frames."
+            f"({', '.join(SPHERE_FORMATS)}); --trajectory adds frames."
         )
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")

@@ -24,7 +24,7 @@ SEARCHED_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 4
 NEAR = 0.02  # the search for an error ends once the logarithm of a measured one is so near
 MOST_MEASUREMENTS = 8  # two or three are enough for evenly spread dots
 STEEPEST, FLATTEST = -3.0, -0.3  # slope of the logarithm of the error over that of n_S
-MAX_SURPLUS = 0.02  # share of the dots that touch every atom by which they may exceed those that are needed
+COVER_SURPLUS = 0.02  # share of the dots that touch every atom by which they may exceed those that are needed
 MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by more than this share
 
 
@@ -188,7 +188,7 @@ def _fewest_of_round(
     sufficient = len(chosen)
     atoms, threads = trials.atoms, trials.prepared.threads
     assert atoms is not None
-    while too_few and sufficient - too_few > MAX_SURPLUS * sufficient:
+    while too_few and sufficient - too_few > COVER_SURPLUS * sufficient:
         middle = (too_few + sufficient) // 2
         rebuilt = rebuilt_from(trials.prepared.surface, atoms, chosen[:middle], threads)
         met = trials.error_of(chosen[:middle], rebuilt).over(error, error_99) <= 1

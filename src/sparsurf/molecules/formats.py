@@ -10,7 +10,7 @@ from typing import NamedTuple
 from sparsurf.files import StrPath, as_path
 
 
-class Format(NamedTuple):
+class MoleculeFormat(NamedTuple):
     """A format of files."""
 
     name: str
@@ -26,56 +26,58 @@ class Format(NamedTuple):
 
 
 _EVERY_FORMAT = (
-    Format("pdb", "PDB", (".pdb", ".ent"), atoms=True, places=True, models=True),
-    Format("mmcif", "mmCIF", (".cif", ".mmcif"), atoms=True, places=True, models=True),
-    Format("gro", "GRO", (".gro",), atoms=True, places=True, unit="nm", timed=True),
-    Format("hdf5", "HDF5", (".h5", ".hdf5"), atoms=True, places=True, text=False, unit="nm", timed=True),
-    Format("card", "CHARMM CARD", (".cor",), atoms=True, places=True),
-    Format("psf", "PSF", (".psf",), atoms=True),
-    Format("parm7", "AMBER parm7", (".parm7", ".prmtop", ".prm7"), atoms=True),
-    Format("xtc", "XTC", (".xtc",), places=True, text=False, unit="nm", timed=True),
-    Format("trr", "TRR", (".trr",), places=True, text=False, unit="nm", timed=True),
-    Format("dcd", "DCD", (".dcd",), places=True, text=False),
-    Format("netcdf", "NetCDF", (".nc", ".ncdf", ".netcdf"), places=True, text=False, timed=True),
-    Format("ncrst", "NetCDF restart", (".ncrst",), places=True, text=False),
-    Format("mdcrd", "AMBER mdcrd", (".mdcrd", ".crd"), places=True),
-    Format("inpcrd", "AMBER restart", (".rst7", ".restrt", ".inpcrd"), places=True),
-    Format("xyz", "XYZ", (".xyz",), places=True),
-    Format("lammps dump", "LAMMPS dump", (".lammpstrj",), places=True),
-    Format("lammps data", "LAMMPS data", places=True),
-    Format(
+    MoleculeFormat("pdb", "PDB", (".pdb", ".ent"), atoms=True, places=True, models=True),
+    MoleculeFormat("mmcif", "mmCIF", (".cif", ".mmcif"), atoms=True, places=True, models=True),
+    MoleculeFormat("gro", "GRO", (".gro",), atoms=True, places=True, unit="nm", timed=True),
+    MoleculeFormat("hdf5", "HDF5", (".h5", ".hdf5"), atoms=True, places=True, text=False, unit="nm", timed=True),
+    MoleculeFormat("card", "CHARMM CARD", (".cor",), atoms=True, places=True),
+    MoleculeFormat("psf", "PSF", (".psf",), atoms=True),
+    MoleculeFormat("parm7", "AMBER parm7", (".parm7", ".prmtop", ".prm7"), atoms=True),
+    MoleculeFormat("xtc", "XTC", (".xtc",), places=True, text=False, unit="nm", timed=True),
+    MoleculeFormat("trr", "TRR", (".trr",), places=True, text=False, unit="nm", timed=True),
+    MoleculeFormat("dcd", "DCD", (".dcd",), places=True, text=False),
+    MoleculeFormat("netcdf", "NetCDF", (".nc", ".ncdf", ".netcdf"), places=True, text=False, timed=True),
+    MoleculeFormat("ncrst", "NetCDF restart", (".ncrst",), places=True, text=False),
+    MoleculeFormat("mdcrd", "AMBER mdcrd", (".mdcrd", ".crd"), places=True),
+    MoleculeFormat("inpcrd", "AMBER restart", (".rst7", ".restrt", ".inpcrd"), places=True),
+    MoleculeFormat("xyz", "XYZ", (".xyz",), places=True),
+    MoleculeFormat("lammps dump", "LAMMPS dump", (".lammpstrj",), places=True),
+    MoleculeFormat("lammps data", "LAMMPS data", places=True),
+    MoleculeFormat(
         "tpr", "GROMACS TPR", (".tpr",),
         refusal="is a run input of GROMACS (TPR), which only GROMACS reads: write its structure by `gmx editconf -f FILE.tpr -o "
         "FILE.gro`, and give that file",
     ),
-    Format(
+    MoleculeFormat(
         "desmond", "Desmond", (".cms", ".mae", ".dtr", ".stk"),
         refusal="is a file of Desmond or Maestro, which is not read: write the structure as PDB and the trajectory as DCD or "
         "XTC, for example with VMD, and give these files",
     ),
-    Format(
+    MoleculeFormat(
         "cdf5", "CDF-5",
         refusal="is a NetCDF file of the variant CDF-5, which is not read: convert it by `nccopy -k nc6 FILE OTHER`, and give "
         "the other file",
     ),
-    Format(
+    MoleculeFormat(
         "netcdf4", "NetCDF-4",
         refusal="is a NetCDF-4 file (HDF5), which is not read: convert it by `nccopy -k nc6 FILE OTHER`, and give the other file",
     ),
-    Format(
+    MoleculeFormat(
         "h5md", "H5MD",
         refusal="is an H5MD file, which is not read: convert its frames to XTC, DCD or NetCDF, for example with MDAnalysis",
     ),
-    Format("dots", "dots"),
+    MoleculeFormat("dots", "dots"),
 )  # fmt: skip
-FORMATS = {each.name: each for each in _EVERY_FORMAT}
-DOTS = "dots"  # whatever is not a format of molecules; the reader of surfaces recognises it, or refuses it
+MOLECULE_FORMATS = {each.name: each for each in _EVERY_FORMAT}
+FILE_OF_DOTS = (
+    "dots"  # whatever is not a format of molecules; the reader of surfaces recognises it, or refuses it
+)
 FORMAT_OF_SUFFIX = {suffix: each.name for each in _EVERY_FORMAT for suffix in each.suffixes}
 
 
 def _suffixes(*names: str) -> tuple[str, ...]:
     """Return the extensions of some formats."""
-    return tuple(suffix for name in names for suffix in FORMATS[name].suffixes)
+    return tuple(suffix for name in names for suffix in MOLECULE_FORMATS[name].suffixes)
 
 
 PDB, MMCIF = _suffixes("pdb"), _suffixes("mmcif")

@@ -46,7 +46,7 @@ DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files
 
 # Name of the atom and its residue, chain identifier, segment, number of the residue, element, index of residue and chain
 AtomRow = tuple[str, str, str, str, int, str, int, int]
-Part = tuple[np.ndarray, np.ndarray, np.ndarray]  # xyz, time, box
+PartOfTrajectory = tuple[np.ndarray, np.ndarray, np.ndarray]  # xyz, time, box
 
 BYTES_OF_A_PART = 2**22  # of the positions in one part of a trajectory
 
@@ -74,7 +74,7 @@ def iterate_frames(
     stride: int = 1,
     first: bool = False,
     only: np.ndarray | Sequence[int] = (),
-) -> Iterator[Part]:
+) -> Iterator[PartOfTrajectory]:
     """Load frames of a trajectory in parts: xyz (F, A, 3) float32, nm; time (F,), ps; box (F, 3, 3), nm, (0, 3, 3) without one.
 
     `atoms`, ascending, are those to return; `only` are positions of frames, by default every `stride`-th. With `first`,
@@ -84,7 +84,7 @@ def iterate_frames(
     return _run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int))
 
 
-def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> Part:
+def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> PartOfTrajectory:
     """Load frames as `iterate_frames` does, in one part."""
     parts = zip(*iterate_frames(path, *arguments, **keys), strict=True)
     xyz, time, box = (np.concatenate(arrays) for arrays in parts)
@@ -188,7 +188,7 @@ def _atoms(path: str) -> list[AtomRow]:
 
 def _frames(
     path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
-) -> Iterator[Part]:
+) -> Iterator[PartOfTrajectory]:
     """Load frames, in the other process."""
     sys.modules["netCDF4"] = None  # type: ignore[assignment]  # mdtraj reads the same with scipy, and never scales
     ps_per_unit, scale, no_box = *_units_of_netcdf(path), np.empty((0, 3, 3))

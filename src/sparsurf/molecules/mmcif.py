@@ -43,7 +43,7 @@ ITEMS = {
     "model": ["pdbx_PDB_model_num"],
 }
 REQUIRED_ITEMS = ("name", "residue_name", "x", "y", "z")
-LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
+CIF_RESIDUE_LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
 NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
 
@@ -109,7 +109,7 @@ def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
     columns["number"] = _filled(columns["number"], positions, position)
     numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
     labels = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
-    malformed = next((label for label in labels if not LABEL.fullmatch(label)), None)
+    malformed = next((label for label in labels if not CIF_RESIDUE_LABEL.fullmatch(label)), None)
     if malformed is not None:
         raise InputError(f"{path} has a residue numbered '{malformed}': repair its _atom_site loop.")
     return atom_table(

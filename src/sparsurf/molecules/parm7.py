@@ -15,8 +15,8 @@ from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import AtomFile, atom_table, molecules_of_bonds
 from sparsurf.molecules.source import Source
 
-FORMAT = re.compile(r"%FORMAT\s*\(\s*\d*\s*([aAiIeEfF])(\d+)")
-N_ATOMS, N_RESIDUES = 0, 11  # places in POINTERS
+FORTRAN_FORMAT = re.compile(r"%FORMAT\s*\(\s*\d*\s*([aAiIeEfF])(\d+)")
+POINTER_N_ATOMS, POINTER_N_RESIDUES = 0, 11  # places in POINTERS
 FIELDS_OF_BOND = 3  # two atoms, times 3, and a type
 
 
@@ -24,9 +24,9 @@ def read_parm7(source: Source) -> AtomFile:
     """Read the atoms of an AMBER topology, with coordinates nan; raise InputError if it is none, or cut short."""
     fields = _fields(source)
     pointers = _numbers(fields, "POINTERS", source)
-    if len(pointers) <= N_RESIDUES:
+    if len(pointers) <= POINTER_N_RESIDUES:
         raise InputError(f"{source} has no POINTERS, which count its atoms: copy it again.")
-    n_atoms, n_residues = int(pointers[N_ATOMS]), int(pointers[N_RESIDUES])
+    n_atoms, n_residues = int(pointers[POINTER_N_ATOMS]), int(pointers[POINTER_N_RESIDUES])
     names = _of_size(fields, "ATOM_NAME", n_atoms, source)
     residue_names = _of_size(fields, "RESIDUE_LABEL", n_residues, source)
     starts = _numbers(fields, "RESIDUE_POINTER", source) - 1
@@ -66,7 +66,7 @@ def _fields(source: Source) -> dict[str, list[str]]:
     for line in source.text().split("\n"):
         if line.startswith("%FLAG"):
             words = fields.setdefault("".join(line.split()[1:2]), [])
-        elif match := FORMAT.match(line):
+        elif match := FORTRAN_FORMAT.match(line):
             width = int(match[2])
         elif not line.startswith("%"):
             line = line.rstrip()

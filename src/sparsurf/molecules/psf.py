@@ -18,10 +18,10 @@ from sparsurf.molecules.source import Source
 
 SECTION = re.compile(r"\s*(\d+)\s*!N(ATOM|BOND)\b")
 # Columns of segment, residue, its name, name and type of the atom, where a field is empty
-COLUMNS = ((9, 13), (14, 18), (19, 23), (24, 28), (29, 33))
+FIXED_COLUMNS = ((9, 13), (14, 18), (19, 23), (24, 28), (29, 33))
 EXTENDED = ((11, 19), (20, 28), (29, 37), (38, 46), (47, 53))
 MIN_WORDS = 8  # number, segment, residue, its name, name, type, charge and mass
-LABEL = re.compile(r"(-?\d+)([A-Za-z]?)")
+PSF_RESIDUE_LABEL = re.compile(r"(-?\d+)([A-Za-z]?)")
 DRUDE_TYPE = "DRUD"
 
 
@@ -64,11 +64,11 @@ def read_psf(source: Source) -> AtomFile:
 def _fields(row: str, extended: bool) -> tuple[str, ...]:
     """Return segment, residue, its name, name and type of an atom: words, or columns if a word is missing."""
     words = row.split()
-    if len(words) > MIN_WORDS or (len(words) == MIN_WORDS and LABEL.fullmatch(words[2])):
+    if len(words) > MIN_WORDS or (len(words) == MIN_WORDS and PSF_RESIDUE_LABEL.fullmatch(words[2])):
         return tuple(words[1:6])
-    if len(words) == MIN_WORDS and LABEL.fullmatch(words[1]):  # the segment is blank
+    if len(words) == MIN_WORDS and PSF_RESIDUE_LABEL.fullmatch(words[1]):  # the segment is blank
         return ("", *words[1:5])
-    return tuple(row[first:last].strip() for first, last in (EXTENDED if extended else COLUMNS))
+    return tuple(row[first:last].strip() for first, last in (EXTENDED if extended else FIXED_COLUMNS))
 
 
 def _residue(label: str, segid: str, read_number: NumberReader) -> str | None:
@@ -76,7 +76,7 @@ def _residue(label: str, segid: str, read_number: NumberReader) -> str | None:
     number = read_number(label, segid) if len(label) == 4 and not label.isdecimal() else None
     if number is not None:
         return number
-    match = LABEL.fullmatch(label)
+    match = PSF_RESIDUE_LABEL.fullmatch(label)
     if match is None:
         return None
     number = read_number(match[1], segid) if len(match[1]) <= 4 else match[1]

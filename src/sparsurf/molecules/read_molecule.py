@@ -19,7 +19,7 @@ from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
 from sparsurf.molecules.card import read_card
 from sparsurf.molecules.conformations import FrameChoice, choose_frames
-from sparsurf.molecules.formats import FORMATS
+from sparsurf.molecules.formats import MOLECULE_FORMATS
 from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.gro import read_gro
 from sparsurf.molecules.mdtraj_process import load_atoms, table_of_rows
@@ -37,7 +37,7 @@ log = logging.getLogger("sparsurf")
 
 ASSEMBLY_OF_MODELS = "assembly: it takes all models of a structure; leave out the trajectory and the model."
 # The reader of each format that names its atoms
-READERS: dict[str, Callable[[Source], AtomFile]] = {
+MOLECULE_READERS: dict[str, Callable[[Source], AtomFile]] = {
     "pdb": lambda source: read_pdb(source.text(), source),
     "mmcif": lambda source: read_mmcif(source.text(), source),
     "gro": read_gro,
@@ -172,7 +172,7 @@ def molecule_of_files(
         )
     if model is not None and not source.format.models:
         raise InputError(f"{source} has frames and no models: leave out the model, and name the frame.")
-    file = READERS[source.format.name](source)
+    file = MOLECULE_READERS[source.format.name](source)
     if frames is None and not source.format.places:
         raise InputError(f"{source} holds no coordinates: give the trajectory that belongs to it.")
     if frames is None and has_frames:
@@ -196,7 +196,7 @@ def _what_names_no_atoms(source: Source) -> str:
     """Return the sentence that refuses a file of another kind in place of a structure."""
     if source.format.places:
         return f"{source} is a trajectory: give it as the trajectory, and its topology as the structure."
-    known = ", ".join(each.label for each in FORMATS.values() if each.atoms)
+    known = ", ".join(each.label for each in MOLECULE_FORMATS.values() if each.atoms)
     return f"{source} is not a structure by its content: give a file of one of the formats {known}."
 
 

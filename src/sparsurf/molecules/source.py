@@ -19,7 +19,13 @@ from typing import IO, Any
 
 from sparsurf.errors import InputError
 from sparsurf.files import GZIP, StrPath, content_of, decode_text, existing_file
-from sparsurf.molecules.formats import DOTS, FORMAT_OF_SUFFIX, FORMATS, Format, suffix
+from sparsurf.molecules.formats import (
+    FILE_OF_DOTS,
+    FORMAT_OF_SUFFIX,
+    MOLECULE_FORMATS,
+    MoleculeFormat,
+    suffix,
+)
 
 HEAD_BYTES = 2**14  # from the start of a file, enough for the title and the first atom of every text format
 # Records with which a PDB file begins
@@ -28,12 +34,12 @@ PDB_RECORDS = frozenset(
      "AUTHOR", "REMARK", "JRNL", "DBREF", "SEQRES", "HELIX", "SHEET", "CRYST1", "ORIGX1", "SCALE1", "MODEL", "USER", "PARENT"]
 )  # fmt: skip
 PDB_TITLES = frozenset(["TITLE", "COMPND", "SOURCE", "AUTHOR", "REMARK", "MODEL", "USER", "PARENT", "SPLIT"])
-COUNT = re.compile(r"\s*\d+\s*")
+LINE_OF_A_COUNT = re.compile(r"\s*\d+\s*")
 COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*")
 COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
 ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+\.\d+")
 ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
-NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
+LINE_OF_NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
 ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*\r?$", re.MULTILINE)
 
 
@@ -42,7 +48,7 @@ class Source(os.PathLike[str]):
     """A file that exists, under the name that the user gave it, with the format that its content has."""
 
     name: str
-    format: Format
+    format: MoleculeFormat
     recognised: bool  # by its content, and not by the extension of its name alone
     compressed: bool
 
@@ -74,7 +80,7 @@ def open_source(path: StrPath | Source) -> Source:
         existing_file(path)
     except InputError:
         if _is_folder_of_desmond(path):
-            raise InputError(f"{path} {FORMATS['desmond'].refusal}.") from None
+            raise InputError(f"{path} {MOLECULE_FORMATS['desmond'].refusal}.") from None
         raise
     name = os.fspath(path)
     with open(name, "rb") as stored:
@@ -82,8 +88,8 @@ def open_source(path: StrPath | Source) -> Source:
     compressed = head.startswith(GZIP)
     if compressed:
         head = _uncompressed(head)
-    known = FORMATS.get(_recognise(head))
-    found = known or FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), DOTS)]
+    known = MOLECULE_FORMATS.get(_recognise(head))
+    found = known or MOLECULE_FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), FILE_OF_DOTS)]
     if found.refusal:
         raise InputError(f"{name} {found.refusal}.")
     return Source(name, found, known is not None, compressed)
@@ -162,12 +168,12 @@ def _recognise_columns(lines: list[str]) -> str:
         return ""
     _, second, third = lines[:3]
     dots = [place for place, letter in enumerate(third) if letter == "."]
-    if COUNT.fullmatch(second) and ATOM_OF_GRO.match(third):
+    if LINE_OF_A_COUNT.fullmatch(second) and ATOM_OF_GRO.match(third):
         return "gro"
-    if COUNT_OF_RESTART.fullmatch(second) and NUMBERS.fullmatch(third) and dots[:2] in ([4], [4, 16]):
+    if COUNT_OF_RESTART.fullmatch(second) and LINE_OF_NUMBERS.fullmatch(third) and dots[:2] in ([4], [4, 16]):
         return "inpcrd"
-    if COUNT.fullmatch(lines[0]) and ATOM_OF_XYZ.match(third):
+    if LINE_OF_A_COUNT.fullmatch(lines[0]) and ATOM_OF_XYZ.match(third):
         return "xyz"
     dots = [place for place, letter in enumerate(second) if letter == "."]
     in_columns = len(dots) > 1 and all(place % 8 == 4 for place in dots)
-    return "mdcrd" if in_columns and NUMBERS.fullmatch(second) else ""
+    return "mdcrd" if in_columns and LINE_OF_NUMBERS.fullmatch(second) else ""

@@ -47,7 +47,7 @@ class TextFrame(NamedTuple):
 
 
 # What yields the frames of a file: a function that parses the next one, or None for one that the end of the file cuts
-Frames = Iterator[Callable[[], TextFrame] | None]
+TextFrames = Iterator[Callable[[], TextFrame] | None]
 
 
 class Lines:
@@ -133,7 +133,7 @@ def ends_within_a_number(line: str) -> bool:
 # ---- GRO
 
 
-def frames_of_gro(lines: Lines, _n_atoms: int) -> Frames:
+def frames_of_gro(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the frames of a GRO file: title, number of atoms, atoms in columns, box."""
     first = True
     while (title := lines.next()) is not None:
@@ -208,7 +208,7 @@ def box_of_gro(numbers: list[float]) -> np.ndarray | None:
 # ---- XYZ
 
 
-def frames_of_xyz(lines: Lines, _n_atoms: int) -> Frames:
+def frames_of_xyz(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the frames of an XYZ file: number of atoms, comment, an atom in each line."""
     while (line := lines.next_filled()) is not None:
         n_atoms = count_of(lines, line, "an XYZ file begins each frame with it")
@@ -238,7 +238,7 @@ def _words(lines: Lines, rows: Sequence[str], columns: Sequence[int], begin: int
 # ---- AMBER
 
 
-def frames_of_mdcrd(lines: Lines, n_atoms: int) -> Frames:
+def frames_of_mdcrd(lines: Lines, n_atoms: int) -> TextFrames:
     """Yield the frames of an mdcrd file: coordinates, and a box of three lengths if the first frame has one."""
     lines.next()  # the title
     per_line, width = MDCRD
@@ -290,7 +290,7 @@ def _of_columns(lines: Lines, rows: Sequence[str], width: int, n_atoms: int, beg
     return np.array(values).reshape(-1, 3)
 
 
-def frames_of_restart(lines: Lines, _n_atoms: int) -> Frames:
+def frames_of_restart(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the one frame of a restart file: number of atoms, coordinates, velocities and box where it has them."""
     lines.next()  # the title
     words = (lines.next() or "").split()
@@ -312,7 +312,7 @@ def frames_of_restart(lines: Lines, _n_atoms: int) -> Frames:
 # ---- CHARMM
 
 
-def frames_of_card(lines: Lines, _n_atoms: int) -> Frames:
+def frames_of_card(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the one frame of a CARD file: a title behind asterisks, number of atoms, atoms in columns."""
     rows, columns, begin = lines_of_card(lines)
     if rows is None:
@@ -353,7 +353,7 @@ def positions_of_card(
 # ---- LAMMPS
 
 
-def frames_of_lammps_dump(lines: Lines, _n_atoms: int) -> Frames:
+def frames_of_lammps_dump(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the frames of a LAMMPS dump, sections that begin with ITEM, with the atoms in the order of their ids."""
     header: dict[str, list[str]] = {}
     while (line := lines.next_filled()) is not None:
@@ -428,7 +428,7 @@ def _box_of_dump(lines: Lines, header: dict[str, list[str]]) -> tuple[np.ndarray
     return np.array([xlo, ylo, zlo]), np.array([[xhi - xlo, 0, 0], [xy, yhi - ylo, 0], [xz, yz, zhi - zlo]])
 
 
-def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> Frames:
+def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the one frame of a LAMMPS data file, with the atoms in the order of their ids."""
     n_atoms, style = 0, ""
     while (line := lines.next()) is not None:
@@ -459,7 +459,7 @@ def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> Frames:
 # ---- structures
 
 
-def _frames_of_structure(source: Source) -> Frames:
+def _frames_of_structure(source: Source) -> TextFrames:
     """Yield the models of a structure as frames."""
     file = (read_mmcif if source.format.name == "mmcif" else read_pdb)(source.text(), source)
     for model in dict.fromkeys(file.atoms.model.tolist()):
@@ -467,7 +467,7 @@ def _frames_of_structure(source: Source) -> Frames:
         yield lambda xyz=xyz: TextFrame(xyz, box=file.box)  # type: ignore[misc]
 
 
-READERS: dict[str, Callable[[Lines, int], Frames]] = {
+TEXT_READERS: dict[str, Callable[[Lines, int], TextFrames]] = {
     "gro": frames_of_gro,
     "xyz": frames_of_xyz,
     "mdcrd": frames_of_mdcrd,
@@ -478,7 +478,7 @@ READERS: dict[str, Callable[[Lines, int], Frames]] = {
 }
 
 
-def frames_of_text(source: Source, n_atoms: int) -> Frames:
+def frames_of_text(source: Source, n_atoms: int) -> TextFrames:
     """Yield functions that parse the frames of a text file one after another, and None for a cut frame at its end.
 
     `n_atoms` is the number of atoms of the topology, which an mdcrd file does not hold.
@@ -487,4 +487,4 @@ def frames_of_text(source: Source, n_atoms: int) -> Frames:
         yield from _frames_of_structure(source)
         return
     with source.lines() as stream:
-        yield from READERS[source.format.name](Lines(stream, source), n_atoms)
+        yield from TEXT_READERS[source.format.name](Lines(stream, source), n_atoms)

@@ -34,11 +34,11 @@ MAX_TRR_VERSION = 100  # bytes of the name
 # A frame of XTC has 52 bytes before the number of its atoms and the precision, the steps per nm to which it is rounded
 XTC_PRECISION, XTC_PRECISION_OFFSET = struct.Struct(">if"), 52
 MIN_COMPRESSED_ATOMS = 10  # of XTC; fewer are stored without rounding
-COARSE, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, and warned of
+REFUSED_STEP, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, and warned of
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
 BYTES_IN_MEMORY = 2**25  # of frames; more lie in a temporary file
 
-Part = tuple[
+LabelledPart = tuple[
     np.ndarray, np.ndarray, np.ndarray
 ]  # xyz (F, A, 3), Å; time (F,), ps; box (F, 3, 3), Å, or (0, 3, 3)
 
@@ -87,7 +87,7 @@ def iterate_parts(
     stride: int = 1,
     first: bool = False,
     only: np.ndarray | Sequence[int] = (),
-) -> Iterator[Part]:
+) -> Iterator[LabelledPart]:
     """Yield every `stride`-th frame, the frames `only`, or the first one alone, in parts; see `mdtraj_process.iterate_frames`.
 
     A frame that the end of a text file cuts is left out, with a warning.
@@ -106,7 +106,7 @@ def _parts_of_text(
     stride: int,
     first: bool,
     only: np.ndarray | Sequence[int],
-) -> Iterator[Part]:
+) -> Iterator[LabelledPart]:
     """Yield frames of a text file as `iterate_parts` does."""
     chosen, frames, n_found, number = {*np.asarray(only).tolist()}, list[TextFrame](), 0, -1
     in_part = max(1, BYTES_OF_A_CHUNK // (24 * n_atoms))
@@ -138,7 +138,7 @@ def _parts_of_text(
         raise InputError(f"{source} holds no frames: copy it again.")
 
 
-def _joined(frames: list[TextFrame], atoms: np.ndarray | None) -> Part:
+def _joined(frames: list[TextFrame], atoms: np.ndarray | None) -> LabelledPart:
     """Return frames as one part, with some of their atoms; the box of frames that have none is not a number."""
     no_box = np.full((3, 3), np.nan)
     boxes = np.stack([no_box if frame.box is None else frame.box for frame in frames])
@@ -321,7 +321,7 @@ def check_precision(path: StrPath) -> None:
         return
     n_atoms, precision = XTC_PRECISION.unpack(content)
     step = ANGSTROM_PER_NM / precision if n_atoms >= MIN_COMPRESSED_ATOMS and precision > 0 else 0
-    if step >= COARSE:
+    if step >= REFUSED_STEP:
         raise InputError(
             f"{path}: its positions are rounded to {step:g} Å (an XTC precision of {precision:g}), too coarse for a surface; "
             "write it with a precision of 1000."

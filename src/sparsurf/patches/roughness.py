@@ -27,7 +27,7 @@ from sparsurf.threads import parallel_map
 
 PUBLISHED_ROUGHNESS = "published"
 # Sums over a patch: of the normals, of the unit normals, of ones; the last makes a line of the cache full
-N_SUMS, COUNT = 8, 6
+N_SUMS, COUNT_OF_SUMS = 8, 6
 SLICES_PER_THREAD = 4
 RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
 
@@ -98,9 +98,15 @@ def _roughness(
         _sum_normals(index.normals, ids, bit_words, n, reached, table, sums, missed)
         for b in range(len(members)):
             p = members[b]
-            if sums[b, COUNT] > missed[b]:
+            if sums[b, COUNT_OF_SUMS] > missed[b]:
                 out[index.dot[p]] = _cosine(
-                    sums[b, 0], sums[b, 1], sums[b, 2], sums[b, 3], sums[b, 4], sums[b, 5], sums[b, COUNT]
+                    sums[b, 0],
+                    sums[b, 1],
+                    sums[b, 2],
+                    sums[b, 3],
+                    sums[b, 4],
+                    sums[b, 5],
+                    sums[b, COUNT_OF_SUMS],
                 )
             else:
                 begin, end = patch_of(index, p, radius, ids, mark, work)

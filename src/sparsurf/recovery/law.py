@@ -29,7 +29,7 @@ class Measured(NamedTuple):
 
 
 MEASURED_FROM, MEASURED_TO = 0.15, 2.4  # dots per Å^2, of evenly spread dots
-ROUNDING = 1e-9  # relative, of a density from `density_for`
+ROUNDING_OF_DENSITY = 1e-9  # relative, of a density from `density_for`
 LARGEST_REQUEST = (
     0.02  # Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
 )
@@ -160,7 +160,11 @@ def error_at(
     """
     density = DENSITY_LIMITS.check(density, "density")
     law = _law(hydrogens, sampler, model)
-    if not law.density[0] * (1 - ROUNDING) <= density <= law.density[-1] * (1 + ROUNDING):
+    if (
+        not law.density[0] * (1 - ROUNDING_OF_DENSITY)
+        <= density
+        <= law.density[-1] * (1 + ROUNDING_OF_DENSITY)
+    ):
         raise InputError(
             f"density is {density:g}; errors were measured at {law.density[0]:.2g} to {law.density[-1]:.2g} dots per Å^2"
             f"{_of(sampler, model)}. `minimal` measures the error of other subsets."

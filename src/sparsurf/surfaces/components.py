@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
-ROUNDING = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
+ROUNDING_OF_ANGLES = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
 OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
 
 
@@ -419,9 +419,9 @@ def _on_circle(axis: np.ndarray, half: np.ndarray, target: np.ndarray, side: flo
     """Return the points of circles, (n, 3), that lie in the plane of their axis and a target, towards it or away from it."""
     across = target - (target * axis).sum(axis=1)[:, None] * axis
     length = np.linalg.norm(across, axis=1)
-    along_axis = length < ROUNDING  # then all points of the circle are equally near
+    along_axis = length < ROUNDING_OF_ANGLES  # then all points of the circle are equally near
     across[along_axis] = np.cross(axis[along_axis], np.eye(3)[np.abs(axis[along_axis]).argmin(axis=1)])
-    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING)[:, None]
+    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING_OF_ANGLES)[:, None]
     return np.cos(half)[:, None] * axis + side * np.sin(half)[:, None] * across
 
 
@@ -429,8 +429,8 @@ def _on_arc(direction: np.ndarray, rows: np.ndarray, centre: np.ndarray, reach: 
     """Return whether the points in directions (n, 3) of an atom's circles lie on their arcs, (n,) bool."""
     w = centre + reach * direction - rows[:, T : T + 3]
     p1, p2 = (w * rows[:, E1 : E1 + 3]).sum(axis=1), (w * rows[:, E2 : E2 + 3]).sum(axis=1)
-    turn = (np.arctan2(p2, p1) - rows[:, PHI_0] + ROUNDING) % (2 * math.pi)
-    return turn <= rows[:, PHI_1] - rows[:, PHI_0] + 2 * ROUNDING
+    turn = (np.arctan2(p2, p1) - rows[:, PHI_0] + ROUNDING_OF_ANGLES) % (2 * math.pi)
+    return turn <= rows[:, PHI_1] - rows[:, PHI_0] + 2 * ROUNDING_OF_ANGLES
 
 
 def _is_free(begin: np.ndarray, end: np.ndarray, atoms: RolledAtoms, atom: int) -> np.ndarray:
@@ -438,13 +438,13 @@ def _is_free(begin: np.ndarray, end: np.ndarray, atoms: RolledAtoms, atom: int) 
     axis, half = _covering_caps(atoms, atom)
     cosine = np.clip((begin * end).sum(axis=1), -1.0, 1.0)
     across = end - cosine[:, None] * begin
-    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING)[:, None]
+    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING_OF_ANGLES)[:, None]
     length = np.arccos(cosine)
     a, b = begin @ axis.T, across @ axis.T
     turn = np.arctan2(b, a)  # of the point of the circle that is nearest to an axis
     inside = (turn > 0) & (turn < length[:, None])
     nearest = np.where(inside, np.hypot(a, b), np.maximum(a, end @ axis.T))
-    return (nearest <= np.cos(half) + ROUNDING).all(axis=1)
+    return (nearest <= np.cos(half) + ROUNDING_OF_ANGLES).all(axis=1)
 
 
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:

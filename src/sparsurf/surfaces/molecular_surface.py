@@ -39,7 +39,7 @@ DENSITY_RESERVE = 1.02  # an automatic density exceeds what d_link needs by this
 JUST_BELOW = 0.999  # of a limit: beyond rounding
 # Dots per Å^2 on which a link of 0.5 Å is 1.3 median spacings: 5.35 to 5.74 on 106 proteins without hydrogens, 4.65 to 4.91 on
 # six of which half of the atoms are hydrogens. On smaller molecules the dots of `DENSITY` are measured first.
-HEAVY_DENSITY, FEWER_WITH_HYDROGENS, LINK = 5.8, 1.2, 0.5
+HEAVY_DENSITY, FEWER_WITH_HYDROGENS, AUTO_LINK = 5.8, 1.2, 0.5
 MAX_HYDROGEN_RADIUS = 1.3  # Å
 MIN_ATOMS_TO_ESTIMATE = 300
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
@@ -115,7 +115,7 @@ class RolledFrame:
         if len(radii) < MIN_ATOMS_TO_ESTIMATE:
             return DENSITY
         hydrogens = float(np.mean(radii <= MAX_HYDROGEN_RADIUS))
-        return max(DENSITY, (HEAVY_DENSITY - FEWER_WITH_HYDROGENS * hydrogens) * (LINK / d_link) ** 2)
+        return max(DENSITY, (HEAVY_DENSITY - FEWER_WITH_HYDROGENS * hydrogens) * (AUTO_LINK / d_link) ** 2)
 
     def _placed(
         self, density: float, near: float, dots: Surface | None = None

@@ -10,7 +10,7 @@ from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import read_bytes
 from sparsurf.surfaces.formats import csv
-from sparsurf.surfaces.surface import Format, Surface
+from sparsurf.surfaces.surface import Surface, SurfaceFormat
 
 BYTES_TO_RECOGNISE = 100_000  # from the start of a file
 
@@ -54,7 +54,7 @@ def read_points(path: Path | str) -> np.ndarray:
     return surface_format.read(content, path).points
 
 
-def _recognised(path: Path | str) -> tuple[bytes, Format]:
+def _recognised(path: Path | str) -> tuple[bytes, SurfaceFormat]:
     """Return the unpacked bytes of a file of dots, and its format."""
     content = read_bytes(path)
     for name in kinds.formats_read():
@@ -67,10 +67,10 @@ def _recognised(path: Path | str) -> tuple[bytes, Format]:
     )
 
 
-def _format_of(name: str) -> Format:
+def _format_of(name: str) -> SurfaceFormat:
     """Return the format of a name: how its files are recognised and read."""
     choice, found = kinds.load("format", name, "format")
-    if isinstance(found, Format):
+    if isinstance(found, SurfaceFormat):
         return found
     assert choice.sniff is not None  # `register` asks for it
 
@@ -82,4 +82,4 @@ def _format_of(name: str) -> Format:
             )
         return dots
 
-    return Format(choice.sniff, read)
+    return SurfaceFormat(choice.sniff, read)

@@ -44,7 +44,7 @@ Row = tuple[
 
 def read_spheres(path: Path | str) -> Spheres:
     """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi."""
-    read = READERS.get(suffix(path), _xyzr)
+    read = SPHERE_READERS.get(suffix(path), _xyzr)
     rows, names = [], []
     for number, (words, radius, name) in read(read_text(path).splitlines(), path):
         row = [*map(_number, words), radius]
@@ -155,7 +155,7 @@ def _radius(symbol: str, path: Path | str, number: int) -> float:
     return RADII["bondi"].get(symbol.upper(), RADIUS_OF_OTHER_ELEMENTS["bondi"])
 
 
-READERS: dict[str, Callable[[list[str], Path | str], Iterator[tuple[int, Row]]]] = {
+SPHERE_READERS: dict[str, Callable[[list[str], Path | str], Iterator[tuple[int, Row]]]] = {
     ".xyzr": _xyzr,
     ".xyzrn": _xyzr,
     ".pqr": _pqr,
@@ -163,7 +163,7 @@ READERS: dict[str, Callable[[list[str], Path | str], Iterator[tuple[int, Row]]]]
     ".mol": _sdf,
     ".mol2": _mol2,
 }
-SPHERES = tuple(READERS)
+SPHERE_FORMATS = tuple(SPHERE_READERS)
 
 
 def write_spheres(

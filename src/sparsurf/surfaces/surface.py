@@ -411,7 +411,7 @@ def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
     return arrays
 
 
-class Format(NamedTuple):
+class SurfaceFormat(NamedTuple):
     """A file format that holds a surface."""
 
     # from the first bytes of an unpacked file to whether it has this format

@@ -16,7 +16,7 @@ from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.threads import parallel_map
 
-ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
+BLOCK_ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
 SMALLEST = 1e-200  # lower limit of the squared length, so that zero vectors have a step too
 # Relative to the largest squared length: 1000 rounding errors of a square; relative distances of a millionth are 0
 RESOLVED = 2.0**-40
@@ -58,7 +58,7 @@ def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple
         with lock:
             _merge(*slice_of_b, *of_b)
 
-    parallel_map(rows, len(a), threads, ROWS)
+    parallel_map(rows, len(a), threads, BLOCK_ROWS)
     return _measure(a, b, of_a[1]), _measure(b, a, of_b[1])
 
 

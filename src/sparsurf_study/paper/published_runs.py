@@ -21,7 +21,7 @@ from sparsurf_study.paper.verdict import MIN_P
 
 RUNS = 40  # as-published runs of the whole grid
 MEASURES = ("d", "Z_tS")
-CENTRES = 181  # of the patches that cover A1, as published
+PUBLISHED_CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED_SUMS = 100_000  # sums of squares from which the p of all rows is taken
 
 
@@ -128,7 +128,7 @@ def _simulated_statistics(runs: tuple[int, ...], simulated: int) -> np.ndarray:
 
 
 def tests_of_table_1(
-    comparison: pd.DataFrame, centres: np.ndarray, published_centres: int = CENTRES
+    comparison: pd.DataFrame, centres: np.ndarray, published_centres: int = PUBLISHED_CENTRES
 ) -> pd.DataFrame:
     """Run every test of Table I: the rows of paper_tests.csv.
 

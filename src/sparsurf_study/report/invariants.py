@@ -16,7 +16,7 @@ from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.report.front import MAX_SHOWN
 
 FIRST_PAGE = "index.html"
-ROUNDING = 1e-6  # of unrounded numbers, relative
+ROUNDING_OF_SUMS = 1e-6  # of unrounded numbers, relative
 AREA_STEP = 0.01  # Å^2, of the areas in components.csv
 PERCENT_STEP = 1e-3  # %, beyond the rounding of limits of n_S
 MOST_DEVIATIONS = 5.0  # standard deviations of n_S from its closed form
@@ -105,7 +105,7 @@ def d_is_the_difference_of_z(path: Path) -> Iterator[str]:
     table = pd.read_csv(path)
     for reading in readings_of_columns(table, "d_"):
         sampled, uniform, d = (table[f"{name}_{reading}"] for name in ("Z_tS", "Z_tR", "d"))
-        wrong = (uniform - sampled - d).abs() > ROUNDING * (1 + uniform)
+        wrong = (uniform - sampled - d).abs() > ROUNDING_OF_SUMS * (1 + uniform)
         if wrong.any():
             yield f"d_{reading} is not Z_tR - Z_tS in {wrong.sum()} rows, first in row {wrong.idxmax()}."
         if (negative := (sampled < 0) | (uniform < 0)).any():
@@ -135,14 +135,14 @@ def winners_are_the_best_of_their_range(path: Path) -> Iterator[str]:
         d = grid[f"d_{row['reading']}"]
         d_of_winner = d[(grid[PARAMETERS] == row[PARAMETERS].to_numpy(float)).all(axis=1)]
         inside = d[grid["n_S_percent"].between(low + PERCENT_STEP, high - PERCENT_STEP)]
-        if len(d_of_winner) != 1 or (len(inside) and d_of_winner.iloc[0] < inside.max() - ROUNDING):
+        if len(d_of_winner) != 1 or (len(inside) and d_of_winner.iloc[0] < inside.max() - ROUNDING_OF_SUMS):
             yield f"the winner of row {k} is not the combination with the largest d of its range in grid.csv."
 
 
 def values_lie_in_their_intervals(path: Path) -> Iterator[str]:
     """Check Z >= 0 and low <= Z <= high."""
     table = pd.read_csv(path)
-    slack = 0.02 * (table["high"] - table["low"]) + ROUNDING
+    slack = 0.02 * (table["high"] - table["low"]) + ROUNDING_OF_SUMS
     inside = table["Z"].between(table["low"] - slack, table["high"] + slack) | table["low"].isna()
     if not ((table["Z"] >= 0) & inside).all():
         yield "Z is negative, or lies outside of its interval."

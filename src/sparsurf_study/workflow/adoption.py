@@ -46,7 +46,7 @@ def forget(adopted: list[Kept], run: Path) -> None:
         (run / FOLDER / f"{kept.log}.json").unlink(missing_ok=True)
 
 
-def in_words(adopted: list[Kept], run: Path) -> str:
+def adopted_in_words(adopted: list[Kept], run: Path) -> str:
     """Return the sentence that says what is kept."""
     downloads = sum(kept.rule == "fetch_structure" for kept in adopted)
     counts = [(downloads, "download"), (len(adopted) - downloads, "stage")]

@@ -18,7 +18,7 @@ IMPORT_AFTER_ANOTHER = re.compile(r"[:;][ \t]*(?:import|from)\b")  # in one line
 LOAD_OF_A_KIND = re.compile(r'kinds\.load\(\s*"(\w+)"')
 LARGEST_FILE_READ = 10**7  # bytes, of a file of an installed package
 PACKAGES = ("sparsurf", "sparsurf_study")
-NO_RESULTS = (
+FILES_WITHOUT_RESULTS = (
     "sparsurf_study/workflow/",
     "sparsurf_study/columns.",
     "sparsurf_study/catalogue.",
@@ -58,7 +58,7 @@ def sources_of(script: Path) -> set[Path]:
 def counted(path: Path) -> bytes:
     """Return what the hash contains of a file: its name and content; nothing of a file from which no number follows."""
     name = path.relative_to(SOURCES).as_posix()
-    return b"" if name.startswith(NO_RESULTS) else name.encode() + b"\0" + path.read_bytes()
+    return b"" if name.startswith(FILES_WITHOUT_RESULTS) else name.encode() + b"\0" + path.read_bytes()
 
 
 @cache

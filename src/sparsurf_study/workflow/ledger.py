@@ -22,7 +22,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf_study.workflow.checksums import Checksums, Stamp, stamp, stamps, write_json
 
-FORMAT = 1  # of a record; a higher number is of a newer version of this program
+RECORD_FORMAT = 1  # of a record; a higher number is of a newer version of this program
 FOLDER, LOGS = ".ledger", "logs"  # of a run; a record lies in the one as the log of its job in the other
 CHECKSUMS = ".checksums.json"  # in the ledger: see `Checksums`
 FOLDERS = ".folders"  # in the ledger: the same of each folder that jobs read
@@ -32,7 +32,7 @@ MOST_LINES = 20  # about results that disagree in the same way; of more, their n
 TO_MAKE_AGAIN = "_SPARSURF_TO_MAKE_AGAIN"  # environment variable: a file of results that disagree, with a sentence for each
 MOST_CHARACTERS = 254  # of a part of the name of a file of Snakemake's metadata
 KEPT_FOLDERS = (("download",), ("simulation",))  # of a protein
-NO_RESULTS = ("code", "inputs")  # parameters with a place of their own in a record
+PARAMETERS_APART = ("code", "inputs")  # parameters with a place of their own in a record
 
 
 @dataclass
@@ -47,7 +47,7 @@ class Record:
     versions: dict[str, str] = field(default_factory=dict)
     origin: str = "job"  # or "adopted": of a version without records; "partial": written without a job where others failed
     time: float = field(default_factory=time.time)  # of two records of one output, the newer counts
-    format: int = FORMAT
+    format: int = RECORD_FORMAT
 
     def is_sound(self) -> bool:
         """Return whether every part is of its type, as in a record that nobody has edited."""
@@ -103,7 +103,7 @@ class Entry:
                 raise InputError(
                     f"{path} was changed while {self.rule} read it; run again when the file is complete."
                 )
-        config = {key: value for key, value in self.params.items() if key not in NO_RESULTS}
+        config = {key: value for key, value in self.params.items() if key not in PARAMETERS_APART}
         record = Record(
             rule=self.rule,
             outputs={path: Checksums().of(place) for path, place in written.items()},
@@ -155,7 +155,11 @@ def read_records(run: Path) -> dict[Path, Record]:
         content: Any = None
         with suppress(OSError, ValueError):
             content = json.loads(path.read_text(encoding="utf-8"))
-        if isinstance(content, dict) and isinstance(number := content.get("format"), int) and number > FORMAT:
+        if (
+            isinstance(content, dict)
+            and isinstance(number := content.get("format"), int)
+            and number > RECORD_FORMAT
+        ):
             raise InputError(
                 f"{run}/ was written by a newer version of sparsurf, whose records this version cannot read. Use that "
                 "version, or write another `run` into the config."
@@ -194,7 +198,7 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
             "them were changed. `make check` reads them all."
         )
     owners = {output: record for record in records.values() for output in record.outputs}  # the newest
-    by_kind: dict[str, dict[str, str]] = {kind: {} for kind in KINDS}
+    by_kind: dict[str, dict[str, str]] = {kind: {} for kind in DISAGREEMENTS}
     for record in records.values():
         outputs = [path for path in record.outputs if owners[path] is record and os.path.exists(path)]
         if outputs and record.origin == "partial":  # their dates make Snakemake write them again
@@ -219,7 +223,7 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
         )
         by_kind["unrecorded"] = {}
     for kind, paths in by_kind.items():
-        one, many = KINDS[kind]
+        one, many = DISAGREEMENTS[kind]
         if len(paths) > MOST_LINES:
             found.lines.append(many.format(n=len(paths), run=run))
         else:
@@ -231,7 +235,7 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
 
 
 # What is said of one result, and of many
-KINDS = {
+DISAGREEMENTS = {
     "changed": (
         "{result} was changed after its job: it is computed again.",
         "{n} results in {run}/ were changed after their jobs: they are computed again.",

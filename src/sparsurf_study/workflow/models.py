@@ -255,7 +255,7 @@ class Complementarity(Section):
     interface: Length = key(3.0, "Distance to the partner below which a dot belongs to the interface, Å.")
 
 
-class Frames(Section):
+class FramesSection(Section):
     """Which frames of a trajectory, or of a file with several models, the study analyses as conformations."""
 
     clusters: Literal["auto"] | Thousand = key(
@@ -354,7 +354,7 @@ class Config(Section):
     paper: Text = optional(
         "Name of the protein that is conformation A1 of the paper; its results are compared with the published tables."
     )
-    frames: Frames = Frames()
+    frames: FramesSection = FramesSection()
     surface: SurfaceSettings = SurfaceSettings()
     fields: Fields = key(
         [],

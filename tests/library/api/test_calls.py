@@ -418,18 +418,21 @@ def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
 
 
 def test_the_suffix_decides(tmp_path, capfdbinary):
-    written = {end: lambda path, end=end: path.write_text(f"{end} in {path.name}") for end in writing.DOTS}
+    written = {
+        end: lambda path, end=end: path.write_text(f"{end} in {path.name}")
+        for end in writing.SUFFIXES_OF_DOTS
+    }
     for name, words in (
         ("a.csv", ".csv in part.csv"),
         ("a.PLY", ".ply in part.ply"),
         ("a.dms.gz", ".dms in part.dms"),
         ("a.csv.GZ", ".csv in part.csv"),
     ):
-        writing.write_file(tmp_path / name, writing.DOTS, written)
+        writing.write_file(tmp_path / name, writing.SUFFIXES_OF_DOTS, written)
         packed = name.lower().endswith(".gz")
         content = gzip.compress(words.encode(), mtime=0) if packed else words.encode()  # the same at any time
         assert (tmp_path / name).read_bytes() == content
-    writing.write_file("-", writing.DOTS, written)
+    writing.write_file("-", writing.SUFFIXES_OF_DOTS, written)
     assert capfdbinary.readouterr().out == b".csv in part.csv"
     with pytest.raises(
         InputError, match=r"cannot be written as '.ply'; name a file that ends in .csv, .npz."
@@ -438,14 +441,14 @@ def test_the_suffix_decides(tmp_path, capfdbinary):
     with pytest.raises(
         InputError, match=r"/a\.gz: the name has no suffix; name a file that ends in \.csv, \.npz, \.dms, "
     ):
-        writing.write_file(tmp_path / "a.gz", writing.DOTS, written)
+        writing.write_file(tmp_path / "a.gz", writing.SUFFIXES_OF_DOTS, written)
 
     def broken(path):
         path.write_text("half")
         raise OSError("full")
 
     with pytest.raises(OSError):
-        writing.write_file(tmp_path / "b.csv", writing.DOTS, {".csv": broken})
+        writing.write_file(tmp_path / "b.csv", writing.SUFFIXES_OF_DOTS, {".csv": broken})
     names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
 

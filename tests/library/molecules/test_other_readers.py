@@ -10,7 +10,7 @@ from string import ascii_uppercase
 import numpy as np
 import pytest
 
-from sparsurf.molecules.read_molecule import READERS
+from sparsurf.molecules.read_molecule import MOLECULE_READERS
 from sparsurf.molecules.source import open_source
 from sparsurf.molecules.trajectory import iterate_parts
 
@@ -94,7 +94,7 @@ def compare(topology, trajectory, formats):
         topology_format=formats[0],
         format=formats[1],
     )
-    atoms, group = READERS[source.format.name](source).atoms, theirs.atoms
+    atoms, group = MOLECULE_READERS[source.format.name](source).atoms, theirs.atoms
     if source.format.models:
         atoms = atoms.take(atoms.model == atoms.model[0])
     assert len(atoms) == len(group)

@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from sparsurf.errors import InputError
-from sparsurf_study.pairs.nearest import COLUMNS, ROWS, nearest
+from sparsurf_study.pairs.nearest import BLOCK_ROWS, COLUMNS, nearest
 
 
 @pytest.fixture(scope="module")
 def vectors():
     rng = np.random.default_rng(8)
-    return rng.normal(size=(2 * ROWS + 37, 121)), rng.normal(size=(COLUMNS + 11, 121))
+    return rng.normal(size=(2 * BLOCK_ROWS + 37, 121)), rng.normal(size=(COLUMNS + 11, 121))
 
 
 def test_points_on_a_line():

@@ -519,7 +519,7 @@ def test_downloads_and_simulations_of_an_earlier_version_are_kept(earlier):
     assert [kept.log for kept in adopted] == [
         "s/prepare_system", *(f"s/simulate_{stage}" for stage in adoption.STAGES), "d/fetch_1UBI.cif.gz"
     ]  # fmt: skip
-    words = adoption.in_words(adopted, RUN)
+    words = adoption.adopted_in_words(adopted, RUN)
     assert (
         words
         == "Kept as they are in results/r/, without a complete record: 1 download and 5 stages of simulations."

@@ -34,7 +34,7 @@ DAMPING = 1e-6  # relative to the trace: directions that no touch fixes do not m
 ROUNDS_OF_SADDLES = 3
 MAX_DISTANCE_OF_TOUCH = 0.02  # Å, beyond which a probe cannot touch
 PROBES_PER_TASK = 256
-COLUMNS = 5  # of a candidate: position, radius, touches beyond those that fix it
+CANDIDATE_COLUMNS = 5  # of a candidate: position, radius, touches beyond those that fix it
 
 
 class Atoms(NamedTuple):
@@ -173,7 +173,7 @@ def _spheres_of_triples(
     tolerance: float,
 ) -> np.ndarray:
     """Return the spheres (m, 5) through three seeds, one of a slice and two of its neighbours, that hold no probe inside."""
-    rows, n = np.empty((64, COLUMNS)), 0
+    rows, n = np.empty((64, CANDIDATE_COLUMNS)), 0
     for i in range(begin, end):
         origin = point(seeds, i)
         for e in range(1, near.shape[1]):
@@ -298,7 +298,7 @@ def _second_atoms(
     The normal of a saddle dot lies in the plane of the probe centre and both atoms. In this plane the second atom lies at the
     distance r + probe, and another probe that touches it fixes its angle.
     """
-    rows, n = np.empty((64, COLUMNS)), 0
+    rows, n = np.empty((64, CANDIDATE_COLUMNS)), 0
     for i in range(len(centres)):
         centre = point(centres, i)
         atom = _only_atom(grid, radii_of_grid, centre, probe, tolerance)

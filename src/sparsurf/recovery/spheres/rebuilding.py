@@ -37,7 +37,7 @@ MAX_MOVE = 0.6  # Å, of a point of the interpolant onto the rebuilt surface
 FILL = 0.7  # Å around moved points in which dots of the rebuilt surface close holes
 SAME_SIDE = 0.3  # cosine of the normals of a point and of the rebuilt surface
 PUSHES = 3  # out of the probe balls of kept dots
-INSIDE = 0.05  # Å; a point that is so deep in an inferred atom was left behind
+DEPTH_OF_LEFT_BEHIND = 0.05  # Å; a point that is so deep in an inferred atom was left behind
 ATOMS_AROUND = 8
 SEPARATION = (
     0.72  # of a new dot from all others, in 1 / sqrt(density): up to a third more dots than requested
@@ -155,7 +155,7 @@ def _moved(
     stays = np.ones(len(points), bool)
     if len(left):
         distance, atom = cKDTree(atoms.centres).query(points[left], k=min(ATOMS_AROUND, len(atoms.radii)))
-        stays[left] = ~(distance < atoms.radii[atom] - INSIDE).any(axis=1)
+        stays[left] = ~(distance < atoms.radii[atom] - DEPTH_OF_LEFT_BEHIND).any(axis=1)
     return points[stays], normals[stays], moves[stays]
 
 

@@ -19,7 +19,7 @@ from sparsurf.surfaces.radii import RADII
 
 MIN_DOTS = 100  # fewer dots have peaks by chance
 VOTERS = 2000  # dots, of those that there are
-CANDIDATES, CENTRES = (
+CANDIDATES, CENTRES_AND_RADII = (
     48,
     16,
 )  # nearest dots of a voter, and the nearest of their probe centres with which it votes
@@ -28,7 +28,7 @@ RADIUS_OF_ATOM = (0.9, 2.3)  # Å, of votes that count
 MIN_SLOPE = 0.1  # Å, of |probe + n . (p - c)|, by which a vote is divided
 WIDTH = 0.004  # Å, of a peak
 PEAKS_OF_SCORE, MAX_PEAKS = 4, 8
-COARSE = np.arange(80, 201) / 100  # Å, probe radii that are tried; then every 0.001 Å around the best
+TRIED_PROBES = np.arange(80, 201) / 100  # Å, probe radii that are tried; then every 0.001 Å around the best
 NEIGHBOURHOOD = (0.025, 0.31)  # Å from the best probe radius, whose scores are compared with the best
 # The score of the best probe radius over the median: exact dots 2.4 and more, with noise of 0.003 Å 1.6 to 1.9, surfaces of
 # another kind at most 1.4. 150 dots of such a surface can reach 2, but then the score rises by at most 4 standard deviations
@@ -42,7 +42,7 @@ SAME_RADIUS = 0.006  # Å, between a peak and a radius of a table
 MIN_EXPLAINED = 0.9  # share of the votes in peaks that the radii of a table explain
 # Always among the radii, since rare ones such as sulphur have no peak; hydrogens, where there are any, are never rare.
 COMMON_ELEMENTS = ("C", "N", "O", "S", "P")
-OWN = "own"  # name of radii that are in no known table
+OWN_RADII = "own"  # name of radii that are in no known table
 
 
 class SphereModel(NamedTuple):
@@ -65,9 +65,9 @@ def vote(
     if len(points) < MIN_DOTS:
         return SphereModel(probe_radius or np.nan, np.empty(0), "none", 0.0, np.nan)
     booth = _Booth(points, normals)
-    scores = np.array([booth.score(probe, WIDTH) for probe in COARSE])
-    best = COARSE[scores.argmax()]
-    distance = np.abs(COARSE - best)
+    scores = np.array([booth.score(probe, WIDTH) for probe in TRIED_PROBES])
+    best = TRIED_PROBES[scores.argmax()]
+    distance = np.abs(TRIED_PROBES - best)
     near = scores[(distance > NEIGHBOURHOOD[0]) & (distance < NEIGHBOURHOOD[1])]
     deviation = SIGMA_PER_MAD * np.median(np.abs(scores - np.median(scores)))
     ratio = float(scores.max() / max(np.median(scores), 1))
@@ -99,7 +99,7 @@ def _model(
     if isinstance(radii, str) or radii is None:
         own, table = _radii_of_peaks(peaks[clear], counts[clear], radii)
     else:
-        own, table = np.unique(np.asarray(radii, float)), OWN
+        own, table = np.unique(np.asarray(radii, float)), OWN_RADII
     return SphereModel(probe, own, table, ratio, tolerance)
 
 
@@ -118,7 +118,7 @@ class _Booth:
 
     def votes(self, probe: float) -> np.ndarray:
         """Return all votes for a radius of atoms with one probe radius, Å, ascending."""
-        out = np.empty(len(self.voters) * CENTRES)
+        out = np.empty(len(self.voters) * CENTRES_AND_RADII)
         return np.sort(out[: _write_votes(self.points, self.normals, self.voters, self.near, probe, out)])
 
     def score(self, probe: float, width: float) -> int:
@@ -142,16 +142,16 @@ def _write_votes(
     votes: np.ndarray,
 ) -> int:
     """Write the votes of each voter with the nearest probe centres of the dots near it; return their number."""
-    n, nearest, distance2 = 0, np.empty(CENTRES, np.int64), np.empty(CENTRES)
+    n, nearest, distance2 = 0, np.empty(CENTRES_AND_RADII, np.int64), np.empty(CENTRES_AND_RADII)
     for v in range(len(voters)):
         i, m = voters[v], 0
         for e in range(near.shape[1]):
             j, d2 = near[v, e], 0.0
             for c in range(3):
                 d2 += (points[i, c] - points[j, c] - probe * normals[j, c]) ** 2
-            if m == CENTRES and d2 >= distance2[m - 1]:
+            if m == CENTRES_AND_RADII and d2 >= distance2[m - 1]:
                 continue
-            m = min(m + 1, CENTRES)
+            m = min(m + 1, CENTRES_AND_RADII)
             a = m - 1
             while a > 0 and distance2[a - 1] > d2:
                 nearest[a], distance2[a] = nearest[a - 1], distance2[a - 1]
@@ -204,7 +204,7 @@ def _tolerance(votes: np.ndarray, peak: float, background: float) -> float:
 
 def _radii_of_peaks(peaks: np.ndarray, counts: np.ndarray, table: str | None) -> tuple[np.ndarray, str]:
     """Return the radii of atoms and the name of their table: the given one, the one that explains the peaks, or their own."""
-    radii, name, explained = np.sort(peaks), OWN, MIN_EXPLAINED
+    radii, name, explained = np.sort(peaks), OWN_RADII, MIN_EXPLAINED
     for candidate in RADII if table is None else (table,):
         by_element = RADII[candidate]
         # the common elements alone, since those of a whole table explain any peak

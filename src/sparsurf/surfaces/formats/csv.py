@@ -17,9 +17,9 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import (
-    Format,
     Reconstruction,
     Surface,
+    SurfaceFormat,
     is_field_name,
     surface_of_columns,
     warn_of_field_names,
@@ -234,4 +234,4 @@ def _ends_within_a_number(text: str) -> bool:
     return len(ends) == N_LINES_TO_COMPARE and len(set(decimals[:-1])) == 1 and decimals[-1] < decimals[0]
 
 
-FORMAT = Format(_sniff, read_csv)
+FORMAT = SurfaceFormat(_sniff, read_csv)

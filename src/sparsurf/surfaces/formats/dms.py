@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Format, Surface, surface_of_columns
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface, SurfaceFormat, surface_of_columns
 
 DMS_KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
@@ -104,4 +104,4 @@ def write_dms(
         stream.write("".join(lines).encode("ascii", "replace"))
 
 
-FORMAT = Format(_sniff, read_dms)
+FORMAT = SurfaceFormat(_sniff, read_dms)

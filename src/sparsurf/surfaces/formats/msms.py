@@ -14,7 +14,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Format, Surface, surface_of_columns
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface, SurfaceFormat, surface_of_columns
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -24,8 +24,8 @@ LEVEL = np.array([1, 2, 3])
 FACE_TYPE = np.array([1, 3, 2])
 KIND_OF_LEVEL = {1: CONTACT, 2: SADDLE, 3: CONCAVE}
 N_VERTEX_COLUMNS = 9  # and the name of the sphere, if there is one
-NUMBER = r"[+-]?\d+\.\d{3}"
-VERTEX = re.compile(rf"^\s*(?:{NUMBER}\s*){{6}}\s-?\d+\s+\d+\s+[123](?:[ \t]\S+)?\s*$", re.M)
+THREE_DECIMALS = r"[+-]?\d+\.\d{3}"
+VERTEX = re.compile(rf"^\s*(?:{THREE_DECIMALS}\s*){{6}}\s-?\d+\s+\d+\s+[123](?:[ \t]\S+)?\s*$", re.M)
 
 
 class Header(NamedTuple):
@@ -156,4 +156,4 @@ def _refuse_unknown(surface: Surface, what: str) -> None:
         )
 
 
-FORMAT = Format(_sniff, read_vertices)
+FORMAT = SurfaceFormat(_sniff, read_vertices)

@@ -15,9 +15,9 @@ from sparsurf.errors import InputError
 from sparsurf.files import no_warnings, read_archive, read_bytes
 from sparsurf.surfaces.surface import (
     ARRAY_NAMES,
-    Format,
     Reconstruction,
     Surface,
+    SurfaceFormat,
     is_field_name,
     surface_of_columns,
     warn_of_field_names,
@@ -83,4 +83,4 @@ def with_fields_of_file(surface: Surface, path: Path | str | None) -> Surface:
         return replace(surface, fields=surface.fields | {name: file[name] for name in file.files})
 
 
-FORMAT = Format(_sniff, _read)
+FORMAT = SurfaceFormat(_sniff, _read)

@@ -18,9 +18,9 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.surfaces.surface import (
-    Format,
     Reconstruction,
     Surface,
+    SurfaceFormat,
     is_field_name,
     surface_of_columns,
     warn_of_field_names,
@@ -240,4 +240,4 @@ def _sniff(head: bytes) -> bool:
     return head.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"ply")
 
 
-FORMAT = Format(_sniff, read_ply)
+FORMAT = SurfaceFormat(_sniff, read_ply)

@@ -13,7 +13,7 @@ from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
 STYLE = "profile.css"  # of a panel on a page, which profile.html.j2 draws
-MIN_WIDTH, STEP, PROFILE_HEIGHT = (
+MIN_WIDTH, RESIDUE_STEP_WIDTH, PROFILE_HEIGHT = (
     760,
     6,
     190,
@@ -115,7 +115,7 @@ def panels(residues: pd.DataFrame) -> list[Panel]:
 def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
     """Lay out the drawing of one chain, whose roughest residues are `rough`."""
     values = rows["mean_roughness"].to_numpy(float)
-    width = max(MIN_WIDTH, LEFT + RIGHT + STEP * len(rows))
+    width = max(MIN_WIDTH, LEFT + RIGHT + RESIDUE_STEP_WIDTH * len(rows))
     step = (width - LEFT - RIGHT) / len(rows)
     across = LEFT + step * (np.arange(len(rows)) + 0.5)
     down = TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)

@@ -31,7 +31,7 @@ SCORE_STYLES = {
     "similarity_smoothed": "similarity, smoothed",
     "protrusion": "protrusion: few heavy atoms within 10 Å",
 }
-INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
+INTERFACE_COLOUR, OTHER_COLOUR = "#D55E00", "#DDDDDD"  # of the interface
 PARTNER_WIDTH, PARTNER_HEIGHT = 78, 62  # mm, of a partner
 GAP_OF_PAGES = 5.0  # Å, between both partners to turn
 
@@ -43,7 +43,7 @@ def book_figure(
     """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch)."""
     touching = [table["interface"].to_numpy() == 1 for table in tables]
     in_contact = all(mask.any() for mask in touching)
-    pages = opened(surfaces, touching)
+    pages = partners_opened(surfaces, touching)
     shape = layout.pixels(PARTNER_WIDTH, PARTNER_HEIGHT)
     cameras = [render.aim(dots.points, page, shape) for dots, page in zip(surfaces, pages, strict=True)]
     scale = min(camera.scale for camera in cameras)  # one for both, so that their sizes can be compared
@@ -60,9 +60,11 @@ def book_figure(
     _row(figure, 7, surfaces, cameras, tables, "propensity_smoothed", label)
     if in_contact:
         for side in (0, 1):
-            colour = np.where(touching[side][:, None], colors.to_rgb(INSIDE), colors.to_rgb(OUTSIDE))
+            colour = np.where(
+                touching[side][:, None], colors.to_rgb(INTERFACE_COLOUR), colors.to_rgb(OTHER_COLOUR)
+            )
             _page(figure, side, 77, surfaces[side], colour, cameras[side])
-        layout.text(figure, 162, 80, "interface: dots\nclose to the\nother partner", color=INSIDE)
+        layout.text(figure, 162, 80, "interface: dots\nclose to the\nother partner", color=INTERFACE_COLOUR)
     else:
         label = "rank of the smoothed similarity\n(%; low: alike)"
         _row(figure, 77, surfaces, cameras, tables, "similarity_smoothed", label)
@@ -116,7 +118,7 @@ def _page(
     layout.draw_picture(ax, render.picture(scene), camera)
 
 
-def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
+def partners_opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return rotations that look at each partner from the other, along the centres of `touching` dots, with a common hinge."""
     first, second = surfaces
     if not all(mask.any() for mask in touching):
@@ -156,11 +158,11 @@ def over_pairs(run: str, table: pd.DataFrame) -> Figure:
         of_pairs = aucs[row["score"]]
         ax.plot(of_pairs, np.full(len(of_pairs), y), ".", color="#999999", markersize=3)
         ax.plot([row["low"], row["high"]], [y, y], color="black", linewidth=1.2)
-        ax.plot(row["mean"], y, "o", color=INSIDE, markersize=4)
+        ax.plot(row["mean"], y, "o", color=INTERFACE_COLOUR, markersize=4)
     ax.axvline(0.5, color="black", linewidth=0.5, linestyle=":")
     ax.set_yticks(range(len(means)), means["score"].replace(SCORE_STYLES))
     ax.set(xlabel="AUC for the interface (0.5: a coin)", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
-    mean: dict[str, Any] = {"color": "black", "marker": "o", "mfc": INSIDE, "mec": INSIDE}
+    mean: dict[str, Any] = {"color": "black", "marker": "o", "mfc": INTERFACE_COLOUR, "mec": INTERFACE_COLOUR}
     handles = [
         Line2D([], [], color="#999999", marker=".", linestyle="", label="each pair"),
         Line2D([], [], **mean, label="mean with its 95 % interval"),

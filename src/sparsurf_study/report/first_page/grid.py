@@ -12,7 +12,7 @@ from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_SHOWN, Run
 from sparsurf_study.report.numbers import beyond_ranges, combination, is_fragmented
 
 SIGNIFICANCE_LEVEL = 0.05
-LINK = "link_over_spacing"  # a column of ranges.csv and summary.csv
+LINK_COLUMN = "link_over_spacing"  # a column of ranges.csv and summary.csv
 AXIS_WIDTH = 220  # px, of the drawing of d in a row
 READING_HEIGHT = 10  # px, of a reading in it
 AXIS_MARGIN = 8  # px, beyond the ends of its axis
@@ -86,7 +86,7 @@ def place_values(
         "k": run.places.index(place),
         "best": first,
         "rows": table,
-        "has_links": LINK in rows,
+        "has_links": LINK_COLUMN in rows,
         "outside": {  # winners that are in no range
             reading: winner_values(winner, rows, reading, axis)
             for reading, winner in winners.items()
@@ -118,7 +118,7 @@ def row_values(
         "cells": [
             winner_values(by_reading.loc[reading].to_dict(), rows, reading, axis) for reading in readings
         ],
-        "link": of_first.get(LINK, math.nan),
+        "link": of_first.get(LINK_COLUMN, math.nan),
         "fragmented": is_fragmented(of_first),
         "published": None,
     }

@@ -13,7 +13,7 @@ from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf_study.report.first_page.run import MAX_ROWS, MAX_SHOWN, Figure, Run, TableLink
 from sparsurf_study.report.numbers import auc_of, most_of
 
-N_RESIDUES = 10  # that change most
+LISTED_RESIDUES = 10  # that change most
 CHANCE = 0.5  # AUC of a score that says nothing
 SCORE_NAMES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 
@@ -30,7 +30,7 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
     table = run.read(f"{folder}/changes.csv")
     measured = table.dropna(subset=["total"])
     ratio = over_floor(measured)
-    order = ratio.sort_values(ascending=False).index[:N_RESIDUES]
+    order = ratio.sort_values(ascending=False).index[:LISTED_RESIDUES]
     rows: list[list[Any]] = []
     for index, row in zip(order, table.loc[order].to_dict("records"), strict=True):
         line = [number(row[name]) for name in ("total", "total_floor", "total_moved")]
