@@ -118,9 +118,8 @@ def _counts(molecule: Molecule) -> str:
 
 def page_of_residues(table: pd.DataFrame, name: str) -> str:
     """Return the page of a table of residues: their profile and the roughest."""
-    from sparsurf.views.overview.page import render_residues as render
 
-    return render(f"The residues of {name}", table)
+    return render_residues(f"The residues of {name}", table)
 
 
 def refuse_other_table(table: pd.DataFrame, name: str) -> None:

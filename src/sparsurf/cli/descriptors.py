@@ -36,11 +36,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_residues(where)
     parser.add_argument(
-        "--every", type=options.number(Limits(0, whole=True)), help="use only every n-th of these dots"
+        "--every", type=options.number_within(Limits(0, whole=True)), help="use only every n-th of these dots"
     )
     parser.add_argument(
         "--r-zernike",
-        type=options.number(LENGTH),
+        type=options.number_within(LENGTH),
         default=R_ZERNIKE,
         help=f"radius of a patch in Å (default {R_ZERNIKE:g})",
     )

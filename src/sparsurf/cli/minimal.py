@@ -64,7 +64,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     size = parser.add_mutually_exclusive_group()
     for name, limits in SIZES.items():
         option = f"--{name.replace('_', '-')}"
-        size.add_argument(option, type=options.number(limits), help=HELP[name])
+        size.add_argument(option, type=options.number_within(limits), help=HELP[name])
     parser.add_argument(
         "--sampler",
         choices=options.Names("sampler", AUTO),
@@ -74,7 +74,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--error-99",
-        type=options.number(DISTANCE),
+        type=options.number_within(DISTANCE),
         help="distance in Å within which 99 %% of the surface lies (default with cover: 5 times --error)",
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")

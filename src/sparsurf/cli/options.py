@@ -56,7 +56,7 @@ class Names(Container[str]):
         return len(self.others) + len(kinds.names(self.kind))
 
 
-def number(limits: Limits) -> Callable[[str], float]:
+def number_within(limits: Limits) -> Callable[[str], float]:
     """Return the parser of an option that takes a number within limits, for argparse."""
 
     def parse(text: str) -> float:
@@ -95,7 +95,9 @@ def add_molecule(parser: argparse.ArgumentParser, reconstructs: bool = False) ->
     """Add the options that choose atoms of a structure; if it `reconstructs`, `--model` also says by which model."""
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="trajectory whose frames belong to the structure")
-    atoms.add_argument("--frame", type=number(FRAME), help="frame or model to read, from 0 (default 0)")
+    atoms.add_argument(
+        "--frame", type=number_within(FRAME), help="frame or model to read, from 0 (default 0)"
+    )
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
@@ -119,7 +121,7 @@ def add_residues(parser: argparse._ActionsContainer) -> None:
 def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
     """Add the seed of what is chosen at random; `words` say what that is."""
     parser.add_argument(
-        "--seed", type=number(SEED), default=DEFAULT_SEED, help=f"{words} (default {DEFAULT_SEED})"
+        "--seed", type=number_within(SEED), default=DEFAULT_SEED, help=f"{words} (default {DEFAULT_SEED})"
     )
 
 
@@ -145,7 +147,7 @@ def add_placement(parser: argparse.ArgumentParser, cavities: str, words: str) ->
 def add_probe_radius(parser: argparse._ActionsContainer) -> None:
     """Add the radius of the probe."""
     words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
-    parser.add_argument("--probe-radius", type=number(PROBE), default=PROBE_RADIUS, help=words)
+    parser.add_argument("--probe-radius", type=number_within(PROBE), default=PROBE_RADIUS, help=words)
 
 
 def add_colours(parser: argparse._ActionsContainer) -> None:
@@ -157,7 +159,7 @@ def add_colours(parser: argparse._ActionsContainer) -> None:
 def add_step(parser: argparse._ActionsContainer) -> None:
     """Add the step of the grid of a mesh."""
     words = "of a mesh without --density, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
-    parser.add_argument("--step", type=number(STEP_LIMITS), help=words)
+    parser.add_argument("--step", type=number_within(STEP_LIMITS), help=words)
 
 
 def refuse_step(args: argparse.Namespace) -> None:
@@ -175,7 +177,7 @@ def refuse_step(args: argparse.Namespace) -> None:
 def add_d_link(parser: argparse.ArgumentParser) -> None:
     """Add the linking distance of patches."""
     words = f"distance below which two dots of a patch are linked, Å (default {D_LINK:g})"
-    parser.add_argument("--d-link", type=number(LENGTH), default=D_LINK, help=words)
+    parser.add_argument("--d-link", type=number_within(LENGTH), default=D_LINK, help=words)
 
 
 def add_fields(parser: argparse._ActionsContainer) -> None:

@@ -51,11 +51,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     size.add_argument(
         "-n",
         "--n-dots",
-        type=options.number(NUMBER_OF_DOTS),
+        type=options.number_within(NUMBER_OF_DOTS),
         help=f"number of points on each structure (default {N_POINTS})",
     )
     size.add_argument(
-        "--density", type=options.number(DENSITY_LIMITS), help="number of points per Å^2, instead of --n-dots"
+        "--density",
+        type=options.number_within(DENSITY_LIMITS),
+        help="number of points per Å^2, instead of --n-dots",
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
     listed = ", ".join(kinds.TABLE["field"])
@@ -64,7 +66,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_molecule(parser)
     options.add_placement(parser, "remove", " remove")
     parser.add_argument(
-        "--jobs", type=options.number(JOBS), default=1, help="number of processes for a folder (default 1)"
+        "--jobs",
+        type=options.number_within(JOBS),
+        default=1,
+        help="number of processes for a folder (default 1)",
     )
 
 

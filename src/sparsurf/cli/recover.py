@@ -55,14 +55,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_colours(parser)
     parser.add_argument(
         "--density",
-        type=options.number(DENSITIES),
+        type=options.number_within(DENSITIES),
         help=f"lowest number of dots per Å^2; the result has up to a third more (default {DENSITY:g}); with --mesh, "
         "the number of vertices per Å^2",
     )
     options.add_step(parser)
     parser.add_argument(
         "--reach",
-        type=options.number(REACHES),
+        type=options.number_within(REACHES),
         default=REACH,
         help=f"distance to which the surface extends around a dot, in units of the local spacing (default {REACH:g}; 2 "
         "closes holes between unevenly spaced dots; larger values add dots where there is no surface)",

@@ -24,7 +24,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="structure or dots")
     options.add_output(parser, FORMATS)
     words = f"radius of a patch in Å (default {R_PATCH:g})"
-    parser.add_argument("--r-patch", type=options.number(LENGTH), default=R_PATCH, help=words)
+    parser.add_argument("--r-patch", type=options.number_within(LENGTH), default=R_PATCH, help=words)
     options.add_residues(parser)
     options.add_d_link(parser)
     options.add_molecule(parser)

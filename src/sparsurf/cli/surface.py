@@ -56,7 +56,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_residues(parser)
     dots = options.add_placement(parser, "", ": keep dots, remove triangles")
     words = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
-    dots.add_argument("--density", type=options.number(DENSITY_LIMITS), help=words)
+    dots.add_argument("--density", type=options.number_within(DENSITY_LIMITS), help=words)
     options.add_step(dots)
     options.add_fields(dots)
 

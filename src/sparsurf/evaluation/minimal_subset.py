@@ -19,6 +19,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import build_grid, build_index
 from sparsurf.recovery.errors import curvature, error_table
 from sparsurf.recovery.fields import recovery_table
+from sparsurf.recovery.law import COVER, FARTHEST
 from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.reconstructing import (
     AUTO,
@@ -37,7 +38,6 @@ from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
-FARTHEST, COVER = "farthest", "cover"  # samplers
 INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors are measured
 
 

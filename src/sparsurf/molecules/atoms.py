@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import mdtraj
 
 
-class Atoms(Protocol):
+class AtomsLike(Protocol):
     """Labels of the atoms of a molecule, (A,) each, as in `Molecule`."""
 
     @property

@@ -23,7 +23,7 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors, missing_residues
-from sparsurf.molecules.atoms import Atoms
+from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.plddt import origin_of_pdb
 from sparsurf.molecules.residues import (
     HEAVY_ATOMS,
@@ -260,7 +260,7 @@ def _check_end(
         )
 
 
-def write_pdb(path: StrPath, xyz: np.ndarray, atoms: Atoms, b_factor: np.ndarray | None = None) -> None:
+def write_pdb(path: StrPath, xyz: np.ndarray, atoms: AtomsLike, b_factor: np.ndarray | None = None) -> None:
     """Write one model, xyz (A, 3) in Å: ATOM and HETATM lines, TER after each chain, END; the same bytes for the same input.
 
     Chain ids of more than two letters do not fit: they are renamed, with a warning. Residue names that do not fit get

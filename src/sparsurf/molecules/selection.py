@@ -13,7 +13,7 @@ import numpy as np
 
 from sparsurf.errors import InputError, argument
 from sparsurf.files import StrPath, shorten
-from sparsurf.molecules.atoms import Atoms
+from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.names import other_spellings
 from sparsurf.molecules.residues import split_label
 
@@ -37,7 +37,7 @@ class SelectionKeys(TypedDict, total=False):
 
 
 def select_atoms(
-    molecule: Atoms,
+    molecule: AtomsLike,
     path: StrPath,
     *,
     selection: str | None = None,
@@ -91,7 +91,7 @@ def select_atoms(
     return selected
 
 
-def _remedy_for_nucleic(molecule: Atoms, atoms: np.ndarray, ranges: list[str] | None) -> str:
+def _remedy_for_nucleic(molecule: AtomsLike, atoms: np.ndarray, ranges: list[str] | None) -> str:
     """Return the remedy where nucleic acids are meant: they are selected by their chains."""
     chains = list(dict.fromkeys(molecule.chain[atoms].tolist()))
     if ranges is None:
@@ -102,7 +102,7 @@ def _remedy_for_nucleic(molecule: Atoms, atoms: np.ndarray, ranges: list[str] | 
     return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
 
-def _in_chains(molecule: Atoms, path: StrPath, chains: str | Sequence[str] | None) -> np.ndarray:
+def _in_chains(molecule: AtomsLike, path: StrPath, chains: str | Sequence[str] | None) -> np.ndarray:
     """Return the mask (A,) of atoms in the chains."""
     if chains is None:
         return np.ones(len(molecule.chain), bool)
@@ -122,7 +122,7 @@ def _in_chains(molecule: Atoms, path: StrPath, chains: str | Sequence[str] | Non
 
 
 def _in_residues(
-    molecule: Atoms,
+    molecule: AtomsLike,
     path: StrPath,
     ranges: list[str] | None,
     report: bool,
@@ -202,7 +202,7 @@ class _ChainWithCodes(NamedTuple):
         return self.atoms, int(self.place[begin]), int(self.place[end]) + 1 if end >= begin else -1
 
 
-def _chains_with_codes(molecule: Atoms) -> dict[str, _ChainWithCodes]:
+def _chains_with_codes(molecule: AtomsLike) -> dict[str, _ChainWithCodes]:
     """Return the polymer chains that have insertion codes, whose order the numbers do not tell."""
     polymer = np.isin(molecule.kind, POLYMERS)
     coded = polymer & np.char.isalpha(np.char.lstrip(molecule.residue.astype(str), "-0123456789"))
@@ -234,7 +234,7 @@ def _rank(label: str) -> float:
     return float(number or "nan") + (ord(code.upper()) / 256 if code else 0.0)
 
 
-def atoms_of_expression(molecule: Atoms, selection: str) -> np.ndarray:
+def atoms_of_expression(molecule: AtomsLike, selection: str) -> np.ndarray:
     """Return the mask (A,) of the atoms that an mdtraj expression, or 'all', selects."""
     if not isinstance(selection, str):
         raise InputError(
@@ -271,7 +271,7 @@ def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
         return ligands is not None and not (isinstance(ligands, bool | np.bool_) and not ligands)
 
 
-def _in_ligands(molecule: Atoms, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:
+def _in_ligands(molecule: AtomsLike, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:
     """Return the mask (A,) of atoms in the ligands."""
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
@@ -288,7 +288,7 @@ def _in_ligands(molecule: Atoms, path: StrPath, ligands: bool | str | Sequence[s
 
 
 def _refuse_ligands_outside(
-    molecule: Atoms,
+    molecule: AtomsLike,
     path: StrPath,
     in_ligands: np.ndarray,
     in_chains: np.ndarray,
@@ -308,7 +308,7 @@ def _refuse_ligands_outside(
             )
 
 
-def _report_left_out(molecule: Atoms, path: StrPath, selected: np.ndarray, within: np.ndarray) -> None:
+def _report_left_out(molecule: AtomsLike, path: StrPath, selected: np.ndarray, within: np.ndarray) -> None:
     """Log names and numbers of residues within the chains and ranges that are not selected."""
     taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]
@@ -325,13 +325,13 @@ def _report_left_out(molecule: Atoms, path: StrPath, selected: np.ndarray, withi
             log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", path, listed)
 
 
-def _chains(molecule: Atoms) -> str:
+def _chains(molecule: AtomsLike) -> str:
     """Return the names of the chains, for messages."""
     names = [name or "one without a name" for name in dict.fromkeys(molecule.chain.tolist())]
     return ", ".join(names)
 
 
-def _extents(molecule: Atoms) -> str:
+def _extents(molecule: AtomsLike) -> str:
     """Return the extents of the polymer chains, as 'residues A 1 to 99, B 1 to 99'."""
     polymer, coded = np.isin(molecule.kind, POLYMERS), _chains_with_codes(molecule)
     extents = []
@@ -342,7 +342,7 @@ def _extents(molecule: Atoms) -> str:
     return f"residues {', '.join(extents)}" if extents else "no polymer"
 
 
-def _inventory(molecule: Atoms) -> str:
+def _inventory(molecule: AtomsLike) -> str:
     """Return the content of a molecule, as 'the chains A, B with 198 protein residues, 2 HOH'."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     names = np.where(

@@ -10,12 +10,20 @@ import math
 from itertools import pairwise
 from typing import NamedTuple
 
-from sparsurf.arguments import DENSITY_LIMITS, DISTANCE, MODELS, check_choice, check_flag
+from sparsurf.arguments import (
+    AUTO,
+    DENSITY_LIMITS,
+    DISTANCE,
+    INTERPOLANT,
+    MODELS,
+    SPHERES,
+    check_choice,
+    check_flag,
+)
 from sparsurf.errors import InputError
+from sparsurf.settings import TAIL_PER_ERROR
 
-FARTHEST, COVER = "farthest", "cover"
-AUTO, INTERPOLANT, SPHERES = MODELS
-TAIL_PER_ERROR = 5  # 99 % error over the mean error that `minimal` allows with the sampler cover
+FARTHEST, COVER = "farthest", "cover"  # samplers
 # Å, mean error times dots per Å^2, from which a search for a density starts
 START_OF_HEAVY_ATOMS, START_WITH_HYDROGENS = 0.0125, 0.015
 

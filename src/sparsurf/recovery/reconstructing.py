@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, distance_to_surface
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, interpolate_surface
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-AUTO, INTERPOLANT, SPHERES = "auto", "interpolant", "spheres"
 MIN_SHARE = 0.5  # of the dots on spheres of inferred atoms, where the spheres are asked for
 # Dots per Å^2 of the surface from which the errors of spheres are measured, which are smaller than those of the interpolant
 DENSITY_FOR_SPHERES = 30.0

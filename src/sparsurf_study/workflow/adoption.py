@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sparsurf.files import pluralise
+from sparsurf_study.simulation.protocol import STAGES
 from sparsurf_study.workflow.checksums import Checksums
 from sparsurf_study.workflow.config import proteins
 from sparsurf_study.workflow.ledger import FOLDER, Record, metadata_of, read_records
-
-STAGES = ("minimise", "nvt", "npt", "production")
 
 
 class Kept(NamedTuple):

@@ -16,7 +16,7 @@ from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
-from sparsurf.views.overview.profile import STYLE, labels_of, panels, roughest
+from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
 from sparsurf.views.render import along_smallest_axis
 from sparsurf.views.viewer import page as viewer
 
@@ -84,7 +84,7 @@ def overview(
 
     def fill(data: str) -> str:
         """Return the page around packed dots."""
-        return render(data=data, **context)
+        return render_template(data=data, **context)
 
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
@@ -104,7 +104,7 @@ def render_residues(title: str, residues: pd.DataFrame) -> str:
         "counts": "",
         "links": (),
     }
-    return render(title=title, **context, **residue_words(residues))
+    return render_template(title=title, **context, **residue_words(residues))
 
 
 def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
@@ -140,7 +140,7 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
-def render(**context: Any) -> str:
+def render_template(**context: Any) -> str:
     """Render the template."""
     from markupsafe import Markup
 
@@ -149,7 +149,7 @@ def render(**context: Any) -> str:
         "main": Markup(viewer.main_html()),
         "script": Markup(viewer.script()),
     }
-    names = (STYLE, "page.css")
+    names = (PROFILE_CSS, "page.css")
     style = Markup("".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names))
     shared = {"version": __version__, "style": style, "viewer": parts, "n_open": N_OPEN, "data": ""}
     text = _template().render(shared | context)

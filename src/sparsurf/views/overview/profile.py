@@ -12,7 +12,7 @@ import pandas as pd
 from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
-STYLE = "profile.css"  # of a panel on a page, which profile.html.j2 draws
+PROFILE_CSS = "profile.css"  # of a panel on a page, which profile.html.j2 draws
 MIN_WIDTH, RESIDUE_STEP_WIDTH, PROFILE_HEIGHT = (
     760,
     6,
