@@ -471,13 +471,14 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         "recover minimal.csv --mesh": f"{len(recovered.triangles):,} triangles, {recovered.volume:,.0f} Å^3 from {len(few):,} "
         "dots",
         "points protein.pdb -n 60": "60 points on the surface",
-        "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %), chosen by every atom touched",
+        "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %), chosen by farthest point",
         "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %), "
         "chosen by every atom touched",
         "minimal protein.pdb --model interpolant": f"{len(interpolated)} of {len(dots):,} dots "
         f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %), chosen by "
         "every atom touched",
-        "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %). No smaller subset meets the limit",
+        "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %), chosen by farthest point. "
+        "No smaller subset meets the limit",
     }  # fmt: skip
     for call, told in words.items():
         out = tmp_path / ("x.ply" if "--mesh" in call or "points" in call else "x.csv")
