@@ -56,7 +56,7 @@ def test_a_long_text_is_cut_in_the_middle():
 
 @pytest.mark.parametrize("name", ["a.txt", "a.gz"])
 def test_a_file_is_read_up_to_the_limit_and_refused_beyond_it(tmp_path, monkeypatch, name):
-    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 10)
+    monkeypatch.setattr("sparsurf.files.MAX_UNPACKED_BYTES", 10)
     pack = gzip.compress if name == "a.gz" else bytes
     (tmp_path / name).write_bytes(pack(b"x" * 10))
     assert read_bytes(tmp_path / name) == b"x" * 10
@@ -163,6 +163,6 @@ def test_an_archive_is_read_by_name_and_refused_beyond_the_limit(monkeypatch):
     np.save(one, np.arange(3))
     with pytest.raises(InputError, match=r"^a.npz is odd\.$"):  # a single array has no name
         read_archive(one.getvalue(), "a.npz", "is odd")
-    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 500)
+    monkeypatch.setattr("sparsurf.files.MAX_UNPACKED_BYTES", 500)
     with pytest.raises(InputError, match=r"a\.npz unpacks to more than 0 MB: give a smaller file"):
         read_archive(stream.getvalue(), "a.npz", "is odd")

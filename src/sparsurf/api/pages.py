@@ -119,6 +119,8 @@ def _counts(molecule: Molecule) -> str:
 def page_of_residues(table: pd.DataFrame, name: str) -> str:
     """Return the page of a table of residues: their profile and the roughest."""
 
+    from sparsurf.views.overview.page import render_residues
+
     return render_residues(f"The residues of {name}", table)
 
 

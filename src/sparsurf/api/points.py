@@ -116,7 +116,7 @@ def points(
     >>> points.shape, normals.dtype
     ((512, 3), dtype('float32'))
     >>> len(sparsurf.points("data/tdp43/topology.pdb", density=0.5).atom)
-    2260
+    2241
 
     With labels, the area that each point stands for, and fields:
 

@@ -32,7 +32,7 @@ from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis, write_ply
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
-from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, without_reconstruction
+from sparsurf.surfaces.surface import ARRAY_NAMES, Reconstruction, Surface
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,8 +97,8 @@ class DotsToWrite:
         columns = {str(name): np.asarray(column) for name, column in self.table.items()}
         columns |= {name: values for name, values in self.surface.fields.items() if name not in columns}
         columns = {name: column for name, column in columns.items() if name not in POSITION_COLUMNS}
-        # which a PLY says in its header
-        columns = without_reconstruction(columns, self.surface.reconstruction)
+        if self.surface.reconstruction is not None:  # a PLY says it in its header
+            columns = {name: column for name, column in columns.items() if name not in Reconstruction._fields}
         columns = {name: columns[name] for name in sorted(columns, key=lambda name: name != "dot")}
         return {name: column for name, column in columns.items() if column.dtype.kind in "iuf"}
 

@@ -159,8 +159,7 @@ def molecular_mesh(
     values = _deepest(relative, radii, low, shape, step, -2 * probe)
     # neither inside an atom nor a centre from which the probe can leave
     doubtful_points = (values > -probe) & (values <= 0)
-    if enclosed.atoms.any():
-        doubtful_points |= _enclosed_points(values, rolling, enclosed, radii, low, step, probe)
+    doubtful_points |= _enclosed_points(values, rolling, enclosed, radii, low, step, probe)
     doubtful = np.flatnonzero(doubtful_points)
     positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
     gap, *_ = _nearest_centres(positions, rolling, enclosed, cells, limit, threads)

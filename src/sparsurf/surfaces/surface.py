@@ -473,9 +473,14 @@ def surface_of_columns(
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
 
 
-def without_reconstruction(fields: Mapping[str, Any], said: Reconstruction | None) -> dict[str, Any]:
-    """Return the fields of a file without those that say how its surface is reconstructed, if it says so."""
-    return {name: values for name, values in fields.items() if said is None or name not in said._fields}
+def reconstruction_of_file(columns: Mapping[str, Any], path: Path | str) -> Reconstruction | None:
+    """Return what a file says by its columns; warn of columns of these names that say something else, since no field has them."""
+    said = Reconstruction.of_columns(columns)
+    names = [name for name in Reconstruction._fields if name in columns]
+    if said is None and names:
+        message = "%s: the columns %s are left out, since these names say how a surface is reconstructed; rename them"
+        log.warning(message, path, ", ".join(names))
+    return said
 
 
 def warn_of_float16(points: np.ndarray, name: Path | str) -> None:

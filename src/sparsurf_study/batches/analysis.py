@@ -78,7 +78,7 @@ def analyse_batch(
     seed: int,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> dict[str, pd.DataFrame]:
-    """Analyse the structures of a batch: tables by the names of `assignment.TABLES`; one that fails is a row of 'failures'."""
+    """Analyse the structures of a batch: tables by the names of `assignment.BATCH_FOLDERS`; a failure is a row of 'failures'."""
     tables: dict[str, list[pd.DataFrame]] = {name: [] for name in BATCH_FOLDERS}
     for done, structure in enumerate(structures, 1):
         with _collected_warnings() as sentences:

@@ -63,7 +63,7 @@ def unpack_dots(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
-    """Write the rows of one batch, rounded to `STEPS`; a table of `assignment.TABLES` without rows also has all columns."""
+    """Write the rows of one batch, rounded to `ROUNDING_STEPS`; a table without rows also has all columns."""
     pyarrow = import_pyarrow()
     types = columns_of_batch(table, fields)
     schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in types.items()])
@@ -85,7 +85,7 @@ def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequ
 
 
 def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.DataFrame:
-    """Read one of `assignment.TABLES` of a run (results/<run>), of all batches or of one protein."""
+    """Read one of `assignment.BATCH_FOLDERS` of a run (results/<run>), of all batches or of one protein."""
     import_pyarrow()
     folder = Path(run, table)
     if not any(folder.glob("*.parquet")):

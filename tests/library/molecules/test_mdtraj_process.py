@@ -107,7 +107,7 @@ def test_a_path_with_letters_beyond_ascii_is_read(whole, tmp_path, kind):
 
 def test_frames_are_read_in_parts_and_reading_may_end_early(whole, tmp_path, monkeypatch):
     whole.save(str(tmp_path / "a.dcd"))
-    monkeypatch.setattr(mdtraj_process, "BYTES_AT_ONCE", 2 * 12 * whole.n_atoms)
+    monkeypatch.setattr(mdtraj_process, "BYTES_OF_A_PART", 2 * 12 * whole.n_atoms)
     mdtraj_process._server.cache_clear()  # a new process does not know of it, but the file is short
     for part in mdtraj_process.iterate_frames(tmp_path / "a.dcd", whole.n_atoms):
         assert len(part[0]) == 5
@@ -127,7 +127,7 @@ def test_frames_are_read_in_parts_and_reading_may_end_early(whole, tmp_path, mon
 def test_frames_are_counted_over_all_parts(whole, tmp_path, monkeypatch, ending, stride, only):
     """In parts of two of the five frames a second part does not begin with a frame that the stride chooses."""
     whole.save(str(tmp_path / f"a.{ending}"))
-    monkeypatch.setattr(mdtraj_process, "BYTES_AT_ONCE", (3 if stride > 1 else 2) * 12 * whole.n_atoms)
+    monkeypatch.setattr(mdtraj_process, "BYTES_OF_A_PART", (3 if stride > 1 else 2) * 12 * whole.n_atoms)
     given = str(tmp_path / f"a.{ending}"), whole.n_atoms, np.arange(9), stride, False, np.array(only)
     xyz = np.concatenate([part.xyz for part in mdtraj_process._load(*given)])
     np.testing.assert_allclose(xyz, whole.xyz[only or slice(None, None, stride), :9], atol=6e-4)

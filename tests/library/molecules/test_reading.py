@@ -251,7 +251,7 @@ def test_each_copy_of_a_chain_gets_a_free_letter_and_the_ligand_beside_it(tmp_pa
 @pytest.mark.parametrize("max_pairs", [1_000_000, 0])
 def test_residues_stand_in_the_order_of_their_bonds(tmp_path, monkeypatch, max_pairs):
     """One chain has its residues backwards, the other in two pairs; many ends of chains are compared by a tree."""
-    monkeypatch.setattr("sparsurf.molecules.residues.MAX_PAIRS", max_pairs)
+    monkeypatch.setattr("sparsurf.molecules.residues.MAX_PAIRS_OF_ENDS", max_pairs)
     lines = [peptide(chain=c, origin=(0, 0, z)).splitlines(True) for c, z in (("A", 0), ("B", 9))]
     orders = zip(lines, ((3, 2, 1, 0), (2, 3, 0, 1)), strict=True)
     text = "".join("".join(each[5 * k : 5 * k + 5]) for each, order in orders for k in order)

@@ -123,8 +123,22 @@ def test_commands_take_the_model(few, dots, tmp_path):
         command.main(["minimal", structure, "-o", str(path), "--model", "atoms"])
 
 
-def test_columns_of_these_names_that_say_something_else_are_fields(dots, tmp_path):
-    path = tmp_path / "own.csv"
-    table = dots[:200].to_frame()[["x", "y", "z", "nx", "ny", "nz"]].assign(model=3.5, probe_radius=2.0)
-    table.to_csv(path, index=False)
-    assert {*sparsurf.read_surface(path).fields} == {"model", "probe_radius"}
+@pytest.mark.parametrize("suffix", ["csv", "npz"])
+def test_columns_of_these_names_that_say_something_else_are_told(dots, suffix, tmp_path, caplog):
+    path = tmp_path / f"own.{suffix}"
+    few = dots[:200]
+    if suffix == "csv":
+        few.to_frame()[["x", "y", "z", "nx", "ny", "nz"]].assign(model=3.5, probe_radius=2.0).to_csv(
+            path, index=False
+        )
+    else:
+        np.savez(
+            path,
+            points=few.points,
+            normals=few.normals,
+            model=np.full(200, 3.5),
+            probe_radius=np.full(200, 2.0),
+        )
+    read = sparsurf.read_surface(path)
+    assert not read.fields and read.reconstruction is None
+    assert f"{path}: the columns probe_radius, model are left out" in caplog.text

@@ -544,7 +544,7 @@ def test_a_file_that_unpacks_beyond_the_limit_is_refused(tmp_path, monkeypatch, 
         np.savez_compressed(path, **{field: np.zeros(10_000) for field in FIELDS})
     else:
         written(tmp_path, gzip.compress(bytes(10**6)) if name.endswith("gz") else bytes(10**6), name)
-    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 2**17)
+    monkeypatch.setattr("sparsurf.files.MAX_UNPACKED_BYTES", 2**17)
     with pytest.raises(InputError, match="more than 0 MB"):
         read_surface(path)
 

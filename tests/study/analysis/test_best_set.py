@@ -44,7 +44,7 @@ def test_scatter_of_two_draws_at_two_test_dots_by_hand():
 )
 def test_the_best_is_held_in_95_percent(truth, monkeypatch):
     # 200 repetitions: s.e. of the share 0.015; the best of equal ones is each of them
-    monkeypatch.setattr(module, "SIMULATED", 300)
+    monkeypatch.setattr(module, "SIMULATED_OUTCOMES", 300)
     rng = np.random.default_rng(1)
     best = truth == truth.max()
     held = [best_set(drawn(rng, truth))[best].mean() for _ in range(200)]
@@ -52,7 +52,7 @@ def test_the_best_is_held_in_95_percent(truth, monkeypatch):
 
 
 def test_a_set_is_larger_than_pairwise_tests_and_no_larger_than_needed(monkeypatch):
-    monkeypatch.setattr(module, "SIMULATED", 500)
+    monkeypatch.setattr(module, "SIMULATED_OUTCOMES", 500)
     rng = np.random.default_rng(2)
     found = best_set(drawn(rng, [2.0, 1.95, 1.9, 0.0, -1.0], of_draw=0.02))
     assert found[0] and not found[3:].any()
@@ -62,7 +62,7 @@ def test_a_set_is_larger_than_pairwise_tests_and_no_larger_than_needed(monkeypat
 
 def test_of_many_the_best_are_simulated(monkeypatch):
     """Of 130 that cannot be told apart the worst ten are left out, whatever their place in the grid."""
-    monkeypatch.setattr(module, "SIMULATED", 50)
+    monkeypatch.setattr(module, "SIMULATED_OUTCOMES", 50)
     x = drawn(np.random.default_rng(5), np.zeros(130), draws=2, tests=20)
     found, worst = best_set(x), np.argsort(x.mean(axis=(1, 2)))[:10]
     assert found[x.mean(axis=(1, 2)).argmax()] and not found[worst].any() and found.sum() > 60

@@ -80,7 +80,9 @@ def test_the_confidence_set_lists_what_may_be_the_best():
 
 
 def test_held_out_value_is_free_of_selection_bias(monkeypatch):
-    monkeypatch.setattr("sparsurf_study.analysis.best_set.SIMULATED", 50)  # its set does not matter here
+    monkeypatch.setattr(
+        "sparsurf_study.analysis.best_set.SIMULATED_OUTCOMES", 50
+    )  # its set does not matter here
     # 200 equal combinations of pure noise: the best looks good, held out it is 0 within its error
     rng = np.random.default_rng(3)
     grid = made_up(np.zeros(200), np.full(200, 10.0), tests=100, noise=1.0, combinations=rng.random((200, 4)))

@@ -74,7 +74,7 @@ def test_runs_of_the_same_kind_agree_and_shifted_ones_do_not():
 
 
 def test_one_test_of_all_rows_keeps_its_level(monkeypatch):
-    monkeypatch.setattr(published_runs, "SIMULATED", 4000)
+    monkeypatch.setattr(published_runs, "SIMULATED_SUMS", 4000)
     # published values drawn as one more run: p < 0.05 in 5 % of 300 cases (standard deviation 1.3 %)
     rng, p = np.random.default_rng(1), []
     for _ in range(300):

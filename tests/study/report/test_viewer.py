@@ -196,7 +196,7 @@ def test_the_presets_are_the_best_combinations_that_there_are():
 
 
 def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch):
-    monkeypatch.setattr(viewer, "MAX_BYTES", 60_000)
+    monkeypatch.setattr(viewer, "MAX_VIEWER_BYTES", 60_000)
     text = page_of(prepared, order)
     header, columns = unpacked(text)
     assert len(text.encode()) <= 60_000 and header["total"] == 3000

@@ -120,7 +120,7 @@ def asked(monkeypatch):
             write(folder / "md.log", "           Step           Time\n            350        0.7\n")
             wait()
 
-    monkeypatch.setattr(gromacs, "run", run)
+    monkeypatch.setattr(gromacs, "run_gromacs", run)
     monkeypatch.setattr(gromacs, "program", lambda: "/usr/bin/gmx")
     return calls
 
@@ -271,7 +271,7 @@ def test_energies_are_those_that_a_stage_has(monkeypatch, tmp_path):
         values = " ".join(str(10 * protocol.STAGES.index(folder.name) + len(name)) for name in names)
         write(words[words.index("-o") + 1], f"{''.join(legends)}0.5 {values}\n")
 
-    monkeypatch.setattr(gromacs, "run", energy)
+    monkeypatch.setattr(gromacs, "run_gromacs", energy)
     table = quality.energies({stage: tmp_path / stage for stage in protocol.STAGES})
     nan = float("nan")
     wanted = [[0.5, 9, nan, nan, nan, nan], [0.5, 19, 22, 21, 18, nan]]

@@ -381,7 +381,7 @@ def test_a_large_run_is_compared_by_sizes_and_times(folder, monkeypatch):
     monkeypatch.setattr(ledger, "MOST_FILES", 4)
     monkeypatch.setattr(checksums, "SECONDS_UNTIL_SETTLED", -1.0)
     read = []
-    monkeypatch.setattr(checksums, "checksum", lambda path: read.append(str(path)) or as_it_is(path))
+    monkeypatch.setattr(checksums, "checksum_of_file", lambda path: read.append(str(path)) or as_it_is(path))
     found = ledger.disagreements(RUN)
     assert len(found.lines) == 1 and "sizes and times tell" in found.lines[0] and not found.results
     assert {*outputs} <= {*read}
@@ -399,7 +399,7 @@ as_it_is = checksums.checksum_of_file
 def test_a_checksum_is_kept_until_the_file_changes(folder, monkeypatch):
     store, read = folder / "results/r/.ledger/.checksums.json", []
     store.parent.mkdir(parents=True)
-    monkeypatch.setattr(checksums, "checksum", lambda path: read.append(str(path)) or as_it_is(path))
+    monkeypatch.setattr(checksums, "checksum_of_file", lambda path: read.append(str(path)) or as_it_is(path))
 
     def known():
         kept = Checksums(store)
@@ -424,7 +424,7 @@ def test_a_checksum_is_kept_until_the_file_changes(folder, monkeypatch):
 def test_a_folder_is_read_by_one_of_the_jobs_of_its_conformations(folder, monkeypatch):
     """Each of a thousand would else read the structures of all."""
     read = []
-    monkeypatch.setattr(checksums, "checksum", lambda path: read.append(str(path)) or as_it_is(path))
+    monkeypatch.setattr(checksums, "checksum_of_file", lambda path: read.append(str(path)) or as_it_is(path))
     monkeypatch.setattr(checksums, "SECONDS_UNTIL_SETTLED", -1.0)
     Path("results/r/p/structures").mkdir(parents=True)
     for k in range(3):

@@ -21,9 +21,9 @@ from sparsurf.surfaces.surface import (
     Surface,
     SurfaceFormat,
     is_field_name,
+    reconstruction_of_file,
     surface_of_columns,
     warn_of_field_names,
-    without_reconstruction,
 )
 
 if TYPE_CHECKING:
@@ -59,10 +59,10 @@ def _length_of_comments(text: str) -> int:
 def read_csv(content: bytes, path: Path | str) -> Surface:
     """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case."""
     values, fields, lines, table = _columns(content, path, COLUMNS_OF_DOTS)
-    said = Reconstruction.of_columns(
-        {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields}
+    said = reconstruction_of_file(
+        {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields},
+        path,
     )
-    fields = without_reconstruction(fields, said)
     judge = said is None or not said.is_uneven
     columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields
     surface = surface_of_columns(columns, path, lines, judge=judge)

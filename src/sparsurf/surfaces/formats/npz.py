@@ -15,14 +15,13 @@ from sparsurf.errors import InputError
 from sparsurf.files import no_warnings, read_archive, read_bytes
 from sparsurf.surfaces.surface import (
     ARRAY_NAMES,
-    Reconstruction,
     Surface,
     SurfaceFormat,
     is_field_name,
+    reconstruction_of_file,
     surface_of_columns,
     warn_of_field_names,
     warn_of_float16,
-    without_reconstruction,
 )
 
 REQUIRED_ARRAYS = ("points", "normals")
@@ -51,8 +50,7 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
     columns = {
         k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
     }
-    said = Reconstruction.of_columns(arrays)
-    columns = without_reconstruction(columns, said)
+    said = reconstruction_of_file(arrays, path)
     n = columns["points"].shape[:1]
     others = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}
     warn_of_field_names((k for k, v in others.items() if v.dtype.kind in "fiu" and v.shape == n), path)
