@@ -119,7 +119,6 @@ def public_names_of(path: Path) -> set[str]:
     return {name for name in names if not name.startswith("_")}
 
 
-@pytest.mark.xfail(strict=True, reason="the names of modules are still to be renamed; then this line goes")
 def test_a_public_name_means_one_thing():
     """A name in two modules is read as one thing; what a module only imports does not count."""
     modules = defaultdict(list)

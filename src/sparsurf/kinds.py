@@ -203,7 +203,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             takes_dots=True,
         ),
         "depth": Choice(
-            "sparsurf.dot_fields.registry:depth",
+            "sparsurf.dot_fields.registry:depth_of_dots",
             "depth of the residue",
             "The mean distance of the atoms of a dot's residue from the surface.",
             "Å",

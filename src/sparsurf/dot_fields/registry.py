@@ -112,7 +112,7 @@ def hbond(dots: Surface | None) -> np.ndarray:
     return balance_of_atoms(origin.molecule.frame(origin.frame))[dots.atom]
 
 
-def depth(dots: Surface | None) -> np.ndarray:
+def depth_of_dots(dots: Surface | None) -> np.ndarray:
     """Return the depth below the surface, without cavities, of the residue that each dot belongs to: the mean of its atoms."""
     if dots is None or dots.origin is None or dots.atom.min() < 0:
         raise InputError(
