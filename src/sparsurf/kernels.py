@@ -59,6 +59,10 @@ class LightCache(Cache):
             caching.IndexDataCacheFile(folder, self._impl.filename_base, stamp)
             for folder in (beside, self._cache_path)
         )
+        # Beside numba's version, which is compared before the rest of a file is read: the types that another version of this
+        # package names there may be gone
+        for stored in (self._installed, self._cache_file):
+            stored._version = stored._version, stamp
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored form for a signature; None if it is not stored."""

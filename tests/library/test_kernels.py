@@ -42,6 +42,36 @@ def test_a_kernel_that_is_not_stored_stays_as_numba_makes_it():
     assert kernel(21) == 42 and kernel.stats.cache_path is None
 
 
+OF_A_TYPE = """
+from typing import NamedTuple
+from sparsurf.kernels import njit
+
+class {type}(NamedTuple):
+    number: float
+
+@njit(cache=True)
+def scaled(of):
+    return {factor} * of.number
+
+print(scaled({type}(21.0)))
+"""
+
+
+def test_an_upgrade_that_renames_a_type_compiles_anew(tmp_path):
+    """The signatures that an older version stored name a type that is gone."""
+    (tmp_path / "kernels_of_a_type").mkdir()
+    (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
+    for names, printed in (
+        ({"type": "Older", "factor": 1}, "21.0"),
+        ({"type": "Newer", "factor": 2}, "42.0"),
+    ):
+        (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(OF_A_TYPE.format(**names))
+        for _ in range(2):  # compiled, and loaded
+            call = [sys.executable, "-c", "import kernels_of_a_type.scaling"]
+            run = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+            assert run.stdout == f"{printed}\n", run.stderr[-500:]
+
+
 ALL_COMMANDS = """
 import sys
 from numba.core.dispatcher import Dispatcher
