@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from sparsurf.patches.readings import FULL_READING
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_SHOWN, Run
 from sparsurf_study.report.numbers import beyond_ranges, combination, is_fragmented
 
@@ -49,15 +50,7 @@ def of_grid(run: Run) -> dict[str, Any] | None:
         "n_combinations": bests[shown[0]]["combinations"],
         "n_surfaces": len(run.grids),
         "several": len(run.grids) > MAX_CARDS,
-        "verdicts": [
-            {
-                "reading": reading,
-                "above": sum(above for above, _ in pairs),
-                "total": sum(total for _, total in pairs),
-                "surfaces": sum(above > 0 for above, _ in pairs),
-            }
-            for reading, pairs in counts.items()
-        ],
+        "verdicts": verdicts_of(counts),
         "places": places,
         "n_ranges": len(places[0]["rows"]),
         "n_fragmented": fragmented_of([place for place in places if place["has_links"]]),
@@ -67,6 +60,26 @@ def of_grid(run: Run) -> dict[str, Any] | None:
         "height": READING_HEIGHT,
         "over_all": over_all(run) if len(run.grids) > MAX_CARDS and run.has("relation.csv") else None,
     }
+
+
+def verdicts_of(counts: Mapping[str, list[tuple[int, int]]]) -> list[dict[str, Any]]:
+    """Collect the answer under each reading, from the pairs that `beaten` returns for each surface.
+
+    The answer on the full surface stands first. It is the one that counts beside others: whether a patch keeps its dots
+    there follows from the full surface alone, while in a subset it depends on a link that was chosen for the full surface.
+    """
+    verdicts = [
+        {
+            "reading": reading,
+            "k": k,
+            "counts": reading == FULL_READING and len(counts) > 1,
+            "above": sum(above for above, _ in pairs),
+            "total": sum(total for _, total in pairs),
+            "surfaces": sum(above > 0 for above, _ in pairs),
+        }
+        for k, (reading, pairs) in enumerate(counts.items())
+    ]
+    return sorted(verdicts, key=lambda verdict: not verdict["counts"])
 
 
 def place_values(

@@ -62,7 +62,6 @@ def of_dots(run: Run) -> dict[str, Any] | None:
     medians, n = run.surfaces.median(numeric_only=True), len(run.surfaces)
     own_figure, path = f"{run.places[0]}/figures/required_dots.png", "required_dots.png"
     path = own_figure if n == 1 and run.has(own_figure) else path
-    first = run.places[0]
     return {
         "n_surfaces": n,
         "n_dots": int(run.surfaces["minimal_n_S"].iloc[0]),
@@ -75,10 +74,20 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "high_99": medians["recovered_high_99"],
         "how": _how(run),
         "largest": run.surfaces["recovered_largest"].max(),
-        "path": f"{first}/minimal.csv" if run.has(f"{first}/minimal.csv") else "",
+        "files": _subset_files(run),
         "figure": run.figure(path),
         "fields": [*_fields(run)],
     }
+
+
+def _subset_files(run: Run) -> list[tuple[str, str]]:
+    """Return names and paths of the subsets; of many surfaces, those of the table that describes them."""
+    paths = {place: f"{place}/minimal.csv" for place in run.places if run.has(f"{place}/minimal.csv")}
+    if len(paths) > MAX_CARDS:
+        return [("surfaces.csv", "surfaces.csv")]
+    if len(paths) == 1:
+        return [("minimal.csv", path) for path in paths.values()]
+    return [(f"{run.shown[place]}/minimal.csv", path) for place, path in paths.items()]
 
 
 def _fields(run: Run) -> Iterator[tuple[str, float]]:
