@@ -12,7 +12,7 @@
 #              first time)
 # make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; CLUSTER=slurm also installs the packages for Slurm, and make setup-test those for tests
-# make schema  renew config/schema.json and docs/config.md from the models of the config, and the numbers and lists of the other pages
+# make schema  renew config/schema.json and docs/reference/config.md from the models of the config, and the numbers and lists of the other pages
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm, or PROFILE=folder with your own Snakemake profile (docs/cluster.md)

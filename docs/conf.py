@@ -19,7 +19,7 @@ nitpick_ignore_regex = [("py:.*", ".*")]
 suppress_warnings = ["config.cache"]  # the order of the gallery is no plain value
 
 myst_enable_extensions = ["dollarmath"]
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 smartquotes = False  # --mesh keeps its two dashes
 numpydoc_show_class_members = False
 

@@ -44,7 +44,7 @@ def commands() -> Iterator[str]:
     for name in command.COMMANDS:
         parser = command.build_parser(name)[1]
         words, _, examples = parser.epilog.partition("examples:\n")
-        yield f"### {name}\n\n{parser.description}\n\n```bash\n{textwrap.dedent(examples)}```\n\n{words}\n\n"
+        yield f"## {name}\n\n{parser.description}\n\n```bash\n{textwrap.dedent(examples)}```\n\n{words}\n\n"
         for group in parser._action_groups:
             rows = "".join(_option(action) for action in group._group_actions if action.dest != "help")
             if rows.count("\n") > 1 and (shown := first.setdefault(rows, name)) != name:

@@ -12,8 +12,11 @@ from sparsurf_study import catalogue
 
 ROOT = Path(__file__).parent.parent
 OUTPUTS = ROOT / "results" / "README.md"
-# docs/outputs.md repeats the list of outputs, which is therefore renewed before it
-PAGES = [OUTPUTS, *sorted([ROOT / "README.md", ROOT / "evidence" / "README.md", *ROOT.glob("docs/*.md")])]
+# docs/reference/outputs.md repeats the list of outputs, which is therefore renewed before it
+PAGES = [
+    OUTPUTS,
+    *sorted([ROOT / "README.md", ROOT / "evidence" / "README.md", *ROOT.glob("docs/**/[a-z]*.md")]),
+]
 CAPTIONS = ROOT / "src" / "sparsurf_study" / "report" / "captions"
 
 

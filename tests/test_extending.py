@@ -1,4 +1,4 @@
-"""The recipes of docs/extending.md, carried out to the letter in a copy of the tree, and then tested."""
+"""The recipes of CONTRIBUTING.md, carried out to the letter in a copy of the tree, and then tested."""
 
 import os
 import re
@@ -16,7 +16,7 @@ from peptides import peptide, write
 
 pytestmark = pytest.mark.slow
 
-TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^## (An? .*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
 BLOCK = r"\n\n```\w+\n(?P<block>.*?)```"
 STEP = re.compile(
@@ -225,7 +225,7 @@ def test_a_surface_format_is_read(extended, tmp_path):
 def test_a_default_is_that_of_functions_commands_and_the_config(tmp_path):
     tree = copy_tree(tmp_path)
     carry_out("A default", tree)
-    assert (tree / "docs" / "config.md").read_text(encoding="utf-8").count("| `4.25` |") == 1
+    assert (tree / "docs" / "reference" / "config.md").read_text(encoding="utf-8").count("| `4.25` |") == 1
     code = """
 import inspect, sparsurf
 from sparsurf_study.workflow.config import check_config

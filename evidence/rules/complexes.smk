@@ -1,4 +1,4 @@
-# docs/side_studies.md: how well complementarity finds the interface of many complexes.
+# docs/proteins.md: how well complementarity finds the interface of many complexes.
 
 
 rule measure_complexes:

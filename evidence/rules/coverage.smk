@@ -1,4 +1,4 @@
-# docs/side_studies.md: how often the intervals of a study contain the truth, on surfaces of the study of many proteins.
+# docs/proteins.md: how often the intervals of a study contain the truth, on surfaces of the study of many proteins.
 
 COVERED = names_in_set(STRUCTURES, "coverage")
 

@@ -1,4 +1,4 @@
-# docs/side_studies.md: how far position and dots change each descriptor.
+# docs/proteins.md: how far position and dots change each descriptor.
 
 DESCRIBED = names_in_set(STRUCTURES, "descriptors")
 

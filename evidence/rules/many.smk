@@ -1,4 +1,4 @@
-# docs/many.md: what each of many structures costs when they are analysed in batches.
+# docs/study.md: what each of many structures costs when they are analysed in batches.
 
 MANY = names_in_set(STRUCTURES, "chains")[:: config["many"]["every"]]
 

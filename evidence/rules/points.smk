@@ -1,4 +1,4 @@
-# docs/points.md: points as surface networks make them and ours, and how many an interface needs.
+# docs/learning.md: points as surface networks make them and ours, and how many an interface needs.
 
 CHAINS = names_in_set(STRUCTURES, "chains")
 

@@ -73,6 +73,7 @@ PAGES = (
     "README.md",
     "CHANGELOG.md",
     "docs/*.md",
+    "docs/reference/*.md",
     "CONTRIBUTING.md",
     "config/README.md",
     "data/*/README.md",

@@ -60,7 +60,7 @@ def test_every_link_and_picture_of_a_page_is_a_file_of_the_repository(page: Path
 
 
 def test_every_function_is_listed_with_its_signature_and_first_sentence() -> None:
-    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "functions.md").read_text(encoding="utf-8")
     names = [name for part in reference.PLACE.finditer(text) for name in part["words"].split()]
     assert {*names} == {*sparsurf.FUNCTIONS, *sparsurf.CLASSES, "InputError"} and len(names) == len({*names})
     assert "- `read_surface(path)`: Read the dots of a surface from a file.\n" in text
@@ -130,7 +130,7 @@ def test_a_wrong_comment_is_named_with_its_fault(folder: Path, wrong: str, messa
 
 def test_every_page_that_differs_is_written_and_named(tmp_path: Path, monkeypatch, capsys) -> None:
     names = {path.relative_to(ROOT).as_posix() for path in renew.PAGES}
-    assert names >= {"README.md", "evidence/README.md", "docs/recover.md", "docs/config.md"}
+    assert names >= {"README.md", "evidence/README.md", "docs/few_dots.md", "docs/reference/config.md"}
     known, comment = [tmp_path / f"{name}.md" for name in "abc"], f"<!--{FARTHEST}: {{distance:.3f}}-->"
     right = table_numbers.renewed(f"9.999{comment}")
     for path, text in zip(known, (right, f"9.999{comment}", "none"), strict=True):

@@ -117,7 +117,7 @@ def test_its_study_is_one(folder, monkeypatch):
 def test_few_dots_serve_a_descriptor_of_ones_own_as_its_page_says(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", "protein.pdb")
-    section = page("extending").partition("## Points for a descriptor of your own")[2].partition("\n## ")[0]
+    section = page("python").partition("## Points for a descriptor of your own")[2].partition("\n## ")[0]
     exec("".join(re.findall(r"^```python\n(.*?)^```", section, re.M | re.S)), {})
     (_, floor), *rows = (line.split() for line in capsys.readouterr().out.splitlines())
     errors = pd.DataFrame(rows, columns=["percent", "as they are", "reconstructed"], dtype=float)
@@ -129,6 +129,6 @@ def test_the_study_of_two_forms_is_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in ("open", "closed"):
         shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", f"{name}.pdb")
-    (config,) = blocks("yaml", "compare_forms")
+    (config,) = (block for block in blocks("yaml", "study") if "changes:" in block)
     Path("my_study.yaml").write_text(config)
     assert check_config(read_config("my_study.yaml"))["changes"]["opening"] == ["open", "closed"]

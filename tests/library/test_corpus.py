@@ -1668,7 +1668,7 @@ def test_files_of_dots(tmp_path, caplog, name):
 
 
 def test_each_line_of_the_page_on_odd_files_is_a_row():
-    rows = re.findall(r"\| `(.+)` \|$", (ROOT / "docs" / "odd_files.md").read_text(), re.M)
+    rows = re.findall(r"\| `(.+)` \|$", (ROOT / "docs" / "reference" / "odd_files.md").read_text(), re.M)
     assert len(rows) > 40
     files = (ROOT / "tests" / "library").rglob("test_*.py")
     tests = {name for file in files for name in re.findall(r"^def (test_\w+)", file.read_text(), re.M)}

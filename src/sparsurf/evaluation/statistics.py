@@ -128,7 +128,7 @@ def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
 
     For every pair of a fold of draws (unless there is one) and a fold of test dots, the winner is chosen outside of both and
     measured inside. The variance of the mean is (MS_tests + MS_draws) / (D T) of the winners, which exceeds that of a fixed
-    combination by MS_residual / (D T): the folds are not independent. docs/side_studies.md tests this.
+    combination by MS_residual / (D T): the folds are not independent. docs/proteins.md tests this.
     """
     x = np.asarray(x, np.float64)
     _, d, t = x.shape
