@@ -13,8 +13,12 @@ conditions leave, in their order:
     | 10 | 0.45 |
     <!--t.csv "sampler=farthest dots": | {percent:g} | {Z:.2f} |-->
 
-A condition with spaces is quoted, and | separates alternatives, as in percent=5|10, except in a cell, which a | would end. For a
-new number, type ? and its comment, and run docs/renew.py. Neither GitHub nor the book shows a comment.
+A condition with spaces is quoted, and | separates alternatives, as in percent=5|10, except in a cell, which a | would end.
+Rows of several selections are joined by +, in their order; columns of the second selection end in _2, those of the third in _3:
+
+    <!--t.csv sampler=farthest + t.csv sampler=uniform: | {percent:g} | {Z:.2f} | {Z_2:.2f} |-->
+
+For a new number, type ? and its comment, and run docs/renew.py. Neither GitHub nor the book shows a comment.
 """
 
 import re
@@ -25,7 +29,7 @@ from pathlib import Path
 import pandas as pd
 
 TABLES = Path(__file__).parent.parent / "evidence" / "tables"
-ROWS = r'\w+\.csv(?:\.gz)?(?: +(?:"[^"\n]*"|[^\s"]+?))*'
+ROWS = r'\w+\.csv(?:\.gz)?(?: +(?:"[^"\n]*"|[^\s"]+?))*?'
 SOURCE = re.compile(rf"<!--(?={ROWS}:\s)(?P<lines>.*?)-->", re.S)
 LINE = re.compile(rf"(?P<rows>{ROWS}):\s+(?P<form>\S.*)", re.S)
 HEADER = re.compile(r"^\|(?: *:?-+:? *\|)+ *\n", re.M)
@@ -68,7 +72,28 @@ def _parsed(line: str, comment: str) -> tuple[str, str]:
 
 
 def _cells(rows: str, form: str, comment: str, folder: Path) -> list[dict]:
-    """The cells of each row that the conditions leave."""
+    """The cells of each row that the conditions leave; those of several selections side by side."""
+    selections = [_selected(one, comment, folder) for one in re.split(r" \+ (?=\w+\.csv)", rows)]
+    if len({*map(len, selections)}) > 1:
+        raise ValueError(
+            f"{comment}: its selections have {' and '.join(str(len(one)) for one in selections)} rows."
+        )
+    cells = []
+    for parts in zip(*selections, strict=True):
+        later = {f"{name}_{k}": cell for k, part in enumerate(parts[1:], 2) for name, cell in part.items()}
+        cells.append(later | parts[0])
+    try:
+        for row in cells:
+            _shown(form, row)
+    except (KeyError, ValueError) as error:
+        raise ValueError(
+            f"{comment}: evidence/tables/{rows.split()[0]} has no such cell ({error!r})."
+        ) from None
+    return cells
+
+
+def _selected(rows: str, comment: str, folder: Path) -> list[dict]:
+    """The cells of each row of a table that the conditions leave."""
     file, *conditions = shlex.split(rows)
     try:
         table = pd.read_csv(folder / file)
@@ -76,8 +101,6 @@ def _cells(rows: str, form: str, comment: str, folder: Path) -> list[dict]:
             kind = float if pd.api.types.is_numeric_dtype(table[column]) else str
             table = table[table[column].isin([kind(value) for value in values.split("|")])]
         cells = table.to_dict("records")
-        for row in cells:
-            _shown(form, row)
     except (OSError, KeyError, ValueError) as error:
         raise ValueError(f"{comment}: evidence/tables/{file} has no such cell ({error!r}).") from None
     if not cells:

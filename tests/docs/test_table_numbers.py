@@ -107,9 +107,19 @@ def test_a_comment_after_a_table_writes_its_rows(folder: Path) -> None:
         assert new == head + "| 5 | −0.56 |\n| 10 |  |\n| all: | 1235 |\n" + comment + tail
 
 
+def test_selections_are_joined_row_by_row(folder: Path) -> None:
+    comment = "<!--t.csv percent=5 + t.csv name=uniform: | {name} | {Z:.2f} | {name_2} {Z_2:.2f} |-->\n"
+    head = "| a | b | c |\n|---|---|---|\n"
+    assert (
+        table_numbers.renewed(head + comment, folder)
+        == f"{head}| farthest dots | −0.56 | uniform 1234.56 |\n{comment}"
+    )
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
+        ("3<!--t.csv percent=10 + t.csv percent=5: {Z}-->", "its selections have 2 and 1 rows"),
         ("3<!--u.csv a=1: {Z}-->", "evidence/tables/u.csv has no such cell"),
         ("3<!--t.csv a=1: {Z}-->", "no such cell"),
         ("3<!--t.csv name=b: {Z}-->", "no such row"),
