@@ -59,6 +59,7 @@ def _draw_samplers(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
         choice = kinds.choice_of("sampler", str(name))
         colour, width, marker = (choice.line if choice else None) or (next(spare), 0.8, "o")
         style: dict[str, Any] = {"color": colour, "linewidth": width, "marker": marker, "markersize": 2.2}
+        rows = rows.sort_values("n_S_percent", kind="stable")
         x, order = rows["n_S_percent"], 2 + width
         if width > 1:
             ax.fill_between(x, rows["low"], rows["high"], color=colour, alpha=0.2, linewidth=0, zorder=order)

@@ -30,6 +30,7 @@ BURIED_COLOUR = "#BBBBBB"
 @styled
 def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str = "") -> Figure:
     """Draw n_S, mean roughness and d of one combination over time, and their distributions."""
+    table = table.sort_values("frame", ignore_index=True)
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
     panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_of_columns(table, "d_")}
     time, unit = time_axis(table)
@@ -99,6 +100,7 @@ def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], erro
 @styled
 def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str = "") -> Figure:
     """Draw mean R_i of every residue (a column of `over_time`) against time, and its mean and standard deviation."""
+    over_time = over_time.sort_values("frame", ignore_index=True)
     values = over_time.iloc[:, 2:].to_numpy(float)
     time, label = time_axis(over_time)
     n = len(residues)

@@ -32,6 +32,7 @@ WINDOWS_OF_SERIES = 20  # per series; the moving mean is over one
 @styled
 def simulation_figure(energies: pd.DataFrame, motion: pd.DataFrame, judged: pd.DataFrame) -> Figure:
     """Draw temperature, pressure, density and energy of the stages in sequence, RMSD and radius of gyration."""
+    energies, motion = (table.sort_values("time_ps", kind="stable") for table in (energies, motion))
     target = judged.set_index("quantity")["target"]
     figure = layout.constrained(PAGE_WIDTH, 110)
     panels = figure.subplots(2, 3).ravel()
