@@ -96,6 +96,18 @@ class Browser:
         steps.insert(0, {"type": "pause"})
         self.ask("POST", "/actions", actions=[pointer, key] if held else [pointer])
 
+    def pinch(self, selector, *fingers):
+        """Move fingers over an element at once, each from its first place to its second (pixels from the middle)."""
+        origin, touches = {ELEMENT: self.find(selector)}, []
+        for k, places in enumerate(fingers):
+            begin, end = (
+                {"type": "pointerMove", "origin": origin, "x": x, "y": y, "duration": 50} for x, y in places
+            )
+            steps = [begin, {"type": "pointerDown", "button": 0}, end, {"type": "pointerUp", "button": 0}]
+            touch = {"type": "pointer", "id": f"finger {k}", "parameters": {"pointerType": "touch"}}
+            touches.append(touch | {"actions": steps})
+        self.ask("POST", "/actions", actions=touches)
+
     def wheel(self, selector, down):
         """Turn the wheel over an element, by pixels."""
         origin = {ELEMENT: self.find(selector)}

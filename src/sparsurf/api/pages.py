@@ -7,8 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
+from sparsurf.api.surfaces import MeshSize, mesh_of_atoms
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -22,11 +25,11 @@ from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
+    from sparsurf.views.overview.page import DrawnMolecule
 
 
 def patches_for(surface: Surface) -> PatchSettings:
@@ -49,7 +52,10 @@ def page_of_surface(
 
     settings = Settings(patches=about.patches or patches_for(surface))
     prepared = PreparedSurface(surface, settings, about.roughness, threads=available_cores())
-    order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
+    drawn = None if len(kept) else _drawn(surface)
+    order = (
+        np.arange(0) if drawn else farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
+    )
     molecule = surface.molecule
     with heard("fields") as of_fields:
         shown, missing = with_default_fields(surface, molecule)
@@ -63,9 +69,9 @@ def page_of_surface(
         named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
     is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
     opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
-    messages = about.heard
-    sentences = (*(messages.sentences if messages else ()), *of_fields.sentences)
-    notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
+    said = about.heard
+    others = (*(said.others if said else ()), *of_fields.others)
+    notes = Notes(None if said is None else tuple(said.left_out), others)
     return overview(
         title_of(about, surface),
         prepared,
@@ -80,7 +86,28 @@ def page_of_surface(
         counts=_counts(molecule) if molecule else "",
         probe=surface.origin.rules.probe_radius if surface.origin else None,
         links=about.links,
+        drawn=drawn,
     )
+
+
+def _drawn(surface: Surface) -> DrawnMolecule | None:
+    """Return the surface of dots as triangles with the atoms below; None where its molecule is not known, or it is too large."""
+    from scipy.spatial import cKDTree
+
+    from sparsurf.surfaces.mesh import widest_step
+    from sparsurf.views.explorer.shapes import atoms_to_draw, shape_of
+    from sparsurf.views.overview.page import DrawnMolecule
+
+    molecule, origin = surface.molecule, surface.origin
+    if molecule is None or origin is None:
+        return None
+    try:
+        mesh = mesh_of_atoms(origin, MeshSize(None, None, widest_step(origin.rules.probe_radius)))
+    except InputError:  # a grid around it does not fit into the memory
+        return None
+    shape = shape_of(mesh, molecule, atoms_to_draw(molecule)[0], origin.frame)
+    _, nearest = cKDTree(surface.points).query(shape.points)
+    return DrawnMolecule(molecule, shape, np.asarray(nearest))
 
 
 def title_of(about: About, surface: Surface) -> str:

@@ -89,7 +89,7 @@ def descriptor_table(z: np.ndarray) -> pd.DataFrame:
 
 def _numbers(text: str) -> list[int]:
     """Parse numbers of dots."""
-    items = [word.strip() for word in text.split(",")]
-    if not all(word.isdigit() for word in items):
+    words = [word.strip() for word in text.split(",")]
+    if not all(word.isdigit() for word in words):
         raise argparse.ArgumentTypeError(f"{text!r} must be whole numbers from 0 on, such as 0,17,300")
-    return [int(word) for word in items]
+    return [int(word) for word in words]

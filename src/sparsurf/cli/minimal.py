@@ -92,25 +92,25 @@ def run(args: argparse.Namespace) -> None:
     surface = options.with_requested_fields(args, surface, molecule)
     model = getattr(args, "reconstruction", AUTO)
     result = represented(surface, sizes, args.sampler, args.seed, args.d_link, model, args.error_99)
-    few, message = result.subset, ""
+    few, words = result.subset, ""
     if outputs.is_reported(args):
         percent = 100 * len(few) / len(surface)
         if few.interval:
             ends = (100 * end / len(surface) for end in few.interval)
             kept, low, high = (number(value, 1) for value in (percent, *ends))
-            message = f"{kept} %; 95 % interval {low} to {high} %"
+            words = f"{kept} %; 95 % interval {low} to {high} %"
         else:
-            message = f"{share(percent)} %"
-        message = f"{len(few):,} of {len(surface):,} dots ({message}), chosen by {sampler_label(few.sampler)}"
+            words = f"{share(percent)} %"
+        words = f"{len(few):,} of {len(surface):,} dots ({words}), chosen by {sampler_label(few.sampler)}"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
-            message += ". The interval is wide: --percent keeps a fixed share"
+            words += ". The interval is wide: --percent keeps a fixed share"
         if len(few) < len(surface):
-            message += f"\n{_error(result)}"
+            words += f"\n{_error(result)}"
         elif (args.percent, args.n_dots, args.density) == (None, None, None):
-            message += ". No smaller subset meets the limit"
+            words += ". No smaller subset meets the limit"
     about = options.about(args, whole=surface)
     outputs.write_output(
-        args, writing.DotsToWrite(few.surface, few.table, "weight", message=message, about=about)
+        args, writing.DotsToWrite(few.surface, few.table, "weight", words=words, about=about)
     )
 
 

@@ -27,7 +27,7 @@ from sparsurf.views.overview import profile
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 PNG = b"\x89PNG\r\n\x1a\n"
-READY = "document.getElementById('shown').textContent.includes('dots (')"
+READY = "document.body.dataset.ready"
 
 
 @pytest.fixture(autouse=True)
@@ -94,8 +94,7 @@ def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecul
     assert not rows  # the number of a component is no amount
     assert f"an area of {dots.area.sum():,.0f} Å²" in page.text
     header = header_of(html)
-    assert header["total"] == len(dots) and (header["sampler"], header["colour"]) == ("all", 0)
-    assert {scale["symbol"] for scale in header["values"]} == {"R_i", "hydropathy", "potential", "component"}
+    assert [scale["symbol"] for scale in header["corners"]] == ["R_i", "hydropathy", "potential", "component"]
     assert not page.sources and not [
         link for link in page.links if not link.startswith("#")
     ]  # one file alone
@@ -111,7 +110,7 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
             "mean_roughness": rough,
         }
     )
-    (panel,) = profile.panels(table)
+    ((panel,),) = (chain.rows for chain in profile.panels(table))
     assert [len(curve.split()) for curve in panel.curves] == [2, 1, 2]  # 9 is buried, 11 to 19 are missing
     inner = profile.PROFILE_HEIGHT - profile.TOP - profile.BOTTOM
     known = [value for value in rough if value == value]
@@ -128,12 +127,12 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
     assert panel.lowest.label == "ALA 7 A" and panel.highest.label == "ALA 20 A"
     assert {text for _, text in panel.levels} == {"0.3", "0.4", "0.5", "0.6", "0.7", "0.8"}
     coded = table.assign(residue=["7", "7A", "7B", "8", "10", "11"], mean_roughness=0.5)
-    assert [len(curve.split()) for curve in profile.panels(coded)[0].curves] == [4, 2]  # 9 is missing
+    assert [len(curve.split()) for curve in profile.panels(coded)[0].rows[0].curves] == [4, 2]  # 9 is missing
     many = pd.concat(
         [table.assign(chain=name, mean_roughness=0.5 + 0.01 * k) for k, name in enumerate("ABC")]
     )
     many = many.reset_index(drop=True)
-    marked = [sum(mark.rough for mark in panel.marks) for panel in profile.panels(many)]
+    marked = [sum(mark.rough for mark in panel.rows[0].marks) for panel in profile.panels(many)]
     assert marked == [6, 4, 0]  # ten of all chains
 
 
@@ -255,9 +254,9 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     assert menu == f"{', '.join(names)} and component of the surface"
     assert "Chain A" in text and "Chain B" in text
     header = header_of(html)
-    scale = next(one for one in header["values"] if one["symbol"] == "height")
+    scale = next(one for one in header["corners"] if one["symbol"] == "height")
     assert (scale["low"], scale["high"]) == pytest.approx((np.nanmin(height), np.nanmax(height)))
-    component = next(one for one in header["values"] if one["symbol"] == "component")
+    component = next(one for one in header["corners"] if one["symbol"] == "component")
     assert (component["low"], component["high"], component["low is"]) == (0, 1, "largest")
 
 
@@ -270,7 +269,7 @@ def test_the_page_of_a_model_has_its_own_fields_and_residues(tmp_path):
         (sparsurf.show(path, frame=1, open_browser=False).html, sparsurf.fields(dots, "hydropathy")),
         (sparsurf.show(own, open_browser=False).html, own.fields["hydropathy"]),
     ):
-        values = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header_of(html)["values"]}
+        values = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header_of(html)["corners"]}
         for name, of in (("hydropathy", hydropathy), ("potential", sparsurf.fields(dots, "potential"))):
             assert values[name] == pytest.approx((np.min(of), np.max(of)))
         rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")[1:]
@@ -372,10 +371,11 @@ def test_results_are_also_pages_and_pictures(tmp_path, monkeypatch, capsys, name
     shown = {row[0].split()[1]: row[1] for row in rows}
     wanted = whole if name == "minimal" else whole.loc[["2", "3"]]  # patches reach beyond these residues
     assert shown == {number: f"{value:.2f}" for number, value in wanted.items()}
-    if name != "residues":
-        colour = {"surface": "kind", "roughness": 0, "minimal": 0}[name]
+    if name == "minimal":
         header = header_of(html)
-        assert header["colour"] == colour and header["sampler"] == ("minimal" if name == "minimal" else "all")
+        assert (header["colour"], header["sampler"]) == (0, "minimal")
+    elif name != "residues":
+        assert header_of(html)["colour"] == {"surface": "kind", "roughness": "corner 0"}[name]
     found = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda each: None if each == "matplotlib" else found(each)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -15,15 +15,26 @@ from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
+from sparsurf.views import explorer
+from sparsurf.views.explorer.page import (
+    MAX_EXPLORER_BYTES,
+    DotsBelow,
+    ResidueValues,
+    around_molecule,
+    explorer_script,
+    explorer_style,
+)
+from sparsurf.views.explorer.shapes import Shape
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
-from sparsurf.views.render import along_smallest_axis
+from sparsurf.views.render import ROUGHNESS_LIMITS, along_smallest_axis
 from sparsurf.views.viewer import page as viewer
 
 if TYPE_CHECKING:
     import jinja2
 
     from sparsurf.evaluation.prepared_surface import PreparedSurface
+    from sparsurf.molecules.molecule import Molecule
 
 N_OPEN = 8  # chains whose profile is not folded
 
@@ -57,13 +68,16 @@ def overview(
     counts: str = "",
     probe: float | None = None,
     links: Sequence[tuple[str, str]] = (),
+    drawn: DrawnMolecule | None = None,
+    origin: Sequence[tuple[str, str]] = (),
 ) -> str:
     """Render the page of a surface, in one file.
 
+    Where the surface is `drawn` as triangles, its list, its profile and its residues are linked; else its dots are shown:
     `order` are the dots in the order of farthest-point sampling, `residues` is the table of `evaluation.residues`, `labels`
     names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
-    the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å, and
-    `links` are addresses and words of other pages on the surface.
+    the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å,
+    `links` are addresses and words of other pages on the surface, and `origin` says in pairs where the page is from.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     facts = {
@@ -72,13 +86,16 @@ def overview(
         "sparse": float(f"{patches.d_link:.2g}") > D_LINK,  # as the page shows it
         "probe": probe,
     }  # fmt: skip
-    shown = [viewer.DotValues("roughness", "R_i", "", rough), *values]
+    shown = [
+        viewer.DotValues("roughness", "R_i", "", rough, "rough", "flat", limits=ROUGHNESS_LIMITS),
+        *values,
+    ]
     context = {
         "title": title, "surface": facts, "names": listed(["the roughness", *[field.name for field in values]]),
         "fields": [_range(field) for field in shown if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
-        "links": links,
+        "links": links, "origin": origin, "linked": drawn is not None, "n_frames": 1, "orders": "the roughest",
     }  # fmt: skip
     context |= residue_words(residues)
 
@@ -86,11 +103,43 @@ def overview(
         """Return the page around packed dots."""
         return render_template(data=data, **context)
 
+    if drawn is not None and residues is not None:
+        dots = DotsBelow(
+            shown, surface.kind, drawn.nearest, "kind" if opens and opens[1] == "kind" else "corner 0"
+        )
+        numbers = [*numbers_of_residues(residues)]
+        limit = viewer.MAX_VIEWER_BYTES if links else MAX_EXPLORER_BYTES
+        return around_molecule(fill, drawn.molecule, [drawn.shape], numbers, dots, max_bytes=limit)
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
         turn=along_smallest_axis(surface.points),
         minimal_is="the kept dots",
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DrawnMolecule:
+    """The surface of a molecule as triangles, with the dot that is nearest to each corner, (V,) int."""
+
+    molecule: Molecule
+    shape: Shape
+    nearest: np.ndarray
+
+
+def numbers_of_residues(residues: pd.DataFrame) -> Iterator[ResidueValues]:
+    """Yield the numbers of the residues that the list and the chosen residue show, from the table of `evaluation.residues`."""
+    rough = residues["mean_roughness"].to_numpy(float)[None]
+    yield ResidueValues("mean roughness", "", rough, 2, "rough", "flat", ROUGHNESS_LIMITS, orders=1)
+    area = residues["area"].to_numpy(float)[None]
+    yield ResidueValues("area", "Å²", np.where(area > 0, area, np.nan), 0)
+    for column in columns_of_means(residues):
+        field = named_field(column.removeprefix("mean_"))
+        yield ResidueValues(f"mean {field['name']}", field["unit"], residues[column].to_numpy(float)[None])
+
+
+def columns_of_means(residues: pd.DataFrame) -> list[str]:
+    """Return the columns with the mean of a field."""
+    return [str(name) for name in residues if str(name).startswith("mean_") and name != "mean_roughness"]
 
 
 def render_residues(title: str, residues: pd.DataFrame) -> str:
@@ -103,6 +152,9 @@ def render_residues(title: str, residues: pd.DataFrame) -> str:
         "missing": (),
         "counts": "",
         "links": (),
+        "origin": (),
+        "linked": False,
+        "n_frames": 1,
     }
     return render_template(title=title, **context, **residue_words(residues))
 
@@ -111,12 +163,12 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
     """Return what the template needs of the residues."""
     if residues is None:
         return {"table": None, "panels": [], "rough": [], "means": []}
-    columns = [name for name in residues if str(name).startswith("mean_") and name != "mean_roughness"]
+    columns = columns_of_means(residues)
     rough = roughest(residues)
     rows = [
-        {"label": label, "roughness": row["mean_roughness"], "area": row["area"], "dots": row["dots"],
+        {"label": label, "residue": position, "roughness": row["mean_roughness"], "area": row["area"], "dots": row["dots"],
          "means": [row[name] for name in columns]}
-        for label, row in zip(labels_of(rough), rough.to_dict("records"), strict=True)
+        for label, position, row in zip(labels_of(rough), rough.index, rough.to_dict("records"), strict=True)
     ]  # fmt: skip
     means = [named_field(str(name).removeprefix("mean_")) for name in columns]
     return {"table": True, "panels": panels(residues), "rough": rows, "means": means}
@@ -144,10 +196,11 @@ def render_template(**context: Any) -> str:
     """Render the template."""
     from markupsafe import Markup
 
+    is_linked = context["linked"]
     parts = {
-        "style": Markup(viewer.style()),
+        "style": Markup(explorer_style() if is_linked else viewer.style()),
         "main": Markup(viewer.main_html()),
-        "script": Markup(viewer.script()),
+        "script": Markup(explorer_script() if is_linked else viewer.script()),
     }
     names = (PROFILE_CSS, "page.css")
     style = Markup("".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names))
@@ -162,7 +215,7 @@ def _template() -> jinja2.Template:
     import jinja2  # here: only pages need it
 
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        loader=jinja2.FileSystemLoader([Path(__file__).parent, Path(explorer.__file__).parent]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

@@ -13,11 +13,8 @@ from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
 PROFILE_CSS = "profile.css"  # of a panel on a page, which profile.html.j2 draws
-MIN_WIDTH, RESIDUE_STEP_WIDTH, PROFILE_HEIGHT = (
-    760,
-    6,
-    190,
-)  # of the drawing of a chain; STEP from residue to residue, at least
+PROFILE_WIDTH, PROFILE_HEIGHT = 760, 190  # of the drawing of a row of residues
+RESIDUES_PER_ROW = 100  # of a chain, at most
 LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 26  # margins around its curve
 LABEL_ROOM = 44  # from one number below the axis to the next
 STEPS_OF_LABELS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -32,12 +29,12 @@ class Mark(NamedTuple):
     label: str
     value: float
     rough: bool  # one of the roughest of the molecule
+    residue: int  # its row in the table
 
 
-class Panel(NamedTuple):
-    """The drawing of one chain; lengths are in pixels from the upper left corner."""
+class PanelRow(NamedTuple):
+    """The drawing of consecutive residues of a chain; lengths are in pixels from the upper left corner."""
 
-    chain: str
     lowest: Mark
     highest: Mark
     width: int
@@ -46,6 +43,13 @@ class Panel(NamedTuple):
     marks: list[Mark]
     ticks: list[tuple[float, str]]  # below the axis
     levels: list[tuple[float, str]]  # beside the axis
+
+
+class Panel(NamedTuple):
+    """The drawing of one chain, in rows."""
+
+    chain: str
+    rows: list[PanelRow]
 
 
 def roughest(residues: pd.DataFrame) -> pd.DataFrame:
@@ -109,20 +113,36 @@ def panels(residues: pd.DataFrame) -> list[Panel]:
     low, high = limits(residues)
     rough = residues.index.isin(roughest(residues).index)
     marked = residues.assign(rough=rough)
-    return [_panel(name, rows, low, high) for name, rows in chains(marked)]
+    return [Panel(name, [*_rows(rows, low, high)]) for name, rows in chains(marked)]
 
 
-def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
-    """Lay out the drawing of one chain, whose roughest residues are `rough`."""
+def _rows(residues: pd.DataFrame, low: float, high: float) -> Iterator[PanelRow]:
+    """Lay out the rows of one chain, as wide as the page; rows without a residue on the surface are left out."""
+    per_row = min(len(residues), RESIDUES_PER_ROW)
+    for begin in range(0, len(residues), RESIDUES_PER_ROW):
+        part = residues.iloc[begin : begin + RESIDUES_PER_ROW]
+        if part["mean_roughness"].notna().any():
+            yield _row(part, per_row, low, high)
+
+
+def _row(rows: pd.DataFrame, per_row: int, low: float, high: float) -> PanelRow:
+    """Lay out residues of one chain, of which a row has room for `per_row`; the roughest of the molecule are `rough`."""
     values = rows["mean_roughness"].to_numpy(float)
-    width = max(MIN_WIDTH, LEFT + RIGHT + RESIDUE_STEP_WIDTH * len(rows))
-    step = (width - LEFT - RIGHT) / len(rows)
+    width = PROFILE_WIDTH
+    step = (width - LEFT - RIGHT) / per_row
     across = LEFT + step * (np.arange(len(rows)) + 0.5)
     down = TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)
     curves = [" ".join(f"{across[k]:.1f},{down[k]:.1f}" for k in part) for part in stretches(rows)]
     labels, rough = labels_of(rows), rows["rough"].tolist()
     marks = [
-        Mark(round(float(across[k]), 1), round(float(down[k]), 1), labels[k], float(values[k]), rough[k])
+        Mark(
+            round(float(across[k]), 1),
+            round(float(down[k]), 1),
+            labels[k],
+            float(values[k]),
+            rough[k],
+            int(rows.index[k]),
+        )
         for k in np.flatnonzero(np.isfinite(values)).tolist()
     ]
     places = places_of_labels(rows, LABEL_ROOM / step)
@@ -133,4 +153,4 @@ def _panel(chain: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
         for k in range(0, count + 1, max(1, math.ceil(count / 5)))
     ]
     lowest, highest = (choose(marks, key=lambda mark: mark.value) for choose in (min, max))
-    return Panel(chain, lowest, highest, width, PROFILE_HEIGHT, curves, marks, ticks, levels)
+    return PanelRow(lowest, highest, width, PROFILE_HEIGHT, curves, marks, ticks, levels)

@@ -1,13 +1,8 @@
 // The page's controls: what is shown, in which colour, and what the tables say about it.
 
-const element = (id) => document.getElementById(id);
 const LAW = ["alpha", "beta", "gamma", "delta"];
-const number = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
 const UNKNOWN = 255, GREY = [160, 160, 160], WHITE = [1, 1, 1];
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, seed: 1, picked: -1, shown: new Uint32Array(0) };
-// Text with subscripts, as nodes: R_i becomes R<sub>i</sub>; where a text has no room for nodes, in letters.
-const subscripts = (text) => text.split(/_(\w+)/).map((part, k) => (k % 2 ? Object.assign(document.createElement("sub"), { textContent: part }) : part));
-const inLetters = (text) => text.replaceAll("_i", "ᵢ");
 let head, dots, scene, cover, luck, keep, ranked = {}, asked = false, coloured = "";
 
 async function start() {
@@ -148,11 +143,6 @@ function boxed(name, rgb) {
   return [box, name];
 }
 
-function shade(share) {
-  const stops = head.stops, place = share * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(place));
-  return stops[k].map((value, c) => value + (place - k) * (stops[k + 1][c] - value));
-}
-
 // Discs that just cover the surface when all dots are there, larger on request.
 const radius = () => (view.shown.length === head.stored ? 1.3 : 0.9) * head.spacing * element("size").value;
 
@@ -161,9 +151,6 @@ function redraw() {
   asked = true;
   requestAnimationFrame(() => drawNow());
 }
-
-// The colour of the page, as numbers from 0 to 1.
-const ofPage = () => getComputedStyle(document.body).backgroundColor.match(/[\d.]+/g).slice(0, 3).map((value) => value / 255);
 
 function drawNow(behind = ofPage()) {
   const canvas = element("canvas"), sharp = Math.min(2, window.devicePixelRatio || 1);
@@ -186,19 +173,6 @@ function pick(i) {
     words.push(`${each.symbol} = ${value === UNKNOWN ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
   });
   element("picked").replaceChildren(...subscripts(`${words.join(", ")}.`));
-}
-
-// Turns by radians about the upright and the level axis of the screen.
-function turn(across, down) {
-  const t = view.turn, [c, s, e, f] = [Math.cos(across), Math.sin(across), Math.cos(down), Math.sin(down)];
-  const rows = [[c, 0, s], [f * s, e, -f * c], [-e * s, f, e * c]];
-  view.turn = rows.flatMap((row) => [0, 1, 2].map((k) => row[0] * t[k] + row[1] * t[3 + k] + row[2] * t[6 + k]));
-  redraw();
-}
-
-function zoom(factor) {
-  view.zoom = Math.min(40, Math.max(0.3, view.zoom * factor));
-  redraw();
 }
 
 function putBack() {
@@ -270,46 +244,11 @@ function listen() {
     event.preventDefault();
     keys[event.key]();
   });
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    zoom(Math.exp(-0.0015 * event.deltaY));
-  }, { passive: false });
-  follow(canvas);
+  follow(canvas, (left, top) => {
+    pick(scene.pick(view, view.shown, radius(), left, top));
+    redraw();
+  });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-}
-
-// One finger or the mouse turns, two fingers zoom and move, a press without a move picks.
-function follow(canvas) {
-  const fingers = new Map();
-  let moved = 0;
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    moved = fingers.size ? Infinity : 0;
-    fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    const before = fingers.get(event.pointerId);
-    if (!before) return;
-    const [across, down] = [event.clientX - before[0], event.clientY - before[1]];
-    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
-    moved += Math.abs(across) + Math.abs(down);
-    if (other) zoom(Math.hypot(event.clientX - other[0], event.clientY - other[1]) / Math.max(1, Math.hypot(before[0] - other[0], before[1] - other[1])));
-    if (other || event.shiftKey) {
-      const perPixel = (scene.perPixel(view) * canvas.width) / canvas.clientWidth / fingers.size;
-      view.shift = [view.shift[0] + across * perPixel, view.shift[1] - down * perPixel];
-      redraw();
-    } else turn(0.01 * across, 0.01 * down);
-    fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  });
-  for (const kind of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(kind, (event) => {
-      if (fingers.delete(event.pointerId) && kind === "pointerup" && moved < 5) {
-        const box = canvas.getBoundingClientRect(), sharp = canvas.width / box.width;
-        pick(scene.pick(view, view.shown, radius(), (event.clientX - box.left) * sharp, (event.clientY - box.top) * sharp));
-        redraw();
-      }
-    });
-  }
 }
 
 start().catch((error) => {

@@ -39,7 +39,7 @@ MAX_DOTS = 100_000
 MAX_VIEWER_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
 COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
 CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
-VIEWER_SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
+VIEWER_SCRIPTS = ["unpack.js", "sampling.js", "gl.js", "scene.js", "camera.js", "page.js"]
 SHEET_STEP = 0.02  # Å, of the corners of the surface below the dots
 SHEET_GRID = 1.2, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
 SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is reconstructed, and at least so many
@@ -240,13 +240,16 @@ def _header(
         "readings": [words_of(reading) for reading in readings],
         "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
         "presets": _presets(best),
-        "values": [_scale(field) for field in values],
-        "kinds": [
-            [name, rgb.tolist()]
-            for name, rgb in zip(KIND_LABELS, [*KIND_COLOURS[:3], VERTEX_GREY], strict=True)
-        ],
+        "values": [scale_of(field) for field in values],
+        "kinds": named_kinds(),
         "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
     }
+
+
+def named_kinds() -> list[tuple[str, list[int]]]:
+    """Return the name and the colour of each kind of dots, and of dots whose kind is not known."""
+    colours = [*KIND_COLOURS[:3], VERTEX_GREY]
+    return [(name, rgb.tolist()) for name, rgb in zip(KIND_LABELS, colours, strict=True)]
 
 
 def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
@@ -260,7 +263,7 @@ def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
     return presets
 
 
-def _scale(values: DotValues) -> dict[str, Any]:
+def scale_of(values: DotValues) -> dict[str, Any]:
     """Return the names and ends of some values."""
     finite = values.values[np.isfinite(values.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)

@@ -1,0 +1,267 @@
+"""The page that links a surface, the list and the profile of its residues: what it stores, and what a real browser does."""
+
+import re
+
+import matplotlib.image
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import sparsurf
+from accessibility import inaccessible
+from browser import Browser, programs
+from conftest import ROOT
+from peptides import peptide
+from small_study import unpacked
+from sparsurf.views.explorer import page as explorer
+from sparsurf.views.explorer import shapes
+
+TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
+READY = "document.body.dataset.ready"
+CHOSEN = """
+const option = document.querySelector("#residues [aria-selected=true]"), mark = document.querySelector(".profile .chosen");
+return {
+  list: option && option.firstChild.textContent,
+  profile: mark && mark.querySelector("title").textContent.split(":")[0],
+  surface: document.getElementById("tag").hidden ? null : document.getElementById("tag").textContent,
+  words: document.getElementById("chosen").textContent.split(":")[0],
+};
+"""
+
+
+@pytest.fixture(scope="module")
+def dots():
+    """The surface of a fragment of 61 residues."""
+    return sparsurf.surface(TDP43)
+
+
+@pytest.fixture(scope="module")
+def html(dots):
+    """Its page."""
+    return sparsurf.show(dots, open_browser=False).html
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A browser for the tests of this file."""
+    if None in programs():
+        pytest.skip("no chromium and chromedriver on the PATH (Debian: chromium, chromium-driver)")
+    made = Browser(tmp_path_factory.mktemp("browser"), 1280, 900)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def opened(browser, html, tmp_path):
+    """The page, freshly loaded; whatever the console says is an error."""
+    (tmp_path / "page.html").write_text(html, encoding="utf-8")
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.wait_for(READY)
+    yield browser
+    assert browser.complaints() == []
+
+
+def corners_of(header, columns, frame=0):
+    """The corners (Å) and the triangles of a frame, as the page reads them."""
+    points = np.column_stack([columns[f"{axis}{frame}"] for axis in "xyz"]) * header["step"]
+    codes = columns[f"triangles{frame}"]
+    new = codes == 0
+    return points, (np.cumsum(new) - new - codes).reshape(-1, 3)
+
+
+def residues_in_front(opened, html, place):
+    """The residues of the corners of the triangle in front at a place of the canvas, in pixels from its middle."""
+    header, columns = unpacked(html)
+    points, triangles = corners_of(header, columns)
+    turn, pixel = opened.run("return [view.turn, scene.perPixel(view) * canvas.width / canvas.clientWidth]")
+    seen = (points - (points.min(axis=0) + points.max(axis=0)) / 2) @ np.reshape(turn, (3, 3)).T
+    a, b, c = (seen[triangles[:, k]] for k in range(3))
+    at = np.array([place[0], -place[1]]) * pixel
+    edges = np.stack([(b - a)[:, :2], (c - a)[:, :2]], axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v = np.moveaxis(np.linalg.pinv(edges) @ (at - a[:, :2])[..., None], 1, 0)[..., 0]
+    inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (abs(np.linalg.det(edges)) > 1e-9)
+    height = np.where(inside, a[:, 2] + u * (b - a)[:, 2] + v * (c - a)[:, 2], -np.inf)
+    return columns["residue0"][triangles[height.argmax()]]
+
+
+def test_the_triangles_of_the_page_lie_on_the_surface_and_carry_its_residues_and_values(dots, html):
+    header, columns = unpacked(html)
+    points, triangles = corners_of(header, columns)
+    assert triangles.max() + 1 == len(points) == len({*map(tuple, points.tolist())})
+    gap, nearest = cKDTree(dots.points).query(points)
+    assert gap.max() < 0.5  # Å, the spacing of the dots
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert np.linalg.norm(np.diff(points[edges], axis=1), axis=2).max() < 4
+    area = (
+        np.linalg.norm(np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))), axis=1)
+        / 2
+    )
+    assert area.sum() == pytest.approx(dots.area.sum(), rel=0.05)
+    table = sparsurf.residues(dots)
+    labels = [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in table.itertuples()]
+    assert header["residues"] == labels
+    same = dots.molecule.residue_index[dots.atom[nearest]] == columns["residue0"]
+    assert same.mean() > 0.95  # corners between residues may be nearest to a dot of the other
+    scale, rough = header["corners"][0], sparsurf.roughness(dots)
+    shown = scale["low"] + columns["corner 0"] / 254 * (scale["high"] - scale["low"])
+    assert (
+        np.quantile(np.abs(shown - rough[nearest]), 0.95) < 0.01
+    )  # positions are rounded, so that others are nearer
+    for k, column in ((0, "mean_roughness"), (1, "area")):
+        described = header["numbers"][k]
+        values = described["low"] + described["step"] * columns[f"number {k}"]
+        exposed = table["area"] > 0
+        assert np.abs(values - table[column])[exposed].max() <= described["step"]
+    heavy = dots.molecule.heavy
+    atoms = np.column_stack([columns[f"atom {axis}0"] for axis in "xyz"]) * header["step"]
+    assert np.allclose(atoms, dots.molecule.xyz[0][heavy], atol=header["step"])
+    names = dots.molecule.name[heavy][columns["trace"]]
+    assert {*names} == {"CA"} and columns["residue of atom"][columns["trace"]].tolist() == [*range(61)]
+
+
+def test_a_page_that_would_be_too_large_has_wider_triangles(dots):
+    mesh = sparsurf.mesh(dots, step=0.7)
+    atoms, *_ = shapes.atoms_to_draw(dots.molecule)
+    shape = shapes.shape_of(mesh, dots.molecule, atoms, 0)
+    rough = sparsurf.residues(dots)["mean_roughness"].to_numpy()[None]
+    numbers = [explorer.ResidueValues("roughness", "", rough)]
+    whole, small = (
+        explorer.around_molecule(
+            lambda data: f'PACKED = "{data}"', dots.molecule, [shape], numbers, max_bytes=size
+        )
+        for size in (10**7, 60_000)
+    )
+    assert len(small) <= 60_000 < len(whole)
+    points, _ = corners_of(*unpacked(small))
+    assert 200 < len(points) < len(corners_of(*unpacked(whole))[0])
+    assert cKDTree(mesh.vertices.points).query(points)[0].max() < 2 * shapes.SHAPE_STEP
+
+
+def test_a_residue_chosen_anywhere_is_shown_everywhere(opened, dots, html):
+    """On the surface, in the list, in the profile, by search and in the table of the roughest."""
+    table = sparsurf.residues(dots)
+    labels = [f"{row.residue_name} {row.residue}" for row in table.itertuples()]
+    roughest = table["mean_roughness"].to_numpy().argsort()
+
+    def shown(residue):
+        opened.wait_for("!asked")
+        where = dict.fromkeys(("list", "profile", "surface", "words"), labels[residue])
+        assert opened.run(CHOSEN) == where
+        number = f"area {table['area'][residue]:.0f} Å²"
+        assert number in opened.run("return document.getElementById('chosen').textContent")
+
+    opened.run("document.querySelector('table button.residue').click()")
+    shown(roughest[0])
+    opened.run("choose(-1); drawNow()")
+    assert opened.run(CHOSEN) | {"words": ""} == dict.fromkeys(("list", "profile", "surface")) | {"words": ""}
+    for kind, place in (("mouse", (12, -9)), ("touch", (-40, 25))):
+        opened.run("choose(-1); drawNow()")
+        in_front = residues_in_front(opened, html, place)
+        opened.point("#canvas", place, kind=kind)
+        chosen = opened.run("return view.chosen")
+        assert chosen in in_front
+        shown(chosen)
+    opened.click(f"#residue-{roughest[2]}")
+    shown(roughest[2])
+    opened.press("#residues", "\ue015")  # the arrow key, to the next of the list
+    shown(roughest[3])
+    opened.press("#search", "leu 243")
+    shown(labels.index("LEU 243"))
+    opened.press("#search", "\ue003" * 10 + "VAL2")
+    assert opened.run("return listed.filter((row) => !row.hidden).length") == sum(
+        bool(re.fullmatch(r"VAL 2\d*", label)) for label in labels
+    )
+    opened.press("#search", "20\ue007" if "VAL 220" in labels else "\ue007")  # Enter takes the first
+    chosen = opened.run("return view.chosen")
+    assert labels[chosen].startswith("VAL 2")
+    opened.run(
+        "const mark = document.querySelector('.profile [data-residue=\"7\"]'), box = mark.getBoundingClientRect();"
+        "mark.dispatchEvent(new MouseEvent('click', {bubbles: true, clientX: box.left + 3, clientY: box.top + 40}))"
+    )
+    shown(7)
+    opened.press(".profile .wide", "\ue014")
+    shown(8)
+    opened.press("#canvas", "p")
+    shown(7)
+
+
+def test_the_chosen_residue_is_drawn_in_sticks_inside_of_a_surface_that_is_seen_through(opened):
+    def drawn():
+        opened.run("drawNow()")
+        (opened.folder / "window.png").write_bytes(opened.screenshot())
+        left, top, width, height = opened.run(
+            "const b = element('canvas').getBoundingClientRect(); return [b.left, b.top, b.width, b.height]"
+        )
+        image = matplotlib.image.imread(opened.folder / "window.png")[..., :3]
+        return image[int(top) : int(top + height), int(left) : int(left + width)]
+
+    opened.run(
+        "window.inside = null; const fill = scene.inside; scene.inside = (solid) => fill((window.inside = solid))"
+    )
+    opened.run("window.scrollTo(0, element('canvas').offsetTop)")
+    solid = drawn()
+    opened.run("choose(34)")  # LEU 243
+    bare = opened.run("choose(-1); return inside.places.length")
+    sticks = opened.run("choose(34); return inside.places.length")
+    assert sticks > bare > 5_000
+    assert opened.run("return element('through').checked")
+    seen = drawn()
+    assert np.abs(seen - solid).mean() > 0.02
+    opened.click("#through")
+    assert not opened.run("return element('through').checked")
+    assert np.abs(drawn() - seen).mean() > 0.02
+    orange = np.array(opened.run("return CHOSEN")) / 255
+    there = np.linalg.norm(drawn() / drawn().max() - orange, axis=2) < 0.35
+    assert there.sum() > 100  # on the surface, too
+
+
+def test_two_fingers_zoom_and_move_on_a_telephone(opened):
+    opened.screen(400, 800)
+    try:
+        opened.run("window.scrollTo(0, element('canvas').getBoundingClientRect().top + scrollY - 20)")
+        zoom = opened.run("return view.zoom")
+        opened.pinch("#canvas", ((-20, 0), (-80, 0)), ((20, 0), (80, 0)))
+        assert opened.run("return view.zoom") / zoom == pytest.approx(4, rel=0.4)
+        assert opened.run("return view.chosen") == -1  # a gesture chooses nothing
+        opened.run("putBack()")
+        opened.pinch("#canvas", ((-20, 0), (20, 40)), ((20, 0), (60, 40)))
+        across, down = opened.run("return view.shift")
+        assert across > 0 > down and opened.run("return view.zoom") == pytest.approx(1, rel=0.3)
+        assert opened.run("return document.documentElement.scrollWidth") <= 400
+        ends = "return ['search', 'residues', 'colour', 'save'].map((id) => element(id).getBoundingClientRect().right)"
+        assert max(opened.run(ends)) <= 400
+        assert (
+            opened.run("return Math.min(...listed.map((row) => row.offsetHeight))") >= 24
+        )  # a finger hits one
+    finally:
+        opened.screen(None, None)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_is_accessible(opened, scheme):
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    opened.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"features": features})
+    try:
+        for residue in (-1, 34):
+            opened.run("choose(arguments[0])", residue)
+            assert inaccessible(opened) == []
+    finally:
+        opened.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"features": []})
+
+
+def test_the_profile_of_a_long_chain_fits_on_the_page(browser, tmp_path):
+    """In rows of 100 residues, whose places are one below the other."""
+    names = ["ALA"] * 230
+    (tmp_path / "long.pdb").write_text(peptide(names) + "END\n")
+    sparsurf.show(tmp_path / "long.pdb", tmp_path / "page.html", open_browser=False)
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.wait_for(READY)
+    rows = browser.run(
+        "return [...document.querySelectorAll('.profile svg')].map((s) => [s.getBoundingClientRect().right, "
+        "[...s.querySelectorAll('[data-residue]')].map((c) => [+c.dataset.residue, +c.getAttribute('cx')])])"
+    )
+    assert [len(marks) for _, marks in rows] == [100, 100, 30] and max(right for right, _ in rows) < 1265
+    assert [residue for _, marks in rows for residue, _ in marks] == [*range(230)]
+    assert rows[2][1][5][1] == rows[0][1][5][1]
+    assert browser.complaints() == []
