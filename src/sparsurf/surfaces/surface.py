@@ -295,7 +295,7 @@ class Surface:
         """Return the component of each dot, (N,) int, 0 the largest; raise InputError unless these are all dots as placed."""
         if self.placed is None:
             raise InputError(
-                f"{function}: these are not all dots of their surface; give all dots from surface()."
+                f"{function}: this Surface is a subset; pass the complete surface that surface() returned."
             )
         return self.placed.components(self)
 
@@ -354,7 +354,7 @@ class Surface:
 
 def _not_placed(*_: Any) -> Any:
     """Stand for what only all dots of a placement have; `Surface.placed` is None where an origin holds it."""
-    raise InputError("surface: these are not all dots of their surface; give all dots from surface().")
+    raise InputError("surface: this Surface is a subset; pass the complete surface that surface() returned.")
 
 
 def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:

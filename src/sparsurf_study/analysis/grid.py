@@ -26,7 +26,7 @@ from sparsurf.threads import parallel_map
 
 # n_S of a curve: linear interpolation over ln n_S is off by 0.0005, while draws scatter by 0.01
 N_CURVE_SIZES = 32
-TESTS_AT_ONCE = 20  # of a draw, after which the progress is reported
+TESTS_AT_ONCE = 20  # progress is reported every 20 test dots
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,7 @@ def test_what_cannot_be_is_refused():
     dots = sparsurf.surface(given)
     for some in (dots[::-1], dots[:-1]):
         assert some.origin is dots.origin
-        with pytest.raises(InputError, match="x: these are not all dots of their surface"):
+        with pytest.raises(InputError, match="x: this Surface is a subset; pass the complete surface"):
             some.known_components("x")
     with pytest.raises(InputError, match="the dots are not those of the molecule"):
         sparsurf.components((shell()[:100], np.full(100, 1.9)), replace(dots, origin=None))
