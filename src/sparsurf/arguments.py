@@ -83,8 +83,8 @@ PLDDT = Limits(0, 100, open_low=False)
 def check_plddt(value: Any, name: str = "plddt") -> float:
     """Return a bound of pLDDT; raise InputError for what is none, and for a share of 1, which would leave out nothing."""
     bound = PLDDT.check(value, name)
-    if words := share_of_plddt(bound):
-        raise InputError(f"{argument(name)} {words}")
+    if reason := share_of_plddt(bound):
+        raise InputError(f"{argument(name)} {reason}")
     return bound
 
 
@@ -98,8 +98,8 @@ def share_of_plddt(bound: float) -> str:
 def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
     """Return a value of the user that is one of the choices; raise InputError for another."""
     if not isinstance(value, str) or value not in choices:  # an array compares with each of them
-        words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
-        raise InputError(f"{argument(name)} is {value!r}; it must be {words}.")
+        allowed = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
+        raise InputError(f"{argument(name)} is {value!r}; it must be {allowed}.")
     return value
 
 
@@ -124,19 +124,21 @@ def checked_result(
         array = np.asarray(values)
     except ValueError:
         array = np.asarray(None)  # rows of unequal lengths
-    words = " x ".join("any number" if length is None else f"{length:,}" for length in shape)
+    expected = " x ".join("any number" if length is None else f"{length:,}" for length in shape)
     is_number = array.dtype.kind in "biuf"
     if not is_number or array.ndim != len(shape):
-        what = (
+        described = (
             f"an array of {array.dtype} and shape {array.shape}"
             if array.ndim
             else f"a {type(values).__name__}"
         )
-        raise InputError(f"{name} returns {what}; it must return {words} numbers.")
+        raise InputError(f"{name} returns {described}; it must return {expected} numbers.")
     if any(
         n != wanted if wanted is not None else n < 1 for n, wanted in zip(array.shape, shape, strict=True)
     ):
-        raise InputError(f"{name} returns an array of shape {array.shape}; it must return {words} numbers.")
+        raise InputError(
+            f"{name} returns an array of shape {array.shape}; it must return {expected} numbers."
+        )
     array = array.astype(np.float64)
     if np.isinf(array).any() or (np.isnan(array).any() and not allow_nan):
         raise InputError(f"{name} returns NaN or infinity; it must return finite numbers.")

@@ -65,9 +65,9 @@ def shorten(text: object) -> str:
 
 def pluralise(number: int, noun: str, verb: str = "") -> str:
     """Return a number with its noun, and a verb: '1 residue lacks', '2 residues lack'."""
-    words = f"{number} {noun}{'' if number == 1 else 's'}"
+    counted = f"{number} {noun}{'' if number == 1 else 's'}"
     several = {"is": "are", "has": "have", "": ""}.get(verb) or verb.removesuffix("s")
-    return f"{words} {verb if number == 1 else several}".rstrip()
+    return f"{counted} {verb if number == 1 else several}".rstrip()
 
 
 def checksum_of_file(path: str | os.PathLike[str]) -> str:

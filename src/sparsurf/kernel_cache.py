@@ -79,8 +79,12 @@ def _temporary_folder() -> str:
         folder = os.path.join(tempfile.gettempdir(), f"sparsurf-kernels-{os.getuid()}")
         os.makedirs(folder, mode=0o700, exist_ok=True)
         found = os.lstat(folder)
-        own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
+        is_private = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
         # compiled kernels are loaded as code, so that nobody else may put them there
-        return folder if own and os.access(folder, os.W_OK) else tempfile.mkdtemp(prefix="sparsurf-kernels-")
+        return (
+            folder
+            if is_private and os.access(folder, os.W_OK)
+            else tempfile.mkdtemp(prefix="sparsurf-kernels-")
+        )
     except OSError:
         return ""

@@ -54,10 +54,10 @@ class LightCache(Cache):
         stamp: Any = hash_of_kernels(package)
         if not _is_inside(source, package):  # a function of another project
             stamp = stamp, self._impl.locator.get_source_stamp()
-        beside = os.path.join(os.path.dirname(source), "__pycache__")
+        folder_of_source = os.path.join(os.path.dirname(source), "__pycache__")
         self._installed, self._cache_file = (
             caching.IndexDataCacheFile(folder, self._impl.filename_base, stamp)
-            for folder in (beside, self._cache_path)
+            for folder in (folder_of_source, self._cache_path)
         )
         # Beside numba's version, which is compared before the rest of a file is read: the types that another version of this
         # package names there may be gone

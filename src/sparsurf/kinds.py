@@ -77,7 +77,7 @@ class Kind(NamedTuple):
     """A kind of choices: its name in sentences, and the arguments of its functions."""
 
     word: str
-    words: str  # of several
+    plural: str
     arguments: tuple[str, ...]
 
 
@@ -461,7 +461,7 @@ def find(kind: str, value: Any, key: str) -> Choice:
         listed, word = names(kind), KINDS[kind]
         hint = did_you_mean(str(value), listed) or "."
         raise InputError(
-            f"{argument(key)}: there is no {word.word} {value!r}; the {word.words} are {', '.join(listed)}{hint}"
+            f"{argument(key)}: there is no {word.word} {value!r}; the {word.plural} are {', '.join(listed)}{hint}"
         )
     return choice
 
@@ -584,7 +584,9 @@ def modules(kind: str) -> set[str]:
 
 def plugins_in_use(kind: str) -> dict[str, Choice]:
     """Return the choices of installed packages that were looked up in this process, by name."""
-    return {name: choice for (of, name), choice in sorted(_plugins_in_use.items()) if of == kind}
+    return {
+        name: choice for (kind_in_use, name), choice in sorted(_plugins_in_use.items()) if kind_in_use == kind
+    }
 
 
 @cache

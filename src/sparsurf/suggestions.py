@@ -13,9 +13,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def did_you_mean(value: str, names: Iterable[str]) -> str:
     """Return "; did you mean 'name'?" with the nearest of some names, or nothing if none is near."""
-    words = {name.lstrip("-"): name for name in names}  # dashes would make all options alike
-    near = difflib.get_close_matches(value.lstrip("-"), words, 1, 0.55)
-    return f"; did you mean {words[near[0]]!r}?" if near else ""
+    full_names = {name.lstrip("-"): name for name in names}  # dashes would make all options alike
+    near = difflib.get_close_matches(value.lstrip("-"), full_names, 1, 0.55)
+    return f"; did you mean {full_names[near[0]]!r}?" if near else ""
 
 
 PLACEMENT = (

@@ -120,15 +120,17 @@ def _output(path: str, entry: Mapping[str, Any]) -> Output:
     )
 
 
-def sentence(words: str) -> str:
+def sentence(text: str) -> str:
     """Return words as a sentence: with a capital letter and a full stop."""
-    return f"{words[:1].upper()}{words[1:]}."
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 @cache
 def outputs_in(folder: str) -> tuple[Output, ...]:
     """Return the outputs of a part of a run that its end asks for, such as those of <protein>/<conformation>."""
-    return tuple(it for it in outputs().values() if it.folder == folder and not it.intermediate)
+    return tuple(
+        output for output in outputs().values() if output.folder == folder and not output.intermediate
+    )
 
 
 def paths_of(rule: str) -> list[str]:
@@ -138,7 +140,7 @@ def paths_of(rule: str) -> list[str]:
 
 def requested(folder: str, conditions: Collection[str]) -> list[Output]:
     """Return the outputs of a part of a run that a study asks for under these conditions."""
-    return [it for it in outputs_in(folder) if it.when.issubset(conditions)]
+    return [output for output in outputs_in(folder) if output.when.issubset(conditions)]
 
 
 def conditions_of_protein(config: Mapping[str, Any], protein: str) -> set[str]:
@@ -166,40 +168,40 @@ def caption_file(output: Output) -> str:
     return re.sub(r"\W+", "_", output.path).strip("_") + ".rst"
 
 
-def first_of_each_rule(of: Iterable[Output]) -> list[Output]:
+def first_of_each_rule(listed: Iterable[Output]) -> list[Output]:
     """Return one output of each rule: whoever asks for it also gets the others."""
     first: dict[tuple[str, ...], Output] = {}
-    for it in of:
-        first.setdefault(it.rules, it)
+    for output in listed:
+        first.setdefault(output.rules, output)
     return [*first.values()]
 
 
 @cache
 def in_section(name: str) -> tuple[Output, ...]:
     """Return the outputs of a section of the first page."""
-    return tuple(it for it in outputs().values() if name in it.sections)
+    return tuple(output for output in outputs().values() if name in output.sections)
 
 
 def output_of(path: str) -> Output | None:
     """Return the output that a file of a run is, by its path below results/<run>/; None where the catalogue has none."""
     parts = path.split("/")
-    fitting = [it for it in _by_depth().get(len(parts), ()) if _fits(it.path.split("/"), parts)]
+    fitting = [output for output in _by_depth().get(len(parts), ()) if _fits(output.path.split("/"), parts)]
     # the most specific: pairs/pairs.csv is of no protein, and <file>.json is no <file>
-    return min(fitting, key=lambda it: (it.path.count("<"), -len(it.path)), default=None)
+    return min(fitting, key=lambda output: (output.path.count("<"), -len(output.path)), default=None)
 
 
 @cache
 def _by_depth() -> dict[int, list[Output]]:
     """Return the outputs by the number of parts of their paths."""
     found: dict[int, list[Output]] = {}
-    for it in outputs().values():
-        found.setdefault(it.path.count("/") + 1, []).append(it)
+    for output in outputs().values():
+        found.setdefault(output.path.count("/") + 1, []).append(output)
     return found
 
 
 def _fits(pattern: Iterable[str], parts: Iterable[str]) -> bool:
     """Return whether the parts of a path are those of an output, whose placeholders stand for any names."""
     return all(
-        part.endswith(own.rpartition(">")[2]) if own.startswith("<") else own == part
-        for own, part in zip(pattern, parts, strict=True)
+        part.endswith(expected.rpartition(">")[2]) if expected.startswith("<") else expected == part
+        for expected, part in zip(pattern, parts, strict=True)
     )

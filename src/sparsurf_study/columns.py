@@ -54,7 +54,7 @@ class TableDescription:
 def tables() -> dict[str, TableDescription]:
     """Return all tables by their path below results/<run>/, or by their command."""
     listed = catalogue.content()
-    shared = {name: Column(name, *words) for name, words in listed["columns"].items()}
+    shared = {name: Column(name, *definition) for name, definition in listed["columns"].items()}
     with_rows = {name: entry for name, entry in listed["outputs"].items() if "row" in entry}
     return {
         name: TableDescription(table["row"], tuple(_columns_of(table, shared, listed["suffixes"])))
@@ -77,28 +77,28 @@ def _columns_of(
 ) -> Iterator[Column]:
     """Resolve the columns of one table, in order."""
     entries = [entry for part in table["columns"] for entry in (part if isinstance(part, list) else [part])]
-    of_table = {name: Column(name, *words) for name, words in table.get("own", {}).items()}
+    of_table = {name: Column(name, *definition) for name, definition in table.get("own", {}).items()}
     for entry in entries:
         if isinstance(entry, Mapping):
-            ((label, words),) = entry.items()
+            ((label, definition),) = entry.items()
             name = label.removesuffix("?")
-            of_table[name] = Column(name, *words)
+            of_table[name] = Column(name, *definition)
         else:
             label, name = entry, entry.removesuffix("?")
         column = _known(name, {**shared, **of_table}, suffixes)
         yield replace(column, name=name, optional=label.endswith("?"))
 
 
-def _known(name: str, known: Mapping[str, Column], suffixes: Mapping[str, str]) -> Column:
+def _known(name: str, columns: Mapping[str, Column], suffixes: Mapping[str, str]) -> Column:
     """Return a described column, or derive an interval end, error or spread from the column that it belongs to."""
-    if name in known:
-        return known[name]
-    for suffix, words in suffixes.items():
+    if name in columns:
+        return columns[name]
+    for suffix, meaning in suffixes.items():
         base, reading = name.removesuffix("_<reading>"), "_<reading>" * name.endswith("_<reading>")
         if base.endswith(f"_{suffix}"):
             base = base.removesuffix(f"_{suffix}")
-            column = known[f"{base}{reading}"]
-            return replace(column, type="float", meaning=words.format(f"`{base}{reading}`"))
+            column = columns[f"{base}{reading}"]
+            return replace(column, type="float", meaning=meaning.format(f"`{base}{reading}`"))
     raise KeyError(f"catalogue.yaml does not explain the column {name}")
 
 

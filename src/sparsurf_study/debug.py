@@ -93,9 +93,10 @@ def _require_inputs(output: str, job: Any) -> None:
     """Raise InputError for inputs that are missing, or known only when a checkpoint has run."""
     missing = [str(path) for path in job.input if not os.path.exists(path)]
     if missing:
-        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        further = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         raise InputError(
-            f"{shorten(output)} is made from {shorten(missing[0])}{more}, which does not exist; run the study up to there first."
+            f"{shorten(output)} is made from {shorten(missing[0])}{further}, which does not exist; "
+            "run the study up to there first."
         )
 
 

@@ -35,21 +35,21 @@ def round_by_error(table: pd.DataFrame) -> pd.DataFrame:
     texts = {}
     for name in floats:
         with_error = [name, *_parts(str(name), "se"), *_parts(str(name), "low"), *_parts(str(name), "high")]
-        known = [column for column in with_error if column in floats]
-        if len(known) == 1:
+        present = [column for column in with_error if column in floats]
+        if len(present) == 1:
             continue
         errors = _errors(table, str(name))
-        for column in known:
+        for column in present:
             if column == name or column not in texts:
                 texts[column] = [
                     _text(value, error) for value, error in zip(table[column].tolist(), errors, strict=True)
                 ]
-    rest = {
+    without_error = {
         name: [_text(value, math.nan) for value in table[name].tolist()]
         for name in floats
         if name not in texts
     }
-    return table.assign(**{str(name): values for name, values in (texts | rest).items()})
+    return table.assign(**{str(name): values for name, values in (texts | without_error).items()})
 
 
 def _parts(name: str, part: str) -> list[str]:

@@ -25,8 +25,8 @@ FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
 
 
 def _without_share(bound: float) -> float:
-    if words := share_of_plddt(bound):
-        raise ValueError(words)
+    if reason := share_of_plddt(bound):
+        raise ValueError(reason)
     return bound
 
 

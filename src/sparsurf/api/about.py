@@ -23,10 +23,10 @@ LEFT_OUT = "left out "  # how the message on residues that are not part of a mol
 
 @dataclass
 class Heard:
-    """What reading a molecule said: names of residues that were left out, and other sentences."""
+    """What reading a molecule said: names of residues that were left out, and further sentences."""
 
     left_out: list[str] = field(default_factory=list)
-    others: list[str] = field(default_factory=list)
+    sentences: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def heard(path: Any) -> Iterator[Heard]:
             found.left_out += text.removeprefix(LEFT_OUT).split(", ")
         elif record.levelno >= logging.WARNING:
             begin = text if text.startswith(name) else f"{text[:1].upper()}{text[1:]}"
-            found.others.append(begin + ("" if begin.endswith(("?", ".")) else "."))
+            found.sentences.append(begin + ("" if begin.endswith(("?", ".")) else "."))
         return record.levelno >= shown
 
     log.addFilter(listen)

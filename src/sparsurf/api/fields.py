@@ -179,22 +179,22 @@ def residues(
         surface.origin.refuse_molecule("residues", atoms, None)
     if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
-    known = (
+    dot_roughness = (
         None if roughness_values is None else real_numbers(roughness_values, "roughness_values").astype(float)
     )
-    if known is None and is_sparse:
+    if dot_roughness is None and is_sparse:
         given = dict(surface.fields)
-        known = given.pop(ROUGHNESS, np.full(len(surface), np.nan))
+        dot_roughness = given.pop(ROUGHNESS, np.full(len(surface), np.nan))
         surface = replace(surface, fields=given)
-    values = roughness(surface) if known is None else known
+    values = roughness(surface) if dot_roughness is None else dot_roughness
     if values.shape != (len(surface),):
         raise InputError(
             f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
         )
-    if known is not None and not is_sparse and np.isnan(known).any():
+    if dot_roughness is not None and not is_sparse and np.isnan(dot_roughness).any():
         raise InputError(
-            f"residues: roughness_values is NaN at {np.isnan(known).sum():,} of {len(known):,} dots; give the roughness of "
-            "every dot, or leave it out."
+            f"residues: roughness_values is NaN at {np.isnan(dot_roughness).sum():,} of {len(dot_roughness):,} dots; give the "
+            "roughness of every dot, or leave it out."
         )
     if isinstance(kept, Subset):
         weight = kept.weight if weight is None else weight

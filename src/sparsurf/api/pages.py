@@ -69,9 +69,9 @@ def page_of_surface(
         named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
     is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
     opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
-    said = about.heard
-    others = (*(said.others if said else ()), *of_fields.others)
-    notes = Notes(None if said is None else tuple(said.left_out), others)
+    messages = about.heard
+    sentences = (*(messages.sentences if messages else ()), *of_fields.sentences)
+    notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
     return overview(
         title_of(about, surface),
         prepared,

@@ -167,21 +167,21 @@ def describe_points(
     return z
 
 
-def _points_at(index: PatchIndex, at: Any) -> np.ndarray:
+def _points_at(index: PatchIndex, spots: Any) -> np.ndarray:
     """Return the points (T, 3), Å, of what `descriptors` takes as `at`."""
     points, n = index.xyz[index.position], len(index.dot)
-    if at is None:
+    if spots is None:
         return points
-    at = index_array(at, n, "at")
-    if at.ndim == 2 and at.shape[1] == 3:
-        if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
+    spots = index_array(spots, n, "at")
+    if spots.ndim == 2 and spots.shape[1] == 3:
+        if spots.dtype.kind not in "iuf" or not np.isfinite(spots).all():
             raise InputError(f"{argument('at')}: some points have NaN or infinity; leave them out.")
-        return np.ascontiguousarray(at, dtype=float)
-    if at.ndim != 1 or at.dtype.kind not in "iu":
+        return np.ascontiguousarray(spots, dtype=float)
+    if spots.ndim != 1 or spots.dtype.kind not in "iu":
         raise InputError(
-            f"{argument('at')}: give (T,) numbers of dots or (T, 3) points, not {at.dtype} of shape {at.shape}."
+            f"{argument('at')}: give (T,) numbers of dots or (T, 3) points, not {spots.dtype} of shape {spots.shape}."
         )
-    if len(at) and not (at.min() >= 0 and at.max() < n):
-        wrong = at.min() if at.min() < 0 else at.max()
+    if len(spots) and not (spots.min() >= 0 and spots.max() < n):
+        wrong = spots.min() if spots.min() < 0 else spots.max()
         raise InputError(f"{argument('at')}: there is no dot {wrong}; the dots are numbered 0 to {n - 1}.")
-    return points[at]
+    return points[spots]

@@ -238,10 +238,10 @@ class PointsOfFolder(Iterator[NamedPoints]):
         if self.failures:
             reasons = "; ".join(f"{name}: {reason.rstrip('.')}" for name, reason in self.failures.items())
             n = len(self.failures)
-            words = (
+            left_out = (
                 f"{n} of {pluralise(self._n_structures, 'structure')} {'is' if n == 1 else 'are'} left out"
             )
-            log.warning("%s: %s", words, reasons)
+            log.warning("%s: %s", left_out, reasons)
 
 
 @public()

@@ -138,16 +138,16 @@ def write_bild(
     lines, last = [], None
     if triangles is not None:
         for corners, colour in zip(points[triangles], colours[triangles].mean(axis=1), strict=True):
-            words = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
-            lines += [words] if words != last else []
+            colour_line = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
+            lines += [colour_line] if colour_line != last else []
             lines.append(".polygon " + " ".join(f"{x:.3f}" for x in corners.ravel()))
-            last = words
+            last = colour_line
     else:
         for point, colour in zip(points, colours, strict=True):
-            words = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
-            lines += [words] if words != last else []
+            colour_line = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
+            lines += [colour_line] if colour_line != last else []
             lines.append(".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, SPHERE_RADIUS))
-            last = words
+            last = colour_line
     Path(path).write_text("\n".join([*lines, ""]), encoding="ascii")
 
 

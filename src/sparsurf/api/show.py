@@ -105,15 +105,15 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
         raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")
     name = title(source) if is_path else ""
     if has_atoms(source):
-        with heard(source) as said:
+        with heard(source) as messages:
             molecule = read_molecule(source, trajectory) if is_path else as_molecule(source)
             dots = surface(molecule, frame=frame)
-        return dots, About(name, said if is_path else None)
+        return dots, About(name, messages if is_path else None)
     if not isinstance(frame, Integral) or frame != 0:
         raise InputError("show: a frame is that of a molecule; leave it out for dots.")
-    with heard(source) as said:
+    with heard(source) as messages:
         dots = as_surface(labelled(source))
-    return dots, About(name, said if is_path else None)
+    return dots, About(name, messages if is_path else None)
 
 
 def write_page(path: str | Path, html: str) -> None:

@@ -306,8 +306,8 @@ def _mesh_of_dots(few: Surface, size: MeshSize, names: Sequence[FieldLike]) -> M
 
     made, dense = reconstructed_mesh(few, size)
     vertices = made.vertices
-    both = np.concatenate([few.points, vertices.points])
-    nearest = nearest_kept(both, np.arange(len(few)))[0][len(few) :]
+    all_points = np.concatenate([few.points, vertices.points])
+    nearest = nearest_kept(all_points, np.arange(len(few)))[0][len(few) :]
     origin = few.origin and few.origin.atoms_alone
     vertices = replace(vertices, atom=few.atom[nearest], origin=origin)
     vertices = with_fields(vertices, names, lambda: dense, "mesh", available_cores())
@@ -338,12 +338,12 @@ def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
     """Return a mesh whose vertices have the fields of dots, interpolated, besides those that they have."""
     from sparsurf.recovery.fields import interpolate_fields
 
-    known = {
+    dot_values = {
         name: values
         for name, values in fields_without_component(dots).items()
         if name not in made.vertices.fields
     }
-    between = interpolate_fields(dots.points, known, made.vertices.points)
+    between = interpolate_fields(dots.points, dot_values, made.vertices.points)
     return replace(made, vertices=replace(made.vertices, fields=between | made.vertices.fields))
 
 

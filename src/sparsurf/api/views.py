@@ -117,12 +117,12 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     shown = [] if values is None else [DotValues("values", "value", "", values)]
     shown += [DotValues(name, name, "", numbers) for name, numbers in surface.fields.items()]
-    known = (surface.kind >= 0).any()
+    has_kinds = (surface.kind >= 0).any()
     molecule = surface.molecule
     residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []
     return page(
         repr(surface), prepared, {"farthest": order}, residues=residues, values=shown, up="",
-        opens=("all", 1 if values is not None else "kind" if known else 0),
+        opens=("all", 1 if values is not None else "kind" if has_kinds else 0),
     )  # fmt: skip
 
 

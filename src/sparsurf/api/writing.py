@@ -68,7 +68,7 @@ class DotsToWrite:
     faces : (F, 3) triangles between them if they are known: then this is a mesh
     coloured : whether a PLY, OBJ or GLB has colours; without them all properties of a PLY are floats
     single : whether numbers of an npz are float32 and its triangles int32, as networks take them
-    words : message when they are written
+    message : what is said when they are written
     about : what a page or picture says besides the dots
     """
 
@@ -80,7 +80,7 @@ class DotsToWrite:
     faces: np.ndarray | None = None
     coloured: bool = True
     single: bool = False
-    words: str = ""
+    message: str = ""
     about: About = About()  # noqa: RUF009, frozen
 
     @property
@@ -124,9 +124,9 @@ class DotsToWrite:
         import pandas as pd
 
         positions = self.surface.to_frame()[list(POSITION_COLUMNS)]
-        rest = self._all[[name for name in self._all if name not in POSITION_COLUMNS]]
-        dot = [name for name in ("dot",) if name in rest]
-        return pd.concat([rest[dot], positions, rest.drop(columns=dot)], axis=1)
+        columns = self._all[[name for name in self._all if name not in POSITION_COLUMNS]]
+        dot = [name for name in ("dot",) if name in columns]
+        return pd.concat([columns[dot], positions, columns.drop(columns=dot)], axis=1)
 
 
 def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool, Path | None]:
@@ -295,11 +295,13 @@ def _single(array: np.ndarray) -> np.ndarray:
 
 def mesh_dots(mesh: Mesh) -> DotsToWrite:
     """Return a Mesh as Dots: its vertices with the area around each, and the atom where it is known."""
-    words = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
+    message = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
     vertices = mesh.vertices
     table = replace(vertices, fields={}).to_frame()
-    known = [name for name in table if name != "kind" or vertices.kind.max() >= 0]
-    return DotsToWrite(vertices, table[known], faces=mesh.triangles, coloured=False, single=True, words=words)
+    names = [name for name in table if name != "kind" or vertices.kind.max() >= 0]
+    return DotsToWrite(
+        vertices, table[names], faces=mesh.triangles, coloured=False, single=True, message=message
+    )
 
 
 def write_table(
@@ -466,9 +468,9 @@ def _whole_surface(subset: Subset) -> Surface | None:
     return replace(whole, origin=origin) if np.array_equal(whole.points, origin.points) else None
 
 
-def _refuse_frame(frame: int, own: int) -> None:
+def _refuse_frame(frame: int, frame_of_dots: int) -> None:
     """Raise InputError for a frame that belongs to no molecule of the arguments; dots may name their own."""
-    if frame not in (0, own):
+    if frame not in (0, frame_of_dots):
         raise InputError(f"write: frame={frame} is that of `molecule`; leave it out.")
 
 
@@ -477,8 +479,8 @@ def _renamed(dots: DotsToWrite, names: Mapping[str, str]) -> DotsToWrite:
     fields = dots.surface.fields
     for name in names:
         if name not in fields:
-            known = f"the fields are {', '.join(fields)}" if fields else "there are none"
-            raise InputError(f"write: names has {name!r}, which is not a field here; {known}.")
+            listed = f"the fields are {', '.join(fields)}" if fields else "there are none"
+            raise InputError(f"write: names has {name!r}, which is not a field here; {listed}.")
     new = {name: names.get(name, name) for name in fields}
     if twice := [name for name in new.values() if [*new.values()].count(name) > 1]:
         raise InputError(f"write: names calls two fields {twice[0]!r}; give each a name of its own.")

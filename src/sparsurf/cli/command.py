@@ -84,9 +84,9 @@ class Parser(argparse.ArgumentParser):
         """Exit with the sentence, the name that the user may have meant, and where to read more."""
         hint = ""
         if message.startswith("the following arguments are required"):
-            known = self._option_string_actions
+            names = self._option_string_actions
             options = [word.split("=")[0] for word in self.words if word.startswith("--")]
-            unknown = [word for word in options if not any(name.startswith(word) for name in known)]
+            unknown = [word for word in options if not any(name.startswith(word) for name in names)]
             if unknown:  # a misspelt option is told first: it may be the one that is missing
                 message = f"unrecognized arguments: {unknown[0]}"
         if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
@@ -118,11 +118,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"sparsurf {command}: {error}", file=sys.stderr)
         return FAILED
     parser, options = build_parser(command)
-    args, others = parser.parse_known_args(arguments)
-    if others:
-        several = not any(word.startswith("-") for word in others)
+    args, unparsed = parser.parse_known_args(arguments)
+    if unparsed:
+        several = not any(word.startswith("-") for word in unparsed)
         hint = " (one file at a time, the rest are options; a study takes a folder)" if several else ""
-        (options or parser).error(f"unrecognized arguments: {' '.join(others)}{hint}")
+        (options or parser).error(f"unrecognized arguments: {' '.join(unparsed)}{hint}")
     progress.enabled = not args.quiet
     try:
         with _warnings_to_stderr(), _compiling(args.quiet):
@@ -184,9 +184,9 @@ def wrapped(text: str) -> str:
     for block in text.split("\n\n"):
         lines = block.splitlines()
         head = [line for line in lines if not line.startswith(" ")]
-        rest = [line for line in lines if line.startswith(" ")]
+        indented = [line for line in lines if line.startswith(" ")]
         blocks.append(
-            "\n".join([textwrap.fill(" ".join(head), TERMINAL_WIDTH, break_on_hyphens=False), *rest])
+            "\n".join([textwrap.fill(" ".join(head), TERMINAL_WIDTH, break_on_hyphens=False), *indented])
         )
     return "\n\n".join(blocks) + "\n"
 
@@ -197,8 +197,8 @@ def _compiling(quiet: bool) -> Iterator[None]:
 
     def tell() -> None:
         progress.before_compiling = None
-        words = "Compiling this command for its first use, which takes up to half a minute ..."
-        print(words, file=sys.stderr, flush=True)
+        notice = "Compiling this command for its first use, which takes up to half a minute ..."
+        print(notice, file=sys.stderr, flush=True)
 
     progress.before_compiling = None if quiet else tell
     try:
@@ -240,9 +240,9 @@ def _sentence(error: InputError | OSError, options: Parser | None) -> str:
         return name
 
     message = error.worded(option)
-    command, _, rest = message.partition(": ")
+    command, _, reason = message.partition(": ")
     if command in COMMANDS:  # the line begins with the command already
-        message = rest
+        message = reason
     # imported here, since a mistake in the command line needs no numpy
     from sparsurf.molecules.read_molecule import read_molecule
 

@@ -89,7 +89,7 @@ def descriptor_table(z: np.ndarray) -> pd.DataFrame:
 
 def _numbers(text: str) -> list[int]:
     """Parse numbers of dots."""
-    words = [word.strip() for word in text.split(",")]
-    if not all(word.isdigit() for word in words):
+    items = [word.strip() for word in text.split(",")]
+    if not all(word.isdigit() for word in items):
         raise argparse.ArgumentTypeError(f"{text!r} must be whole numbers from 0 on, such as 0,17,300")
-    return [int(word) for word in words]
+    return [int(word) for word in items]

@@ -92,25 +92,25 @@ def run(args: argparse.Namespace) -> None:
     surface = options.with_requested_fields(args, surface, molecule)
     model = getattr(args, "reconstruction", AUTO)
     result = represented(surface, sizes, args.sampler, args.seed, args.d_link, model, args.error_99)
-    few, words = result.subset, ""
+    few, message = result.subset, ""
     if outputs.is_reported(args):
         percent = 100 * len(few) / len(surface)
         if few.interval:
             ends = (100 * end / len(surface) for end in few.interval)
             kept, low, high = (number(value, 1) for value in (percent, *ends))
-            words = f"{kept} %; 95 % interval {low} to {high} %"
+            message = f"{kept} %; 95 % interval {low} to {high} %"
         else:
-            words = f"{share(percent)} %"
-        words = f"{len(few):,} of {len(surface):,} dots ({words}), chosen by {sampler_label(few.sampler)}"
+            message = f"{share(percent)} %"
+        message = f"{len(few):,} of {len(surface):,} dots ({message}), chosen by {sampler_label(few.sampler)}"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
-            words += ". The interval is wide: --percent keeps a fixed share"
+            message += ". The interval is wide: --percent keeps a fixed share"
         if len(few) < len(surface):
-            words += f"\n{_error(result)}"
+            message += f"\n{_error(result)}"
         elif (args.percent, args.n_dots, args.density) == (None, None, None):
-            words += ". No smaller subset meets the limit"
+            message += ". No smaller subset meets the limit"
     about = options.about(args, whole=surface)
     outputs.write_output(
-        args, writing.DotsToWrite(few.surface, few.table, "weight", words=words, about=about)
+        args, writing.DotsToWrite(few.surface, few.table, "weight", message=message, about=about)
     )
 
 

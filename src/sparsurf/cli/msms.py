@@ -68,12 +68,12 @@ class NotUnderstoodError(Exception):
     """The command line has an option that does not exist, or without its value."""
 
 
-def parse(words: Sequence[str]) -> dict[str, str]:
+def parse(command_line: Sequence[str]) -> dict[str, str]:
     """Return the values of the options by name; a shortened name stands for the first that begins with it, as for MSMS."""
     found: dict[str, str] = {}
     position = 0
-    while position < len(words):
-        word = words[position]
+    while position < len(command_line):
+        word = command_line[position]
         short = word.lstrip("-")
         names = [name for name in OPTIONS if short and name.startswith(short)]
         if not word.startswith("-") or not names:
@@ -82,7 +82,7 @@ def parse(words: Sequence[str]) -> dict[str, str]:
         option = OPTIONS[name]
         if option.refusal:
             raise InputError(f"-{name} of MSMS is not available: {option.refusal}.")
-        values = words[position + 1 : position + 1 + option.n_values]
+        values = command_line[position + 1 : position + 1 + option.n_values]
         if len(values) < option.n_values:
             raise NotUnderstoodError(f"ERROR: -{name} needs a value")
         found[name] = values[0] if values else ""
@@ -92,11 +92,11 @@ def parse(words: Sequence[str]) -> dict[str, str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Triangulate the spheres of a file as MSMS does, and return the exit status."""
-    words = sys.argv[1:] if arguments is None else list(arguments)
+    command_line = sys.argv[1:] if arguments is None else list(arguments)
     started = time.process_time()
     print(f"MSMS 2.6.1 replaced by sparsurf {__version__}")
     try:
-        given = parse(words)
+        given = parse(command_line)
         if "if" not in given:
             print("MSMS: No input stream specified")
             return NO_INPUT

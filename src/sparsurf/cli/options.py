@@ -43,17 +43,17 @@ STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # withou
 class Names(Container[str]):
     """The names of a kind, as choices of an option: installed packages are asked only for help and for an unknown name."""
 
-    def __init__(self, kind: str, *others: str) -> None:
-        self.kind, self.others = kind, others
+    def __init__(self, kind: str, *added: str) -> None:
+        self.kind, self.added = kind, added
 
     def __contains__(self, name: object) -> bool:
-        return name in self.others or kinds.has(self.kind, name)
+        return name in self.added or kinds.has(self.kind, name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self.others, *kinds.names(self.kind)])
+        return iter([*self.added, *kinds.names(self.kind)])
 
     def __len__(self) -> int:
-        return len(self.others) + len(kinds.names(self.kind))
+        return len(self.added) + len(kinds.names(self.kind))
 
 
 def number_within(limits: Limits) -> Callable[[str], float]:
@@ -73,9 +73,9 @@ def number_within(limits: Limits) -> Callable[[str], float]:
 
 def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
     """Add the option of the output file."""
-    words = f"file to write ({' '.join(formats)}, each also .gz)"
-    words += ", or - for a CSV on stdout" if ".csv" in formats else ""
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=words)
+    help_text = f"file to write ({' '.join(formats)}, each also .gz)"
+    help_text += ", or - for a CSV on stdout" if ".csv" in formats else ""
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=help_text)
 
 
 class ModelOrNumber(argparse.Action):
@@ -87,8 +87,10 @@ class ModelOrNumber(argparse.Action):
         elif values.lstrip("-").isdecimal():
             namespace.model = int(values)
         else:
-            words = f"{values!r} is neither the number of a model of the file nor one of {', '.join(MODELS)}"
-            parser.error(f"argument {option_string}: {words}")
+            message = (
+                f"{values!r} is neither the number of a model of the file nor one of {', '.join(MODELS)}"
+            )
+            parser.error(f"argument {option_string}: {message}")
 
 
 def add_molecule(parser: argparse.ArgumentParser, reconstructs: bool = False) -> None:
@@ -102,31 +104,35 @@ def add_molecule(parser: argparse.ArgumentParser, reconstructs: bool = False) ->
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
     several = atoms.add_mutually_exclusive_group()
-    words = "number of the only model to read, as written in the file (default: all models, as frames)"
+    help_text = "number of the only model to read, as written in the file (default: all models, as frames)"
     if reconstructs:
-        words += f"; or how the surface is reconstructed: {', '.join(MODELS)} (default auto)"
-        atoms.add_argument("--model", action=ModelOrNumber, metavar="MODEL", help=words)
+        help_text += f"; or how the surface is reconstructed: {', '.join(MODELS)} (default auto)"
+        atoms.add_argument("--model", action=ModelOrNumber, metavar="MODEL", help=help_text)
     else:
-        several.add_argument("--model", type=int, metavar="NUMBER", help=words)
-    words = "treat all models as one molecule (a biological assembly)"
-    several.add_argument("--assembly", action="store_true", default=None, help=words)
+        several.add_argument("--model", type=int, metavar="NUMBER", help=help_text)
+    help_text = "treat all models as one molecule (a biological assembly)"
+    several.add_argument("--assembly", action="store_true", default=None, help=help_text)
 
 
 def add_residues(parser: argparse._ActionsContainer) -> None:
     """Add the option that reports some residues of the surface of all atoms."""
-    words = "residues to report, such as A:10-52A,60; to compute the surface of a part alone, use --selection"
-    parser.add_argument("--residues", help=words)
+    help_text = (
+        "residues to report, such as A:10-52A,60; to compute the surface of a part alone, use --selection"
+    )
+    parser.add_argument("--residues", help=help_text)
 
 
-def add_seed(parser: argparse.ArgumentParser, words: str) -> None:
-    """Add the seed of what is chosen at random; `words` say what that is."""
+def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """Add the seed of what is chosen at random; `meaning` says what that is."""
     parser.add_argument(
-        "--seed", type=number_within(SEED), default=DEFAULT_SEED, help=f"{words} (default {DEFAULT_SEED})"
+        "--seed", type=number_within(SEED), default=DEFAULT_SEED, help=f"{meaning} (default {DEFAULT_SEED})"
     )
 
 
-def add_placement(parser: argparse.ArgumentParser, cavities: str, words: str) -> argparse._ActionsContainer:
-    """Add the group of options that define a surface, with the rule for cavities that holds by default, and its `words`."""
+def add_placement(
+    parser: argparse.ArgumentParser, cavities: str, default_rule: str
+) -> argparse._ActionsContainer:
+    """Add the group of options that define a surface, with the rule for cavities by default, as the help words it."""
     group = parser.add_argument_group("surface")
     add_probe_radius(group)
     group.add_argument(
@@ -139,27 +145,27 @@ def add_placement(parser: argparse.ArgumentParser, cavities: str, words: str) ->
         "--cavities",
         choices=CAVITIES,
         default=cavities or None,
-        help=f"whether to keep or remove the walls of closed cavities inside the molecule (default{words})",
+        help=f"whether to keep or remove the walls of closed cavities inside the molecule (default{default_rule})",
     )
     return group
 
 
 def add_probe_radius(parser: argparse._ActionsContainer) -> None:
     """Add the radius of the probe."""
-    words = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
-    parser.add_argument("--probe-radius", type=number_within(PROBE), default=PROBE_RADIUS, help=words)
+    help_text = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
+    parser.add_argument("--probe-radius", type=number_within(PROBE), default=PROBE_RADIUS, help=help_text)
 
 
 def add_colours(parser: argparse._ActionsContainer) -> None:
     """Add the option that writes colours with a mesh."""
-    words = "colour a mesh (.ply .obj .glb) by its first field or by kinds; readers for networks need files without colours"
-    parser.add_argument("--colours", action="store_true", help=words)
+    help_text = "colour a mesh (.ply .obj .glb) by its first field or by kinds; readers for networks need files without colours"
+    parser.add_argument("--colours", action="store_true", help=help_text)
 
 
 def add_step(parser: argparse._ActionsContainer) -> None:
     """Add the step of the grid of a mesh."""
-    words = "of a mesh without --density, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
-    parser.add_argument("--step", type=number_within(STEP_LIMITS), help=words)
+    help_text = "of a mesh without --density, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
+    parser.add_argument("--step", type=number_within(STEP_LIMITS), help=help_text)
 
 
 def refuse_step(args: argparse.Namespace) -> None:
@@ -176,14 +182,14 @@ def refuse_step(args: argparse.Namespace) -> None:
 
 def add_d_link(parser: argparse.ArgumentParser) -> None:
     """Add the linking distance of patches."""
-    words = f"distance below which two dots of a patch are linked, Å (default {D_LINK:g})"
-    parser.add_argument("--d-link", type=number_within(LENGTH), default=D_LINK, help=words)
+    help_text = f"distance below which two dots of a patch are linked, Å (default {D_LINK:g})"
+    parser.add_argument("--d-link", type=number_within(LENGTH), default=D_LINK, help=help_text)
 
 
 def add_fields(parser: argparse._ActionsContainer) -> None:
     """Add the option that chooses the fields of the dots."""
-    words = f"values at the dots: {', '.join(kinds.TABLE['field'])}, with commas between"
-    parser.add_argument("--fields", metavar="NAMES", help=words)
+    help_text = f"values at the dots: {', '.join(kinds.TABLE['field'])}, with commas between"
+    parser.add_argument("--fields", metavar="NAMES", help=help_text)
 
 
 def source_of(args: argparse.Namespace) -> Source:
@@ -217,12 +223,12 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link), molecule
 
 
-def refuse_structure_options(args: argparse.Namespace, what: str) -> None:
+def refuse_structure_options(args: argparse.Namespace, content: str) -> None:
     """Raise InputError for options of a structure where the file holds something else."""
     for name in STRUCTURE_OPTIONS:
         if getattr(args, name, None) is not None:
             raise InputError(
-                f"--{name} has no meaning for {args.file}, which holds {what}; leave the option out."
+                f"--{name} has no meaning for {args.file}, which holds {content}; leave the option out."
             )
 
 
@@ -291,9 +297,9 @@ def read_atoms(args: argparse.Namespace) -> Molecule:
     return molecule
 
 
-def about(args: argparse.Namespace, **known: Any) -> About:
-    """Return what a page or picture says besides the dots; `known` are further attributes of About."""
-    return About(title(args.file), args.heard, **known)
+def about(args: argparse.Namespace, **attributes: Any) -> About:
+    """Return what a page or picture says besides the dots; `attributes` are further attributes of About."""
+    return About(title(args.file), args.heard, **attributes)
 
 
 def say(text: str) -> None:

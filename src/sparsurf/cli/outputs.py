@@ -15,8 +15,8 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
     """Raise InputError if the output cannot be written in one of the formats, before anything is computed."""
     for key in READ_OPTIONS:
         file = getattr(args, key, None)
-        there = isinstance(file, str) and os.path.exists(file) and os.path.isfile(args.output)
-        if there and os.path.samefile(str(file), args.output):
+        both_exist = isinstance(file, str) and os.path.exists(file) and os.path.isfile(args.output)
+        if both_exist and os.path.samefile(str(file), args.output):
             raise InputError(f"{args.output} is an input file; name another file to write.")
     suffix = parse_output(args.output, formats)[0]
     if suffix == ".png":
@@ -30,7 +30,7 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
 def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:
     """Write dots and report them."""
     write_dots(args.output, dots)
-    report(args, dots.words)
+    report(args, dots.message)
 
 
 def is_reported(args: argparse.Namespace) -> bool:
@@ -38,7 +38,7 @@ def is_reported(args: argparse.Namespace) -> bool:
     return args.output != "-" and not args.quiet
 
 
-def report(args: argparse.Namespace, words: str) -> None:
+def report(args: argparse.Namespace, message: str) -> None:
     """Print what was written."""
     if is_reported(args):
-        print(f"wrote {args.output}: {words}", file=sys.stderr, flush=True)
+        print(f"wrote {args.output}: {message}", file=sys.stderr, flush=True)

@@ -61,8 +61,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
     listed = ", ".join(kinds.TABLE["field"])
-    words = f"values at the points: roughness (of the dense surface), {listed}, with commas between"
-    parser.add_argument("--fields", metavar="NAMES", help=words)
+    help_text = f"values at the points: roughness (of the dense surface), {listed}, with commas between"
+    parser.add_argument("--fields", metavar="NAMES", help=help_text)
     options.add_molecule(parser)
     options.add_placement(parser, "remove", " remove")
     parser.add_argument(
@@ -89,9 +89,9 @@ def run(args: argparse.Namespace) -> None:
         results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
         written: list[int] = []
         write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, results, written)})
-        words = f"{sum(written):,} points on {pluralise(len(written), 'structure')}"
+        message = f"{sum(written):,} points on {pluralise(len(written), 'structure')}"
         left_out = pluralise(len(results.failures), "structure")
-        outputs.report(args, words + (f"; {left_out} left out" if results.failures else ""))
+        outputs.report(args, message + (f"; {left_out} left out" if results.failures else ""))
         return
     source: Any = args.file
     if not is_file_of_spheres(args.file):

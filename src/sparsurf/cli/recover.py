@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> None:
     if args.mesh:
         triangles = _mesh(args, few)
         writing.write_dots(args.output, triangles)
-        outputs.report(args, f"{triangles.words} from {len(few):,} dots")
+        outputs.report(args, f"{triangles.message} from {len(few):,} dots")
         return
     dense = recover(few, density=args.density or DENSITY, reach=args.reach, model=args.model)
     if points_at is not None:

@@ -23,8 +23,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
     options.add_output(parser, FORMATS)
-    words = f"radius of a patch in Å (default {R_PATCH:g})"
-    parser.add_argument("--r-patch", type=options.number_within(LENGTH), default=R_PATCH, help=words)
+    help_text = f"radius of a patch in Å (default {R_PATCH:g})"
+    parser.add_argument("--r-patch", type=options.number_within(LENGTH), default=R_PATCH, help=help_text)
     options.add_residues(parser)
     options.add_d_link(parser)
     options.add_molecule(parser)
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> None:
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]
     table = {"roughness": values} | ({} if molecule is None else molecule.label_columns(surface.atom))
-    words = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
+    message = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
     patches = PatchSettings(r_patch=args.r_patch, d_link=args.d_link)
     about = options.about(args, patches=patches, roughness=values)
-    outputs.write_output(args, writing.DotsToWrite(surface, table, "roughness", words=words, about=about))
+    outputs.write_output(args, writing.DotsToWrite(surface, table, "roughness", message=message, about=about))

@@ -31,8 +31,8 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure, dots, or a mesh in PLY")
-    words = "file to write (.html; default: the name of FILE with the suffix .html)"
-    parser.add_argument("-o", "--output", metavar="OUT", help=words)
+    help_text = "file to write (.html; default: the name of FILE with the suffix .html)"
+    parser.add_argument("-o", "--output", metavar="OUT", help=help_text)
     parser.add_argument(
         "--no-open", action="store_true", help="write the page without opening it in the browser"
     )

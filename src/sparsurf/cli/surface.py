@@ -55,8 +55,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_molecule(parser)
     options.add_residues(parser)
     dots = options.add_placement(parser, "", ": keep dots, remove triangles")
-    words = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
-    dots.add_argument("--density", type=options.number_within(DENSITY_LIMITS), help=words)
+    help_text = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
+    dots.add_argument("--density", type=options.number_within(DENSITY_LIMITS), help=help_text)
     options.add_step(dots)
     options.add_fields(dots)
 
@@ -106,9 +106,9 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     component = dots.known_components("components")
     parts = summarize_components(columns_of_components(dots, component))
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component, "atom": dots.atom}
-    words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    message = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
     dots = options.with_fields_of_spheres(dots, names)
-    return writing.DotsToWrite(dots, table, words=words, about=About(title(args.file)))
+    return writing.DotsToWrite(dots, table, message=message, about=About(title(args.file)))
 
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
@@ -123,17 +123,17 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     parts = summarize_components(columns_of_components(bare, component))
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
     table |= molecule.label_columns(dots.atom)
-    words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    message = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
     about = options.about(args)
     if args.residues is not None:
         chosen = options.dots_of_residues(args, dots, molecule)
         if args.output.lower().endswith((".html", ".html.gz")):  # patches reach beyond the residues
             about = replace(about, roughness=roughness(bare)[chosen])
         dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
-        words = (
+        message = (
             f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"
         )
-    return writing.DotsToWrite(dots, table, None, molecule, args.frame or 0, words=words, about=about)
+    return writing.DotsToWrite(dots, table, None, molecule, args.frame or 0, message=message, about=about)
 
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
@@ -158,8 +158,8 @@ def _rules(args: argparse.Namespace) -> dict[str, Any]:
 
 def _words(summary: dict[str, float | int]) -> str:
     """Return the message on the components of a surface."""
-    words = f"{summary['volume']:,.0f} Å^3, {pluralise(int(summary['components']), 'component')}"
+    text = f"{summary['volume']:,.0f} Å^3, {pluralise(int(summary['components']), 'component')}"
     if not summary["cavities"]:
-        return words
+        return text
     noun = "cavity" if summary["cavities"] == 1 else "cavities"
-    return f"{words}, of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"
+    return f"{text}, of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"

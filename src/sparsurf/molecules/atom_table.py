@@ -166,7 +166,7 @@ def settle_segments(atoms: AtomTable, path: StrPath) -> AtomTable:
             # that of the atom before it in the residue, or else of the one behind
             before = np.maximum(np.searchsorted(named, bare) - 1, 0)
             segid[bare] = segid[named[before]]
-        parts = [members[segid[members] == each] for each in dict.fromkeys(segid[members])]
+        parts = [members[segid[members] == segment] for segment in dict.fromkeys(segid[members])]
         for first, second in combinations(parts, 2):
             if (
                 not set(name[first]) & set(name[second])
@@ -246,7 +246,7 @@ def _starts(atoms: AtomTable) -> np.ndarray:
 
 def _located_names(atoms: AtomTable) -> np.ndarray:
     """Return name and location of each atom as one text; numpy would drop a null that it adds."""
-    return np.array(["\0".join(each) for each in atoms.labels("name", "altloc")], object)
+    return np.array(["\0".join(pair) for pair in atoms.labels("name", "altloc")], object)
 
 
 class _Lines(NamedTuple):
@@ -278,12 +278,16 @@ def _join(lines: _Lines, runs: list[list[int]]) -> list[int]:
             pairs += [(distance, j, k)] if distance < MAX_RESIDUE_BOND else []
     for _, j, k in sorted(pairs):
         into, other = sorted((first[j], first[k]))
-        called = {lines.residue_name[runs[each][0]] for each, at in enumerate(first) if at in (into, other)}
+        called = {
+            lines.residue_name[runs[number][0]]
+            for number, residue in enumerate(first)
+            if residue in (into, other)
+        }
         located = lines.located[runs[into][0]] or lines.located[runs[other][0]]
         one_residue = len(called) < 2 or located or _is_one_residue(called, held[into] | held[other])
         if into != other and one_residue and not held[into] & held[other]:
             held[into] |= held[other]
-            first = [into if each == other else each for each in first]
+            first = [into if residue == other else residue for residue in first]
     return first
 
 
@@ -344,8 +348,8 @@ def choose_altlocs(atoms: AtomTable, altloc: str, path: StrPath) -> AtomTable:
     residue = _numbers_of(atoms.labels("model", "residue_index"))
     rows = np.flatnonzero(np.bincount(residue, located)[residue])
     rows = rows[np.argsort(residue[rows], kind="stable")]
-    for each in np.split(rows, np.flatnonzero(_differs(residue[rows])) + 1):
-        keep[each] = _choose_location(atoms.take(each), altloc)
+    for rows_of_residue in np.split(rows, np.flatnonzero(_differs(residue[rows])) + 1):
+        keep[rows_of_residue] = _choose_location(atoms.take(rows_of_residue), altloc)
     return atoms.take(keep)
 
 
@@ -366,12 +370,12 @@ def _choose_location(atoms: AtomTable, altloc: str) -> np.ndarray:
     chosen = altloc if altloc in letters else letters[0]
     keep = np.array([letter in ("", chosen) for letter in locations])
     common, located = ({names[k] for k in rows if locations[k] == letter} for letter in ("", chosen))
-    both = [k for k in rows if keep[k] and names[k] in common & located]
+    doubled = [k for k in rows if keep[k] and names[k] in common & located]
     if altloc == "highest":
-        both.sort(key=lambda k: (math.isnan(occupancy[k]), -occupancy[k]))
+        doubled.sort(key=lambda k: (math.isnan(occupancy[k]), -occupancy[k]))
     elif altloc in letters:
-        both.sort(key=lambda k: locations[k] == "")
-    _drop_repeated(keep, both, names)
+        doubled.sort(key=lambda k: locations[k] == "")
+    _drop_repeated(keep, doubled, names)
     residues_kept = {residue_names[k] for k in rows if locations[k] == chosen}
     names_kept = {names[k] for k in rows if keep[k]}
     missing = [k for k in rows if residue_names[k] in residues_kept and names[k] not in names_kept]
@@ -425,5 +429,5 @@ def report_occupancies(atoms: AtomTable, path: StrPath) -> None:
     impossible = ~_is_share(atoms.occupancy)
     if impossible.any():
         message = "%s: %s an occupancy outside 0 to 1, such as %g; is another quantity in its column?"
-        words = pluralise(int(impossible.sum()), "atom", "has")
-        log.warning(message, path, words, atoms.occupancy[impossible][0])
+        counted = pluralise(int(impossible.sum()), "atom", "has")
+        log.warning(message, path, counted, atoms.occupancy[impossible][0])

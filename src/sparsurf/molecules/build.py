@@ -119,7 +119,7 @@ def arrange(
         name=names[order],
         residue_name=residue_names[order],
         chain=chain[index],
-        element=np.array([element_of(*each) for each in zip(*columns, strict=True)]),
+        element=np.array([element_of(*values) for values in zip(*columns, strict=True)]),
         residue=atoms.residue.astype(str),
         residue_index=index,
         kind=kind[index],
@@ -143,7 +143,7 @@ def _without_particles(
     if report:
         names = dict.fromkeys(name[found].tolist())
         listed = ", ".join([*names][:4]) + (", ..." if len(names) > 4 else "")
-        of_water = all(known_kind(each) == "water" for each in set(residue_name[found].tolist()))
+        of_water = all(known_kind(residue) == "water" for residue in set(residue_name[found].tolist()))
         message = "%s: left out %s (pseudoatoms, lone pairs, virtual sites or Drude particles, which are not atoms): %s"
         count = pluralise(int(found.sum()), "particle")
         log.log(logging.INFO if of_water else logging.WARNING, message, path, count, listed)
@@ -190,20 +190,25 @@ def _chains(
     for name in dict.fromkeys(chain[polymer]):
         members = np.flatnonzero(polymer & (chain == name))
         part = _parts(members, following, label, segid, molecule)
-        segments = {each: members[segid[members] == each] for each in dict.fromkeys(segid[members].tolist())}
+        segments = {
+            segment: members[segid[members] == segment] for segment in dict.fromkeys(segid[members].tolist())
+        }
         if part[-1] == 0 and (name or "" in segments or len(segments) == 1):
             continue
-        single = all(_parts(each, following, label, segid, molecule)[-1] == 0 for each in segments.values())
+        single = all(
+            _parts(rows_of_segment, following, label, segid, molecule)[-1] == 0
+            for rows_of_segment in segments.values()
+        )
         if single and "" not in segments and segments.keys().isdisjoint(used - {name}):
             of_chain = np.flatnonzero((chain == name) & (segid != ""))
             chain[of_chain] = segid[of_chain]
             split[name] = [*segments]
         else:
-            free = (each for each in identifiers() if each not in used)
+            free = (identifier for identifier in identifiers() if identifier not in used)
             ids = [name or next(free), *(next(free) for _ in range(part[-1]))]
             chain[members] = np.array(ids, object)[part]
-            others = np.flatnonzero(np.isin(kind, ["other"]) & (chain == name))
-            chain[others] = chain[members][_nearest(members, others, index, xyz)]
+            other_residues = np.flatnonzero(np.isin(kind, ["other"]) & (chain == name))
+            chain[other_residues] = chain[members][_nearest(members, other_residues, index, xyz)]
             split[name] = ids
         used |= set(split[name])
     return chain.astype(str), split
@@ -216,7 +221,7 @@ def _parts(
 
     It begins at the last end of a molecule before: TER, another segment, or a number that falls without a bond.
     """
-    numbers = [int(split_label(each)[0] or 0) for each in label[members].tolist()]
+    numbers = [int(split_label(text)[0] or 0) for text in label[members].tolist()]
     before, after = members[:-1], members[1:]
     falls = np.diff(numbers) < 0
     ends = (following[before] != after) & (
@@ -232,14 +237,16 @@ def _parts(
     return np.array(part)
 
 
-def _nearest(members: np.ndarray, others: np.ndarray, index: np.ndarray, xyz: np.ndarray) -> np.ndarray:
+def _nearest(
+    members: np.ndarray, other_residues: np.ndarray, index: np.ndarray, xyz: np.ndarray
+) -> np.ndarray:
     """Return the position among `members`, residues, of the one nearest to each of some other residues."""
     from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
 
     atoms = np.flatnonzero(np.isin(index, members) & np.isfinite(xyz).all(axis=1))
-    first = np.searchsorted(index, others)
+    first = np.searchsorted(index, other_residues)
     if not len(atoms) or not np.isfinite(xyz[first]).all():
-        return np.zeros(len(others), int)
+        return np.zeros(len(other_residues), int)
     nearest = np.asarray(cKDTree(xyz[atoms]).query(xyz[first])[1], int)
     return np.searchsorted(members, index[atoms[nearest]])
 
@@ -296,7 +303,7 @@ def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[i
     """Return the tables of all models, or of the requested one, by their position in the file."""
     order = np.argsort(atoms.model, kind="stable")
     ends = np.flatnonzero(np.diff(atoms.model[order])) + 1
-    rows = sorted(np.split(order, ends), key=lambda each: int(each[0]))
+    rows = sorted(np.split(order, ends), key=lambda rows_of_model: int(rows_of_model[0]))
     tables = dict(enumerate(map(atoms.take, rows)))
     if model is None:
         return tables
@@ -314,9 +321,9 @@ def _refuse_conformations(tables: dict[int, AtomTable], path: StrPath) -> None:
     """Raise InputError if models lie within one another, as conformations of a molecule do and parts of one cannot."""
     from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
 
-    first, *others = tables.values()
+    first, *further = tables.values()
     tree = cKDTree(first.xyz)
-    if any(np.median(tree.query(other.xyz)[0]) < MIN_PART_SEPARATION for other in others):
+    if any(np.median(tree.query(other.xyz)[0]) < MIN_PART_SEPARATION for other in further):
         raise InputError(
             f"{argument('assembly')}: the models of {path} lie within one another, so they are conformations and not "
             "parts of one molecule; "
@@ -409,8 +416,8 @@ def report_copies(molecule: Molecule, path: StrPath) -> None:
     repeated = 1 + np.flatnonzero((molecule.xyz[1:] == molecule.xyz[:-1]).all(axis=(1, 2)))
     if len(repeated):
         message = "%s: %s the one before, the first is frame %d"
-        words = pluralise(len(repeated), "frame", "repeats")
-        log.warning(message, path, words, molecule.frame_number[repeated[0]])
+        counted = pluralise(len(repeated), "frame", "repeats")
+        log.warning(message, path, counted, molecule.frame_number[repeated[0]])
     if len(heavy) < 2 or heavy.shape[1] < MIN_ATOMS_OF_COPY:
         return
     moved = superpose(heavy, slice(None), any_rotation=True) - heavy[0]
@@ -464,9 +471,9 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
     }
     if lacking:
         listed = ", ".join(f"{count} in chain {chain}" for chain, count in list(lacking.items())[:5])
-        more = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
-        words = pluralise(sum(lacking.values()), "residue")
-        log.warning("%s: no coordinates for %s of the sequence: %s%s", path, words, listed, more)
+        further = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
+        counted = pluralise(sum(lacking.values()), "residue")
+        log.warning("%s: no coordinates for %s of the sequence: %s%s", path, counted, listed, further)
     first = np.unique(molecule.residue_index, return_index=True)[1]
     chain, kind = molecule.chain[first], molecule.kind[first]
     number = np.array([int(split_label(label)[0] or 0) for label in molecule.residue[first].tolist()])
@@ -479,6 +486,6 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
     if gap.any():
         k = int(np.argmax(gap))
         message = "%s: %s missing within its chains, %sbetween %s and %s; the surface covers the ends there"
-        words = pluralise(int((number[b] - number[a] - 1)[gap].sum()), "residue", "is")
+        counted = pluralise(int((number[b] - number[a] - 1)[gap].sum()), "residue", "is")
         ends = (molecule.residue_label(first[r]) for r in (a[k], b[k]))
-        log.warning(message, path, words, "the first " if gap.sum() > 1 else "", *ends)
+        log.warning(message, path, counted, "the first " if gap.sum() > 1 else "", *ends)

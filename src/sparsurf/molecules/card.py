@@ -21,7 +21,7 @@ def read_card(source: Source) -> AtomFile:
     fields = [[row[first:last].strip() for first, last in columns] for row in rows]
     _, number, residue_name, name, *_, segid, label = map(list, zip(*fields, strict=True))
     labels = [of_segment or of_file for of_segment, of_file in zip(label, number, strict=True)]
-    wrong = next((k for k, each in enumerate(labels) if not re.fullmatch(r"-?\d+[A-Za-z]?", each)), None)
+    wrong = next((k for k, text in enumerate(labels) if not re.fullmatch(r"-?\d+[A-Za-z]?", text)), None)
     if wrong is not None:
         raise InputError(f"{source}: line {begin + wrong + 1} has no number of a residue: repair the line.")
     return AtomFile(

@@ -167,9 +167,9 @@ def _silhouette(total: np.ndarray, size: np.ndarray, label: np.ndarray) -> np.nd
     """Compute silhouettes of points whose summed distances to each cluster are `total` (rows, K)."""
     same_cluster = np.arange(len(label)), label
     within = total[same_cluster] / np.maximum(size[label] - 1, 1)
-    others = total / size
-    others[same_cluster] = np.inf
-    nearest = others.min(axis=1)
+    mean_distance = total / size
+    mean_distance[same_cluster] = np.inf
+    nearest = mean_distance.min(axis=1)
     with np.errstate(invalid="ignore"):
         value = (nearest - within) / np.maximum(within, nearest)
     return np.where(size[label] > 1, np.nan_to_num(value), 0.0)

@@ -68,11 +68,13 @@ _EVERY_FORMAT = (
     ),
     MoleculeFormat("dots", "dots"),
 )  # fmt: skip
-MOLECULE_FORMATS = {each.name: each for each in _EVERY_FORMAT}
+MOLECULE_FORMATS = {file_format.name: file_format for file_format in _EVERY_FORMAT}
 FILE_OF_DOTS = (
     "dots"  # whatever is not a format of molecules; the reader of surfaces recognises it, or refuses it
 )
-FORMAT_OF_SUFFIX = {suffix: each.name for each in _EVERY_FORMAT for suffix in each.suffixes}
+FORMAT_OF_SUFFIX = {
+    suffix: file_format.name for file_format in _EVERY_FORMAT for suffix in file_format.suffixes
+}
 
 
 def _suffixes(*names: str) -> tuple[str, ...]:

@@ -92,7 +92,8 @@ class Finding(NamedTuple):
 class AtomCheck(NamedTuple):
     """A measure that a sound molecule keeps below a limit.
 
-    `sentence` has {value}, {frame}, names {a} and {b} of atoms and {A} and {B} of their residues, and what `more` returns.
+    `sentence` has {value}, {frame}, names {a} and {b} of atoms and {A} and {B} of their residues, and what
+    `further_values` returns.
     """
 
     measure: Callable[[np.ndarray], np.ndarray]  # frames (F, A, 3), Å -> values (F, K) at K places
@@ -102,7 +103,7 @@ class AtomCheck(NamedTuple):
     refuse: bool = False  # or warn
     first: bool = False  # only the first frame is measured
     worst: bool = True  # the place of the largest value is named, or else the first one
-    more: Callable[[Finding], dict[str, Any]] = lambda found: {}
+    further_values: Callable[[Finding], dict[str, Any]] = lambda found: {}
 
 
 def refuse_impossible(
@@ -142,10 +143,10 @@ def _run(checks: list[AtomCheck], molecule: Molecule, path: StrPath) -> None:
         atoms = check.atoms(found) if callable(check.atoms) else check.atoms[found.place]
         names = dict(zip("ab", (molecule.name[atom] for atom in atoms), strict=False))
         names |= dict(zip("AB", (molecule.residue_label(atom) for atom in atoms), strict=False))
-        words = {"value": found.value, "frame": found.frame} | names | check.more(found)
+        named_values = {"value": found.value, "frame": found.frame} | names | check.further_values(found)
         if check.refuse:
-            raise InputError(f"{path}: {check.sentence.format(**words)}.")
-        log.warning("%s: %s", path, check.sentence.format(**words))
+            raise InputError(f"{path}: {check.sentence.format(**named_values)}.")
+        log.warning("%s: %s", path, check.sentence.format(**named_values))
 
 
 def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]:
@@ -185,10 +186,10 @@ def _checks(molecule: Molecule, unit: str, topology: StrPath | None) -> Iterator
         "{value:.0f} % of its atoms lie inside other residues; does it hold a molecule twice?",
     )
     broken = np.flatnonzero(distance >= PEPTIDE.max_length)
-    words, first = pluralise(len(broken), "peptide bond", "is"), "the first " if len(broken) > 1 else ""
+    counted, first = pluralise(len(broken), "peptide bond", "is"), "the first " if len(broken) > 1 else ""
     far = f"{distance[broken[0]]:.1f} Å apart" if len(broken) else ""
     yield _in_first(
-        len(broken), 0, f"{words} missing, {first}between {{A}} and {{B}}, {far}", links[broken[:1]]
+        len(broken), 0, f"{counted} missing, {first}between {{A}} and {{B}}, {far}", links[broken[:1]]
     )
     yield from _checks_of_bonds(molecule)
     yield from _checks_of_handedness(molecule)
@@ -205,11 +206,11 @@ def _in_first(
 def _checks_of_places(molecule: Molecule, remedy: str) -> Iterator[AtomCheck]:
     """Yield the checks of residues that are too wide, and of parts that are too far away."""
     start = np.flatnonzero(np.diff(molecule.residue_index, prepend=-1))
-    known = np.array([standard_name(name) in HEAVY_ATOMS for name in molecule.residue_name[start]])
+    is_amino_acid = np.array([standard_name(name) in HEAVY_ATOMS for name in molecule.residue_name[start]])
 
     def extents(xyz: np.ndarray) -> np.ndarray:
         box = np.maximum.reduceat(xyz, start, axis=1) - np.minimum.reduceat(xyz, start, axis=1)
-        return np.where(known, np.linalg.norm(box, axis=2), 0)
+        return np.where(is_amino_acid, np.linalg.norm(box, axis=2), 0)
 
     def farthest(found: Finding) -> list[int]:
         xyz = np.split(found.xyz, start[1:])[found.place]
@@ -249,8 +250,8 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[AtomCheck]:
 
     def of_chains(xyz: np.ndarray) -> np.ndarray:  # of several, one may be odd
         ratio = np.abs(ratios(xyz) - 1)
-        each = np.stack([np.median(ratio[:, chain], axis=1) for chain in chains], axis=1)
-        return np.where(np.median(ratio, axis=1)[:, None] > DEVIATION_TO_REFUSE, 0, each)
+        medians = np.stack([np.median(ratio[:, chain], axis=1) for chain in chains], axis=1)
+        return np.where(np.median(ratio, axis=1)[:, None] > DEVIATION_TO_REFUSE, 0, medians)
 
     def ratio_of_chain(found: Finding) -> dict[str, Any]:
         return {"ratio": np.median(ratios(found.xyz[None])[0, chains[found.place]])}
@@ -264,7 +265,7 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[AtomCheck]:
             f"bonds of the chain of {{A}} are {{ratio:.2f}} times as long as usual in frame {{frame}}; {remedy}",
             np.array([a[chain[:1]] for chain in chains]),
             refuse=True,
-            more=ratio_of_chain,
+            further_values=ratio_of_chain,
         )
     yield AtomCheck(
         deviations,
@@ -272,7 +273,10 @@ def _checks_of_lengths(molecule: Molecule, remedy: str) -> Iterator[AtomCheck]:
         "bonds of the backbone are {ratio:.2f} times as long as usual in frame {frame}, and half of them differ by "
         f"{{percent:.0f}} % or more; {remedy}",
         refuse=True,
-        more=lambda found: {"ratio": np.median(ratios(found.xyz[None])), "percent": 100 * found.value},
+        further_values=lambda found: {
+            "ratio": np.median(ratios(found.xyz[None])),
+            "percent": 100 * found.value,
+        },
     )
     yield AtomCheck(
         lambda xyz: 100 * deviations(xyz),
@@ -296,7 +300,10 @@ def _checks_of_bonds(molecule: Molecule) -> Iterator[AtomCheck]:
         ODD_BOND,
         "the bond {a}-{b} of {A} is {length:.1f} Å long instead of {usual:.1f} Å in frame {frame}; repair its coordinates",
         pairs,
-        more=lambda found: {"length": lengths(found.xyz[None])[0, found.place], "usual": usual[found.place]},
+        further_values=lambda found: {
+            "length": lengths(found.xyz[None])[0, found.place],
+            "usual": usual[found.place],
+        },
     )
     for chain in _chains_to_judge(molecule, a):
         yield _check_of_stretch(pairs[chain], usual[chain])
@@ -313,7 +320,7 @@ def _check_of_stretch(pairs: np.ndarray, usual: np.ndarray) -> AtomCheck:
         "bonds of the chain of {A} are {ratio:.2f} times as long as usual along one direction in frame {frame}; "
         "are all lengths in one unit?",
         lambda found: [int(pairs[0, 0])],
-        more=lambda found: {"ratio": _stretch(found.xyz[None], pairs, usual)[0][0, found.place]},
+        further_values=lambda found: {"ratio": _stretch(found.xyz[None], pairs, usual)[0][0, found.place]},
     )
 
 
@@ -337,7 +344,7 @@ def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) ->
         values, _, axis = skew(xyz)
         return np.where(axis[:, None] < 3, values, 0)
 
-    def words(found: Finding) -> dict[str, Any]:
+    def skew_in_words(found: Finding) -> dict[str, Any]:
         _, longer, axis = skew(found.xyz[None])
         return {
             "percent": 100 * found.value,
@@ -352,7 +359,7 @@ def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) ->
         "are all lengths in one unit?",
         lambda found: [int(pairs[0, 0])],
         first=True,
-        more=words,
+        further_values=skew_in_words,
     )
     yield check
     if len(pairs) >= MIN_DISTANCES_OF_FRAMES and skew(np.array(molecule.xyz[:1]))[0] <= SKEW_TO_WARN:
@@ -369,7 +376,7 @@ def _checks_of_handedness(molecule: Molecule) -> Iterator[AtomCheck]:
     groups = [group for group in groups if len(group) >= MIN_RESIDUES_OF_MIRROR]
 
     def left_handed(xyz: np.ndarray) -> np.ndarray:
-        n, ca, c, cb = (xyz[:, each] for each in atoms)
+        n, ca, c, cb = (xyz[:, members] for members in atoms)
         return (np.cross(n - ca, c - ca) * (cb - ca)).sum(axis=2) >= 0
 
     def mirrored(xyz: np.ndarray) -> np.ndarray:
@@ -404,7 +411,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[AtomCheck]:
     heavy = np.flatnonzero(molecule.heavy)
     pairs, length, nearest = _pairs_in_residues(molecule, heavy)
     names = molecule.name[pairs]
-    same = pairs[(length < SAME_ATOM_PLACE) & (names[:, 0] != names[:, 1])]
+    coinciding = pairs[(length < SAME_ATOM_PLACE) & (names[:, 0] != names[:, 1])]
     present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
     complete = ((expected > 0) & (present == expected))[index[heavy]]
     lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))[:1]
@@ -423,9 +430,12 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[AtomCheck]:
         "{A} and {B} lie in one place; keep one of them",
         np.column_stack([ca[twins], ca[twins + 1]]),
     )
-    several = pluralise(len(same), "such pair")
+    several = pluralise(len(coinciding), "such pair")
     yield _in_first(
-        len(same), 0, f"{{a}} and {{b}} of {{A}} lie in one place ({several}); repair its coordinates", same
+        len(coinciding),
+        0,
+        f"{{a}} and {{b}} of {{A}} lie in one place ({several}); repair its coordinates",
+        coinciding,
     )
     far = f"lies {nearest[lost[0]]:.1f} Å from the nearest atom of its residue" if len(lost) else ""
     yield _in_first(len(lost), 0, f"{{a}} of {{A}} {far}; repair its coordinates", heavy[lost][:, None])
@@ -436,7 +446,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[AtomCheck]:
             "{a} of {A} and {b} of {B} lie {distance:.1f} Å apart in frame {frame}; is the box right, or is a molecule there "
             "twice?",
             lambda found: [int(atoms[0]) for atoms in overlaps(found.xyz[None])[1:3]],
-            more=lambda found: {"distance": overlaps(found.xyz[None])[3][0]},
+            further_values=lambda found: {"distance": overlaps(found.xyz[None])[3][0]},
         )
 
 
@@ -511,7 +521,7 @@ def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     first = np.unique(molecule.residue_index, return_index=True)[1]
     chains, labels = (
         molecule.chain[first].tolist(),
-        [split_label(each) for each in molecule.residue[first].tolist()],
+        [split_label(label) for label in molecule.residue[first].tolist()],
     )
     places = [(chain, int(number or 0)) for chain, (number, _) in zip(chains, labels, strict=True)]
     coded = {place for place, (_, code) in zip(places, labels, strict=True) if code}
@@ -533,10 +543,10 @@ def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
         last, next_first = (_atoms_named(molecule, name).tolist() for name in (PEPTIDE.last, PEPTIDE.first))
         ca = _atoms_named(molecule, "CA")
         for k, (a, b) in enumerate(pairwise(places)):
-            beside = a[0] == b[0] and (a in coded or b in coded) and abs(b[1] - a[1]) <= 1
+            are_neighbours = a[0] == b[0] and (a in coded or b in coded) and abs(b[1] - a[1]) <= 1
             atoms = last[k], next_first[k + 1]
             apart = np.linalg.norm(molecule.xyz[0][ca[k + 1]] - molecule.xyz[0][ca[k]]) > SAME_RESIDUE
-            if beside and apart and min(atoms) >= 0 and (molecule.kind[[*atoms]] == "protein").all():
+            if are_neighbours and apart and min(atoms) >= 0 and (molecule.kind[[*atoms]] == "protein").all():
                 pairs.append(atoms)
     links = np.array(pairs, int).reshape(-1, 2)
     return links, np.linalg.norm(molecule.xyz[0][links[:, 0]] - molecule.xyz[0][links[:, 1]], axis=1)
@@ -553,8 +563,8 @@ def _pairs_of(
     bonded &= (last >= 0) & (first >= 0)
     pairs, usual = [np.empty((0, 2), int)], list[float]()
     for (a, b, step), length in lengths.items():
-        both = np.column_stack([atom_of[a][:-1], atom_of[b][1:]] if step else [atom_of[a], atom_of[b]])
-        pairs.append(both[(both >= 0).all(axis=1) & (bonded if step else True)])
+        atom_pairs = np.column_stack([atom_of[a][:-1], atom_of[b][1:]] if step else [atom_of[a], atom_of[b]])
+        pairs.append(atom_pairs[(atom_pairs >= 0).all(axis=1) & (bonded if step else True)])
         usual += [length] * len(pairs[-1])
     return np.concatenate(pairs), np.array(usual)
 
@@ -578,9 +588,9 @@ def _stretch(xyz: np.ndarray, pairs: np.ndarray, usual: np.ndarray) -> tuple[np.
         np.where((ratio > 1 / MAX_RATIO) & (ratio < MAX_RATIO), 1.0, 0.0)[:, :, None] * bonds, 2, 0
     )
     terms = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z], axis=2)
-    rest = np.where(x * x + y * y + z * z > 0, 1 - terms[:, :, :3].sum(axis=2), 0.0)
+    remainder = np.where(x * x + y * y + z * z > 0, 1 - terms[:, :, :3].sum(axis=2), 0.0)
     square = terms.swapaxes(1, 2) @ terms + CERTAINTY * bonds.shape[1] * np.eye(6)
-    solved = np.linalg.solve(square, terms.swapaxes(1, 2) @ rest[:, :, None])[:, :, 0]
+    solved = np.linalg.solve(square, terms.swapaxes(1, 2) @ remainder[:, :, None])[:, :, 0]
     matrix = np.eye(3) + solved[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
     values, directions = np.linalg.eigh(matrix)
     return 1 / np.sqrt(np.maximum(values, 0.01)), directions
@@ -618,15 +628,15 @@ def _atoms_named(molecule: Molecule, name: str) -> np.ndarray:
 
 def _check_elements(molecule: Molecule, path: StrPath) -> None:
     """Raise InputError if the elements of amino acids contradict the first letters of the atom names."""
-    known = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
+    is_amino_acid = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
     letters = [name.lstrip("0123456789'*")[:1].upper() for name in molecule.name]
     of_name = np.array([ELEMENT_OF_LETTER.get(letter, "") for letter in letters])
     element = np.where(molecule.element == "D", "H", molecule.element)
-    wrong = known & (of_name != "") & (of_name != element) & (element != "SE")
+    wrong = is_amino_acid & (of_name != "") & (of_name != element) & (element != "SE")
     atom = int(np.argmax(wrong)) if wrong.any() else 0
-    if known.sum() < MIN_ATOMS_TO_JUDGE or not wrong.any():
+    if is_amino_acid.sum() < MIN_ATOMS_TO_JUDGE or not wrong.any():
         return
-    if wrong.sum() <= SHARE_TO_REPORT * known.sum():
+    if wrong.sum() <= SHARE_TO_REPORT * is_amino_acid.sum():
         message = "%s: %s of %s has the element %s; %s an element that contradicts the name"
         count = pluralise(int(wrong.sum()), "atom", "has")
         log.warning(

@@ -239,10 +239,10 @@ def _units_of_netcdf(path: str) -> tuple[float, dict[str, float]]:
         unit = getattr(file.variables.get("time"), "units", b"picosecond").decode("ascii", "replace").strip()
         for name in SCALED_VARIABLES:
             scale[name] = float(getattr(file.variables.get(name), "scale_factor", 1.0))
-    known = next((ps for name, ps in PS_PER_UNIT.items() if re.fullmatch(name, unit.lower())), None)
-    if known is None:
+    ps_per_unit = next((ps for name, ps in PS_PER_UNIT.items() if re.fullmatch(name, unit.lower())), None)
+    if ps_per_unit is None:
         raise ValueError(f"its times are in {unit[:20]!r}")
-    return known, scale
+    return ps_per_unit, scale
 
 
 def _load(

@@ -105,7 +105,10 @@ def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
     residues = [*zip(columns["chain"], columns["number"], strict=True)]
     columns["segid"] = _filled(columns["segid"], residues, columns["segid"])
     position = columns.pop("position")
-    positions = [at and (segid, at) for segid, at in zip(columns["segid"], position, strict=True)]
+    positions = [
+        chain_position and (segid, chain_position)
+        for segid, chain_position in zip(columns["segid"], position, strict=True)
+    ]
     columns["number"] = _filled(columns["number"], positions, position)
     numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
     labels = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
@@ -129,9 +132,9 @@ def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
 
 def _filled(authors: list[str], labels: Sequence[Any], fallback: list[str]) -> list[str]:
     """Return the authors' values; where one is null, that of another atom with this label, or else the label itself."""
-    known = {label: value for label, value in zip(labels, authors, strict=True) if value and label}
+    author_of = {label: value for label, value in zip(labels, authors, strict=True) if value and label}
     rows = zip(authors, labels, fallback, strict=True)
-    return [value or known.get(label, text) for value, label, text in rows]
+    return [value or author_of.get(label, text) for value, label, text in rows]
 
 
 def _units(residues: list[str], names: list[str]) -> np.ndarray:

@@ -111,8 +111,10 @@ class Molecule:
 
     def frame(self, index: int) -> Molecule:
         """Return the molecule with only the frame at position `index`."""
-        at = slice(index, index + 1)
-        return replace(self, xyz=self.xyz[at], time_ps=self.time_ps[at], frame_number=self.frame_number[at])
+        frames = slice(index, index + 1)
+        return replace(
+            self, xyz=self.xyz[frames], time_ps=self.time_ps[frames], frame_number=self.frame_number[frames]
+        )
 
     def write_pdb(self, path: StrPath, frame: int = 0, b_factor: np.ndarray | None = None) -> None:
         """Write one frame as a PDB file of one model, in Å.
@@ -164,9 +166,9 @@ class Molecule:
         labels = [split_label(label) for label in self.residue[first].tolist()]
         chains = self.chain[first].tolist()
         plain = {
-            (chain, each[0]): k
-            for k, (chain, each) in enumerate(zip(chains, labels, strict=True))
-            if not each[1]
+            (chain, label[0]): k
+            for k, (chain, label) in enumerate(zip(chains, labels, strict=True))
+            if not label[1]
         }
         numbers: dict[int, float] = {}
         for k, (chain, (number, code)) in enumerate(zip(chains, labels, strict=True)):

@@ -50,14 +50,18 @@ def usual_names(residue_name: np.ndarray, name: np.ndarray) -> np.ndarray:
     return np.array([usual_name(*pair) for pair in pairs], dtype=str)
 
 
-def other_spellings(words: Iterable[str], residue_name: np.ndarray, name: np.ndarray) -> dict[str, str]:
+def other_spellings(names: Iterable[str], residue_name: np.ndarray, name: np.ndarray) -> dict[str, str]:
     """Return the names in a file of some names that it spells differently: the first one of each."""
     pairs = sorted({*zip(residue_name.tolist(), name.tolist(), strict=True)})
     found = {}
-    for word in words:
-        if any(each == word for _, each in pairs):
+    for word in names:
+        if any(candidate == word for _, candidate in pairs):
             continue
-        spelt = (each for residue, each in pairs if usual_name(residue, each) == usual_name(residue, word))
+        spelt = (
+            candidate
+            for residue, candidate in pairs
+            if usual_name(residue, candidate) == usual_name(residue, word)
+        )
         if (spelling := next(spelt, "")) and spelling != word:
             found[word] = spelling
     return found

@@ -62,38 +62,38 @@ def read_parm7(source: Source) -> AtomFile:
 def _fields(source: Source) -> dict[str, list[str]]:
     """Return the words of every flag, in columns of the width that its format says."""
     fields: dict[str, list[str]] = {}
-    words, width = list[str](), 4
+    values, width = list[str](), 4
     for line in source.text().split("\n"):
         if line.startswith("%FLAG"):
-            words = fields.setdefault("".join(line.split()[1:2]), [])
+            values = fields.setdefault("".join(line.split()[1:2]), [])
         elif match := FORTRAN_FORMAT.match(line):
             width = int(match[2])
         elif not line.startswith("%"):
             line = line.rstrip()
-            words += [line[k : k + width].strip() for k in range(0, len(line), width)]
+            values += [line[k : k + width].strip() for k in range(0, len(line), width)]
     return fields
 
 
 def _of_size(fields: dict[str, list[str]], flag: str, size: int, source: Source) -> list[str]:
     """Return the words of a flag, whose number is that in POINTERS."""
-    words = fields.get(flag, [])
-    if len(words) != size or not size:
+    values = fields.get(flag, [])
+    if len(values) != size or not size:
         raise InputError(
-            f"{source} has {len(words)} of {size} values of {flag}: it is cut short or damaged; copy it again."
+            f"{source} has {len(values)} of {size} values of {flag}: it is cut short or damaged; copy it again."
         )
-    return words
+    return values
 
 
 def _of_residues(fields: dict[str, list[str]], flag: str, default: list[str], source: Source) -> list[str]:
     """Return a word for each residue; the default where the file lacks the flag. Empty words at the end are not written."""
     if flag not in fields:
         return default
-    words = fields[flag] + [""] * (len(default) - len(fields[flag]))
-    if len(words) != len(default) or (
-        flag == "RESIDUE_NUMBER" and not all(re.fullmatch(r"-?\d+", word) for word in words)
+    values = fields[flag] + [""] * (len(default) - len(fields[flag]))
+    if len(values) != len(default) or (
+        flag == "RESIDUE_NUMBER" and not all(re.fullmatch(r"-?\d+", word) for word in values)
     ):
         raise InputError(f"{source} has no {flag} for each of its {len(default)} residues: copy it again.")
-    return words
+    return values
 
 
 def _numbers(fields: dict[str, list[str]], flag: str, source: Source) -> np.ndarray:

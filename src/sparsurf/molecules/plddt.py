@@ -126,5 +126,5 @@ def _is_constant(b_factor: np.ndarray, residue_index: np.ndarray) -> bool:
     start = np.flatnonzero(np.append(True, np.diff(index) != 0))
     constant = np.maximum.reduceat(values, start) == np.minimum.reduceat(values, start)
     several = np.diff([*start, len(values)]) > 1
-    enough = several.sum() >= MIN_RESIDUES and (values.max() > MIN_LARGEST or values.max() <= 1)
-    return bool(enough and constant[several].mean() >= MIN_CONSTANT_SHARE)
+    has_evidence = several.sum() >= MIN_RESIDUES and (values.max() > MIN_LARGEST or values.max() <= 1)
+    return bool(has_evidence and constant[several].mean() >= MIN_CONSTANT_SHARE)

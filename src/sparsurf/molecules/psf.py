@@ -40,9 +40,9 @@ def read_psf(source: Source) -> AtomFile:
         raise InputError(f"{source} is cut short: it has {len(rows)} of {n_atoms} atoms; copy it again.")
     fields = [_fields(row, extended) for row in rows]
     read_number, labels = NumberReader(), []
-    for k, (segid, label, *rest) in enumerate(fields):
+    for k, (segid, label, *further) in enumerate(fields):
         residue = _residue(label, segid, read_number)
-        if residue is None or not all(rest[:2]):
+        if residue is None or not all(further[:2]):
             raise InputError(
                 f"{source}: line {begin + 2 + k} is no atom of a PSF file, {shorten(repr(rows[k].strip()))}: repair the line."
             )
@@ -55,7 +55,7 @@ def read_psf(source: Source) -> AtomFile:
         segid=segids,
         residue=labels,
         # a Drude particle is no atom, and has the element of none
-        element=["VS" if each == DRUDE_TYPE else "" for each in types],
+        element=["VS" if atom_type == DRUDE_TYPE else "" for atom_type in types],
     )
     bonds = _bonds(lines, sections.get("BOND", (len(lines), 0)), n_atoms, source)
     return AtomFile(atoms.assign(molecule=molecules_of_bonds(atoms, bonds)))
@@ -63,11 +63,11 @@ def read_psf(source: Source) -> AtomFile:
 
 def _fields(row: str, extended: bool) -> tuple[str, ...]:
     """Return segment, residue, its name, name and type of an atom: words, or columns if a word is missing."""
-    words = row.split()
-    if len(words) > MIN_WORDS or (len(words) == MIN_WORDS and PSF_RESIDUE_LABEL.fullmatch(words[2])):
-        return tuple(words[1:6])
-    if len(words) == MIN_WORDS and PSF_RESIDUE_LABEL.fullmatch(words[1]):  # the segment is blank
-        return ("", *words[1:5])
+    columns = row.split()
+    if len(columns) > MIN_WORDS or (len(columns) == MIN_WORDS and PSF_RESIDUE_LABEL.fullmatch(columns[2])):
+        return tuple(columns[1:6])
+    if len(columns) == MIN_WORDS and PSF_RESIDUE_LABEL.fullmatch(columns[1]):  # the segment is blank
+        return ("", *columns[1:5])
     return tuple(row[first:last].strip() for first, last in (EXTENDED if extended else FIXED_COLUMNS))
 
 
@@ -90,10 +90,10 @@ def _bonds(lines: list[str], section: tuple[int, int], n_atoms: int, source: Sou
     for line in lines[begin + 1 :]:
         if len(numbers) >= 2 * n_bonds or "!" in line:
             break
-        words = line.split()
-        if words and not all(word.isdecimal() and len(word) <= 10 for word in words):
+        texts = line.split()
+        if texts and not all(word.isdecimal() and len(word) <= 10 for word in texts):
             break
-        numbers += map(int, words)
+        numbers += map(int, texts)
     bonds = np.array(numbers[: 2 * n_bonds], int)
     if len(bonds) < 2 * n_bonds or (len(bonds) and not 1 <= bonds.min() <= bonds.max() <= n_atoms):
         raise InputError(

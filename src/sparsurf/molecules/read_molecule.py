@@ -196,8 +196,8 @@ def _what_names_no_atoms(source: Source) -> str:
     """Return the sentence that refuses a file of another kind in place of a structure."""
     if source.format.places:
         return f"{source} is a trajectory: give it as the trajectory, and its topology as the structure."
-    known = ", ".join(each.label for each in MOLECULE_FORMATS.values() if each.atoms)
-    return f"{source} is not a structure by its content: give a file of one of the formats {known}."
+    labels = ", ".join(file_format.label for file_format in MOLECULE_FORMATS.values() if file_format.atoms)
+    return f"{source} is not a structure by its content: give a file of one of the formats {labels}."
 
 
 def _without_doubtful(molecule: Molecule, origin: str, plddt: float, path: StrPath) -> Molecule:

@@ -150,9 +150,9 @@ def residue_kinds(
     """
     first_atom = np.unique(residue_index, return_index=True)[1]
     names = residue_name[first_atom]
-    known = np.array([known_kind(str(each)) for each in names])
-    kind = np.where(np.isin(known, [*LINKAGES]) & hetero[first_atom], "other", known)
-    kind[(known == "other") & _hold_water(names, residue_index, name)] = "water"
+    kind_by_name = np.array([known_kind(str(text)) for text in names])
+    kind = np.where(np.isin(kind_by_name, [*LINKAGES]) & hetero[first_atom], "other", kind_by_name)
+    kind[(kind_by_name == "other") & _hold_water(names, residue_index, name)] = "water"
     following = np.full(len(names), -1)
     name = np.char.replace(name.astype(str), "*", "'")  # of nucleic acids in old files
     no_cap = (np.bincount(residue_index) == 1)[residue_index] | _named(name, "HD")  # ions, dummy atoms
@@ -162,7 +162,7 @@ def residue_kinds(
             for atom_name in (*linkage.backbone, linkage.last, linkage.first)
         }
         complete = np.all([atoms[atom_name] >= 0 for atom_name in linkage.backbone], axis=0)
-        candidate = (known == polymer) | np.isin(names, [*linkage.caps]) | complete
+        candidate = (kind_by_name == polymer) | np.isin(names, [*linkage.caps]) | complete
         last, first = (np.where(candidate, atoms[end], -1) for end in (linkage.last, linkage.first))
         before, after = _links(last, first, xyz, linkage.max_length)
         following[before] = after
@@ -209,9 +209,9 @@ def _links(
     # unknown positions give nan: no bond
     bonded = (last[:-1] >= 0) & (first[1:] >= 0) & (length < max_length)
     before, after = np.flatnonzero(bonded), np.flatnonzero(bonded) + 1
-    known = np.isfinite(xyz).all(axis=1)
+    has_position = np.isfinite(xyz).all(axis=1)
     ends, starts = (
-        np.setdiff1d(np.flatnonzero((atoms >= 0) & known[atoms]), linked)
+        np.setdiff1d(np.flatnonzero((atoms >= 0) & has_position[atoms]), linked)
         for atoms, linked in ((last, before), (first, after))
     )
     if not len(ends) or not len(starts):
@@ -255,10 +255,10 @@ def find_particles(
             found[atom] = True
         elif DRUDE.fullmatch(text):
             place = place or {
-                each: k for k, each in enumerate(zip(residue_index.tolist(), name.tolist(), strict=True))
+                label: k for k, label in enumerate(zip(residue_index.tolist(), name.tolist(), strict=True))
             }
-            own = place.get((int(residue_index[atom]), text[1:]))
-            distance = np.inf if own is None else np.linalg.norm(xyz[atom] - xyz[own])
+            parent = place.get((int(residue_index[atom]), text[1:]))
+            distance = np.inf if parent is None else np.linalg.norm(xyz[atom] - xyz[parent])
             found[atom] = bool(distance < AT_ITS_ATOM)
     return found
 
@@ -310,8 +310,8 @@ def _absent_from_nucleotides(
         return absent
     prime = np.char.replace(name.astype(str), "*", "'")
     atom = {
-        each: atoms_of_residues(residue_index, prime == each, len(absent))
-        for each in ("P", "O2'", "O5'", "O3'")
+        atom_name: atoms_of_residues(residue_index, prime == atom_name, len(absent))
+        for atom_name in ("P", "O2'", "O5'", "O3'")
     }
     absent += nucleotide & (atom["O2'"] < 0) & ~np.char.startswith(residue_name.astype(str), "D")
     before = xyz[atom["O3'"][atom["O3'"] >= 0]]
@@ -352,5 +352,5 @@ def _element_of_ion(name: str, residue_name: str) -> str:
     if residue in NAMES_OF_IONS:
         residue, residue_name = atom, name
     symbol = IONS.get(residue_name, residue)
-    known = gemmi.Element(symbol).is_metal or symbol in HALOGENS
-    return symbol if known and atom in (residue, symbol) else ""
+    forms_ions = gemmi.Element(symbol).is_metal or symbol in HALOGENS
+    return symbol if forms_ions and atom in (residue, symbol) else ""

@@ -84,8 +84,8 @@ def select_atoms(
         nucleic = np.flatnonzero(within & (molecule.kind == "nucleic"))
         remedy = _remedy_for_nucleic(molecule, nucleic, ranges) if selection is None and len(nucleic) else ""
         if selection is not None:
-            words = re.findall(r"[\w'*]+", selection)
-            spelt = other_spellings(dict.fromkeys(words), molecule.residue_name, molecule.name)
+            names = re.findall(r"[\w'*]+", selection)
+            spelt = other_spellings(dict.fromkeys(names), molecule.residue_name, molecule.name)
             remedy += "".join(f"; it calls {word} {name}" for word, name in spelt.items())
         raise InputError(f"{path}: {nothing}; the file has {_inventory(molecule)}{remedy}.")
     return selected
@@ -147,8 +147,8 @@ def _in_residues(
         first, last = map(_rank, ends)
         inside = (rank >= first) & (rank <= last)
         backwards = last < first
-        for each in coded if chain is None else {chain: coded[chain]} if chain in coded else ():
-            members, begin, stop = coded[each].residues(*ends)
+        for chain_name in coded if chain is None else {chain: coded[chain]} if chain in coded else ():
+            members, begin, stop = coded[chain_name].residues(*ends)
             inside[members] = (place[members] >= begin) & (place[members] < stop)
             backwards = stop < begin
         if chain is not None:
@@ -161,7 +161,10 @@ def _in_residues(
             raise InputError(
                 f"{argument('residues')}: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}."
             )
-        several = [[each for each in ids if each in chain_of[inside & in_chains]] for ids in split.values()]
+        several = [
+            [chain_name for chain_name in ids if chain_name in chain_of[inside & in_chains]]
+            for ids in split.values()
+        ]
         if chain is None and any(len(ids) > 1 for ids in several):
             ids = next(ids for ids in several if len(ids) > 1)
             raise InputError(
@@ -189,13 +192,13 @@ class _ChainWithCodes(NamedTuple):
 
         An end that the chain lacks stands for the first or last residue whose number lies in the range.
         """
-        low, high = (int(split_label(each)[0]) for each in (first, last))
+        low, high = (int(split_label(text)[0]) for text in (first, last))
         within = [
             k for k, label in enumerate(self.label) if low <= int(split_label(label)[0] or low - 1) <= high
         ]
         begin, end = (
-            self.label.index(each.upper()) if each.upper() in self.label else within[side] if within else -1
-            for each, side in ((first, 0), (last, -1))
+            self.label.index(text.upper()) if text.upper() in self.label else within[side] if within else -1
+            for text, side in ((first, 0), (last, -1))
         )  # fmt: skip
         if min(begin, end) < 0:
             return self.atoms, 0, 0
@@ -279,8 +282,8 @@ def _in_ligands(molecule: AtomsLike, path: StrPath, ligands: bool | str | Sequen
     names = [name.strip() for name in _as_list(ligands, "ligands", "HEM,ZN")] if _asked_for(ligands) else []
     absent = [name for name in names if name not in molecule.residue_name]
     if absent:
-        others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
-        listed = ", ".join(sorted(others)) or "nothing"
+        present = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
+        listed = ", ".join(sorted(present)) or "nothing"
         raise InputError(
             f"{path} has no ligand {shorten(', '.join(absent))}: besides polymers, the file contains {listed}."
         )

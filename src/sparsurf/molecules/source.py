@@ -88,11 +88,11 @@ def open_source(path: StrPath | Source) -> Source:
     compressed = head.startswith(GZIP)
     if compressed:
         head = _uncompressed(head)
-    known = MOLECULE_FORMATS.get(_recognise(head))
-    found = known or MOLECULE_FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), FILE_OF_DOTS)]
+    recognised = MOLECULE_FORMATS.get(_recognise(head))
+    found = recognised or MOLECULE_FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), FILE_OF_DOTS)]
     if found.refusal:
         raise InputError(f"{name} {found.refusal}.")
-    return Source(name, found, known is not None, compressed)
+    return Source(name, found, recognised is not None, compressed)
 
 
 def _is_folder_of_desmond(path: StrPath) -> bool:

@@ -99,10 +99,10 @@ class Lines:
         raise InputError(f"{self.source}: line {self.number if number is None else number} {problem}.")
 
 
-def count_of(lines: Lines, line: str | None, words: str) -> int:
+def count_of(lines: Lines, line: str | None, advice: str) -> int:
     """Return the number of atoms that a line holds."""
     if line is None or not line.strip().isdecimal():
-        lines.refuse(f"is not the number of atoms, {shorten(repr((line or '').strip()))}: {words}")
+        lines.refuse(f"is not the number of atoms, {shorten(repr((line or '').strip()))}: {advice}")
     return int(line)
 
 
@@ -117,9 +117,9 @@ def numbers_of(text: str) -> list[float]:
 def fixed_columns(text: str, width: int) -> list[float]:
     """Return the numbers of a line of columns of one width; none if a column holds no number."""
     text = text.rstrip()
-    words = [text[k : k + width] for k in range(0, len(text), width)]
+    columns = [text[k : k + width] for k in range(0, len(text), width)]
     try:
-        return [float(word) for word in words]
+        return [float(word) for word in columns]
     except ValueError:
         return []
 
@@ -184,10 +184,10 @@ def positions_of_gro(lines: Lines, rows: Sequence[str], begin: int) -> np.ndarra
         try:
             xyz[k] = [float(text[column : column + width]) for column in (0, width, 2 * width)]
         except ValueError:
-            words = numbers_of(text)
-            if width <= DECIMALS_OF_GRO - 1 or len(words) not in (3, 6):
+            numbers = numbers_of(text)
+            if width <= DECIMALS_OF_GRO - 1 or len(numbers) not in (3, 6):
                 lines.refuse("has no three coordinates: repair the line", begin + k + 1)
-            xyz[k] = words[:3]
+            xyz[k] = numbers[:3]
     return xyz * ANGSTROM_PER_NM
 
 
@@ -227,9 +227,9 @@ def _words(lines: Lines, rows: Sequence[str], columns: Sequence[int], begin: int
     """Return numbers (A, 3) in some columns of words of the lines that follow the line `begin`."""
     values = np.empty((len(rows), len(columns)))
     for k, row in enumerate(rows):
-        words = row.split()
+        texts = row.split()
         try:
-            values[k] = [float(words[column]) for column in columns]
+            values[k] = [float(texts[column]) for column in columns]
         except (ValueError, IndexError):
             lines.refuse("has no three coordinates: repair the line", begin + k + 1)
     return values
@@ -293,17 +293,17 @@ def _of_columns(lines: Lines, rows: Sequence[str], width: int, n_atoms: int, beg
 def frames_of_restart(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the one frame of a restart file: number of atoms, coordinates, velocities and box where it has them."""
     lines.next()  # the title
-    words = (lines.next() or "").split()
-    n_atoms = count_of(lines, words[0] if words else None, "give an AMBER restart file")
+    header = (lines.next() or "").split()
+    n_atoms = count_of(lines, header[0] if header else None, "give an AMBER restart file")
     per_line, width = RESTART
     n_lines, begin = -(-n_atoms * 3 // per_line), lines.number
     rows = lines.take(n_lines)
     if rows is None or (lines.end_cuts() and ends_within_a_number(rows[-1])):
         yield None
         return
-    rest = [line for line in iter(lines.next_filled, None) if line is not None]
-    rest = rest[n_lines:] if len(rest) >= n_lines else rest  # the velocities
-    numbers = [number for line in rest for number in fixed_columns(line, width)]
+    following = [line for line in iter(lines.next_filled, None) if line is not None]
+    following = following[n_lines:] if len(following) >= n_lines else following  # the velocities
+    numbers = [number for line in following for number in fixed_columns(line, width)]
     boxed = len(numbers) in (3, 6) and n_atoms > 2
     box = box_vectors(*[*numbers, 90.0, 90.0, 90.0][:6]) if boxed else None
     yield lambda: TextFrame(_of_columns(lines, rows, width, n_atoms, begin), box=box)
@@ -326,9 +326,9 @@ def lines_of_card(lines: Lines) -> tuple[list[str] | None, tuple[tuple[int, int]
     line = lines.next()
     while line is not None and line.startswith("*"):
         line = lines.next()
-    words = (line or "").split()
-    n_atoms = count_of(lines, words[0] if words else None, "give a CARD file of CHARMM")
-    wide = "EXT" in words or n_atoms >= MAX_ATOMS_OF_CARD
+    header = (line or "").split()
+    n_atoms = count_of(lines, header[0] if header else None, "give a CARD file of CHARMM")
+    wide = "EXT" in header or n_atoms >= MAX_ATOMS_OF_CARD
     begin = lines.number
     rows = lines.take(n_atoms)
     if rows is not None and not lines.at_end():
@@ -386,8 +386,8 @@ def frames_of_lammps_dump(lines: Lines, _n_atoms: int) -> TextFrames:
 
 def _is_short(rows: Sequence[str]) -> bool:
     """Return whether the last line has fewer words than the one before, or ends within a number."""
-    words = [row.split() for row in rows[-2:]]
-    return len(words[-1]) < len(words[0]) or ends_within_a_number(rows[-1])
+    texts = [row.split() for row in rows[-2:]]
+    return len(texts[-1]) < len(texts[0]) or ends_within_a_number(rows[-1])
 
 
 def _frame_of_dump(
@@ -432,10 +432,10 @@ def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
     """Yield the one frame of a LAMMPS data file, with the atoms in the order of their ids."""
     n_atoms, style = 0, ""
     while (line := lines.next()) is not None:
-        words = line.split()
-        if words[1:] == ["atoms"] and words[0].isdecimal():
-            n_atoms = int(words[0])
-        if words[:1] == ["Atoms"]:
+        texts = line.split()
+        if texts[1:] == ["atoms"] and texts[0].isdecimal():
+            n_atoms = int(texts[0])
+        if texts[:1] == ["Atoms"]:
             style = line.partition("#")[2].strip()
             break
     if line is None or not n_atoms:

@@ -216,8 +216,8 @@ def _near_pairs(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> 
 def _bond_crosses(near: Near, residue_index: np.ndarray) -> bool:
     """Return whether the border of the box cuts a residue, or the bond between two consecutive ones."""
     pairs, length, across = near
-    same = residue_index[pairs[:, 0]] == residue_index[pairs[:, 1]]
-    return bool(((length > STILL_LINKED) & (across < np.where(same, MAX_LINK, BOND_ACROSS))).any())
+    in_one_residue = residue_index[pairs[:, 0]] == residue_index[pairs[:, 1]]
+    return bool(((length > STILL_LINKED) & (across < np.where(in_one_residue, MAX_LINK, BOND_ACROSS))).any())
 
 
 def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray:

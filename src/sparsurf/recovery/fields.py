@@ -30,10 +30,10 @@ def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) ->
     """Interpolate one field at the targets."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
-    known = np.isfinite(values)
-    if known.sum() <= 4:  # four dots determine the linear part alone
-        return np.full(len(targets), values[known].mean() if known.any() else np.nan)
-    points, values = points[known], values[known]
+    has_value = np.isfinite(values)
+    if has_value.sum() <= 4:  # four dots determine the linear part alone
+        return np.full(len(targets), values[has_value].mean() if has_value.any() else np.nan)
+    points, values = points[has_value], values[has_value]
     tree, k = cKDTree(points), min(DOTS_OF_FIELD_INTERPOLANT, len(points))
     neighbours = np.asarray(tree.query(points, k)[1])
     out, nearest = np.empty(len(targets)), tree.query(targets)[1]
@@ -86,16 +86,18 @@ def recovery_table(
     rows = []
     for field, values in surface.fields.items():
         for subset, dots, points in subsets:
-            others = np.setdiff1d(np.arange(n), dots)
-            recovered = interpolate_fields(points, {field: values[dots]}, surface.points[others])[field]
-            rows.append((field, subset, len(dots), 100 * len(dots) / n, *_errors(recovered, values[others])))
+            left_out = np.setdiff1d(np.arange(n), dots)
+            recovered = interpolate_fields(points, {field: values[dots]}, surface.points[left_out])[field]
+            rows.append(
+                (field, subset, len(dots), 100 * len(dots) / n, *_errors(recovered, values[left_out]))
+            )
     return pd.DataFrame(rows, columns=["field", "subset", "n_S", "n_S_percent", "r", "rms", "rms_sd"])
 
 
 def _errors(recovered: np.ndarray, true: np.ndarray) -> tuple[float, float, float]:
     """Return correlation, rms error and rms error in standard deviations, over the dots where both are known."""
-    both = np.isfinite(recovered) & np.isfinite(true)
-    recovered, true = recovered[both], true[both]
+    has_both = np.isfinite(recovered) & np.isfinite(true)
+    recovered, true = recovered[has_both], true[has_both]
     if len(true) == 0:
         return np.nan, np.nan, np.nan
     rms = np.sqrt(np.mean((recovered - true) ** 2))

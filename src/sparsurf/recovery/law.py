@@ -114,14 +114,14 @@ def density_for(
     """
     error = DISTANCE.check(error, "error")
     law = _law(hydrogens, sampler, model)
-    most, least = law.mean[0], law.mean[-1]
+    largest, smallest = law.mean[0], law.mean[-1]
     if sampler == COVER:
-        most, least = (max(pair[0], pair[1] / TAIL_PER_ERROR) for pair in zip(*_ends(law), strict=True))
-        most = max(most, LARGEST_REQUEST)
-    if not least <= error <= most:
+        largest, smallest = (max(pair[0], pair[1] / TAIL_PER_ERROR) for pair in zip(*_ends(law), strict=True))
+        largest = max(largest, LARGEST_REQUEST)
+    if not smallest <= error <= largest:
         raise InputError(
-            f"error is {error:g}; the densities for errors of {least:.2g} to {most:.2g} Å were measured{_of(sampler, model)}. "
-            "`minimal` measures other errors on a surface."
+            f"error is {error:g}; the densities for errors of {smallest:.2g} to {largest:.2g} Å were "
+            f"measured{_of(sampler, model)}. `minimal` measures other errors on a surface."
         )
     density = _at(law.mean, law.density, error)
     return (
@@ -207,10 +207,10 @@ def _of(sampler: str, model: str) -> str:
 def _at(x: tuple[float, ...], y: tuple[float, ...], value: float) -> float:
     """Interpolate y at a value of x between the logarithms of both; beyond the ends it is the value at the end."""
     pairs = sorted(zip(map(math.log, x), map(math.log, y), strict=True))
-    at = math.log(value)
-    if at <= pairs[0][0]:
+    log_value = math.log(value)
+    if log_value <= pairs[0][0]:
         return math.exp(pairs[0][1])
     for (x0, y0), (x1, y1) in pairwise(pairs):
-        if at <= x1:
-            return math.exp(y0 + (y1 - y0) * (at - x0) / (x1 - x0))
+        if log_value <= x1:
+            return math.exp(y0 + (y1 - y0) * (log_value - x0) / (x1 - x0))
     return math.exp(pairs[-1][1])

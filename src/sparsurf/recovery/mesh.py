@@ -93,10 +93,10 @@ def _assign_sides(values: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, boo
     inside, outside = np.zeros(n + 1), np.zeros(n + 1)
     for axis in range(3):
         a, b = np.moveaxis(regions, axis, 0), np.moveaxis(values, axis, 0)
-        for there, here in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-            face = (a[there] > 0) & (a[here] == 0)
-            inside += np.bincount(a[there][face], b[here][face] > 0, n + 1)
-            outside += np.bincount(a[there][face], b[here][face] <= 0, n + 1)
+        for upper, lower in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+            face = (a[upper] > 0) & (a[lower] == 0)
+            inside += np.bincount(a[upper][face], b[lower][face] > 0, n + 1)
+            outside += np.bincount(a[upper][face], b[lower][face] <= 0, n + 1)
     side = np.where(inside > outside, 1.0, -1.0)
     side[regions[0, 0, 0]] = -1.0  # the corner of the grid is outside
     wrong = np.where(side > 0, outside, inside).sum()

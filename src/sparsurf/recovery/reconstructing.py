@@ -38,11 +38,11 @@ def reconstruct(
     The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
     `recovering.interpolate_surface`.
     """
-    said = few.reconstruction
-    if model == INTERPOLANT or (model == AUTO and said is not None and said.model == INTERPOLANT):
+    origin = few.reconstruction
+    if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
         return *interpolate_surface(few.points, few.normals, density, reach, steps, threads), 0.0
-    known = (None, None) if said is None else (said.probe_radius, said.radii)
-    found = rebuild(few.points, few.normals, density, reach, steps, threads, *known)
+    probe_and_radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
+    found = rebuild(few.points, few.normals, density, reach, steps, threads, *probe_and_radii)
     if model == SPHERES and found.share < MIN_SHARE:
         reason = f"{100 * found.share:.0f} % of them lie on spheres of atoms that follow from them, and half of them must"
         if len(few) < MIN_DOTS:
@@ -50,7 +50,7 @@ def reconstruct(
         raise InputError(
             f"recover: the model 'spheres' does not suit these dots: {reason}; leave out the model, or give 'interpolant'."
         )
-    if said is not None and said.model == SPHERES and found.share < MIN_SHARE:
+    if origin is not None and origin.model == SPHERES and found.share < MIN_SHARE:
         log.warning(
             "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them; the rest is interpolated, with a "
             "larger error", 100 * found.share,

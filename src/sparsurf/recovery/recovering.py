@@ -102,13 +102,13 @@ def _place_discs(
     """Place points, with normals, around the kept dots of a slice, at least `gap` Å from their dot and nearest to it."""
     index = functions.index
     per_dot = np.empty(end - begin, np.int64)
-    total = most = 0
+    total = largest = 0
     for i in range(begin, end):
         in_square = max(SURPLUS * density * functions.spacing[i] ** 2, MIN_POINTS_PER_DOT)
         per_dot[i - begin] = int(math.pi * reach**2 * in_square)
-        total, most = total + per_dot[i - begin], max(most, per_dot[i - begin])
+        total, largest = total + per_dot[i - begin], max(largest, per_dot[i - begin])
     points, normals = np.empty((total, 3)), np.empty((total, 3))
-    turn, free = GOLDEN_ANGLE * np.arange(most), np.empty((most, 3))
+    turn, free = GOLDEN_ANGLE * np.arange(largest), np.empty((largest, 3))
     cosine, sine = np.cos(turn), np.sin(turn)
     nearby, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, FIRST_RIVALS))
     m = 0

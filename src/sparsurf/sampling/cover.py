@@ -98,9 +98,13 @@ def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndar
 def rebuilt_from(surface: Surface, atoms: SurfaceOrigin, dots: np.ndarray, threads: int = 1) -> Rebuilt:
     """Reconstruct the surface from some of its dots, with the decimals that a file gives them."""
     points, normals = surface.points[dots].round(DECIMALS), surface.normals[dots].round(DECIMALS)
-    known = atoms.rules.probe_radius, atoms.table
     return rebuild(
-        points, normals, DENSITY_FOR_SPHERES, threads=threads, probe_radius=known[0], radii=known[1]
+        points,
+        normals,
+        DENSITY_FOR_SPHERES,
+        threads=threads,
+        probe_radius=atoms.rules.probe_radius,
+        radii=atoms.table,
     )
 
 
@@ -115,24 +119,24 @@ def dots_to_add(
     """Return dots, the worst first, that lie more than `errs` Å from the rebuilt surface, or under where it overshoots."""
     from scipy.spatial import cKDTree
 
-    there = distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
-    back = distance_to_surface(rebuilt.points, surface.points, surface.normals, threads)
-    worst = _worst(surface.points, there, errs, len(there))
-    over = _worst(rebuilt.points, back, max(OVERSHOOTS, errs), MAX_OVERSHOOTS * overshoots)
+    errors_of_dots = distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
+    errors_of_rebuilt = distance_to_surface(rebuilt.points, surface.points, surface.normals, threads)
+    worst = _worst(surface.points, errors_of_dots, errs, len(errors_of_dots))
+    over = _worst(rebuilt.points, errors_of_rebuilt, max(OVERSHOOTS, errs), MAX_OVERSHOOTS * overshoots)
     under = np.asarray(cKDTree(surface.points).query(rebuilt.points[over])[1], np.int64)
     dots = np.concatenate([worst, under])
-    order = np.argsort(-np.concatenate([there[worst], back[over]]), kind="stable")
+    order = np.argsort(-np.concatenate([errors_of_dots[worst], errors_of_rebuilt[over]]), kind="stable")
     _, first = np.unique(dots[order], return_index=True)
     dots = dots[order][np.sort(first)]
     return dots[~np.isin(dots, chosen)]
 
 
-def _worst(points: np.ndarray, errors: np.ndarray, least: float, most: int) -> np.ndarray:
+def _worst(points: np.ndarray, errors: np.ndarray, least: float, n_points: int) -> np.ndarray:
     """Return the points with the largest errors above `least` Å that are apart from one another, at most so many."""
     order = np.argsort(-errors, kind="stable")[: np.count_nonzero(errors > least)]
     if len(order) == 0:
         return order
-    return order[select_separated(build_grid(points[order]), np.arange(len(order)), SPREAD, most, 0)]
+    return order[select_separated(build_grid(points[order]), np.arange(len(order)), SPREAD, n_points, 0)]
 
 
 def _touched(probes: np.ndarray, atoms: SurfaceOrigin) -> list[np.ndarray]:

@@ -101,8 +101,8 @@ def _farthest_positions(
                 dx = max(box[k, 0] - x, x - box[k, 3], 0.0)
                 dy = max(box[k, 1] - y, y - box[k, 4], 0.0)
                 dz = max(box[k, 2] - z, z - box[k, 5], 0.0)
-                own = begin[k] <= p < begin[k + 1]
-                if dx * dx + dy * dy + dz * dz >= limit[k] and not own:
+                holds_dot = begin[k] <= p < begin[k + 1]
+                if dx * dx + dy * dy + dz * dz >= limit[k] and not holds_dot:
                     continue
                 if n_waiting[k] == WAITING:
                     _compare(

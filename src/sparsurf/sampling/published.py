@@ -250,16 +250,16 @@ class SubsetsOfDraw(NamedTuple):
 
     def words(self, dots: np.ndarray, k: Sequence[int] | np.ndarray) -> np.ndarray:
         """Return the subsets of combinations `k` as bits, (len(k) / 64, len(dots)) uint64, dot by dot of `dots`."""
-        words = np.zeros((-(-len(k) // BITS), len(dots)), np.uint64)
-        for bit, one in enumerate(k):
+        bits = np.zeros((-(-len(k) // BITS), len(dots)), np.uint64)
+        for bit, combination in enumerate(k):
             _set_bits(
-                self.levels[self.group[one]],
-                self.level[one],
+                self.levels[self.group[combination]],
+                self.level[combination],
                 dots,
                 np.uint64(1 << bit % BITS),
-                words[bit // BITS],
+                bits[bit // BITS],
             )
-        return words
+        return bits
 
 
 def sample_together(cover: Cover, combinations: ArrayLike, random: np.ndarray) -> SubsetsOfDraw:
@@ -278,10 +278,10 @@ def sample_together(cover: Cover, combinations: ArrayLike, random: np.ndarray) -
 
 
 @njit(cache=True, nogil=True)
-def _set_bits(level: np.ndarray, most: int, dots: np.ndarray, bit: np.uint64, word: np.ndarray) -> None:
-    """Set a bit in the words of the dots whose level is at most `most`."""
+def _set_bits(level: np.ndarray, highest: int, dots: np.ndarray, bit: np.uint64, word: np.ndarray) -> None:
+    """Set a bit in the words of the dots whose level is at most `highest`."""
     for k in range(len(dots)):
-        if level[dots[k]] <= most:
+        if level[dots[k]] <= highest:
             word[k] |= bit
 
 

@@ -75,12 +75,14 @@ def _checked(
     returned, n_dots = function(prepared, n, rng), len(prepared.points)
     dots = np.asarray(returned) if np.iterable(returned) else np.empty((0, 0))
     if dots.ndim != 1 or dots.dtype.kind not in "iu" or not len(dots):
-        what = (
+        described = (
             f"an array of {dots.dtype} and shape {dots.shape}"
             if dots.size
             else f"a {type(returned).__name__}"
         )
-        raise InputError(f"the sampler {name!r} returns {what}; it must return the indices (n,) of dots.")
+        raise InputError(
+            f"the sampler {name!r} returns {described}; it must return the indices (n,) of dots."
+        )
     if not 0 <= dots.min() <= dots.max() < n_dots or len(np.unique(dots)) < len(dots):
         raise InputError(
             f"the sampler {name!r} must return different dots between 0 and {n_dots - 1}; it returns {dots.min()} to "
@@ -109,8 +111,8 @@ def paper_corrected(
 def _sample_about(cover: published.Cover, choices: Choices, n: int, rng: np.random.Generator) -> np.ndarray:
     """Draw about n dots with the first combination that can keep n."""
     rows = choices.from_n_s(100 * n / cover.n_dots)
-    most = published.expected_n_s(cover, [(1.0, *row[1:]) for row in rows])
-    row = rows[int(np.argmax(most >= n)) if (most >= n).any() else int(np.argmax(most))]
+    expected = published.expected_n_s(cover, [(1.0, *row[1:]) for row in rows])
+    row = rows[int(np.argmax(expected >= n)) if (expected >= n).any() else int(np.argmax(expected))]
     return published.sample_cover(cover, tune_alpha(cover, row, n), rng)
 
 

@@ -100,9 +100,9 @@ class Points(tuple):
         """Return the columns of `to_frame` by name."""
         table = {name: np.asarray(values) for name, values in self.surface._columns().items()}
         if "atom" not in table:
-            rest = [*table][[*table].index("kind") + 1 :]
+            following = [*table][[*table].index("kind") + 1 :]
             table["atom"] = self.surface.atom
-            table |= {name: table.pop(name) for name in rest}
+            table |= {name: table.pop(name) for name in following}
         table = {
             name: column.astype(np.float32) if column.dtype.kind == "f" else column
             for name, column in table.items()

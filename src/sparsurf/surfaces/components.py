@@ -233,9 +233,9 @@ def _atoms_of_several_sets(
 def _highest_of_arcs(arcs: np.ndarray) -> np.ndarray:
     """Return the largest x of each arc, (B,): that of its ends, or of the highest point of its circle."""
     top = np.arctan2(arcs[:, E2], arcs[:, E1])
-    on = (top - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
+    holds_top = (top - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
     of_circle = arcs[:, T] + arcs[:, ARC_RADIUS] * np.hypot(arcs[:, E1], arcs[:, E2])
-    return np.where(on, of_circle, _ends(arcs)[:, :, 0].max(axis=1, initial=-np.inf))
+    return np.where(holds_top, of_circle, _ends(arcs)[:, :, 0].max(axis=1, initial=-np.inf))
 
 
 def _first_sphere_above(
@@ -276,8 +276,8 @@ def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: Enclose
 @njit(cache=True, nogil=True)
 def _squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
     """Return the squared distance between a position and the nearest point of an arc."""
-    nearest, on = nearest_on_arc(position, arc)
-    if on:
+    nearest, is_on_arc = nearest_on_arc(position, arc)
+    if is_on_arc:
         return squared_distance(nearest, position)
     best = np.inf
     for column in (PHI_0, PHI_1):
@@ -360,9 +360,9 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
     p1, p2 = (w * arcs[:, E1 : E1 + 3]).sum(axis=2), (w * arcs[:, E2 : E2 + 3]).sum(axis=2)
     flat = np.hypot(p1, p2)
     to_circle = np.sqrt(np.maximum((w**2).sum(axis=2) - flat**2, 0) + (flat - arcs[:, ARC_RADIUS]) ** 2)
-    on = (np.arctan2(p2, p1) - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
+    is_on_arc = (np.arctan2(p2, p1) - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
     to_ends = np.linalg.norm(positions[:, None, None] - _ends(arcs)[None], axis=3).min(axis=2)
-    return np.where(on, to_circle, to_ends)
+    return np.where(is_on_arc, to_circle, to_ends)
 
 
 def _join_loops(

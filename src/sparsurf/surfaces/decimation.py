@@ -149,13 +149,13 @@ def _penalty(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray
     while e != h:
         x, y = origin[_next(e)], origin[_next(_next(e))]
         if x != v and y != v:
-            ax, ay, az, _ = _normal(points, u, x, y)
-            bx, by, bz, size = _normal(points, v, x, y)
+            ux, uy, uz, _ = _normal(points, u, x, y)
+            vx, vy, vz, size = _normal(points, v, x, y)
             longest = max(_squared(points, v, x), _squared(points, x, y), _squared(points, y, v))
             shape = min(shape, size / longest)
-            turn = min(turn, ax * bx + ay * by + az * bz)
+            turn = min(turn, ux * vx + uy * vy + uz * vz)
             for w in (v, x, y):
-                tilt = min(tilt, normals[w, 0] * bx + normals[w, 1] * by + normals[w, 2] * bz)
+                tilt = min(tilt, normals[w, 0] * vx + normals[w, 1] * vy + normals[w, 2] * vz)
         e = _around(e, twin)
     return min(MAX_PENALTY, 1.0 + 2.0 * (1.0 - turn) + (1.0 - tilt) + 2.0 * (SLIVER / max(shape, 0.01) - 1.0))
 

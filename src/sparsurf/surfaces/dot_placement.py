@@ -246,10 +246,10 @@ def sphere_template(radius: float, spacing: float) -> np.ndarray:
 
 def _templates(radii: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the templates of all distinct radii in one (n, 3) array, the first row of each, and the template of each atom."""
-    distinct, which = np.unique(radii, return_inverse=True)
+    distinct, template = np.unique(radii, return_inverse=True)
     parts = [sphere_template(float(radius), spacing) for radius in distinct]
     first = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
-    return np.concatenate(parts), first, which.astype(np.int64)
+    return np.concatenate(parts), first, template.astype(np.int64)
 
 
 def at_least_one_probe(probes: np.ndarray) -> np.ndarray:
@@ -273,14 +273,14 @@ def _contact_dots(
     whole: np.ndarray,
     units: np.ndarray,
     first: np.ndarray,
-    which: np.ndarray,
+    template: np.ndarray,
     probe: float,
 ) -> PlacedDots:
     """Place the dots of each atom at which a touching probe is accessible; on spheres `whole` one dot decides for all."""
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     for i in range(len(atoms.centre)):
         radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
-        begin, end = first[which[i]], first[which[i] + 1]
+        begin, end = first[template[i]], first[template[i] + 1]
         guess = -1
         for n in range(begin, end):
             unit = point(units, n)

@@ -326,8 +326,8 @@ def _search_centres(
                 for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
                     if enclosed.arcs[b]:
                         continue
-                    candidate, on = nearest_on_arc(position, rolling.arcs[b])
-                    if on and squared_distance(candidate, position) < best:
+                    candidate, is_on_arc = nearest_on_arc(position, rolling.arcs[b])
+                    if is_on_arc and squared_distance(candidate, position) < best:
                         nearest, kind[n], best = candidate, SADDLE, squared_distance(candidate, position)
                         source = b
                 if (d - reach) ** 2 < best and d > 0:

@@ -61,10 +61,13 @@ class Sample:
         dots = np.linspace(0, len(points) - 1, CHECKED_DOTS).astype(int)
         tree = _tree(points)
         distances, around = _surrounding(tree, dots)
-        beside = around[:, :N_BESIDE]
-        steps, turns = points[beside] - points[dots][:, None], normals[beside] - normals[dots][:, None]
+        neighbours = around[:, :N_BESIDE]
+        steps, turns = (
+            points[neighbours] - points[dots][:, None],
+            normals[neighbours] - normals[dots][:, None],
+        )
         directions = steps / np.maximum(np.linalg.norm(steps, axis=2), 1e-9)[:, :, None]
-        cosine = (normals[beside] * normals[dots][:, None]).sum(axis=2)
+        cosine = (normals[neighbours] * normals[dots][:, None]).sum(axis=2)
         self.gap, self.dot_at_gap = widest_gap(points)  # width of the widest slab without dots, Å
         alone = np.asarray(tree.query(points, k=2)[0])[:, 1]  # distance of each dot to its nearest other one
         self.alone, self.alone_dot = float(alone.max()), int(alone.argmax())  # Å
@@ -286,8 +289,8 @@ def _windings(
         return (rays * normals[dots]).sum(axis=2) / cubes
 
     def winding(points_inside: np.ndarray) -> np.ndarray:
-        others = (solid_angles(points_inside, far) * beyond).sum(axis=1) * step
-        return (solid_angles(points_inside, near).sum(axis=1) + others) * area / (4 * np.pi)
+        far_angles = (solid_angles(points_inside, far) * beyond).sum(axis=1) * step
+        return (solid_angles(points_inside, near).sum(axis=1) + far_angles) * area / (4 * np.pi)
 
     offset = reach[:, None] * normals[sample]
     return winding(points[sample] - offset), winding(points[sample] + offset)

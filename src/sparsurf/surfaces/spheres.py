@@ -46,8 +46,8 @@ def read_spheres(path: Path | str) -> Spheres:
     """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi."""
     read = SPHERE_READERS.get(suffix(path), _xyzr)
     rows, names = [], []
-    for number, (words, radius, name) in read(read_text(path).splitlines(), path):
-        row = [*map(_number, words), radius]
+    for number, (coordinates, radius, name) in read(read_text(path).splitlines(), path):
+        row = [*map(_number, coordinates), radius]
         numbers = [value for value in row if value is not None]
         if len(numbers) < N_SPHERE_COLUMNS:
             raise InputError(
@@ -55,8 +55,8 @@ def read_spheres(path: Path | str) -> Spheres:
             )
         if not all(map(math.isfinite, numbers)) or numbers[3] <= 0:
             raise InputError(
-                f"{path}: line {number} has a sphere at {' '.join(words)} of the radius {numbers[3]:g} Å; coordinates must be "
-                "finite, and radii above 0."
+                f"{path}: line {number} has a sphere at {' '.join(coordinates)} of the radius {numbers[3]:g} Å; coordinates must "
+                "be finite, and radii above 0."
             )
         rows.append(numbers)
         names.append(name)
@@ -77,10 +77,10 @@ def _number(word: str) -> float | None:
 def _xyzr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:  # noqa: ARG001
     """Yield x, y, z and radius at the beginning of each line, and the name behind a number of a .xyzrn."""
     for number, line in enumerate(lines, 1):
-        words = line.split()
-        if words and not words[0].startswith("#"):
-            radius = _number(words[3]) if len(words) > 3 else None
-            yield number, (words[:3], radius, words[5] if len(words) > 5 else "")
+        columns = line.split()
+        if columns and not columns[0].startswith("#"):
+            radius = _number(columns[3]) if len(columns) > 3 else None
+            yield number, (columns[:3], radius, columns[5] if len(columns) > 5 else "")
 
 
 def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
@@ -88,13 +88,20 @@ def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
     without = 0
     for number, line in enumerate(lines, 1):
         if line.startswith(("ATOM", "HETATM")):
-            words = line.split()
-            radius = _number(words[-1])
+            columns = line.split()
+            radius = _number(columns[-1])
             if radius == 0:
                 without += 1
                 continue
-            enough = len(words) > N_PQR_COLUMNS + 2
-            yield number, (words[-N_PQR_COLUMNS:-2] if enough else [], radius, words[2] if enough else "")
+            is_complete = len(columns) > N_PQR_COLUMNS + 2
+            yield (
+                number,
+                (
+                    columns[-N_PQR_COLUMNS:-2] if is_complete else [],
+                    radius,
+                    columns[2] if is_complete else "",
+                ),
+            )
     if without:
         log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", path, without)
 
@@ -123,10 +130,10 @@ def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
             (k + 1, [line[:10], line[10:20], line[20:30]], line[31:34].strip())
             for k, line in enumerate(lines[4 : 4 + n], 4)
         ]
-    if len(atoms) >= MIN_ATOMS_OF_DRAWING and not any(_number(words[2]) for _, words, _ in atoms):
+    if len(atoms) >= MIN_ATOMS_OF_DRAWING and not any(_number(coordinates[2]) for _, coordinates, _ in atoms):
         raise InputError(f"{path} is a drawing: z of all atoms is 0; give a file with positions in space.")
-    for number, words, symbol in atoms:
-        yield number, (words, _radius(symbol, path, number), symbol)
+    for number, coordinates, symbol in atoms:
+        yield number, (coordinates, _radius(symbol, path, number), symbol)
 
 
 def _mol2(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
@@ -135,15 +142,15 @@ def _mol2(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
         raise InputError(f"{path} holds several molecules; give a file of one.")
     section = ""
     for number, line in enumerate(lines, 1):
-        words = line.split()
+        columns = line.split()
         if line.startswith("@<TRIPOS>"):
             section = line.strip()
-        elif section == "@<TRIPOS>ATOM" and words:
-            if len(words) < 6:
+        elif section == "@<TRIPOS>ATOM" and columns:
+            if len(columns) < 6:
                 raise InputError(
                     f"{path}: line {number} is not an atom with position and type: {shorten(repr(line))}."
                 )
-            yield number, (words[2:5], _radius(words[5].split(".")[0], path, number), words[1])
+            yield number, (columns[2:5], _radius(columns[5].split(".")[0], path, number), columns[1])
 
 
 def _radius(symbol: str, path: Path | str, number: int) -> float:

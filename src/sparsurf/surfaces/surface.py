@@ -151,14 +151,14 @@ class SurfaceOrigin:
         """Raise InputError unless the dots lie on these atoms, of any frame if None; on half of them unless `whole`."""
         if self.molecule is None or (self.molecule is molecule and frame in (self.frame, None)):
             return
-        same = self._has_labels_of(molecule) if whole else True
-        if same and frame is not None:
+        matches = self._has_labels_of(molecule) if whole else True
+        if matches and frame is not None:
             if self.frame != frame and self.frame < molecule.n_frames:
                 raise InputError(
                     f"{function}: the dots are those of frame {self.frame}; give frame={self.frame}."
                 )
-            same = self._has_positions_of(molecule.xyz[frame], whole)
-        if not same:
+            matches = self._has_positions_of(molecule.xyz[frame], whole)
+        if not matches:
             remedy = "give their molecule, or none" if whole else ""
             remedy = remedy or "give their molecule and frame, or the pair (points, normals)"
             raise InputError(f"{function}: the dots were placed on other atoms; {remedy}.")
@@ -255,8 +255,8 @@ class Surface:
             raise InputError("surface: coordinates or normals are NaN or infinite.")
         if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > ROUNDING_OF_NORMALS:
             raise InputError("surface: normals are not of unit length; divide each by its length.")
-        known = {name: numbers.get(name) for name in ("area", "kind", "atom")}
-        check_values(self.points, known["area"], known["kind"], known["atom"], "surface", dot_label)
+        columns = {name: numbers.get(name) for name in ("area", "kind", "atom")}
+        check_values(self.points, columns["area"], columns["kind"], columns["atom"], "surface", dot_label)
 
     def __repr__(self) -> str:
         return f"Surface of {len(self):,} dots"
@@ -475,12 +475,12 @@ def surface_of_columns(
 
 def reconstruction_of_file(columns: Mapping[str, Any], path: Path | str) -> Reconstruction | None:
     """Return what a file says by its columns; warn of columns of these names that say something else, since no field has them."""
-    said = Reconstruction.of_columns(columns)
+    reconstruction = Reconstruction.of_columns(columns)
     names = [name for name in Reconstruction._fields if name in columns]
-    if said is None and names:
+    if reconstruction is None and names:
         message = "%s: the columns %s are left out, since these names say how a surface is reconstructed; rename them"
         log.warning(message, path, ", ".join(names))
-    return said
+    return reconstruction
 
 
 def warn_of_float16(points: np.ndarray, name: Path | str) -> None:

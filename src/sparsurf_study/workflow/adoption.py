@@ -29,10 +29,10 @@ def adopt(config: dict, run: Path, metadata: Path) -> list[Kept]:
     records, adopted = read_records(run), []
     for kept in _jobs(config, run):
         path = run / FOLDER / f"{kept.log}.json"
-        record, known = records.get(path), metadata_of(metadata, kept.outputs[0])
-        if record is not None and known is not None:
+        record, metadata_of_job = records.get(path), metadata_of(metadata, kept.outputs[0])
+        if record is not None and metadata_of_job is not None:
             continue
-        if all(Path(output).exists() for output in kept.outputs) and _is_of(kept, record, known):
+        if all(Path(output).exists() for output in kept.outputs) and _is_of(kept, record, metadata_of_job):
             digests = record.outputs if record else Checksums().of_all(kept.outputs)
             Record(kept.rule, digests, config=kept.config, origin="adopted").write(path)
             adopted.append(kept)
@@ -49,9 +49,9 @@ def adopted_in_words(adopted: list[Kept], run: Path) -> str:
     """Return the sentence that says what is kept."""
     downloads = sum(kept.rule == "fetch_structure" for kept in adopted)
     counts = [(downloads, "download"), (len(adopted) - downloads, "stage")]
-    words = " and ".join(pluralise(n, noun) for n, noun in counts if n)
-    of = " of simulations" if downloads < len(adopted) else ""
-    return f"Kept as they are in {run}/, without a complete record: {words}{of}."
+    counted = " and ".join(pluralise(n, noun) for n, noun in counts if n)
+    kind = " of simulations" if downloads < len(adopted) else ""
+    return f"Kept as they are in {run}/, without a complete record: {counted}{kind}."
 
 
 def _jobs(config: dict, run: Path) -> Iterator[Kept]:
@@ -59,18 +59,21 @@ def _jobs(config: dict, run: Path) -> Iterator[Kept]:
     for name, protein in proteins(config).items():
         if protein.source:
             file = f"{run}/{name}/download/{protein.download}"
-            asked: dict[str, Any] = {"url": protein.source, "sha256": protein.sha256}
-            yield Kept(f"{name}/fetch_{protein.download}", "fetch_structure", [file, f"{file}.json"], asked)
+            request: dict[str, Any] = {"url": protein.source, "sha256": protein.sha256}
+            yield Kept(f"{name}/fetch_{protein.download}", "fetch_structure", [file, f"{file}.json"], request)
         if protein.simulate is not None:
-            folder, asked = f"{run}/{name}/simulation", {"simulate": protein.simulate, "seed": config["seed"]}
+            folder, request = (
+                f"{run}/{name}/simulation",
+                {"simulate": protein.simulate, "seed": config["seed"]},
+            )
             yield Kept(
                 f"{name}/prepare_system",
                 "prepare_system",
                 [f"{folder}/system", f"{folder}/system.json"],
-                asked,
+                request,
             )
             for stage in STAGES:
-                yield Kept(f"{name}/simulate_{stage}", "simulate_stage", [f"{folder}/{stage}"], asked)
+                yield Kept(f"{name}/simulate_{stage}", "simulate_stage", [f"{folder}/{stage}"], request)
 
 
 def _is_of(kept: Kept, record: Record | None, metadata: dict | None) -> bool:

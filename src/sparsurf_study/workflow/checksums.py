@@ -17,8 +17,8 @@ Stamp = tuple[int, int, int, int]
 
 def stamp(path: str | Path) -> Stamp:
     """Return what changes with a file: size, time of the last edit, time of the last change of its entry, and inode."""
-    known = os.stat(path)
-    return known.st_size, known.st_mtime_ns, known.st_ctime_ns, known.st_ino
+    status = os.stat(path)
+    return status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino
 
 
 def files_of(path: str | Path) -> list[Path]:
@@ -57,8 +57,8 @@ class Checksums:
     def _of_file(self, path: str | Path) -> str:
         if self.store is None:
             return checksum_of_file(path)
-        seen, (known, digest) = list(stamp(path)), self._known.get(str(path), (None, ""))
-        if known != seen:
+        seen, (last_stamp, digest) = list(stamp(path)), self._known.get(str(path), (None, ""))
+        if last_stamp != seen:
             digest = checksum_of_file(path)
             if time.time() - max(seen[1:3]) / 1e9 > SECONDS_UNTIL_SETTLED:
                 self._known[str(path)], self._is_new = [seen, digest], True
@@ -85,6 +85,6 @@ class Checksums:
 def write_json(path: Path, content: Mapping) -> None:
     """Write JSON that is whole whenever it has its name."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")  # of several jobs, each has its own
-    beside.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    os.replace(beside, path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")  # of several jobs, each has its own
+    temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    os.replace(temporary, path)

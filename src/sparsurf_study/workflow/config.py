@@ -62,15 +62,17 @@ def check_config(
             for name, protein in checked["proteins"].items()
         }
         if batched_structures(checked) and not {*REQUEST_KEYS} & {*config.get("minimal", {})}:
-            rest = {key: value for key, value in checked["minimal"].items() if key not in REQUEST_KEYS}
-            checked["minimal"] = rest | {"percent": BATCH_PERCENT}
+            without_request = {
+                key: value for key, value in checked["minimal"].items() if key not in REQUEST_KEYS
+            }
+            checked["minimal"] = without_request | {"percent": BATCH_PERCENT}
         errors = [*_check_keys_together(checked)]
         if here:
             errors += [*too_large(checked)] if sampled_proteins(checked) else []
     if errors:
         errors = [*dict.fromkeys(errors)]
-        more = [f"{len(errors) - MAX_SENTENCES} more mistakes."] if len(errors) > MAX_SENTENCES else []
-        raise InputError("config: " + "\n        ".join(errors[:MAX_SENTENCES] + more))
+        further = [f"{len(errors) - MAX_SENTENCES} more mistakes."] if len(errors) > MAX_SENTENCES else []
+        raise InputError("config: " + "\n        ".join(errors[:MAX_SENTENCES] + further))
     return checked
 
 
@@ -159,14 +161,14 @@ def _check_keys_together(config: dict) -> Iterator[str]:
 
 
 def _missing_file(key: str, path: str) -> Iterator[str]:
-    there = os.path.isfile(path)
-    if not there and any(os.path.isfile(parent) for parent in Path(path).parents):
+    exists = os.path.isfile(path)
+    if not exists and any(os.path.isfile(parent) for parent in Path(path).parents):
         yield f"{key}: {shorten(repr(path))} leads into a file; {UNPACK}"
     elif WILDCARD.search(path):
         yield f"{key}: {shorten(repr(path))} contains a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
     elif os.path.isdir(path):
         yield f"{key}: {shorten(repr(path))} is a folder; name a file in it."
-    elif not there:
+    elif not exists:
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 
 
@@ -226,9 +228,9 @@ def _check_fields(config: dict) -> Iterator[str]:
                         "column."
                     )
         elif not (columns and all(field in names for names in columns.values())):
-            words = one_of(field, kinds.names("field"))
-            end = "" if words.endswith("?") else "."
-            yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {words}{end}"
+            allowed = one_of(field, kinds.names("field"))
+            end = "" if allowed.endswith("?") else "."
+            yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {allowed}{end}"
 
 
 def _check_surfaces(config: dict) -> Iterator[str]:
@@ -309,10 +311,10 @@ def _check_batch(config: dict) -> Iterator[str]:
 
 
 def _check_known(key: str, names: Iterable[str], config: dict) -> Iterator[str]:
-    known = ", ".join(config["proteins"]) or "none"
+    proteins = ", ".join(config["proteins"]) or "none"
     for name in names:
         if name.partition("/")[0] not in config["proteins"]:
-            yield f"{key}: {name!r} is none of the proteins; these are {known}."
+            yield f"{key}: {name!r} is none of the proteins; these are {proteins}."
 
 
 def _check_pairs(config: dict) -> Iterator[str]:
@@ -341,17 +343,17 @@ def _check_changes(config: dict) -> Iterator[str]:
             entry = config["proteins"].get(protein, {})
             if "surface" in entry:
                 yield f"changes.{name}: {form!r} is a ready surface without residues; name a structure."
-            known = _known_conformations(protein, config) if entry else None
+            conformations = _known_conformations(protein, config) if entry else None
             if (
                 conformation
-                and known
-                and len(known) == 1
-                and without_zeros(f"/{conformation}") != f"/{known[0]}"
+                and conformations
+                and len(conformations) == 1
+                and without_zeros(f"/{conformation}") != f"/{conformations[0]}"
             ):
                 yield f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
         if len({_place(form, config) for form in forms}) == 1:
-            same = "" if forms[0] == forms[1] else f" ({forms[1]!r} is the same form)"
-            yield f"changes.{name}: {forms[0]!r} is on both sides{same}; name another."
+            note = "" if forms[0] == forms[1] else f" ({forms[1]!r} is the same form)"
+            yield f"changes.{name}: {forms[0]!r} is on both sides{note}; name another."
 
 
 def _known_conformations(protein: str, config: dict) -> list[str] | None:
@@ -376,8 +378,8 @@ def _check_excluded(config: dict) -> Iterator[str]:
     """Yield a sentence where `exclude` names what the study lacks, or keeps what needs an excluded part."""
     for part in config["exclude"]:
         kind, _, name = part.partition("/")
-        known = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
-        if not known or (kind in config["proteins"] and name and not CONFORMATION_OR_ALL.fullmatch(name)):
+        is_listed = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
+        if not is_listed or (kind in config["proteins"] and name and not CONFORMATION_OR_ALL.fullmatch(name)):
             yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
     excluded = {without_zeros(part) for part in config["exclude"]}
     for part, named in needed_conformations(config).items():
@@ -392,8 +394,10 @@ def _check_excluded(config: dict) -> Iterator[str]:
 
 def _is_excluded(protein: str, excluded: set[str], config: dict) -> bool:
     """Return whether a protein is excluded, or each of its conformations as far as they are known."""
-    known = _known_conformations(protein, config)
-    return protein in excluded or (bool(known) and {f"{protein}/{name}" for name in known or ()} <= excluded)
+    conformations = _known_conformations(protein, config)
+    return protein in excluded or (
+        bool(conformations) and {f"{protein}/{name}" for name in conformations or ()} <= excluded
+    )
 
 
 CONFIG_CHECKS = (

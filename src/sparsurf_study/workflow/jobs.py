@@ -145,8 +145,8 @@ def _sentence(error: BaseException, snakemake: Any) -> str:
             traceback.print_exc()
         return error.worded(name_in_config)
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
-        what = error.filename or f"the outputs of {snakemake.rule}"
-        return f"{what}: {os.strerror(error.errno)}. Free or repair the disk and run again: finished results stay."
+        place = error.filename or f"the outputs of {snakemake.rule}"
+        return f"{place}: {os.strerror(error.errno)}. Free or repair the disk and run again: finished results stay."
     traceback.print_exc()
     kind = f"{type(error).__name__}: {error}"
     return (
@@ -163,7 +163,7 @@ def used() -> str:
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 
-def reporter(what: str, unit: str = "subsets", every: float = 2.0) -> Callable[[int, int], None]:
+def reporter(title: str, unit: str = "subsets", every: float = 2.0) -> Callable[[int, int], None]:
     """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds."""
     begin = last = time.monotonic()
 
@@ -173,7 +173,7 @@ def reporter(what: str, unit: str = "subsets", every: float = 2.0) -> Callable[[
         if now - last >= every or done >= total:
             last = now
             left = (now - begin) * (total - done) / max(done, 1)
-            words = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
-            print(f"{PROGRESS}{what}: {words}", file=sys.stderr)
+            text = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
+            print(f"{PROGRESS}{title}: {text}", file=sys.stderr)
 
     return report

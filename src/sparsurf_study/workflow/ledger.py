@@ -80,9 +80,9 @@ class Entry:
         self.path.unlink(missing_ok=True)
         self.before = stamps(path for path in self.paths if os.path.exists(path))
         for path in self.paths:
-            known = self._checksums(path)
-            self.inputs |= known.of_all([path])
-            known.save()
+            checksums = self._checksums(path)
+            self.inputs |= checksums.of_all([path])
+            checksums.save()
         for path, planned in (self.params.get("inputs") or {}).items():
             if self.inputs.get(path) != planned:
                 raise InputError(f"{path} was changed after the study had started; run again.")
@@ -223,12 +223,13 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
         )
         by_kind["unrecorded"] = {}
     for kind, paths in by_kind.items():
-        one, many = DISAGREEMENTS[kind]
+        singular, plural = DISAGREEMENTS[kind]
         if len(paths) > MOST_LINES:
-            found.lines.append(many.format(n=len(paths), run=run))
+            found.lines.append(plural.format(n=len(paths), run=run))
         else:
             found.results |= {
-                path: one.format(result=in_words(path, run), other=other) for path, other in paths.items()
+                path: singular.format(result=in_words(path, run), other=other)
+                for path, other in paths.items()
             }
     found.lines += other_versions(run, records.values())
     return found

@@ -46,9 +46,9 @@ def _listed(key: str, value: Any, from_table: Callable, from_folder: Callable) -
         return from_table(value)
     if not (isinstance(value, dict) and isinstance(value.get("folder"), str)):
         return value
-    if others := ", ".join(str(name) for name in value if name != "folder"):
+    if further_keys := ", ".join(str(name) for name in value if name != "folder"):
         raise InputError(
-            f"{key}.folder cannot stand next to other keys ({others}); name every entry, or use a table."
+            f"{key}.folder cannot stand next to other keys ({further_keys}); name every entry, or use a table."
         )
     return from_folder(value["folder"])
 
@@ -144,8 +144,8 @@ def from_folder(path: str) -> dict[str, dict]:
             name = stem(file) if stems[stem(file).lower()] < 2 else file.name.replace(".", "_")
             proteins[_free_name(name, "protein", names)] = entry
     if not proteins:
-        known = " ".join(ending for suffixes in SUFFIXES.values() for ending in suffixes)
-        raise InputError(f"the folder {path!r} holds no protein: none of its files ends in one of {known}.")
+        endings = " ".join(ending for suffixes in SUFFIXES.values() for ending in suffixes)
+        raise InputError(f"the folder {path!r} holds no protein: none of its files ends in one of {endings}.")
     return proteins
 
 
@@ -213,8 +213,8 @@ def _topology_of(trajectory: Path, kinds: dict[Path, str]) -> Path | None:
 
 def _begins_with(name: str, start: str) -> bool:
     """Return whether a name begins with another; run10 does not begin with run1."""
-    rest = name.removeprefix(start)
-    return name.startswith(start) and not (start[-1:].isdigit() and rest[:1].isdigit())
+    remainder = name.removeprefix(start)
+    return name.startswith(start) and not (start[-1:].isdigit() and remainder[:1].isdigit())
 
 
 def _free_name(text: str, default: str, taken: set[str]) -> str:

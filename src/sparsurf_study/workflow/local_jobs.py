@@ -31,7 +31,7 @@ def wait_here(process: subprocess.Popen, received: list[int]) -> int:
 def _end_jobs(process: subprocess.Popen) -> None:
     """End the processes below Snakemake, and at last Snakemake."""
     snakemake, begin = psutil.Process(process.pid), time.monotonic()
-    jobs, asked = set[psutil.Process](), set[psutil.Process]()
+    jobs, signalled = set[psutil.Process](), set[psutil.Process]()
     while (seconds := time.monotonic() - begin) < SECONDS_FOR_JOBS_TO_END:
         with suppress(psutil.NoSuchProcess):
             jobs |= {
@@ -40,16 +40,16 @@ def _end_jobs(process: subprocess.Popen) -> None:
         jobs = {job for job in jobs if _runs(job)}
         if process.poll() is not None and not jobs:
             return
-        if seconds > SECONDS_OF_PATIENCE and snakemake not in asked:
+        if seconds > SECONDS_OF_PATIENCE and snakemake not in signalled:
             process.terminate()  # a terminal sends Ctrl-C to Snakemake too, and `kill -INT` does not
-            asked.add(snakemake)
+            signalled.add(snakemake)
         elif seconds > SECONDS_TO_KILL:
             for job in jobs:
                 _send(job, signal.SIGKILL)
         elif seconds > SECONDS_OF_PATIENCE:
-            for job in jobs - asked:
+            for job in jobs - signalled:
                 _send(job, signal.SIGTERM)
-            asked |= jobs
+            signalled |= jobs
         time.sleep(SECONDS_BETWEEN_LOOKS)
     process.kill()
 

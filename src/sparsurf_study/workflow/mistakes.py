@@ -80,8 +80,8 @@ def _but_must_be(key: tuple, errors: list[dict]) -> str:
             name: int(limit) if isinstance(limit, float) else limit for name, limit in context
         }
         names, form = re.findall("'(.*?)'", limits.get("expected", "")), FORMS.get(limits.get("pattern", ""))
-        words = ALLOWED.get(error["type"], "another value")
-        allowed.append(words.format(**limits, form=form, first=first, names=one_of(str(value), names)))
+        template = ALLOWED.get(error["type"], "another value")
+        allowed.append(template.format(**limits, form=form, first=first, names=one_of(str(value), names)))
     return f"{_name(key)} is {_short(value)}, but must be {' or '.join(allowed)} ({meaning})."
 
 
@@ -92,15 +92,15 @@ def one_of(value: str, names: list[str]) -> str:
 
 
 def _unknown_key(key: tuple) -> str:
-    unknown, known = key[-1], _known(key[:-1])[0].model_fields
-    below = {name: _section(field.annotation) for name, field in known.items()}
+    unknown, fields = key[-1], _known(key[:-1])[0].model_fields
+    below = {name: _section(field.annotation) for name, field in fields.items()}
     owners = [name for name, model in below.items() if model and unknown in model.model_fields]
     if owners:
         hint = f"; it belongs to {' or '.join(owners)}."
-    elif unknown.lower() in NAMES_OF_STRUCTURE and "structure" in known:
+    elif unknown.lower() in NAMES_OF_STRUCTURE and "structure" in fields:
         hint = "; did you mean 'structure'?"
     else:
-        hint = did_you_mean(unknown, known) or f"; the keys here are {', '.join(known)}."
+        hint = did_you_mean(unknown, fields) or f"; the keys here are {', '.join(fields)}."
     return f"unknown key {unknown!r} in {_name(key[:-1])}{hint}"
 
 

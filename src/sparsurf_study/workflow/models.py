@@ -164,8 +164,8 @@ class Protein(Section):
     @model_validator(mode="after")
     def _has_one_source(self) -> "Protein":
         if len(self._given(SOURCE_KEYS)) != 1:
-            words = "'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'"
-            raise ValueError(f"needs exactly one of {words}.")
+            sources = "'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'"
+            raise ValueError(f"needs exactly one of {sources}.")
         return self
 
     @property

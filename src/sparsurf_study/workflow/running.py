@@ -52,13 +52,13 @@ def locked(root: Path) -> Iterator[None]:
 
 def _words_about(lock: Path) -> str:
     """Return the sentence that refuses a second study; it names the process of the first where it is of this user and machine."""
-    path, known = str(lock.resolve()), "Another study runs in this folder"
+    path, notice = str(lock.resolve()), "Another study runs in this folder"
     for process in psutil.process_iter():  # in the order of their numbers
         with suppress(psutil.Error):
             pid, files = process.pid, process.open_files()
             if pid != os.getpid() and path in [file.path for file in files]:
-                return f"{known} (process {pid}). Wait for it to end, or end it with `kill {pid}`."
-    return f"{known}; wait for it to end."
+                return f"{notice} (process {pid}). Wait for it to end, or end it with `kill {pid}`."
+    return f"{notice}; wait for it to end."
 
 
 def run_snakemake(
@@ -130,8 +130,8 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
     folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
     for folder in folders:
         if shutil.disk_usage(folder).free < FULL_DISK_BYTES:
-            words = f"The disk of {folder}/ is full. Free some space and run again: finished results stay."
-            print(words, file=sys.stderr)
+            message = f"The disk of {folder}/ is full. Free some space and run again: finished results stay."
+            print(message, file=sys.stderr)
             break
     reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
     if not reasons:
@@ -139,8 +139,8 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
         lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []
         reasons = [line for line in lines if line.strip() and not line.startswith(SNAKEMAKES_GREETING)][-1:]
         reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
-    words = f"\nSome results could not be computed. Finished results are in {run}/."
-    print(words, *reasons, sep="\n", file=sys.stderr)
+    message = f"\nSome results could not be computed. Finished results are in {run}/."
+    print(message, *reasons, sep="\n", file=sys.stderr)
 
 
 def finished_parts(config: dict, run: Path, failures: Mapping[str, str]) -> Finished:

@@ -35,8 +35,8 @@ def slurm_options(profile: Path) -> list[str]:
         print("sacct does not answer: squeue is asked which jobs have ended.", flush=True)
         options += [QUEUE_ALONE, "squeue"]
     resources = settings.get("default-resources") or {}
-    words = resources if isinstance(resources, list) else [f"{key}={resources[key]}" for key in resources]
-    partition = dict(word.split("=", 1) for word in words).get("slurm_partition")
+    items = resources if isinstance(resources, list) else [f"{key}={resources[key]}" for key in resources]
+    partition = dict(word.split("=", 1) for word in items).get("slurm_partition")
     of_partition = [f"--partition={partition}"] if partition else []
     nodes = _answer("sinfo", "--noheader", "--exact", "--format=%c %P", *of_partition)
     if nodes is None:

@@ -46,10 +46,10 @@ class Staging:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def replaced(paths: Any, of: Callable[[str], str]) -> Any:
+def replaced(paths: Any, new_path: Callable[[str], str]) -> Any:
     """Return a copy of named outputs of Snakemake with other paths; a new list of its class would import all of Snakemake."""
     clone = copy.copy(paths)
-    clone[:] = map(of, paths)
+    clone[:] = map(new_path, paths)
     for name, (first, end) in paths._get_names():
         if end is None:
             setattr(clone, name, clone[first])

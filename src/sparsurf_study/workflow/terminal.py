@@ -120,20 +120,20 @@ class Terminal(LogHandlerBase):
                 self._say(f"First view     {page}")
 
     def _fail(self, record: Any) -> None:
-        known = self._running.pop(record.jobid, None)
-        self._failed(known[0].rule_msg if known else record.rule_name, record.log)
+        job = self._running.pop(record.jobid, None)
+        self._failed(job[0].rule_msg if job else record.rule_name, record.log)
 
     def _fail_group(self, record: Any) -> None:
         for job in record.job_error_info:
             if job["log"] and failure(job["log"][0]) is not None:
                 self._failed(job["rule_name"], job["log"])
 
-    def _failed(self, what: str, logs: list[str]) -> None:
+    def _failed(self, title: str, logs: list[str]) -> None:
         reason = failure(logs[0]) if logs else "see .snakemake/log"
         if self._stopping or reason == STOPPED:
-            self._say(f"{'Stopped':>10}  {what}")
+            self._say(f"{'Stopped':>10}  {title}")
         else:
-            self._say(f"{'Failed':>10}  {what}: {reason}")
+            self._say(f"{'Failed':>10}  {title}: {reason}")
         if logs and (path := os.environ.get(FAILED_JOBS)):
             with open(path, "a", encoding="utf-8") as stream:
                 stream.write(f"{logs[0]}\n")
@@ -143,8 +143,8 @@ class Terminal(LogHandlerBase):
         if text.startswith(STOPPING) and not self._stopping:
             self._stopping = True
             self._say(f"{self._steps or 'Nothing':>10}  done. Stopping ...")
-        known = text in self._messages or any(part in text for part in REPEATED_ELSEWHERE)
-        if record.levelno >= logging.ERROR and not known:
+        is_told = text in self._messages or any(part in text for part in REPEATED_ELSEWHERE)
+        if record.levelno >= logging.ERROR and not is_told:
             self._messages.add(text)
             self._say(text)
 

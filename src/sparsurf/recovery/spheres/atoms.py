@@ -84,12 +84,12 @@ def infer(points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: 
         for _ in range(ROUNDS_OF_SADDLES):
             grid = build_grid(atoms[:, :3])
             radii_of_grid = np.ascontiguousarray(atoms[grid.dot, 3])
-            more = _second_atoms(
+            candidates = _second_atoms(
                 probes, near, all_probes, normals, grid, radii_of_grid, model.radii, probe, tolerance
             )
-            if len(more) == 0:
+            if len(candidates) == 0:
                 break
-            atoms = np.concatenate([atoms, _best_supported(more)])
+            atoms = np.concatenate([atoms, _best_supported(candidates)])
     touches = np.array(
         [max(0, _touches(probes, atom[None, :3], atom[3] + probe, 2 * tolerance)[0]) for atom in atoms],
         np.int64,

@@ -100,12 +100,12 @@ def rebuild_known(
     rolled = roll_spheres(atoms.centres, atoms.radii, model.probe, reentrant)
     surface = rolled.surface(max(ROLLED_DENSITY, density))
     index = build_grid(surface.points, surface.normals, side=MAX_MOVE)
-    on = _lies_on(index, points, normals, threads)
-    share = float(on.mean())
+    lies_on = _lies_on(index, points, normals, threads)
+    share = float(lies_on.mean())
     if share < MIN_SHARE_ON:
         return Rebuilt(*guide, 0.0, model, atoms)
     moved = _moved(
-        guide, len(points), on, points, centres, surface, index, atoms, model.probe, deep == 0, threads
+        guide, len(points), lies_on, points, centres, surface, index, atoms, model.probe, deep == 0, threads
     )
     return Rebuilt(*_filled(*moved, len(points), surface, density, threads), share, model, atoms)
 
@@ -120,7 +120,7 @@ def _lies_on(index: PatchIndex, points: np.ndarray, normals: np.ndarray, threads
 def _moved(
     guide: tuple[np.ndarray, np.ndarray],
     n_kept: int,
-    on: np.ndarray,
+    lies_on: np.ndarray,
     kept: np.ndarray,
     centres: PatchIndex,
     surface: Surface,
@@ -143,13 +143,13 @@ def _moved(
         )
     around = min(KEPT_AROUND, n_kept)
     near = np.asarray(cKDTree(kept).query(points, k=around, workers=threads)[1])
-    trusted = on[near].reshape(len(points), -1).all(axis=1)
+    trusted = lies_on[near].reshape(len(points), -1).all(axis=1)
     nearest = _nearest_facing(index, points, normals, MAX_MOVE, SAME_SIDE, threads)
     moves = trusted & (nearest >= 0)
     new = moves.copy()
     new[:n_kept] = False
-    at = nearest[new]
-    points[new], normals[new] = _onto_sphere(points[new], index.dot[at], surface, atoms, probe)
+    target = nearest[new]
+    points[new], normals[new] = _onto_sphere(points[new], index.dot[target], surface, atoms, probe)
     left = np.flatnonzero(trusted & ~moves)
     left = left[left >= n_kept]
     stays = np.ones(len(points), bool)

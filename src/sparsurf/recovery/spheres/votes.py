@@ -97,10 +97,10 @@ def _model(
     clear = counts > max(6 * background * WIDTH, 0.01 * counts[0], 12) if len(peaks) else np.empty(0, bool)
     tolerance = _tolerance(votes, peaks[0], background) if clear.any() else MIN_TOLERANCE
     if isinstance(radii, str) or radii is None:
-        own, table = _radii_of_peaks(peaks[clear], counts[clear], radii)
+        own_radii, table = _radii_of_peaks(peaks[clear], counts[clear], radii)
     else:
-        own, table = np.unique(np.asarray(radii, float)), OWN_RADII
-    return SphereModel(probe, own, table, ratio, tolerance)
+        own_radii, table = np.unique(np.asarray(radii, float)), OWN_RADII
+    return SphereModel(probe, own_radii, table, ratio, tolerance)
 
 
 class _Booth:
@@ -174,15 +174,15 @@ def _peaks(votes: np.ndarray, width: float, n: int) -> tuple[np.ndarray, np.ndar
     """Find the n windows of ascending votes that hold most of them, without their flanks; return medians and numbers."""
     middle, count, found, left = np.empty(n), np.empty(n, np.int64), 0, len(votes)
     while found < n and left > 0:
-        first, most, end = 0, 0, 0
+        first, largest, end = 0, 0, 0
         for i in range(left):
             while end < left and votes[end] < votes[i] + width:
                 end += 1
-            if end - i > most:
-                first, most = i, end - i
-        last = first + most - 1
-        middle[found] = 0.5 * (votes[first + (most - 1) // 2] + votes[first + most // 2])
-        count[found] = most
+            if end - i > largest:
+                first, largest = i, end - i
+        last = first + largest - 1
+        middle[found] = 0.5 * (votes[first + (largest - 1) // 2] + votes[first + largest // 2])
+        count[found] = largest
         found += 1
         low, high, kept = votes[first] - 3 * width, votes[last] + 3 * width, 0
         for i in range(left):
@@ -208,11 +208,11 @@ def _radii_of_peaks(peaks: np.ndarray, counts: np.ndarray, table: str | None) ->
     for candidate in RADII if table is None else (table,):
         by_element = RADII[candidate]
         # the common elements alone, since those of a whole table explain any peak
-        known = np.unique([by_element[element] for element in (*COMMON_ELEMENTS, "H")])
-        fits = np.abs(peaks[:, None] - known) < SAME_RADIUS
+        radii_of_table = np.unique([by_element[element] for element in (*COMMON_ELEMENTS, "H")])
+        fits = np.abs(peaks[:, None] - radii_of_table) < SAME_RADIUS
         share = counts[fits.any(axis=1)].sum() / max(counts.sum(), 1)
         if share > explained or table is not None:
             explained, name = share, candidate
             common = [by_element[element] for element in COMMON_ELEMENTS]
-            radii = np.unique([*common, *known[fits.any(axis=0)]])
+            radii = np.unique([*common, *radii_of_table[fits.any(axis=0)]])
     return radii, name

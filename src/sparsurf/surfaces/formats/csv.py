@@ -59,14 +59,14 @@ def _length_of_comments(text: str) -> int:
 def read_csv(content: bytes, path: Path | str) -> Surface:
     """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case."""
     values, fields, lines, table = _columns(content, path, COLUMNS_OF_DOTS)
-    said = reconstruction_of_file(
+    reconstruction = reconstruction_of_file(
         {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields},
         path,
     )
-    judge = said is None or not said.is_uneven
+    judge = reconstruction is None or not reconstruction.is_uneven
     columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields
     surface = surface_of_columns(columns, path, lines, judge=judge)
-    return surface if said is None else replace(surface, reconstruction=said)
+    return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 
 def read_points_of_csv(content: bytes, path: Path | str) -> np.ndarray:

@@ -50,23 +50,23 @@ def read_dms(content: bytes, path: Path | str) -> Surface:
 
 def _dot_of_line(line: str, dot_type: re.Match[str], number: int, path: Path | str) -> list[float]:
     """Return position, area and normal of the dot in a line: seven numbers."""
-    head, rest = line[: dot_type.start()], line[dot_type.end() :].split()
-    if len(rest) == 1:
+    head, tail = line[: dot_type.start()], line[dot_type.end() :].split()
+    if len(tail) == 1:
         raise InputError(f"{path} has no normals: run dms again with the option -n.")
-    row = _floats(head.split()[-3:] + rest)
+    row = _floats(head.split()[-3:] + tail)
     if row is None:  # long numbers touch each other, so split by columns
         x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
-        row = _floats([x, head[-18:-9], head[-9:], *rest])
+        row = _floats([x, head[-18:-9], head[-9:], *tail])
     if row is None or len(row) != 7:
         quoted = shorten(repr(line.strip()))
         raise InputError(f"{path}: line {number} is not a dot with its area and normal: {quoted}; repair it.")
     return row
 
 
-def _floats(words: Iterable[str]) -> list[float] | None:
+def _floats(texts: Iterable[str]) -> list[float] | None:
     """Convert words to numbers; return None if one is not a number."""
     try:
-        return [float(word) for word in words]
+        return [float(word) for word in texts]
     except ValueError:
         return None
 

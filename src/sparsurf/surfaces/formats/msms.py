@@ -57,10 +57,10 @@ def read_vertices(content: bytes, path: Path | str) -> Surface:
     for number, line in enumerate(decode_text(content, path).splitlines(), 1):
         if line.startswith("#") or not line.strip():
             continue
-        words = line.split()
-        if not lines and len(words) in (2, 4):  # vertices, spheres, density and probe radius
+        texts = line.split()
+        if not lines and len(texts) in (2, 4):  # vertices, spheres, density and probe radius
             continue
-        values = [_number(word) for word in words[:N_VERTEX_COLUMNS]]
+        values = [_number(word) for word in texts[:N_VERTEX_COLUMNS]]
         if len(values) < N_VERTEX_COLUMNS or None in values or values[8] not in KIND_OF_LEVEL:
             raise InputError(
                 f"{path}: line {number} is not a vertex with position, normal, face, sphere and level: "
@@ -148,11 +148,11 @@ def _face_of_vertex(surface: Surface) -> np.ndarray:
     return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
 
 
-def _refuse_unknown(surface: Surface, what: str) -> None:
+def _refuse_unknown(surface: Surface, file_kind: str) -> None:
     """Raise InputError for a surface whose atoms or kinds are not known."""
     if surface.atom.min() < 0 or surface.kind.min() < 0:
         raise InputError(
-            f"surface: {what} needs the atom and the kind of every vertex; use PLY or npz instead."
+            f"surface: {file_kind} needs the atom and the kind of every vertex; use PLY or npz instead."
         )
 
 

@@ -50,10 +50,10 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
     columns = {
         k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
     }
-    said = reconstruction_of_file(arrays, path)
+    reconstruction = reconstruction_of_file(arrays, path)
     n = columns["points"].shape[:1]
-    others = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}
-    warn_of_field_names((k for k, v in others.items() if v.dtype.kind in "fiu" and v.shape == n), path)
+    further = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}
+    warn_of_field_names((k for k, v in further.items() if v.dtype.kind in "fiu" and v.shape == n), path)
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
     if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
         raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")
@@ -61,9 +61,9 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
     columns |= {
         name: columns[name].astype(float) for name in ("points", "normals", "area") if name in columns
     }
-    judge = judge and (said is None or not said.is_uneven)
+    judge = judge and (reconstruction is None or not reconstruction.is_uneven)
     surface = surface_of_columns(columns, path, weighted="weight" in arrays, judge=judge)
-    return surface if said is None else replace(surface, reconstruction=said)
+    return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 
 def write_npz(path: Path | str, surface: Surface) -> None:

@@ -85,22 +85,22 @@ def write_ply(
 
 def _comments(surface: Surface) -> list[str]:
     """Return the line of the header that says how the surface is reconstructed from the dots, if that is known."""
-    said = surface.reconstruction
-    if said is None:
+    reconstruction = surface.reconstruction
+    if reconstruction is None:
         return []
     return [
-        f"comment {SAID} {' '.join(f'{name} {value}' for name, value in said.columns.items() if value != '')}"
+        f"comment {SAID} {' '.join(f'{name} {value}' for name, value in reconstruction.columns.items() if value != '')}"
     ]
 
 
 def _reconstruction(header: str) -> Reconstruction | None:
     """Return what such a line says."""
-    for words in (line.split() for line in header.splitlines()):
-        if words[:2] == ["comment", SAID]:
-            said: dict[str, Any] = dict(zip(words[2::2], words[3::2], strict=False))
+    for texts in (line.split() for line in header.splitlines()):
+        if texts[:2] == ["comment", SAID]:
+            values: dict[str, Any] = dict(zip(texts[2::2], texts[3::2], strict=False))
             with suppress(KeyError, ValueError):
-                said["probe_radius"] = float(said["probe_radius"])
-            return Reconstruction.of_columns({name: [value] for name, value in said.items()})
+                values["probe_radius"] = float(values["probe_radius"])
+            return Reconstruction.of_columns({name: [value] for name, value in values.items()})
     return None
 
 
@@ -121,11 +121,11 @@ def _write_text(
 def viridis(values: ArrayLike) -> np.ndarray:
     """Colour values (N,) from the smallest to the largest with viridis, (N, 3) uint8; NaN and infinity are grey."""
     values = np.asarray(values, dtype=float)
-    known = np.isfinite(values)
-    low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
+    has_value = np.isfinite(values)
+    low, high = (values[has_value].min(), values[has_value].max()) if has_value.any() else (0.0, 0.0)
     scaled = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
-    colours = VIRIDIS[np.minimum(np.where(known, scaled, 0) * len(VIRIDIS), len(VIRIDIS) - 1).astype(int)]
-    return np.where(known[:, None], colours, VERTEX_GREY)
+    colours = VIRIDIS[np.minimum(np.where(has_value, scaled, 0) * len(VIRIDIS), len(VIRIDIS) - 1).astype(int)]
+    return np.where(has_value[:, None], colours, VERTEX_GREY)
 
 
 def read_ply(content: bytes, path: Path | str) -> Surface:
@@ -147,10 +147,10 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
             body = _bytes_after(body[body.index(b"\n") + 1 :], byte_order, before)
             columns, has_more = _binary_columns(body, byte_order, n, [types[0] for _, *types in properties])
         else:
-            words = body.split(None, -1 if before else n * len(names))
-            words = words[_count_words(words, before) :]
-            has_more = len(words) > n * len(names)
-            columns = list(np.array(words[: n * len(names)], float).reshape(n, len(names)).T)
+            texts = body.split(None, -1 if before else n * len(names))
+            texts = texts[_count_words(texts, before) :]
+            has_more = len(texts) > n * len(names)
+            columns = list(np.array(texts[: n * len(names)], float).reshape(n, len(names)).T)
     except (ValueError, IndexError):
         raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
     if header.count(b"\nelement vertex ") > 1:
@@ -161,10 +161,10 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
     points, normals = (np.column_stack([table[axis] for axis in axes]) for axes in (AXES[:3], AXES[3:]))
     warn_of_field_names(table, path)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
-    said = _reconstruction(header.decode("latin-1"))
-    judge = said is None or not said.is_uneven
+    reconstruction = _reconstruction(header.decode("latin-1"))
+    judge = reconstruction is None or not reconstruction.is_uneven
     surface = surface_of_columns(fields | {"points": points, "normals": normals}, path, judge=judge)
-    return surface if said is None else replace(surface, reconstruction=said)
+    return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 
 def _binary_columns(body: bytes, byte_order: str, n: int, types: list[str]) -> tuple[list[np.ndarray], bool]:
@@ -178,52 +178,52 @@ def _binary_columns(body: bytes, byte_order: str, n: int, types: list[str]) -> t
 
 def _bytes_after(body: bytes, byte_order: str, elements: list[Element]) -> bytes:
     """Return the bytes after some elements; ValueError or IndexError if they are cut short."""
-    at = 0
+    offset = 0
     for _, n, properties in elements:
         types = [[np.dtype(byte_order + kind) for kind in kinds] for _, *kinds in properties]
         if all(len(kinds) == 1 for kinds in types):
-            at += n * sum(kinds[0].itemsize for kinds in types)
+            offset += n * sum(kinds[0].itemsize for kinds in types)
             continue
         for kinds in chain.from_iterable(repeat(types, n)):  # a list begins with its length
-            length = int(np.frombuffer(body, kinds[0], 1, at)[0]) if len(kinds) > 1 else 0
-            at += kinds[0].itemsize + max(0, length) * kinds[-1].itemsize
-    return body[at:]
+            length = int(np.frombuffer(body, kinds[0], 1, offset)[0]) if len(kinds) > 1 else 0
+            offset += kinds[0].itemsize + max(0, length) * kinds[-1].itemsize
+    return body[offset:]
 
 
-def _count_words(words: list[bytes], elements: list[Element]) -> int:
+def _count_words(texts: list[bytes], elements: list[Element]) -> int:
     """Count the words of some elements; ValueError or IndexError if they are cut short."""
-    at = 0
+    position = 0
     for _, n, properties in elements:
         lists = [len(kinds) > 1 for _, *kinds in properties]
         if not any(lists):
-            at += n * len(lists)
+            position += n * len(lists)
             continue
         for is_list in chain.from_iterable(repeat(lists, n)):
-            length = int(words[at]) if is_list else 0  # IndexError where they end
-            at += 1 + max(0, length)
-            if at > len(words):
+            length = int(texts[position]) if is_list else 0  # IndexError where they end
+            position += 1 + max(0, length)
+            if position > len(texts):
                 raise ValueError
-    return at
+    return position
 
 
 def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
     """Return the byte order (empty: text), and the elements up to the vertices."""
     byte_order, elements = None, list[Element]()
-    known = True
-    for words in (line.split() for line in text.splitlines()):
-        if words[:1] == ["format"] and words[1:2] and words[1] in BYTE_ORDERS:
-            byte_order = BYTE_ORDERS[words[1]]
-        elif words[:1] == ["element"] and len(words) == 3 and _is_count(words[2]):
+    is_readable = True
+    for texts in (line.split() for line in text.splitlines()):
+        if texts[:1] == ["format"] and texts[1:2] and texts[1] in BYTE_ORDERS:
+            byte_order = BYTE_ORDERS[texts[1]]
+        elif texts[:1] == ["element"] and len(texts) == 3 and _is_count(texts[2]):
             if elements and elements[-1][0] == "vertex":
                 break
-            elements.append((words[1], int(words[2]), []))
-        elif words[:1] == ["property"] and len(words) > 2 and elements:
-            kinds = words[2:-1] if words[1] == "list" else words[1:2]
-            known &= bool(kinds) and all(kind in PLY_TYPES for kind in kinds)
-            name = words[-1].lower() if words[-1].lower() in AXES else words[-1]
+            elements.append((texts[1], int(texts[2]), []))
+        elif texts[:1] == ["property"] and len(texts) > 2 and elements:
+            kinds = texts[2:-1] if texts[1] == "list" else texts[1:2]
+            is_readable &= bool(kinds) and all(kind in PLY_TYPES for kind in kinds)
+            name = texts[-1].lower() if texts[-1].lower() in AXES else texts[-1]
             elements[-1][2].append((name, *(PLY_TYPES.get(kind, "") for kind in kinds)))
     vertices = elements[-1][2] if elements and elements[-1][0] == "vertex" else []
-    if byte_order is None or not known or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
+    if byte_order is None or not is_readable or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
         raise InputError(
             f"{path} is no PLY file that can be read: vertex properties must be scalars, not lists."
         )
