@@ -102,7 +102,7 @@ def ended(*arguments):
 @pytest.mark.parametrize("line", EXAMPLES)
 def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, capfd):
     if "--trajectory" in line:
-        pytest.skip("test_a_frame_of_a_trajectory has the files for it")
+        pytest.skip("test_options.py has the files for it")
     if "results/many" in line:
         pytest.importorskip("pyarrow")
     folder = shutil.copytree(folder, tmp_path / "own")  # an example overwrites what others read
@@ -173,56 +173,6 @@ def test_cavities_are_reported_and_removed(tmp_path, capsys):
         assert len(table) - (table["component"] == 0).sum() == (426 if asked == "keep" else 0)
     assert ended("minimal", tmp_path / "d.csv", "--n-dots", 50, "-o", tmp_path / "m.csv") == 0
     assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 426
-
-
-CALLS = {  # other values than the defaults
-    "surface --density 7 --probe-radius 1.5 --radii bondi": lambda path: sparsurf.surface(
-        path, density=7, probe_radius=1.5, radii="bondi"
-    ),
-    "minimal --percent 8 --seed 5 --d-link 0.7": lambda path: (
-        sparsurf.minimal(path, percent=8, seed=5, d_link=0.7).surface
-    ),
-    "minimal --max-z 0.9": lambda path: sparsurf.minimal(path, max_z=0.9).surface,
-    "minimal --error 0.05": lambda path: sparsurf.minimal(path, error=0.05).surface,
-    "recover --density 7 --reach 1.7": lambda path: sparsurf.recover(path, density=7, reach=1.7),
-}
-
-
-@pytest.mark.parametrize("words", CALLS)
-def test_a_command_gives_what_the_function_gives(folder, tmp_path, words):
-    name, *options = words.split()
-    path = folder / ("minimal.csv" if name == "recover" else "protein.pdb")
-    assert ended(name, path, *options, "-o", tmp_path / "dots.npz") == 0
-    found, wanted = sparsurf.read_surface(tmp_path / "dots.npz"), CALLS[words](path)
-    assert np.array_equal(found.points, wanted.points) and np.array_equal(found.normals, wanted.normals)
-
-
-@pytest.mark.parametrize(
-    ("words", "options"),
-    [("", {}), ("--density 1 --probe-radius 1.5 --radii bondi --cavities keep", {"density": 1, "probe_radius": 1.5,
-     "radii": "bondi", "cavities": "keep"}), ("--step 0.6", {"step": 0.6}),
-     ("--fields hbond,roughness", {"fields": ["hbond", "roughness"]}),
-     ("--frame 2 --probe-radius 1.7 --fields roughness", {"frame": 2, "probe_radius": 1.7, "fields": "roughness"})],
-)  # fmt: skip
-def test_a_mesh_is_that_of_the_function(folder, tmp_path, words, options):
-    path = TDP43 if words and "--frame" not in words else folder / "models.pdb"  # the first has a cavity
-    assert ended("surface", path, "--mesh", *words.split(), "-o", tmp_path / "mesh.ply") == 0
-    of_mesh = {key: options[key] for key in ("density", "step", "fields") if key in options}
-    dots = sparsurf.surface(
-        path, **{"cavities": "remove"} | {k: v for k, v in options.items() if k not in of_mesh}
-    )
-    sparsurf.write(sparsurf.mesh(dots, **of_mesh), tmp_path / "own.ply")
-    assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
-
-
-def test_a_recovered_mesh_follows_its_options(folder, tmp_path):
-    calls = ("", {}), ("--density 3", {"density": 3}), ("--step 0.4", {"step": 0.4}), ("--reach 2.5", None)
-    for words, options in calls:
-        call = ["--mesh", *words.split(), "-o", tmp_path / "m.ply"]
-        assert ended("recover", folder / "minimal.csv", *call) == 0
-        found = (tmp_path / "m.ply").read_bytes()
-        sparsurf.write(sparsurf.mesh(folder / "minimal.csv", **(options or {})), tmp_path / "own.ply")
-        assert ((tmp_path / "own.ply").read_bytes() == found) == (options is not None)
 
 
 @pytest.mark.parametrize("source", ["protein.pdb", "dots.csv"])
@@ -493,14 +443,6 @@ def test_the_z_of_a_subset_and_of_the_mean_patch_are_those_of_a_comparison(folde
     assert ended("minimal", folder / "protein.pdb", "--percent", 20, "-o", tmp_path / "m.csv") == 0
     told = re.findall(r"a? Z (?:of|is) (\d\.\d\d)\b", capsys.readouterr().err)
     assert told == [f"{row['Z']:.2f}", f"{row['Z_mean_descriptor']:.2f}"] and told[0] != told[1]
-
-
-def test_a_frame_of_a_trajectory(folder, tmp_path):
-    path = TDP43.with_name("trajectory.xtc")
-    call = ["surface", TDP43, "--trajectory", path, "--selection", "residue 209 to 212", "--frame", 20]
-    assert ended(*call, "-o", tmp_path / "dots.npz") == 0
-    wanted = sparsurf.surface(sparsurf.read_molecule(TDP43, path, residues="209-212"), frame=20)
-    assert np.array_equal(sparsurf.read_surface(tmp_path / "dots.npz").points, wanted.points)
 
 
 MISTAKES = [  # one of each kind: the command, its exit code, and what its sentence holds

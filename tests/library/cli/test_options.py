@@ -1,70 +1,261 @@
-"""Every option of a command reaches its result: the file differs from that of the command without the option."""
+"""Every option of a command reaches its result: what is written is what the function of the library gives with that argument."""
 
+from dataclasses import replace
+
+import mdtraj
+import numpy as np
+import pandas as pd
 import pytest
 
 import sparsurf
-from peptides import two_models, write
-from sparsurf.cli import command
+from conftest import sphere
+from peptides import atom_line, peptide, two_models, write
+from small_study import unpacked
+from sparsurf.api.surfaces import mesh_size, reconstructed_mesh
+from sparsurf.cli import command, msms
+from sparsurf.surfaces.spheres import write_spheres
 
 CALLS = {  # with which options are combined
-    "surface": "two.pdb",
-    "residues": "two.pdb",
-    "roughness": "two.pdb",
-    "descriptors": "two.pdb --every 40",
-    "minimal": "two.pdb --percent 10",
-    "recover": "few.csv",
-    "points": "two.pdb --n-dots 40",
+    "surface": ("two.pdb", "", {}),
+    "residues": ("two.pdb", "", {}),
+    "roughness": ("two.pdb", "", {}),
+    "descriptors": ("two.pdb", "--every 40", {"every": 40}),
+    "minimal": ("two.pdb", "--percent 10", {"percent": 10}),
+    "recover": ("few.csv", "", {}),
+    "points": ("two.pdb", "--n-dots 40", {"n_dots": 40}),
+    "show": ("two.pdb", "--no-open", {}),
 }
-OF_ATOMS = ["--chains A", "--selection backbone", "--ligands LIG", "--frame 1", "--model 2", "--assembly"]
-OF_DOTS = [*OF_ATOMS, "--d-link 0.7"]
+OF_ATOMS = {
+    "--chains A": {"chains": "A"},
+    "--selection backbone": {"selection": "backbone"},
+    "--ligands LIG": {"ligands": ["LIG"]},
+    "--frame 1": {"frame": 1},
+    "--model 2": {"model": 2},
+    "--assembly": {"assembly": True},
+    "--trajectory run.xtc": {"trajectory": "run.xtc"},
+    "--trajectory run.xtc --frame 1": {"trajectory": "run.xtc", "frame": 1},
+}
+OF_DOTS = OF_ATOMS | {"--d-link 0.7": {"d_link": 0.7}}
+RESIDUES = {"--residues 2-4": {"residues": ["2", "3", "4"]}}
+HYDROPATHY = {"--fields hydropathy": {"fields": "hydropathy"}}
+PLACED = {"--probe-radius 1.6": {"probe_radius": 1.6}, "--radii bondi": {"radii": "bondi"}}
 OPTIONS = {
-    "surface": [*OF_ATOMS, "--residues 2-4", "--probe-radius 1.6", "--density 9", "--radii bondi",
-     "--fields hydropathy", "--mesh", "--mesh --step 0.6",
-     "--mesh --colours"],
-    "residues": [*OF_ATOMS, "--residues 2-4", "--fields hydropathy"],
-    "roughness": [*OF_DOTS, "--residues 2-4", "--r-patch 3"],
-    "descriptors": [*OF_DOTS, "--residues 2-4", "--at 0,5", "--every 30", "--r-zernike 5", "--down",
-     "--descriptor rotation_robust"],
-    "minimal": [*OF_DOTS, "--fields hydropathy", "--percent 12", "--n-dots 50", "--density 0.6", "--error 0.1", "--max-z 1.5",
-     "--sampler uniform", "--seed 2", "--error-99 0.2"],
-    "points": [*OF_ATOMS, "--n-dots 50", "--density 0.5", "--seed 3", "--probe-radius 1.6", "--radii bondi",
-     "--fields roughness"],
-    "recover": ["--density 9", "--reach 1.2", "--at few.csv", "--mesh", "--mesh --step 0.4", "--mesh --colours",
-     "--model interpolant"],
+    "surface": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY, **PLACED,
+     "--density 9": {"density": 9}, "--selection all --cavities remove": {"selection": "all", "cavities": "remove"},
+     "--mesh": {"mesh": True}, "--mesh --density 5": {"mesh": True, "density": 5},
+     "--mesh --step 0.6": {"mesh": True, "step": 0.6}, 
+     "--mesh --selection all --cavities keep": {"mesh": True, "selection": "all", "cavities": "keep"},
+     "--mesh --colours": {"mesh": True, "colours": True},
+     "--mesh --fields hydropathy": {"mesh": True, "fields": "hydropathy"}},
+    "residues": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY},
+    "roughness": {"": {}, **OF_DOTS, **RESIDUES, "--r-patch 3": {"r_patch": 3}},
+    "descriptors": {"": {}, **OF_DOTS, **RESIDUES, "--at 5,0": {"at": [5, 0]}, "--every 30": {"every": 30},
+     "--r-zernike 5": {"r_zernike": 5}, "--down": {"up": False},
+     "--descriptor rotation_robust": {"descriptor": "rotation_robust"}},
+    "minimal": {"": {}, **OF_DOTS, **HYDROPATHY, "--percent 12": {"percent": 12}, "--n-dots 50": {"n_dots": 50},
+     "--density 0.6": {"density": 0.6}, "--error 0.1": {"error": 0.1}, "--max-z 1.5": {"max_z": 1.5},
+     "--sampler uniform": {"sampler": "uniform"}, "--seed 2": {"seed": 2},
+     "--error 0.1 --error-99 0.12": {"error": 0.1, "error_99": 0.12},
+     "--error 0.1 --model interpolant": {"error": 0.1, "model": "interpolant"}},
+    "points": {"": {}, **OF_ATOMS, **PLACED, "--n-dots 50": {"n_dots": 50}, "--density 0.5": {"density": 0.5},
+     "--seed 3": {"seed": 3}, "--fields roughness": {"fields": "roughness"},
+     "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
+    "recover": {"": {}, "--density 9": {"density": 9}, "--reach 1.2": {"reach": 1.2}, "--at few.csv": {"at": "few.csv"},
+     "--model interpolant": {"model": "interpolant"}, "--mesh": {"mesh": True},
+     "--mesh --density 3": {"mesh": True, "density": 3}, "--mesh --step 0.4": {"mesh": True, "step": 0.4},
+     "--mesh --reach 2.5": {"mesh": True, "reach": 2.5}, "--mesh --colours": {"mesh": True, "colours": True}},
+    "show": {"": {}, **OF_ATOMS},
 }  # fmt: skip
-# test_command.py, and of models that are copies tests/library/test_corpus.py
-ELSEWHERE = {"--help", "--output", "--trajectory", "--cavities", "--jobs"}
-TOO_FEW = ("recover", "--model interpolant")  # dots to infer atoms from; tests/library/sampling/test_cover.py
+FILES = {  # in which an option has an effect
+    "--assembly": "apart.pdb",
+    "--trajectory": "one.pdb",
+    "--cavities": "cage.pdb",
+    "--model interpolant": "touched.csv",
+}
+ELSEWHERE = {"--help", "--output", "--jobs"}  # test_command.py
+ALWAYS = {"--no-open"}  # no browser in a test
 INSTEAD = {
     "--n-dots": ("--density",),
     "--percent": ("--n-dots", "--density", "--error", "--error-99", "--max-z"),
     "--every": ("--at",),
 }  # options that exclude one another
+BASES = {  # what an option is compared with, where that is not the command without options
+    "--selection all --": "--selection all",
+    "--mesh --selection all": "--mesh --selection all",
+    "--mesh ": "--mesh",
+    "--trajectory run.xtc --frame": "--trajectory run.xtc",
+    "--error 0.1 --": "--error 0.1",
+}
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with a file of two models, and its minimal subset."""
+    """A folder with a file of two models, a trajectory, a molecule with a cavity, and minimal subsets."""
     place = tmp_path_factory.mktemp("options")
     write(place / "two.pdb", two_models())
-    write(place / "apart.pdb", two_models(shift=40))  # for --assembly
+    write(place / "apart.pdb", two_models(shift=40))
+    write(place / "one.pdb", peptide(("ALA", "SER", "LYS")) + "END\n")
+    frame = mdtraj.load(str(place / "one.pdb"))
+    moved = [frame.xyz[0] * scale for scale in ([1.02, 1, 1], [1, 1.04, 1])]
+    mdtraj.Trajectory(np.array(moved), frame.topology).save_xtc(str(place / "run.xtc"))
+    cage = [
+        atom_line("C1", "UNL", "A", str(k + 1), 6.5 * at, record="HETATM")
+        for k, at in enumerate(sphere(80)[0])
+    ]
+    write(place / "cage.pdb", "".join(cage) + "END\n")
     sparsurf.write(sparsurf.minimal(place / "two.pdb", percent=10), place / "few.csv")
+    sparsurf.write(sparsurf.minimal(place / "two.pdb"), place / "touched.csv")
     return place
 
 
-def result(folder, out, name, call, options="", apart=False):
-    """Return the bytes that a command writes."""
-    words = call.replace("two", "apart" if apart else "two").split()
+def read(path):
+    """What a command has written: a table, the columns of a page, or bytes."""
+    if path.suffix == ".html":
+        return unpacked(path.read_text(encoding="utf-8"))[1]
+    return pd.read_csv(path) if path.suffix == ".csv" else path.read_bytes()
+
+
+def result(out, name, file, call, options):
+    """Return what a command writes with some options."""
+    words = call.split()
     for option, others in INSTEAD.items():
         if {option, *others} & {*options.split()} and option in words:
             del words[words.index(option) : words.index(option) + 2]
-    suffix = "ply" if "--mesh" in options or name == "points" else "csv"
+    suffix = "ply" if "--mesh" in options or name == "points" else "html" if name == "show" else "csv"
     path = out / f"x.{suffix}"
-    assert command.main([name, *words, *options.split(), "--quiet", "-o", str(path)]) == 0
-    return path.read_bytes()
+    assert command.main([name, file, *words, *options.split(), "--quiet", "-o", str(path)]) == 0
+    return read(path)
 
 
-@pytest.mark.parametrize("name", OPTIONS)
+READING = ("chains", "selection", "ligands", "model", "assembly")
+PLACING = ("density", "probe_radius", "radii", "cavities", "d_link")
+
+
+def some(keys, *names):
+    """The arguments among some names."""
+    return {name: keys[name] for name in names if name in keys}
+
+
+def molecule_of(file, keys):
+    return sparsurf.read_molecule(file, keys.get("trajectory"), **some(keys, *READING))
+
+
+def dots_of(file, keys, *placing):
+    """The dots on which a command works."""
+    dots = sparsurf.surface(molecule_of(file, keys), **some(keys, "frame", *placing))
+    if "fields" in keys:
+        dots = replace(dots, fields=sparsurf.fields(dots, names=keys["fields"]).to_dict("series"))
+    return dots
+
+
+def of_residues(frame, keys):
+    """The rows of the residues asked for."""
+    rows = np.arange(len(frame))
+    return rows[frame["residue"].isin(keys["residues"])] if "residues" in keys else rows
+
+
+def mesh_of(dots, keys, out):
+    made = sparsurf.mesh(dots, **some(keys, "density", "step", "fields"))
+    sparsurf.write(made, out / "own.ply", colours=keys.get("colours"))
+    return read(out / "own.ply")
+
+
+def surface(file, keys, out):
+    if "mesh" in keys:
+        rules = {"cavities": "remove"} | some(keys, "cavities")
+        return mesh_of(sparsurf.surface(molecule_of(file, keys), **rules), keys, out)
+    dots = dots_of(file, keys, *PLACING)
+    frame = dots.to_frame()
+    return frame.iloc[of_residues(frame, keys)]
+
+
+def residues(file, keys, out):
+    table = sparsurf.residues(dots_of(file, keys)).drop(columns=["kept", "weight"])
+    return table.iloc[of_residues(table, keys)]
+
+
+def roughness(file, keys, out):
+    dots = dots_of(file, keys, "d_link")
+    values = sparsurf.roughness(dots, **some(keys, "r_patch", "d_link"))
+    frame = dots.to_frame().assign(roughness=values)
+    columns = ["x", "y", "z", "nx", "ny", "nz", "atom", "roughness"]
+    return frame.iloc[of_residues(frame, keys)][columns]
+
+
+def descriptors(file, keys, out):
+    dots = dots_of(file, keys, "d_link")
+    at = np.array(keys.get("at", of_residues(dots.to_frame(), keys)))[:: 1 if "at" in keys else keys["every"]]
+    z = sparsurf.descriptors(dots, at, **some(keys, "r_zernike", "up", "d_link", "descriptor"))
+    names = [f"z_{n}_{m}" for n in range(21) for m in range(n % 2, n + 1, 2)]
+    return pd.DataFrame(z, columns=names).assign(dot=at, x=dots.points[at, 0])
+
+
+def minimal(file, keys, out):
+    sizes = some(keys, "n_dots", "density", "error", "error_99", "max_z")
+    sizes = sizes or some(keys, "percent")
+    model = {} if keys.get("model") != "interpolant" else {"model": keys.pop("model")}
+    few = sparsurf.minimal(
+        dots_of(file, keys, "d_link"), **sizes, **model, **some(keys, "sampler", "seed", "d_link")
+    )
+    sparsurf.write(few, out / "own.csv")
+    return read(out / "own.csv")
+
+
+def recover(file, keys, out):
+    if "reach" in keys and "mesh" in keys:  # for which `mesh` has no argument
+        made, _ = reconstructed_mesh(sparsurf.read_surface(file), mesh_size(), "auto", keys["reach"])
+        sparsurf.write(made, out / "own.ply")
+        return read(out / "own.ply")
+    if "mesh" in keys:
+        return mesh_of(file, keys, out)
+    dense = sparsurf.recover(file, **some(keys, "density", "reach", "model"))
+    if "at" not in keys:
+        return dense.to_frame()[["x", "y", "z", "nx", "ny", "nz"]]
+    points = pd.read_csv(keys["at"])[["x", "y", "z"]].to_numpy()
+    return pd.DataFrame(sparsurf.descriptors(dense, points)).set_axis(
+        [f"z_{n}_{m}" for n in range(21) for m in range(n % 2, n + 1, 2)], axis=1
+    )
+
+
+def points(file, keys, out):
+    sizes = some(keys, "density") or some(keys, "n_dots")
+    settings = some(keys, "fields", "seed", "frame", "probe_radius", "radii", "cavities")
+    sparsurf.write(sparsurf.points(molecule_of(file, keys), **sizes, **settings), out / "own.ply")
+    return read(out / "own.ply")
+
+
+def show(file, keys, out):
+    page = sparsurf.show(molecule_of(file, keys), frame=keys.get("frame", 0), open_browser=False)
+    return unpacked(page.html)[1]
+
+
+WANTED = {
+    wanted.__name__: wanted
+    for wanted in (surface, residues, roughness, descriptors, minimal, recover, points, show)
+}
+
+
+def agree(found, wanted):
+    """Whether a file holds what is wanted: the columns of a table with the digits of a CSV, pages and bytes exactly."""
+    if type(found) is not type(wanted):
+        return False
+    if isinstance(found, bytes):
+        return found == wanted
+    if isinstance(found, dict):
+        return found.keys() == wanted.keys() and all(
+            np.array_equal(found[name], wanted[name]) for name in found
+        )
+    numbers = wanted.select_dtypes("number")
+    return (
+        len(found) == len(wanted)
+        and {*numbers} <= {*found}
+        and all(
+            np.allclose(found[name], wanted[name], rtol=1e-4, atol=6e-5, equal_nan=True) for name in numbers
+        )
+    )
+
+
+@pytest.mark.parametrize("name", [name for name in command.COMMANDS])
 def test_every_option_is_in_the_table(name):
     listed = {word for words in OPTIONS[name] for word in words.split() if word.startswith("--")}
     actions = [
@@ -72,19 +263,77 @@ def test_every_option_is_in_the_table(name):
         for action in command.build_parser(name)[1]._actions
         if action.option_strings
     ]
-    assert {*actions} - ELSEWHERE == listed
+    assert {*actions} - ELSEWHERE - ALWAYS == listed
 
 
 @pytest.mark.parametrize(
-    ("name", "options"),
-    [(name, words) for name, rows in OPTIONS.items() for words in rows if (name, words) != TOO_FEW],
+    ("name", "options"), [(name, words) for name, rows in OPTIONS.items() for words in rows]
 )
-def test_an_option_changes_the_result(folder, tmp_path, monkeypatch, name, options):
+def test_a_result_is_that_of_the_function_and_differs_from_that_without_the_option(
+    folder, tmp_path, monkeypatch, name, options
+):
     monkeypatch.chdir(folder)
-    (tmp_path / "without").mkdir()
-    apart = options == "--assembly"
-    without = result(folder, tmp_path / "without", name, CALLS[name], apart=apart)
-    assert result(folder, tmp_path, name, CALLS[name], options, apart) != without
+    file, call, keys = CALLS[name]
+    file = next(
+        (other for option, other in FILES.items() if option in options and other.endswith(file[-4:])), file
+    )
+    found = result(tmp_path, name, file, call, options)
+    assert agree(found, WANTED[name](file, keys | OPTIONS[name][options], tmp_path))
+    if options:
+        base = next((words for begin, words in BASES.items() if options.startswith(begin)), "")
+        assert not agree(result(tmp_path, name, file, call, base), found)
+
+
+MSMS = {  # with spheres of the radii 1.5, 1.2, 1.9 and 1.2 Å
+    "": {},
+    "-probe_radius 2": {"probe_radius": 2.0},
+    "-density 4": {"density": 4.0},
+    "-noh": {"kept": [0, 2]},
+    "-no_header": {},
+    "-af own": {},
+    "-af own -no_area": {},
+    "-hdensity 9": {},
+    "-surface tses": {},
+    "-no_rest": {},
+    "-no_rest_on_pbr": {},
+    "-free_vertices": {},
+}
+
+
+def test_every_option_of_msms_is_in_the_table_or_refused():
+    listed = {word[1:] for words in MSMS for word in words.split() if word.startswith("-")}
+    assert {name for name, option in msms.OPTIONS.items() if not option.refusal} == listed | {"if", "of"}
+
+
+@pytest.mark.parametrize("options", MSMS)
+def test_an_option_of_msms_is_that_argument_of_the_mesh(tmp_path, monkeypatch, capsys, options):
+    monkeypatch.chdir(tmp_path)
+    keys = {"probe_radius": 1.5, "density": 1.0, "kept": [0, 1, 2, 3]} | MSMS[options]
+    xyz, radii = np.array([[0, 0, 0], [2, 0, 0], [0, 2.5, 0], [0, 0, 3.0]]), np.array([1.5, 1.2, 1.9, 1.2])
+    write_spheres("in.xyzr", xyz, radii)
+    assert msms.main(["-if", "in.xyzr", "-of", "out", *options.split()]) == 0
+    pair, skipped = (xyz[keys["kept"]], radii[keys["kept"]]), 0 if "-no_header" in options else 3
+    dots = sparsurf.surface(pair, probe_radius=keys["probe_radius"], cavities="remove", density=20.0)
+    sparsurf.write(sparsurf.mesh(dots, density=keys["density"]), "own.vert")
+    for suffix in ("vert", "face"):
+        lines = [(tmp_path / f"{name}.{suffix}").read_text().splitlines() for name in ("out", "own")]
+        assert lines[0][skipped:] == lines[1][3:] and (skipped == 0) == ("#" not in lines[0][0])
+    assert ("ANALYTICAL SURFACE AREA" in capsys.readouterr().out) == ("-no_area" not in options)
+    assert (tmp_path / "own.area").exists() == (options == "-af own")
+    if options == "-af own":
+        table = np.loadtxt("own.area", skiprows=1)
+        assert table[:, 1] == pytest.approx(np.bincount(dots.atom, dots.area), abs=2e-3)
+
+
+def test_areas_of_spheres_apart_are_those_of_spheres(tmp_path, monkeypatch):
+    """4 pi r^2, and with the probe 4 pi (r + p)^2."""
+    monkeypatch.chdir(tmp_path)
+    radii = np.array([1.5, 2.0, 1.0])
+    write_spheres("in.xyzr", np.array([[0.0, 0, 0], [20, 0, 0], [0, 30, 0]]), radii)
+    assert msms.main(["-if", "in.xyzr", "-af", "own", "-probe_radius", "1.7"]) == 0
+    table = np.loadtxt("own.area", skiprows=1)
+    assert table[:, 1] == pytest.approx(4 * np.pi * radii**2, rel=1e-3)
+    assert table[:, 2] == pytest.approx(4 * np.pi * (radii + 1.7) ** 2, rel=1e-3)
 
 
 ERRORS = {  # of functions that name arguments of Python or keys of a study
