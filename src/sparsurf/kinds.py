@@ -23,6 +23,7 @@ ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
 CHOICES = re.compile(
     r"^(?P<indent> *)\{choices of (?P<kind>\w+)\}$", re.MULTILINE
 )  # in the documentation of a function
+FARTHEST, COVER = "farthest", "cover"  # the samplers that "auto" stands for
 CHOICE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
 
 
@@ -337,9 +338,13 @@ TABLE: dict[str, dict[str, Choice]] = {
         ),
     },
 }
+# State of the process. What a user registers is a function of this process, often of a notebook, so that no other place can hold
+# it: a command or a study, which runs in other processes, never depends on it and takes functions of installed packages instead.
 _registered: dict[str, dict[str, Choice]] = {kind: {} for kind in TABLE}
-_plugins_in_use: dict[tuple[str, str], Choice] = {}  # what was looked up by name in this process
-_told: set[str] = set()  # warnings that were given
+# What was looked up by name. The check of a config looks up every name in it, and `code_version.code_of` then reads here which
+# packages the study uses: a package that no name of the config belongs to must not make jobs run again.
+_plugins_in_use: dict[tuple[str, str], Choice] = {}
+_told: set[str] = set()  # warnings that were given: a page looks up the same name many times
 
 
 @public()

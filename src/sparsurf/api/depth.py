@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.api.inputs import MoleculeLike
-from sparsurf.api.surfaces import _spheres, placement
+from sparsurf.api.inputs import MoleculeLike, as_spheres
+from sparsurf.api.surfaces import placement
 from sparsurf.arguments import PROBE
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
@@ -70,7 +70,7 @@ def depth(
     from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    atoms, frame, atom_radii = _spheres(molecule, frame, radii)
+    atoms, frame, atom_radii = as_spheres(molecule, frame, radii)
     xyz = atoms.xyz[frame].round(3)
     values = depth_of_atoms(xyz, atom_radii, rules.probe_radius, rules.cavities)
     if not isinstance(atoms, Molecule):

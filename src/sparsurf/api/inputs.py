@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numbers import Integral
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
@@ -23,9 +24,10 @@ from sparsurf.molecules.read_molecule import molecule_of_files
 from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.spheres import SPHERE_FORMATS
-from sparsurf.surfaces.surface import Surface, dot_label
+from sparsurf.surfaces.spheres import SPHERE_FORMATS, read_spheres
+from sparsurf.surfaces.surface import Surface, dot_label, real_numbers
 
 if TYPE_CHECKING:
     import gemmi
@@ -147,6 +149,21 @@ def check_frame(molecule: Molecule, frame: Any, name: str) -> None:
     if not isinstance(frame, Integral) or frame not in range(molecule.n_frames):
         frames = f"the frames 0 to {molecule.n_frames - 1}" if molecule.n_frames > 1 else "one frame, 0"
         raise InputError(f"{name} has {frames}: there is no frame {frame}.")
+
+
+def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:
+    """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
+    if is_file_of_spheres(source):
+        spheres = read_spheres(source)
+        source = spheres.xyz, spheres.radii
+        if frame != 0:
+            raise InputError(f"the molecule has one frame, 0: there is no frame {frame}.")
+    if isinstance(source, tuple) and len(source) == 2:
+        xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
+        return SimpleNamespace(xyz=xyz[None]), 0, values
+    molecule = as_molecule(source)
+    check_frame(molecule, frame, "the molecule")
+    return molecule, frame, radii(molecule, table)
 
 
 def is_subset(source: Any) -> TypeGuard[Subset]:

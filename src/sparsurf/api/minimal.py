@@ -25,8 +25,9 @@ from sparsurf.arguments import (
 from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
-from sparsurf.evaluation.minimal_subset import COVER, Representation, Subset, represent
+from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
+from sparsurf.kinds import COVER
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.reconstructing import AUTO, reconstruct

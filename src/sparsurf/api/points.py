@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sparsurf.api.field_values import check_fields, with_fields
-from sparsurf.api.inputs import MoleculeLike
-from sparsurf.api.surfaces import _spheres, placement
+from sparsurf.api.inputs import MoleculeLike, as_spheres
+from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, pluralise, warnings_of_reading
@@ -151,7 +151,7 @@ def _checked(
 def _chosen(molecule: Any, frame: int, request: PointsRequest, threads: int) -> Points:
     """Choose points of one molecule."""
     rules = request.rules
-    atoms, frame, atom_radii = _spheres(molecule, frame, rules.radii)
+    atoms, frame, atom_radii = as_spheres(molecule, frame, rules.radii)
     xyz = atoms.xyz[frame].round(3)
     rolled = roll_spheres(xyz, atom_radii, rules.probe_radius, cavities=rules.cavities)
     dots, n, placed = _dense_dots(rolled, request.n_dots, request.density)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,6 +16,7 @@ from sparsurf.api.inputs import (
     SurfaceLike,
     as_dots,
     as_molecule,
+    as_spheres,
     check_frame,
     has_atoms,
     is_file_of_dots,
@@ -45,11 +45,9 @@ from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.components import components_of, fields_without_component, table_of_components
 from sparsurf.surfaces.molecular_surface import surface_of_molecule, surface_of_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
-from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.spheres import read_spheres
-from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin, real_numbers
+from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -133,7 +131,7 @@ def surface(
         atoms = as_molecule(molecule)
         check_frame(atoms, frame, "the molecule")
         return surface_of_molecule(atoms, rules, d_link, "surface", frame)
-    atoms, _, sphere_radii = _spheres(molecule, 0, radii)
+    atoms, _, sphere_radii = as_spheres(molecule, 0, radii)
     return surface_of_spheres(atoms.xyz[0], sphere_radii, rules, d_link, "surface")
 
 
@@ -184,7 +182,7 @@ def components(
     elif source is molecule:
         raise InputError("components: these dots carry no molecule; pass it first, then the dots.")
     else:
-        atoms, frame, atom_radii = _spheres(molecule, 0, "dms")
+        atoms, frame, atom_radii = as_spheres(molecule, 0, "dms")
         if not 0 <= target.atom.min() <= target.atom.max() < len(atom_radii):
             raise InputError(
                 "components: the dots are not those of the molecule; give its dots from surface()."
@@ -269,7 +267,7 @@ def mesh(
                 "mesh: cavities applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
             )
         return _mesh_of_dots(as_dots(source), size, names)
-    atoms, frame, atom_radii = _spheres(source, 0, "dms")
+    atoms, frame, atom_radii = as_spheres(source, 0, "dms")
     molecule = atoms if isinstance(atoms, Molecule) else None
     rules = Placement(cavities=cavities or "remove")
     origin = SurfaceOrigin.of_atoms(molecule, frame, atoms.xyz[frame].round(3), rules, D_LINK, atom_radii)
@@ -404,18 +402,3 @@ def placement(
     check_choice(radii, [*RADII], "radii")
     check_choice(reentrant, REENTRANT, "reentrant")
     return Placement(probe_radius, density, radii, cavities, reentrant)
-
-
-def _spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:
-    """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
-    if is_file_of_spheres(source):
-        spheres = read_spheres(source)
-        source = spheres.xyz, spheres.radii
-        if frame != 0:
-            raise InputError(f"the molecule has one frame, 0: there is no frame {frame}.")
-    if isinstance(source, tuple) and len(source) == 2:
-        xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
-        return SimpleNamespace(xyz=xyz[None]), 0, values
-    molecule = as_molecule(source)
-    check_frame(molecule, frame, "the molecule")
-    return molecule, frame, atomic_radii(molecule, table)

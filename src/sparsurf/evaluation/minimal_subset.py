@@ -15,11 +15,11 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_test
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.evaluation.subset_search import find_subset, smallest_cover, smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
+from sparsurf.kinds import COVER, FARTHEST
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import build_grid, build_index
 from sparsurf.recovery.errors import curvature, error_table
 from sparsurf.recovery.fields import recovery_table
-from sparsurf.recovery.law import COVER, FARTHEST
 from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.reconstructing import (
     AUTO,

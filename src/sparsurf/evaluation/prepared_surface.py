@@ -202,10 +202,10 @@ class PreparedSurface:
         z_tot: np.ndarray,
         reading: ReadingLike,
         weights: np.ndarray | None = None,
-        fast: bool = False,
+        approximate: bool = False,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return distances and patch sizes of `compare` under one reading, (B, T) each."""
-        _, z, sizes = self.compare(subsets, tests, (reading,), z_tot, weights, fast)
+        _, z, sizes = self.compare(subsets, tests, (reading,), z_tot, weights, approximate)
         return z[0], sizes[0]
 
     def compare(
@@ -215,14 +215,14 @@ class PreparedSurface:
         readings: Sequence[ReadingLike],
         z_tot: np.ndarray | None = None,
         weights: np.ndarray | None = None,
-        fast: bool = False,
+        approximate: bool = False,
         packed: tuple[np.ndarray, int] | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of B subsets at T test dots, (R, B, T), and the dots in their patches, (R, B, T); after z_tot.
 
         `z_tot` (T, 121) is computed in the same pass unless given. `weights` (B, N), by position, are for readings of the full
-        surface only. `fast` takes the faster variant of a reading. Subsets that are `packed` into words, and their number, are
-        needed again only by readings in which each forms a surface of its own.
+        surface only. With `approximate`, readings in which a subset forms a surface of its own form it faster, with more error.
+        Subsets that are `packed` into words, and their number, are needed again only by such readings.
         """
         together = tuple(reading for reading in readings if reading_of(reading).build_index is None)
         found: dict[ReadingLike, tuple[np.ndarray, np.ndarray]] = {}
@@ -233,7 +233,7 @@ class PreparedSurface:
             z_tot = self.describe(tests)[0]
         for reading in readings:
             if reading not in found:
-                found[reading] = self._compare_alone(subsets, tests, z_tot, reading_of(reading), fast)
+                found[reading] = self._compare_alone(subsets, tests, z_tot, reading_of(reading), approximate)
         z, sizes = (np.stack([found[reading][k] for reading in readings]) for k in (0, 1))
         return z_tot, z, sizes
 
@@ -265,11 +265,11 @@ class PreparedSurface:
         tests: np.ndarray,
         z_tot: np.ndarray,
         reading: Reading,
-        fast: bool,
+        approximate: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compare subsets that each form a surface of their own."""
         single = self.with_threads(1)  # the subsets are what the threads share
-        build = (fast and reading.build_index_fast) or reading.build_index
+        build = (approximate and reading.build_approximate_index) or reading.build_index
         assert build is not None
 
         def compare_one(k: int, _: int) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from importlib.util import find_spec
 from multiprocessing import Pipe, reduction
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -67,28 +67,27 @@ def table_of_rows(rows: Sequence[AtomRow]) -> AtomTable:
     return atom_table(**table)
 
 
+class FrameSelection(NamedTuple):
+    """Which frames of a trajectory are loaded, and which of their atoms."""
+
+    atoms: np.ndarray | None = None  # indices, ascending; all of them by default
+    stride: int = 1  # every so many-th frame, from the first one
+    only: np.ndarray | Sequence[int] = ()  # positions of frames in the file, in place of a stride
+    first: bool = False  # the first frame alone, whose number of atoms may differ from that of the topology
+
+
+EVERY_FRAME = FrameSelection()
+
+
 def iterate_frames(
-    path: StrPath,
-    n_atoms: int,
-    atoms: np.ndarray | None = None,
-    stride: int = 1,
-    first: bool = False,
-    only: np.ndarray | Sequence[int] = (),
+    path: StrPath, n_atoms: int, chosen: FrameSelection = EVERY_FRAME
 ) -> Iterator[PartOfTrajectory]:
-    """Load frames of a trajectory in parts: xyz (F, A, 3) float32, nm; time (F,), ps; box (F, 3, 3), nm, (0, 3, 3) without one.
-
-    `atoms`, ascending, are those to return; `only` are positions of frames, by default every `stride`-th. With `first`,
-    the first frame alone is loaded, whose number of atoms may differ from `n_atoms`.
-    """
-    atoms = np.arange(n_atoms) if atoms is None else np.asarray(atoms)
-    return _run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int))
-
-
-def load_frames(path: StrPath, *arguments: Any, **keys: Any) -> PartOfTrajectory:
-    """Load frames as `iterate_frames` does, in one part."""
-    parts = zip(*iterate_frames(path, *arguments, **keys), strict=True)
-    xyz, time, box = (np.concatenate(arrays) for arrays in parts)
-    return xyz, time, box
+    """Load frames of a trajectory in parts: xyz (F, A, 3) float32, nm; time (F,), ps; box (F, 3, 3), nm, or (0, 3, 3)."""
+    atoms = np.arange(n_atoms) if chosen.atoms is None else np.asarray(chosen.atoms)
+    only = np.asarray(chosen.only, int)
+    return _run(
+        path, "frames", n_atoms, *chosen._replace(atoms=atoms, only=only)
+    )  # plain values, which need no class there
 
 
 def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[Any]:
@@ -186,14 +185,13 @@ def _atoms(path: str) -> list[AtomRow]:
     return atom_rows(mdtraj.load_topology(path))
 
 
-def _frames(
-    path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
-) -> Iterator[PartOfTrajectory]:
-    """Load frames, in the other process."""
+def _frames(path: str, n_atoms: int, *values: Any) -> Iterator[PartOfTrajectory]:
+    """Load frames, in the other process, which gets the values of a FrameSelection."""
+    chosen = FrameSelection(*values)
     sys.modules["netCDF4"] = None  # type: ignore[assignment]  # mdtraj reads the same with scipy, and never scales
     ps_per_unit, scale, no_box = *_units_of_netcdf(path), np.empty((0, 3, 3))
     try:
-        for part in _load(path, n_atoms, atoms, stride, first, only):
+        for part in _load(path, n_atoms, chosen):
             if part.unitcell_lengths is None:
                 box = no_box
             else:
@@ -205,7 +203,7 @@ def _frames(
             yield xyz, np.asarray(part.time, float) * scale["time"] * ps_per_unit, box
     except ValueError as error:
         mismatch = WRONG_N_ATOMS.search(str(error))
-        if not (mismatch and first):
+        if not (mismatch and chosen.first):
             raise
         # the caller compares the numbers
         yield np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), no_box
@@ -245,12 +243,11 @@ def _units_of_netcdf(path: str) -> tuple[float, dict[str, float]]:
     return ps_per_unit, scale
 
 
-def _load(
-    path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
-) -> Iterator[mdtraj.Trajectory]:
+def _load(path: str, n_atoms: int, chosen: FrameSelection) -> Iterator[mdtraj.Trajectory]:
     """Load parts of a trajectory with mdtraj, see `iterate_frames`."""
     import mdtraj
 
+    atoms, stride, only, first = chosen
     extension = Path(path).suffix
     topology = {} if extension == OWN_TOPOLOGY else {"top": _topology(n_atoms)}
     if extension == ONE_FRAME:
@@ -262,7 +259,7 @@ def _load(
             raise OSError("it holds no frames")
         yield part[0]
     elif len(only) and extension != ".trr":
-        for k in only.tolist():
+        for k in np.asarray(only).tolist():
             yield mdtraj.load(path, frame=k, atom_indices=atoms, **topology)
     else:  # mdtraj 1.11 crashes on TRR with stride and atoms together
         step = 1 if extension == ".trr" or len(only) else stride

@@ -19,7 +19,7 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.files import StrPath, existing_file, pluralise
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
-from sparsurf.molecules.mdtraj_process import iterate_frames
+from sparsurf.molecules.mdtraj_process import EVERY_FRAME, FrameSelection, iterate_frames
 from sparsurf.molecules.source import Source
 from sparsurf.molecules.text_frames import ANGSTROM_PER_NM, TextFrame, frames_of_text
 
@@ -71,7 +71,9 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
         check_precision(source)
     stored, _ = _frames_with_positions(source)
     late = () if stored is None or not stored[0] else stored[:1]
-    xyz, _, _ = next(iterate_parts(source, n_atoms, first=not len(late), only=np.array(late, int)))
+    xyz, _, _ = next(
+        iterate_parts(source, n_atoms, FrameSelection(only=np.array(late, int), first=not len(late)))
+    )
     if xyz.shape[1] != n_atoms:
         raise InputError(
             f"{source} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
@@ -81,45 +83,30 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
 
 
 def iterate_parts(
-    source: Source,
-    n_atoms: int,
-    atoms: np.ndarray | None = None,
-    stride: int = 1,
-    first: bool = False,
-    only: np.ndarray | Sequence[int] = (),
+    source: Source, n_atoms: int, chosen: FrameSelection = EVERY_FRAME
 ) -> Iterator[LabelledPart]:
-    """Yield every `stride`-th frame, the frames `only`, or the first one alone, in parts; see `mdtraj_process.iterate_frames`.
-
-    A frame that the end of a text file cuts is left out, with a warning.
-    """
+    """Yield frames in parts, Å; a frame that the end of a text file cuts is left out, with a warning."""
     if source.format.text:
-        yield from _parts_of_text(source, n_atoms, atoms, stride, first, only)
+        yield from _parts_of_text(source, n_atoms, chosen)
         return
-    for xyz, time, box in iterate_frames(source, n_atoms, atoms, stride, first, only):
+    for xyz, time, box in iterate_frames(source, n_atoms, chosen):
         yield xyz.astype(float) * ANGSTROM_PER_NM, time, box.astype(float) * ANGSTROM_PER_NM
 
 
-def _parts_of_text(
-    source: Source,
-    n_atoms: int,
-    atoms: np.ndarray | None,
-    stride: int,
-    first: bool,
-    only: np.ndarray | Sequence[int],
-) -> Iterator[LabelledPart]:
+def _parts_of_text(source: Source, n_atoms: int, chosen: FrameSelection) -> Iterator[LabelledPart]:
     """Yield frames of a text file as `iterate_parts` does."""
-    chosen, frames, n_found, number = {*np.asarray(only).tolist()}, list[TextFrame](), 0, -1
+    only, frames, n_found, number = {*np.asarray(chosen.only).tolist()}, list[TextFrame](), 0, -1
     in_part = max(1, BYTES_OF_A_CHUNK // (24 * n_atoms))
     for number, parse in enumerate(frames_of_text(source, n_atoms)):
         if parse is None:
-            if not first:
-                report_cut(source, number, n_found, stride)
+            if not chosen.first:
+                report_cut(source, number, n_found, chosen.stride)
             break
-        if number not in chosen if chosen else number % stride:
+        if number not in only if only else number % chosen.stride:
             continue
         frame = parse()
         n_found += 1
-        if first:
+        if chosen.first:
             yield frame.xyz[None], np.array([frame.time_ps]), np.empty((0, 3, 3))
             return
         if len(frame.xyz) != n_atoms:
@@ -129,10 +116,10 @@ def _parts_of_text(
             )
         frames.append(frame)
         if len(frames) == in_part:
-            yield _joined(frames, atoms)
+            yield _joined(frames, chosen.atoms)
             frames = []
     if frames:
-        yield _joined(frames, atoms)
+        yield _joined(frames, chosen.atoms)
     if not n_found:
         report_cut(source, 0, 0, 1) if number >= 0 else None
         raise InputError(f"{source} holds no frames: copy it again.")
@@ -173,7 +160,8 @@ def read_frames(
     keep: list[bool] = []
     time_parts: list[np.ndarray] = []
     number_parts: list[np.ndarray] = []
-    for raw, time, box in iterate_parts(path, n_atoms, np.asarray(atoms)[order], stride, only=only):
+    chosen = FrameSelection(np.asarray(atoms)[order], stride, only)
+    for raw, time, box in iterate_parts(path, n_atoms, chosen):
         n_read += len(raw)
         xyz = np.empty(raw.shape)
         xyz[:, order] = raw
@@ -214,7 +202,7 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
 
 def _times(path: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
     """Read the times of all frames with positions, ps; nan where the format has none."""
-    time = np.concatenate([part[1] for part in iterate_parts(path, n_atoms, np.array([0]))])
+    time = np.concatenate([part[1] for part in iterate_parts(path, n_atoms, FrameSelection(np.array([0])))])
     time = time if stored is None else time[stored]
     return time if path.format.timed and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
 

@@ -32,9 +32,10 @@ class Reading:
         False  # the largest island is that of the kept dots; otherwise that of the full surface
     )
     # From points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2, dots per Å^2) to
-    # the index of the surface that the kept dots form by themselves; `fast`: with a larger error, for a grid's thousands
+    # the index of the surface that the kept dots form by themselves. A grid has thousands of subsets, for which a faster
+    # function with a larger error may stand.
     build_index: Callable[..., PatchIndex] | None = None
-    build_index_fast: Callable[..., PatchIndex] | None = None
+    build_approximate_index: Callable[..., PatchIndex] | None = None
 
 
 def linked_by_spacing(

@@ -21,9 +21,9 @@ from sparsurf.arguments import (
     check_flag,
 )
 from sparsurf.errors import InputError
+from sparsurf.kinds import COVER, FARTHEST
 from sparsurf.settings import TAIL_PER_ERROR
 
-FARTHEST, COVER = "farthest", "cover"  # samplers
 # Å, mean error times dots per Å^2, from which a search for a density starts
 START_OF_HEAVY_ATOMS, START_WITH_HYDROGENS = 0.0125, 0.015
 

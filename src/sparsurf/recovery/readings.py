@@ -53,7 +53,7 @@ def comparable_density(density: float, d_link: float = D_LINK) -> float:
 
 
 ON_RECOVERED = Reading(
-    build_index=recovered_index, build_index_fast=partial(recovered_index, close=CLOSE_SPACINGS)
+    build_index=recovered_index, build_approximate_index=partial(recovered_index, close=CLOSE_SPACINGS)
 )
 
 

@@ -128,7 +128,7 @@ def _fill_sampled(
         for r, reading in enumerate(out.readings):
             if reading not in together:
                 subsets = [drawn.subset(i) for i in range(k)]
-                found = prepared.distances(subsets, tests, out.z_tot, reading, fast=True)
+                found = prepared.distances(subsets, tests, out.z_tot, reading, approximate=True)
                 out.z_ts[r, :, draw], dots[r, :, draw] = found
     out.median_patch_size[:, 0] = np.median(dots.reshape(*dots.shape[:2], -1), axis=2)
 
@@ -156,7 +156,7 @@ def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> No
     for a in range(0, draws, descriptors.MAX_SUBSETS // 2):  # each draw has a sampled and a random subset
         part = range(a, min(a + descriptors.MAX_SUBSETS // 2, draws))
         subsets = _draw_alone(prepared, out, k, part)
-        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, fast=True)
+        z_tot, *measured = prepared.compare(subsets, tests, out.readings, z_tot, approximate=True)
         z, size = (values.reshape(len(out.readings), 2, len(part), len(tests)) for values in measured)
         out.z_ts[:, k, part], out.z_tr[:, k, part] = z[:, 0], z[:, 1]
         sizes[:, :, part] = size
@@ -189,7 +189,7 @@ def _fill_uniform(
             subsets = [np.sort(order[:n]) for n in sizes]
             for reading in alone:
                 r = out.readings.index(reading)
-                curves = prepared.distances(subsets, tests, out.z_tot, reading, fast=True)
+                curves = prepared.distances(subsets, tests, out.z_tot, reading, approximate=True)
                 for values, curve in zip((out.z_tr, dots), curves, strict=True):
                     values[r, :, draw] = _interpolated(out.n_s[:, draw], sizes, curve)
         finished(draw)

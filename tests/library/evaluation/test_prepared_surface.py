@@ -115,7 +115,7 @@ def test_subsets_are_compared_under_every_reading_as_set(prepared, index, surfac
         surface.points[subsets[1]], surface.normals[subsets[1]], 0.9, AREA, 8.0, close=2.0
     )
     wanted = prepared.distances_to_index(quick, tests, whole)[0]
-    assert np.allclose(prepared.distances(subsets, tests, whole, "recovered", fast=True)[0][1], wanted)
+    assert np.allclose(prepared.distances(subsets, tests, whole, "recovered", approximate=True)[0][1], wanted)
 
 
 def test_many_test_dots_and_sizes_equal_each_size_alone(prepared):

@@ -13,9 +13,15 @@ import pytest
 from conftest import ROOT
 from sparsurf.errors import InputError
 from sparsurf.molecules import mdtraj_process
-from sparsurf.molecules.mdtraj_process import load_atoms, load_frames
+from sparsurf.molecules.mdtraj_process import FrameSelection, iterate_frames, load_atoms
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
+
+
+def load_frames(path, n_atoms, *atoms, **keys):
+    """Load frames in one part."""
+    parts = iterate_frames(path, n_atoms, FrameSelection(*atoms, **keys))
+    return tuple(np.concatenate(arrays) for arrays in zip(*parts, strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +121,7 @@ def test_frames_are_read_in_parts_and_reading_may_end_early(whole, tmp_path, mon
     frames = [
         part.xyz
         for part in mdtraj_process._load(
-            str(tmp_path / "a.dcd"), whole.n_atoms, np.arange(9), 2, False, np.array([])
+            str(tmp_path / "a.dcd"), whole.n_atoms, FrameSelection(np.arange(9), 2, np.array([]))
         )
     ]
     assert [len(xyz) for xyz in frames] == [2, 1]
@@ -128,7 +134,7 @@ def test_frames_are_counted_over_all_parts(whole, tmp_path, monkeypatch, ending,
     """In parts of two of the five frames a second part does not begin with a frame that the stride chooses."""
     whole.save(str(tmp_path / f"a.{ending}"))
     monkeypatch.setattr(mdtraj_process, "BYTES_OF_A_PART", (3 if stride > 1 else 2) * 12 * whole.n_atoms)
-    given = str(tmp_path / f"a.{ending}"), whole.n_atoms, np.arange(9), stride, False, np.array(only)
+    given = str(tmp_path / f"a.{ending}"), whole.n_atoms, FrameSelection(np.arange(9), stride, np.array(only))
     xyz = np.concatenate([part.xyz for part in mdtraj_process._load(*given)])
     np.testing.assert_allclose(xyz, whole.xyz[only or slice(None, None, stride), :9], atol=6e-4)
 

@@ -98,7 +98,7 @@ def test_the_grid_takes_it_beside_the_others(prepared):
         assert np.allclose(found[0], getattr(alone, name)[0], rtol=1e-5), name
         assert np.array_equal(found[1], getattr(plain, name)[0]), name
     sampled, random = prepared.pair(combinations[1], 1)
-    z, _ = prepared.distances([sampled, random], both.tests, both.z_tot, "recovered", fast=True)
+    z, _ = prepared.distances([sampled, random], both.tests, both.z_tot, "recovered", approximate=True)
     more = grid.evaluate_grid(prepared.with_threads(2), combinations, 12, 2, ("recovered", "full"))
     assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
     assert np.array_equal(both.median_patch_size, more.median_patch_size)
@@ -112,7 +112,9 @@ def test_many_subsets_are_recovered_nearly_as_one_is(prepared):
     subsets = [
         published.uniform_subset(len(prepared.points), n, prepared.stream(n)) for n in (400, 2000, 4000)
     ]
-    one, many = (prepared.distances(subsets, tests, z_tot, "recovered", fast=m)[0] for m in (False, True))
+    one, many = (
+        prepared.distances(subsets, tests, z_tot, "recovered", approximate=m)[0] for m in (False, True)
+    )
     assert one[0] == pytest.approx(many[0], abs=1e-9)  # dots that lie far apart
     assert not np.array_equal(one, many)
     assert many.mean(axis=1) == pytest.approx(one.mean(axis=1), abs=0.03)  # .004 where normals have no noise
@@ -132,14 +134,14 @@ def test_uniform_subsets_of_many_combinations_come_from_a_curve_of_each_draw(pre
     sizes = sorted({round(float(np.exp(x))) for x in np.linspace(*ends, 10)})
     for draw in (0, 1):
         subsets = [prepared.uniform(n, draw) for n in sizes]
-        z, dots = prepared.distances(subsets, g.tests, g.z_tot, "recovered", fast=True)
+        z, dots = prepared.distances(subsets, g.tests, g.z_tot, "recovered", approximate=True)
         for k in (0, 7, 11):
             wanted = [np.interp(np.log(g.n_s[k, draw]), np.log(sizes), z[:, t]) for t in range(len(g.tests))]
             assert g.z_tr[1, k, draw] == pytest.approx(wanted, rel=1e-5)
     assert dots.min() < g.median_patch_size[1, 1].min() <= g.median_patch_size[1, 1].max() < dots.max()
     k, draw = 6, 1  # the samplings themselves are measured, each at its own dots
     sampled = prepared.pair(g.combinations[k], draw)[0]
-    z, _ = prepared.distances([sampled], g.tests, g.z_tot, "recovered", fast=True)
+    z, _ = prepared.distances([sampled], g.tests, g.z_tot, "recovered", approximate=True)
     assert g.z_ts[1, k, draw] == pytest.approx(z[0], rel=1e-5)
 
 
@@ -147,7 +149,7 @@ def test_a_curve_gives_what_subsets_of_each_combination_give(prepared, along_a_c
     g = along_a_curve
     some = np.argsort(g.n_s_expected)[2::4]
     subsets = [prepared.pair(g.combinations[k], draw)[1] for k in some for draw in range(2)]
-    z, _ = prepared.distances(subsets, g.tests, g.z_tot, "recovered", fast=True)
+    z, _ = prepared.distances(subsets, g.tests, g.z_tot, "recovered", approximate=True)
     own, curve = (estimate(x) for x in (z.reshape(len(some), 2, -1), g.z_tr[1][some]))
     assert (abs(own.mean - curve.mean) < np.hypot(own.half, curve.half)).all()
     assert abs((own.mean - curve.mean).mean()) < 0.04  # half of the step to the next n_S but one

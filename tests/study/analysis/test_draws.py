@@ -217,7 +217,7 @@ def test_d_under_the_scaled_link_stands_beside_its_winner(prepared):
     z_tot, _ = prepared.describe(tests)
     for k in (0, 2, 3):
         pairs = [prepared.pair(rows[k], draw) for draw in range(2)]
-        z = [prepared.distances(pair, tests, z_tot, "kept_scaled", fast=True)[0] for pair in pairs]
+        z = [prepared.distances(pair, tests, z_tot, "kept_scaled", approximate=True)[0] for pair in pairs]
         d = estimate([random - sampled for sampled, random in z])
         assert table.loc[
             k, [f"d{end}_kept_scaled" for end in ("", "_low", "_high")]

@@ -26,7 +26,7 @@ class SubsetRequest(NamedTuple):
     phrase: str  # how good it is, or the dots that it keeps
 
 
-HOW = {
+MODEL_SENTENCES = {
     "spheres": " The atoms are inferred from the dots, and the surface is rebuilt on them.",
     "interpolant": " The surface is interpolated between the dots.",
 }
@@ -48,11 +48,11 @@ def requested_subset(minimal: Mapping[str, Any]) -> SubsetRequest:
     return SubsetRequest(is_enough, form.format(value))
 
 
-def _how(run: Run) -> str:
+def _reconstruction(run: Run) -> str:
     """Say how the surfaces were reconstructed, where it is the same for all."""
     tables = [run.read(f"{place}/recovered.csv") for place in run.ending("recovered.csv")]
     models = {table["model"].iloc[0] for table in tables if "model" in table}
-    return HOW[models.pop()] if len(models) == 1 else ""
+    return MODEL_SENTENCES[models.pop()] if len(models) == 1 else ""
 
 
 def of_dots(run: Run) -> dict[str, Any] | None:
@@ -72,7 +72,7 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "density": medians["minimal_density"],
         "mean": medians["recovered_mean"],
         "high_99": medians["recovered_high_99"],
-        "how": _how(run),
+        "reconstruction": _reconstruction(run),
         "largest": run.surfaces["recovered_largest"].max(),
         "files": _subset_files(run),
         "figure": run.figure(path),
