@@ -1,5 +1,11 @@
 # Trajectory or structure or surface -> frames -> surface -> roughness -> sampling over the grid -> descriptors compared -> tables,
 # best parameters, figures, in this order. What only some studies ask for is in rules/, one file for each key of the config.
+#
+# All rules follow the same conventions. `params` names each key of the config that the script reads: Snakemake runs a job again
+# where a parameter changes, so that a key which a script does not need would run it in vain. `code` and `inputs` do the same for
+# the modules that the script calls and for files of the user, of which Snakemake compares dates alone. Memory and time grow with
+# `attempt`: on a cluster, a job that was ended for want of either is started again. A `localrule` takes seconds, less than it would
+# wait in the queue of a cluster.
 
 import sys
 from pathlib import Path
@@ -434,6 +440,7 @@ else:
             exclude=config["exclude"],
             lengths=LENGTHS_OF_GLOSSARY,
             minimal=config["minimal"],
+            # The page lists jobs and describes outputs: it is written again where a rule or a description changes
             jobs=log_names(workflow.rules),
             catalogue=catalogue.checksum(),
             code=code_of("close_run"),

@@ -16,6 +16,7 @@ from sparsurf_study.workflow.memory import memory_of_grid
 from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
 
+# Before anything else: every process that Snakemake starts from here on inherits the path
 let_jobs_import_packages()
 
 
@@ -24,8 +25,8 @@ HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # 
 try:
     config = check_config(config, workflow.configfiles, HOME, HERE)
 except ValueError as error:
-    raise SystemExit(f"\n{error}\n") from None
-if PREFIX:  # is for results
+    raise SystemExit(f"\n{error}\n") from None  # a traceback of Snakemake would hide the sentence
+if PREFIX:  # Snakemake also puts it before inputs, but the files of the user lie where the config says
     config = with_absolute_paths(config)
 
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
@@ -62,6 +63,7 @@ FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conform
 N_FRAMES = len(config["frames"]["selection"]) if isinstance(config["frames"]["selection"], list) else 2
 MOVING = [name for name in SAMPLED if PROTEINS[name].trajectory or name in SIMULATED]
 N_GRIDS = len(SAMPLED) + (N_FRAMES - 1) * len(MOVING)
+# Its value is not part of a result, so that a study computed with other cores has the same numbers
 GRID_THREADS = max(1, min(8, workflow.cores // N_GRIDS)) if HERE and workflow.cores and N_GRIDS else 8
 GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
 

@@ -13,9 +13,8 @@ from sparsurf.views import layout
 
 MADE_BY = "3.11"  # matplotlib that drew the stored pictures; others space letters otherwise
 REDUCED = 4  # stored pixels are so many of a figure's on a side
-TOLERANCE = (
-    12  # of 255, over 3 by 3 stored pixels: below what another FreeType does, above which an eye sees it
-)
+# Of 255, over 3 by 3 stored pixels: more than another FreeType changes, less than an eye sees
+TOLERANCE = 12
 
 
 def drawn_texts(figure, monkeypatch):

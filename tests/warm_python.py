@@ -30,9 +30,8 @@ IMPORTED_BY_SNAKEMAKE = (
     "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf_study.workflow.config",
     "sparsurf_study.workflow.jobs", "sparsurf.dot_fields.columns", "sparsurf.molecules.read_molecule", "nbformat", "smart_open",
 )  # fmt: skip
-OPENED = (
-    ".opened"  # folder in the working folder of a script: where it is, a file lists what the script opened
-)
+# Folder in the working folder of a script: where it is, a file lists what the script opened
+OPENED = ".opened"
 COMPILED = "compiled"  # what such a file says of a kernel that the script compiled
 CLIENT = """
 import json, os, socket, sys

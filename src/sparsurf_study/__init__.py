@@ -2,6 +2,5 @@
 
 import os
 
-os.environ["MPLBACKEND"] = (
-    "agg"  # all figures are files, whatever backend Jupyter or a desktop sets for its windows
-)
+# All figures are files, whatever backend Jupyter or a desktop sets for its windows
+os.environ["MPLBACKEND"] = "agg"

@@ -66,10 +66,11 @@ def missing_columns(name: str, columns: Iterable[str]) -> list[str]:
     """Return the columns that a table lacks, in the one of the tables named like ranges.csv that it is most like."""
     present = list(columns)
     named_alike = [table for key, table in tables().items() if key.rpartition("/")[2] == name]
-    required = [
-        [c.name for c in table.columns if "<" not in c.name and not c.optional] for table in named_alike
-    ]
-    return min(([key for key in keys if key not in present] for keys in required), key=len, default=[])
+    lacking = []
+    for table in named_alike:
+        required = [column.name for column in table.columns if "<" not in column.name and not column.optional]
+        lacking.append([column for column in required if column not in present])
+    return min(lacking, key=len, default=[])
 
 
 def _columns_of(

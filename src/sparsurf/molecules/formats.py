@@ -69,9 +69,8 @@ _EVERY_FORMAT = (
     MoleculeFormat("dots", "dots"),
 )  # fmt: skip
 MOLECULE_FORMATS = {file_format.name: file_format for file_format in _EVERY_FORMAT}
-FILE_OF_DOTS = (
-    "dots"  # whatever is not a format of molecules; the reader of surfaces recognises it, or refuses it
-)
+# What stands for any file that is not of a molecule: the reader of surfaces recognises it, or refuses it
+FILE_OF_DOTS = "dots"
 FORMAT_OF_SUFFIX = {
     suffix: file_format.name for file_format in _EVERY_FORMAT for suffix in file_format.suffixes
 }

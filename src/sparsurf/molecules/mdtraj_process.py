@@ -169,13 +169,25 @@ def _request(server: Connection, *request: Any) -> Generator[Any]:
 
 def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
     """Return the atoms of an mdtraj.Topology as `load_atoms` does; a topology without chains has its segments."""
-    return [
-        (
-            atom.name, residue.name, (residue.segment_id if chain is None else chain) or "", residue.segment_id or "",
-            int(residue.resSeq), atom.element.symbol.upper() if atom.element else "", residue.index, residue.chain.index,
-        )
-        for residue in topology.residues for chain in [residue.chain.chain_id] for atom in residue.atoms
-    ]  # fmt: skip
+    rows = []
+    for residue in topology.residues:
+        segment, chain = residue.segment_id or "", residue.chain.chain_id
+        chain_or_segment = segment if chain is None else chain or ""
+        number, of_chain = int(residue.resSeq), residue.chain.index
+        for atom in residue.atoms:
+            element = atom.element.symbol.upper() if atom.element else ""
+            row = (
+                atom.name,
+                residue.name,
+                chain_or_segment,
+                segment,
+                number,
+                element,
+                residue.index,
+                of_chain,
+            )
+            rows.append(row)
+    return rows
 
 
 def _atoms(path: str) -> list[AtomRow]:

@@ -50,9 +50,8 @@ AFTER_ATOMS = ("END", "ENDMDL", "MASTER", "CONECT")
 FOUR_LETTER_NAMES = frozenset(name for name in VARIANTS.keys() | WATERS | LONG_NAMES if len(name) == 4)
 # Types of atoms in PDBQT files of AutoDock that are not spelt as their element
 AUTODOCK = {"OA": "O", "OS": "O", "NA": "N", "NS": "N", "SA": "S", "HD": "H", "HS": "H"}
-LONG_NAME = (
-    "~"  # begins the three letters for a residue name of five, which HETNAM gives (as gemmi writes it)
-)
+# First of the three letters that stand for a residue name of five, which HETNAM gives (as gemmi writes it)
+LONG_NAME = "~"
 LONGEST_NAME = 8  # of a residue name in HETNAM
 PDB_NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
 # An atom in words: record, number, names, three coordinates and more

@@ -24,12 +24,10 @@ MAX_LINK = 2.5
 MIN_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
 MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next to each other
 MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for contacts
-STILL_LINKED = (
-    3.5  # Å; atoms that are linked in the first frame are no farther apart in another where they are whole
-)
-MAX_LINK_STRETCH = (
-    0.5  # Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
-)
+# Å; atoms that are linked in the first frame are no farther apart in another where they are whole
+STILL_LINKED = 3.5
+# Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
+MAX_LINK_STRETCH = 0.5
 BOND_ACROSS = 1.65  # Å; atoms of two neighbouring residues are that close only if they are bonded
 IN_ONE_PLACE = 1.0  # Å; atoms of two molecules are never that close
 
@@ -243,8 +241,7 @@ def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray
 
 def _graph(links: np.ndarray, n_atoms: int) -> csr_array:
     """Return the links as a sparse matrix."""
-    from scipy.sparse import (
-        coo_array,  # here and above: takes half a second, which most structures do not need
-    )
+    # here and above: it takes half a second to load, and most structures do not need it
+    from scipy.sparse import coo_array
 
     return coo_array((np.ones(len(links)), links.T), shape=(n_atoms, n_atoms)).tocsr()

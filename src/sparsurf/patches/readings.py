@@ -28,9 +28,8 @@ SCALED_LINK = 1.6  # linking distance of the reading 'kept_scaled', in mean spac
 class Reading:
     """One reading of where all but the largest island of a patch are removed."""
 
-    among_kept: bool = (
-        False  # the largest island is that of the kept dots; otherwise that of the full surface
-    )
+    # Whether the largest island is that of the kept dots; otherwise it is that of the full surface
+    among_kept: bool = False
     # From points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2, dots per Å^2) to
     # the index of the surface that the kept dots form by themselves. A grid has thousands of subsets, for which a faster
     # function with a larger error may stand.

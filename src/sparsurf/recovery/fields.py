@@ -8,9 +8,8 @@ import pandas as pd
 from sparsurf.surfaces.surface import Surface
 
 DOTS_OF_FIELD_INTERPOLANT = 24  # dots that each interpolant passes through
-FIELD_RIDGE = (
-    1e-9  # added to the diagonal, in cubed distances; keeps coincident dots from making a system singular
-)
+# Added to the diagonal, in cubed distances, since coincident dots would make the system singular
+FIELD_RIDGE = 1e-9
 POINTS_PER_BLOCK = 2048
 SUBSET_PERCENTS = (2.5, 5, 10, 20)  # n_S of the farthest-point subsets in a study, % of the dots
 

@@ -21,9 +21,8 @@ from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
 from sparsurf.threads import parallel_map
 
-DOTS_OF_INTERPOLANT = (
-    12  # including the dot itself; with 8 the error is a third larger, with 24 a twentieth smaller
-)
+# The dot itself counts. With 8 the error is a third larger, and with 24 a twentieth smaller
+DOTS_OF_INTERPOLANT = 12
 CLOSE_NEIGHBOURS = 8  # for close dots, see `fit_interpolants`
 SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; larger values do not change the error
 SURFACE_RIDGE = 1e-5  # relative to the diagonal; keeps coincident dots from making the system singular

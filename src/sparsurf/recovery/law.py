@@ -38,9 +38,8 @@ class Measured(NamedTuple):
 
 MEASURED_FROM, MEASURED_TO = 0.15, 2.4  # dots per Å^2, of evenly spread dots
 ROUNDING_OF_DENSITY = 1e-9  # relative, of a density from `density_for`
-LARGEST_REQUEST = (
-    0.02  # Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
-)
+# Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
+LARGEST_REQUEST = 0.02
 # By sampler, model, and whether the molecules have explicit hydrogens: means in spheres_means.csv
 MEASURED = {
     (FARTHEST, INTERPOLANT, False): Measured(

@@ -32,9 +32,8 @@ def recovered_index(
     close: float = 0.0,
 ) -> PatchIndex:
     """Index the surface reconstructed from kept dots at the density of the full surface; `close` is in spacings of that."""
-    from sparsurf.patches.index import (
-        build_index,  # here: pages need the names of the readings, but no kernel
-    )
+    # here: pages need the names of the readings, but no kernel
+    from sparsurf.patches.index import build_index
     from sparsurf.recovery.recovering import interpolate_surface
 
     density = comparable_density(density, d_link)

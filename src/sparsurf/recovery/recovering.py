@@ -24,9 +24,8 @@ MIN_DOT_SEPARATION = 0.65  # of a new dot from all others, in 1 / sqrt(density)
 CELL = 1.0  # Å, side of the cells in which the dense dots are thinned
 MAX_RESIDUAL = 0.05  # Å; a point this close to the surface has converged with the next step
 MIN_GRADIENT = 0.2  # on the surface the length is 1; a point with a shorter gradient is not near the surface
-TIE = (
-    0.95  # a point belongs to the dot it was placed around unless another is nearer by more than this factor
-)
+# A point belongs to the dot it was placed around unless another is nearer by more than this factor
+TIE = 0.95
 FIRST_RIVALS = 64  # rivals for which memory is allocated at first
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # between successive points, as in a sunflower
 

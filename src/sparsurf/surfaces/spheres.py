@@ -106,6 +106,11 @@ def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
         log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", path, without)
 
 
+def _line_of(columns: list[str], lines: list[str]) -> int:
+    """Return the index of the first line of a V3000 file with this third and fourth column; 0 without one."""
+    return next((k for k, line in enumerate(lines) if line.split()[2:4] == columns), 0)
+
+
 def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
     """Yield the atoms of the only molecule of an SDF or MOL file, V2000 or V3000."""
     ends = [k for k, line in enumerate(lines) if line.startswith("$$$$")]
@@ -114,10 +119,7 @@ def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
     if len(lines) < 4:
         raise InputError(f"{path} is no SDF file: it has no line with the number of atoms; repair it.")
     if "V3000" in lines[3]:
-        begin, end = (
-            next((k for k, line in enumerate(lines) if line.split()[2:4] == [word, "ATOM"]), 0)
-            for word in ("BEGIN", "END")
-        )
+        begin, end = _line_of(["BEGIN", "ATOM"], lines), _line_of(["END", "ATOM"], lines)
         atoms = [
             (k + 1, line.split()[4:7], line.split()[3])
             for k, line in enumerate(lines[begin + 1 : end], begin + 1)

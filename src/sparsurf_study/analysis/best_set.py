@@ -50,6 +50,7 @@ def best_set(x: np.ndarray) -> np.ndarray:
     parts, draws = scatter(x), x.shape[1]
     first = int(np.argmax(parts.mean))
     deviation = parts.by_test - parts.by_test[first]
+    # an unbiased estimate of a variance may be negative
     of_draws = np.maximum(parts.of_draws, 0)
     error = np.sqrt((deviation**2).sum(axis=1) + of_draws + of_draws[first])
     near = np.flatnonzero(parts.mean[first] - parts.mean <= MAX_ERRORS_BEHIND * error)

@@ -115,6 +115,7 @@ def _fill_sampled(
     together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
     k, draws = out.n_s.shape
     dots = np.empty((len(out.readings), k, draws, len(tests)), np.int32)
+    # Draw by draw: the bits of the subsets of all combinations are in memory for one draw at a time
     for draw in range(draws):
         drawn = prepared.sampled_together(out.combinations, draw)
         out.n_s[:, draw] = drawn.sizes()

@@ -46,6 +46,7 @@ def by_roughness(
         tests = [sampled[_draw(prepared, len(sampled), n, k)] for k, (sampled, _) in enumerate(pairs)]
         by_draw = [prepared.compare(pair, dots, readings)[1] for pair, dots in zip(pairs, tests, strict=True)]
     else:
+        # The same test dots in every draw, so that the scatter of dots and of draws can be told apart (`estimate_inside`)
         shared = _draw(prepared, len(prepared.points), min(n_tests, len(prepared.points)))
         tests = [shared] * draws
         subsets = [subset for pair in pairs for subset in pair]

@@ -40,6 +40,7 @@ def read_table(path: Path | str, rows: int | None = None, unit: str = "rows") ->
     except ValueError as error:
         reason = str(error).splitlines()[0]
         raise InputError(f"{path} cannot be read ({reason}): delete it and run the study again.") from None
+    # pandas does not notice that the last line is cut within a number
     if not text.endswith("\n"):
         raise InputError(f"{path} is cut short: delete it and run the study again.")
     if missing := missing_columns(Path(path).name, table.columns):

@@ -13,9 +13,9 @@ BATCH_FOLDERS = (
     "warnings",
 )  # folders of a run, a file for each batch
 MAX_STUDIED = 10  # structures without a grid; a study of more is analysed in batches
-BATCH_PERCENT = (
-    10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
-)
+# Share of the dots, where structures are analysed in batches and `minimal` requests nothing: an error,
+# which a study requests by default, would be measured on every structure
+BATCH_PERCENT = 10
 OTHER_SOURCES = {"surface", "trajectory", "simulate", "url", "pdb"}  # of a protein that is no structure alone
 BATCH_BYTES = 8_000_000  # of uncompressed PDB files, a minute or two of CPU time
 GZIP_FACTOR = 4  # a PDB file is about this much larger than its .gz

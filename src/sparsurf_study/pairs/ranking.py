@@ -24,6 +24,7 @@ def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = Non
     B rows of `weight`, (B, n), give B areas. Ties (to DECIMALS) count half; NaN if one of the two classes is empty.
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
+    # Ties by rounding errors would be broken in another way on another processor
     score = np.round(score, SCORE_DECIMALS)
     order = np.argsort(score, kind="stable")
     value, w = score[order], np.atleast_2d(weight)[:, order]

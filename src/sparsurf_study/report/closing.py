@@ -36,13 +36,8 @@ CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
 FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
 CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
-NAMES_OF_OUTPUTS = (
-    "page",
-    "failures",
-    "warnings",
-    "checks",
-    "crate",
-)  # of rule close_run, as the catalogue lists them
+# Of the rule close_run, in the order in which the catalogue lists them
+NAMES_OF_OUTPUTS = ("page", "failures", "warnings", "checks", "crate")
 JOB = "analyse_batch"
 
 
@@ -65,6 +60,7 @@ def close_run(
     def write_page() -> tuple[list[str], list[tuple[str, str]]]:
         broken, page = broken_invariants(folder, files), outputs["page"]
         answers = write_front(page, files, dict(exclude), None, lengths, broken, origin, minimal, folder)
+        # whether the page has its numbers is known once it is written, and it also lists what is wrong: it is written again
         if missing := numbers_missing_on_page(folder, files, page):
             broken += missing
             write_front(page, files, dict(exclude), None, lengths, broken, origin, minimal, folder)
@@ -93,7 +89,8 @@ def close_batches(
     `studied` are the files of the structures that have pages of their own.
     """
     stored = {path for name in BATCH_FOLDERS for path in (run / name).glob("*.parquet")}
-    for path in stored - {*map(Path, tables)}:  # of an earlier study: a folder holds one run
+    # Readers open all tables of a folder together, so one that is left over would add proteins to the run
+    for path in stored - {*map(Path, tables)}:
         path.unlink()
     surfaces = read_parquet(run, "surfaces").sort_values("protein", ignore_index=True)
     failed = read_parquet(run, "failures").sort_values("protein", ignore_index=True)

@@ -42,6 +42,7 @@ def run_stage(
     start = [before / "final.gro" if before else system / "system.gro"]
     start += [before / "state.cpt"] if before and (before / "state.cpt").is_file() else []
     digest = fingerprint(text, [*sorted(system.glob("*.top")), *sorted(system.glob("*.itp")), *start])
+    # A checkpoint continues the run that it was written by: with other inputs it would mix two simulations
     if not (folder / "topol.tpr").is_file() or _stored_fingerprint(folder) != digest:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -50,6 +51,7 @@ def run_stage(
         gromacs.run_gromacs("grompp", "-f", "stage.mdp", "-c", start[0], "-r", start[0], *state, "-p", system / "topol.top",
                     "-o", "topol.tpr", "-maxwarn", 0, folder=folder)  # fmt: skip
         (folder / "stage.json").write_text(json.dumps({"inputs": digest}) + "\n", encoding="ascii")
+    # mdrun writes this file at its end
     if not (folder / "final.gro").is_file():
         _simulate(stage, settings, folder, threads, progress)
     return folder

@@ -55,6 +55,7 @@ class Checksums:
         return digest.hexdigest()
 
     def _of_file(self, path: str | Path) -> str:
+        # Without a store every byte is read: a check that trusted dates would miss a file that was edited with its former date
         if self.store is None:
             return checksum_of_file(path)
         seen, (last_stamp, digest) = list(stamp(path)), self._known.get(str(path), (None, ""))

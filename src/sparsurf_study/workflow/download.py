@@ -91,6 +91,7 @@ def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: st
             urllib.request.build_opener(_Redirects(sha256)).open(url, timeout=TIMEOUT) as answer,
         ):
             content, promised = answer.read(MOST + 1), int(answer.headers.get("Content-Length", 0))
+        # urllib returns what arrived before a connection broke as if it were the whole file
         if len(content) < min(promised, MOST):
             raise OSError(f"{len(content)} of {promised} bytes came")
     except (urllib.error.URLError, HTTPException, OSError, ValueError) as error:

@@ -80,6 +80,7 @@ class _FinalNames(logging.Formatter):
 def job(snakemake: Any) -> Iterator[Job]:
     """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
     try:
+        # by lines, so that the terminal and a reader of the log follow a running job
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
     except OSError as error:
         sys.exit(f"\n  {_sentence(error, snakemake)}\n")
@@ -118,6 +119,8 @@ def _outputs_together(snakemake: Any) -> Iterator[Job]:
         return
     entry = Entry(snakemake)
     staging = Staging(snakemake.output, Path(snakemake.log[0]).stem)
+    # The earlier record goes first and the new one comes last. Killed at any line, the job leaves outputs without a record,
+    # which are computed again, and never a record of other outputs than those that lie there.
     entry.begin()
     staging.begin()
     try:

@@ -83,6 +83,7 @@ class Entry:
             checksums = self._checksums(path)
             self.inputs |= checksums.of_all([path])
             checksums.save()
+        # The checksum at the time of planning decided which jobs run; another content now would leave some of them out of date
         for path, planned in (self.params.get("inputs") or {}).items():
             if self.inputs.get(path) != planned:
                 raise InputError(f"{path} was changed after the study had started; run again.")
@@ -168,6 +169,7 @@ def read_records(run: Path) -> dict[Path, Record]:
             record = Record(**content)
             if record.is_sound():
                 records[path] = record
+    # by path among equal times, as disks list files in different orders and a later record takes the outputs of an earlier one
     return dict(sorted(records.items(), key=lambda item: (item[1].time, item[0])))
 
 

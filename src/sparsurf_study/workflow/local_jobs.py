@@ -9,9 +9,8 @@ import psutil
 
 SECONDS_OF_PATIENCE = 2.0  # with jobs that the signal has reached by itself, as Ctrl-C does
 SECONDS_TO_KILL = 5.0  # after the signal: a kernel that computes for minutes does not notice another one
-SECONDS_FOR_JOBS_TO_END = (
-    8.0  # then Snakemake itself is killed, which has removed the outputs of these jobs by now
-)
+# After these, Snakemake itself is killed; it has removed the outputs of these jobs by then
+SECONDS_FOR_JOBS_TO_END = 8.0
 SECONDS_BETWEEN_LOOKS = 0.1
 
 

@@ -74,6 +74,7 @@ def run_snakemake(
     error, and `wait` takes the process and the signals received so far, after which it ends the jobs; where it returns None,
     Snakemake is started again.
     """
+    # --nolock: `locked` holds the checkout instead. The lock of Snakemake is a file, which stays after a kill.
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
     received: list[int] = []

@@ -36,6 +36,7 @@ class Staging:
     def publish(self) -> None:
         """Give the outputs their final names; of an earlier job, nothing stays."""
         for path, place in self.written().items():
+            # `os.replace` puts a file in place of another in one step, but a folder only in place of an empty one
             if place.is_dir() and os.path.isdir(path):
                 shutil.rmtree(path)
             os.replace(place, path)

@@ -39,9 +39,8 @@ SAME_SIDE = 0.3  # cosine of the normals of a point and of the rebuilt surface
 PUSHES = 3  # out of the probe balls of kept dots
 DEPTH_OF_LEFT_BEHIND = 0.05  # Å; a point that is so deep in an inferred atom was left behind
 ATOMS_AROUND = 8
-SEPARATION = (
-    0.72  # of a new dot from all others, in 1 / sqrt(density): up to a third more dots than requested
-)
+# Distance of a new dot from all others, in 1 / sqrt(density), which makes up to a third more dots than requested
+SEPARATION = 0.72
 POINTS_PER_TASK = 16384
 
 

@@ -60,9 +60,8 @@ class DotValues:
     low_is: str = ""  # meaning of the ends
     high_is: str = ""
     unknown_is: str = "unknown"  # meaning of NaN, which is grey
-    limits: tuple[float, float] | None = (
-        None  # at the ends of the colours; by default the lowest and the highest
-    )
+    # At the ends of the colours; by default the lowest and the highest
+    limits: tuple[float, float] | None = None
 
 
 def page(
