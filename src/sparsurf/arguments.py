@@ -124,7 +124,8 @@ def checked_result(
         array = np.asarray(values)
     except ValueError:
         array = np.asarray(None)  # rows of unequal lengths
-    expected = " x ".join("any number" if length is None else f"{length:,}" for length in shape)
+    lengths = ["any width" if length is None else f"{length:,}" for length in shape]
+    expected = f"{lengths[0]} numbers" if len(shape) == 1 else f"numbers of shape ({', '.join(lengths)})"
     is_number = array.dtype.kind in "biuf"
     if not is_number or array.ndim != len(shape):
         described = (
@@ -132,15 +133,15 @@ def checked_result(
             if array.ndim
             else f"a {type(values).__name__}"
         )
-        raise InputError(f"{name} returns {described}; it must return {expected} numbers.")
+        raise InputError(f"{name} returns {described}; it must return {expected}.")
     if any(
         n != wanted if wanted is not None else n < 1 for n, wanted in zip(array.shape, shape, strict=True)
     ):
-        raise InputError(
-            f"{name} returns an array of shape {array.shape}; it must return {expected} numbers."
-        )
+        raise InputError(f"{name} returns an array of shape {array.shape}; it must return {expected}.")
     array = array.astype(np.float64)
     if np.isinf(array).any() or (np.isnan(array).any() and not allow_nan):
+        if allow_nan:
+            raise InputError(f"{name} returns infinity; it must return NaN where there is no value.")
         raise InputError(f"{name} returns NaN or infinity; it must return finite numbers.")
     return array
 

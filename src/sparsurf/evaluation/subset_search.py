@@ -7,6 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
@@ -75,10 +76,9 @@ def draw_subset(
 def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:
     """Warn if the number of dots differs from the request by more than a tenth."""
     if abs(n - requested) > MAX_DIFFERENCE * requested:
-        log.warning(
-            "%s keeps %d dots instead of %d: its number of dots is random, and limited by its combinations",
-            sampler, n, requested,
-        )  # fmt: skip
+        is_random = sampler in kinds.samplers_of_combinations()
+        reason = ": its number of dots is random, and limited by its combinations" if is_random else ""
+        log.warning("%s keeps %d dots instead of %d%s", sampler, n, requested, reason)
 
 
 def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:

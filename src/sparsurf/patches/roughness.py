@@ -46,8 +46,8 @@ def roughness_of_patches(
     values = checked_result(values, f"the roughness {choice.name!r}", (len(index.dot),))
     if not 0 <= values.min() <= values.max() <= 1:
         raise InputError(
-            f"the roughness {choice.name!r} returns {values.min():g} to {values.max():g}; it must return numbers from 0 "
-            "(rough) to 1 (flat)."
+            f"the roughness {choice.name!r} returns numbers from {values.min():g} to {values.max():g}; they must lie "
+            "between 0 (rough) and 1 (flat)."
         )
     return values
 

@@ -83,10 +83,14 @@ def _checked(
         raise InputError(
             f"the sampler {name!r} returns {described}; it must return the indices (n,) of dots."
         )
-    if not 0 <= dots.min() <= dots.max() < n_dots or len(np.unique(dots)) < len(dots):
+    if not 0 <= dots.min() <= dots.max() < n_dots:
         raise InputError(
-            f"the sampler {name!r} must return different dots between 0 and {n_dots - 1}; it returns {dots.min()} to "
-            f"{dots.max()}, {len(dots) - len(np.unique(dots))} of them twice."
+            f"the sampler {name!r} returns indices from {dots.min()} to {dots.max()}; it must return indices of dots, from 0 to "
+            f"{n_dots - 1}."
+        )
+    if n_repeated := len(dots) - len(np.unique(dots)):
+        raise InputError(
+            f"the sampler {name!r} returns {len(dots)} dots, of which {n_repeated} repeat another; it must return each dot once."
         )
     return dots.astype(np.int64)
 

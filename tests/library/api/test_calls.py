@@ -183,6 +183,8 @@ def test_a_number_of_dots_that_was_not_requested_is_reported(ready, caplog):
     for requested, told in ((n, 1), (1.07 * n, 1), (0.95 * n, 1), (0.9 * n, 2), (1.2 * n, 3)):
         warn_if_number_differs("paper", requested, n)
         assert len(caplog.messages) == told
+    warn_if_number_differs("mine", 10, 5)
+    assert caplog.messages[-1] == "mine keeps 5 dots instead of 10"
 
 
 def test_too_few_dots_are_reported_with_the_distance_of_the_worst(blob, ready, caplog):
