@@ -1,8 +1,8 @@
 """Analyse a batch of structures and write its rows of the tables of the run."""
 
+from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import import_pyarrow, write_parquet
-from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     import_pyarrow()  # before anything is computed

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.molecules.read_molecule import choose_conformations
 from sparsurf.streams import stream
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     molecule, choice = choose_conformations(

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf_study.report.closing import close_run
 from sparsurf_study.report.provenance import RunOrigin
 from sparsurf_study.workflow.job_logs import collected_warnings
-from sparsurf_study.workflow.jobs import job
 from sparsurf_study.workflow.ledger import libraries_of
 
 with job(snakemake) as s:

@@ -1,12 +1,12 @@
 """Compare samplers at equal n_S on one surface."""
 
+from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.views import layout
 from sparsurf_study.analysis.comparison import compare_samplers, select_methods
 from sparsurf_study.analysis.tables import floors_by_name, read_prepared, read_table
 from sparsurf_study.report.figures.comparison_figure import comparison_figure
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(), s.threads)

@@ -1,10 +1,10 @@
 """Compute the surfaces of both partners of a pair that is given by structures."""
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     chains = s.params.pair.get("chains")  # of both partners of a complex

@@ -2,10 +2,10 @@
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.views import layout
 from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.report.figures.over_time import ensemble_figure, residues_figure
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     frames, combination, name = pd.read_csv(s.input.table), s.params.combination, s.wildcards.protein

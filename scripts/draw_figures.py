@@ -4,6 +4,7 @@ import json
 from importlib import import_module
 from pathlib import Path
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.sampling.combination import Combination
@@ -16,7 +17,6 @@ from sparsurf_study.report import pictures
 from sparsurf_study.report.figures import rough_and_flat, subsets
 from sparsurf_study.report.figures.results import Results
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     best = json.loads(Path(s.input.best).read_text(encoding="utf-8"))

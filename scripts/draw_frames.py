@@ -2,9 +2,9 @@
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.views import layout
 from sparsurf_study.report.figures.frames import figure_of_tables
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     tables = {name: pd.read_csv(path) for name, path in s.input.items()}

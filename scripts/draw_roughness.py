@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.api.about import About
 from sparsurf.api.pages import page_of_surface
 from sparsurf.molecules.read_molecule import read_study_structure
@@ -13,7 +14,6 @@ from sparsurf.views import layout
 from sparsurf_study.analysis.tables import read_roughness
 from sparsurf_study.report import pictures
 from sparsurf_study.report.figures.roughness import figure
-from sparsurf_study.workflow.jobs import job
 
 LINKS = ("view.html", "Sample its dots"), ("../../index.html", "All of this run")
 

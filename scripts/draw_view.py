@@ -5,6 +5,7 @@ from pathlib import Path
 
 from PIL import Image  # matplotlib takes longer to import than all of this to draw
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.recovery.reconstructing import distance_to_reconstructed, measured_model
@@ -13,7 +14,6 @@ from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf.views.render import along_smallest_axis, thumbnail
 from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table, surface_of_minimal
-from sparsurf_study.workflow.jobs import job
 
 FIRST_PAGE = "surface.html"  # of draw_roughness, in the same folder
 

@@ -1,10 +1,10 @@
 """Sample a surface with every combination of the grid and compare the subsets with the whole surface."""
 
+from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.sampling.published import parameter_grid
 from sparsurf_study.analysis.grid import evaluate_grid, write_grid
 from sparsurf_study.analysis.tables import grid_table, read_prepared
-from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     sampling, evaluation = s.settings.sampling, s.settings.evaluation

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.residues import roughness_over_frames
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.analysis.ensemble import split_residue_columns
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job
 
 STRIDE_TO_FIRST_FRAME = 10**9  # leaves one frame: the residues are the same in all
 

@@ -1,8 +1,8 @@
 """Follow n_S and d of one combination over some of the frames of a trajectory."""
 
+from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.analysis.ensemble import evaluate_frames
-from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     files, name = (s.input.structure, s.input.get("trajectory")), s.wildcards.protein

@@ -2,6 +2,7 @@
 
 import logging
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.views import layout
 from sparsurf_study.report.figures.simulation import simulation_figure
@@ -9,7 +10,6 @@ from sparsurf_study.rounding import write_rounded
 from sparsurf_study.simulation import quality
 from sparsurf_study.simulation.protocol import with_defaults
 from sparsurf_study.simulation.stages import extract_protein
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     extract_protein(s.input.system, s.input.production, s.output.topology, s.output.trajectory)

@@ -1,10 +1,10 @@
 """Match both partners of a pair: propensity of every dot, best-matching patches, agreement with the interface."""
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
 from sparsurf_study.pairs.partners import read_partners, select_centres
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     settings, seed, within = s.settings, s.params.seed, s.params.interface

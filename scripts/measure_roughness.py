@@ -2,11 +2,11 @@
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     dots, patches = read_npz(s.input.surface), s.params.patches

@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf_study.simulation.protocol import with_defaults
 from sparsurf_study.simulation.system import prepare_system, select_protein
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     folder, structure = Path(s.output.system), s.input.structure

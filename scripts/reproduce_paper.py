@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.views import layout
 from sparsurf_study.analysis.tables import add_reference_columns, read_prepared, read_table
@@ -12,7 +13,6 @@ from sparsurf_study.report.figures.table1 import table1_figure
 from sparsurf_study.report.page import embedded, write_rendered
 from sparsurf_study.report.paper_page import PAPER_TEMPLATE, paper_page, surface_of
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     a1, best = s.params.a1, json.loads(Path(s.input.best).read_text(encoding="utf-8"))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.minimal_subset import represent
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
@@ -14,7 +15,6 @@ from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.analysis.tables import read_roughness, read_table
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job
 
 REMARK = "%s: nothing was evaluated among the kept dots, so the paper's sampling takes the paper's parameters"
 

@@ -2,9 +2,9 @@
 
 import os
 
+from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf_study.simulation.protocol import with_defaults
 from sparsurf_study.simulation.stages import run_stage
-from sparsurf_study.workflow.jobs import job, reporter
 
 with job(snakemake) as s:
     stage, settings = s.params.stage, with_defaults(s.params.simulate)

@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
+from sparsurf_study.workflow.jobs import DISK_ERRORS, job
 from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams, pluralise
 from sparsurf.threads import ignore_numba_threads
@@ -23,7 +24,6 @@ from sparsurf_study.batches.assignment import BATCH_FOLDERS, batched_structures,
 from sparsurf_study.workflow import adoption, ledger
 from sparsurf_study.workflow.config import check_config, read_config
 from sparsurf_study.workflow.job_logs import collected_warnings
-from sparsurf_study.workflow.jobs import DISK_ERRORS, job
 from sparsurf_study.workflow.memory import memory_of_grid, memory_of_machine
 from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.running import (

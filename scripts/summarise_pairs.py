@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sparsurf_study.report.summaries import summarise_pairs
 from sparsurf_study.workflow.jobs import job
+from sparsurf_study.report.summaries import summarise_pairs
 
 with job(snakemake) as s:
     summarise_pairs(map(Path, s.input.tables), s.wildcards.run, s.output.table, s.output.png)

@@ -3,13 +3,13 @@
 import json
 from pathlib import Path
 
+from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.readings import SCALED_READING
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import add_scaled_link, read_grid
 from sparsurf_study.analysis.islands import add_islands
 from sparsurf_study.rounding import write_rounded
-from sparsurf_study.workflow.jobs import job
 
 with job(snakemake) as s:
     result, evaluation = read_grid(s.input.distances), s.settings.evaluation

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job
 from measures.timing import peak_memory
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
@@ -15,7 +16,6 @@ from sparsurf.surfaces.radii import radii
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import write_parquet
 from sparsurf_study.workflow.config import check_config
-from sparsurf_study.workflow.jobs import Job
 from sparsurf_study.workflow.yaml_file import read_config
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from sparsurf_study.workflow.jobs import Job
 from measures.proteins import prepare_proteins
 from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -14,7 +15,6 @@ from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.samplers import get_sampler
 from sparsurf_study.analysis.relation import with_interval
-from sparsurf_study.workflow.jobs import Job
 
 PAPER, UNIFORM, FARTHEST = "paper", "uniform", "farthest"
 

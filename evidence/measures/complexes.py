@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job
 from measures.tables import read_tables, write_tables
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import PatchSettings, Settings
@@ -12,7 +13,6 @@ from sparsurf_study.pairs.matching import agreement, maps, match
 from sparsurf_study.pairs.partners import partner_of, select_centres
 from sparsurf_study.pairs.ranking import means_over_pairs
 from sparsurf_study.report.figures.pair_figures import over_pairs
-from sparsurf_study.workflow.jobs import Job
 
 SEED = 0
 SCORES = ("propensity_smoothed", "protrusion")

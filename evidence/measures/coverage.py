@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.stats import norm
 
+from sparsurf_study.workflow.jobs import Job
 from measures.over_proteins import median_interval, spearman
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -24,7 +25,6 @@ from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.best_set import best_set
 from sparsurf_study.analysis.relation import rho_interval
 from sparsurf_study.analysis.tables import d_values, range_index, range_limits
-from sparsurf_study.workflow.jobs import Job
 
 CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
 N_RANGES = 10

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from sparsurf_study.workflow.jobs import Job
 from measures import fragments
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -16,7 +17,6 @@ from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf_study.paper.replication import sweep_links
 from sparsurf_study.report.numbers import FRAGMENTED_BELOW
-from sparsurf_study.workflow.jobs import Job
 
 # Filling factor at which discs placed at random in the plane percolate: Quintanilla and Ziff, Phys. Rev. E 76, 051115 (2007).
 # Discs of radius r touch within 2 r, so that n pi r^2 per area becomes a distance in units of 1 / sqrt(n).

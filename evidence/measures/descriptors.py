@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+from sparsurf_study.workflow.jobs import Job
 from measures.molecules import atoms_of
 from measures.tables import read_tables, write_tables
 from sparsurf import kinds
@@ -16,7 +17,6 @@ from sparsurf.streams import stream
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 from sparsurf.views.layout import COLUMN, PALETTE, axes, legend, sheet, styled
 from sparsurf_study.analysis.relation import with_interval
-from sparsurf_study.workflow.jobs import Job
 
 CHANGES = ("turned", "fresh dots", "turned, fresh dots")
 TURNS = 5

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job
 from measures import fragments
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -17,7 +18,6 @@ from sparsurf.recovery.errors import (
     error_table,
 )
 from sparsurf.streams import Streams
-from sparsurf_study.workflow.jobs import Job
 
 SAMPLER = "farthest"
 

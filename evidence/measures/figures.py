@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
+from sparsurf_study.workflow.jobs import Job
 from measures.tables import write_tables
 from sparsurf.patches.readings import GRID_READINGS, SCALED_READING
 from sparsurf.sampling.combination import (
@@ -16,7 +17,6 @@ from sparsurf.sampling.combination import (
     combination_labels,
     split_combinations,
 )
-from sparsurf_study.workflow.jobs import Job
 
 WIDTH = 1400  # pixels of a figure in the book
 HALVES = {"rougher half": "rough_half", "flatter half": "flat_half"}

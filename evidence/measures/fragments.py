@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import cross_validated, estimate
@@ -25,7 +26,6 @@ from sparsurf_study.analysis.best_set import best_set
 from sparsurf_study.analysis.grid import Grid, evaluate_grid
 from sparsurf_study.paper.replication import gathering_by_roughness
 from sparsurf_study.report.figures.table1 import table1_figure
-from sparsurf_study.workflow.jobs import Job, reporter
 
 FROM_FILE = "file"  # the dots are those of the file
 PUBLISHED_BEST = 5  # row of Table I with the highest d, (1, 0, 6, 0)

@@ -1,5 +1,6 @@
 """Where the dots that the paper's sampling keeps lie: Figure 5 of the paper."""
 
+from sparsurf_study.workflow.jobs import Job
 from measures import fragments
 from measures.figures import reduce_figure
 from sparsurf.sampling.combination import Combination
@@ -7,7 +8,6 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.paper.replication import GATHERED
 from sparsurf_study.report.figures import subsets
-from sparsurf_study.workflow.jobs import Job
 
 
 def draw_gathering(job: Job) -> None:

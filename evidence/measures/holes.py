@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job
 from measures.proteins import prepare_proteins
 from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.readings import FULL_READING
 from sparsurf.sampling.samplers import get_samplers, nearest_kept
-from sparsurf_study.workflow.jobs import Job
 
 from .clumps import clumps
 

@@ -14,13 +14,13 @@ from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 import sparsurf
+from sparsurf_study.workflow.jobs import Job
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.analysis.relation import with_interval
 from sparsurf_study.pairs.ranking import auc
-from sparsurf_study.workflow.jobs import Job
 
 CONTACT = 5.0  # Å between heavy atoms of an interface
 AROUND = (6.0, 10.0)  # Å, of the points that a descriptor sees

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 import sparsurf
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures.molecules import first_model
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -18,7 +19,6 @@ from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
-from sparsurf_study.workflow.jobs import Job, reporter
 
 CHAINS, HYDROGENS = "chains", "with hydrogens"
 ERRORS = ("mean", "high_99")

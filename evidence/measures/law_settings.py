@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures import law
 from measures.molecules import first_model
 from measures.tables import write_tables
@@ -10,7 +11,6 @@ from sparsurf.settings import Settings
 from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
-from sparsurf_study.workflow.jobs import Job, reporter
 
 
 def measure_law_settings(job: Job) -> None:

@@ -6,6 +6,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
+from sparsurf_study.workflow.jobs import Job
 from measures import fragments
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -18,7 +19,6 @@ from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf_study.analysis import grid, tables
 from sparsurf_study.paper import replication
-from sparsurf_study.workflow.jobs import Job
 
 COLUMNS = ["reading", "d_link", "row", "n_S_percent", "d", "d_low", "d_high"]
 N_SHOWN = 5  # rows of Table I in the figure, every second one

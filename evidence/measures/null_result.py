@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from sparsurf_study.workflow.jobs import Job
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
@@ -23,7 +24,6 @@ from sparsurf.views.layout import styled
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import evaluate_grid
 from sparsurf_study.analysis.relation import with_interval
-from sparsurf_study.workflow.jobs import Job
 
 OWN, MEAN = "R", "mean of R"
 IN_PLACE: dict[str, Callable[[np.ndarray, np.random.Generator], np.ndarray]] = {

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from sparsurf_study.workflow.jobs import Job
 from measures import rebuilding, recovery
 from measures.molecules import atoms_of, dotted_surface
 from measures.rebuilding import Rebuilder, Simplifier
@@ -28,7 +29,6 @@ from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf_study.workflow.jobs import Job
 
 DOT, VERTEX, TRIANGLE, ATOM = 24, 12, 6, 16  # bytes
 CANDIDATES = 8  # positions on a mesh per dot that is placed on it

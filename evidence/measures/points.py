@@ -23,6 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 import sparsurf
+from sparsurf_study.workflow.jobs import Job
 from measures import rebuilding
 from measures.molecules import atoms_of
 from measures.opponents import corner_normals
@@ -33,7 +34,6 @@ from sparsurf.recovery.errors import TAIL_QUANTILE
 from sparsurf.surfaces.decimation import sized_mesh
 from sparsurf.surfaces.mesh import molecular_mesh, widest_step
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf_study.workflow.jobs import Job
 
 TRUE_DENSITY = 40.0  # dots per Å^2 of the surface that errors are measured from
 LONGEST = 300  # s, of MSMS

@@ -5,6 +5,7 @@ from typing import Any
 
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures.protein_figures import FIGURES
 from measures.protein_tables import tables_of
 from measures.studies import read_study, sizes
@@ -16,7 +17,6 @@ from sparsurf.settings import Settings
 from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
-from sparsurf_study.workflow.jobs import Job, reporter
 
 
 def prepare_proteins(params: Any, study: str, threads: int) -> Iterator[tuple[str, PreparedSurface]]:

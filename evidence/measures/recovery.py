@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from sparsurf_study.workflow.jobs import Job
 from measures.molecules import atoms_of
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.recovering import interpolate_surface
@@ -17,7 +18,6 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
 from sparsurf_study.report.figures import subsets
-from sparsurf_study.workflow.jobs import Job
 
 TRUE_DENSITY = 60.0  # dots per Å^2 of the true surface that errors are measured from
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures import fragments
 from measures.tables import write_tables
 from sparsurf_study.paper.published_runs import (
@@ -11,7 +12,6 @@ from sparsurf_study.paper.published_runs import (
     runs_as_published,
     tests_of_table_1,
 )
-from sparsurf_study.workflow.jobs import Job, reporter
 
 
 def measure_repeated(job: Job) -> None:

@@ -1,8 +1,8 @@
 """Rules of the authors' code that the paper's text lacks."""
 
+from sparsurf_study.workflow.jobs import Job
 from measures import fragments, links
 from measures.tables import write_tables
-from sparsurf_study.workflow.jobs import Job
 
 
 def measure_rules(job: Job) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 import sparsurf
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures.law import fitted
 from measures.molecules import first_model
 from measures.tables import write_tables
@@ -19,7 +20,6 @@ from sparsurf.recovery.reconstructing import AUTO, DENSITY_FOR_SPHERES, INTERPOL
 from sparsurf.settings import Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.surface import Surface
-from sparsurf_study.workflow.jobs import Job, reporter
 
 FARTHEST, COVER = "farthest", "cover"
 MODELS = (INTERPOLANT, SPHERES)

@@ -19,10 +19,10 @@ from snakemake.api import SnakemakeApi
 from snakemake.exceptions import MissingRuleException, RuleException, WorkflowError
 from snakemake.settings.types import ConfigSettings, DAGSettings, OutputSettings, Quietness, ResourceSettings
 
+from sparsurf_study.workflow.jobs import RAISE
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.threads import available_cores
-from sparsurf_study.workflow.jobs import RAISE
 
 STUDY_ROOT = Path(__file__).parents[2]  # of the checkout
 

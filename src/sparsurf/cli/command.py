@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 from sparsurf import __version__, progress
 from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
+from sparsurf.garbage import collect_rarely
 from sparsurf.kernel_cache import require_kernel_cache
 from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
@@ -98,7 +99,10 @@ class Parser(argparse.ArgumentParser):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, by default that of the process, and return its exit code."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    if arguments is None:  # the process belongs to the command
+        arguments = sys.argv[1:]
+        collect_rarely()
+    arguments = list(arguments)
     open_closed_streams()
     ignore_numba_threads()
     for stream in (sys.stdout, sys.stderr):

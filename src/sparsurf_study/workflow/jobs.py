@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
+from sparsurf.garbage import collect_rarely
 from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.settings import StudySettings, name_in_config
 from sparsurf_study.workflow.job_logs import ERROR_MARK, PROGRESS, STOPPED, USED_MARK
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 # A full disk, a folder that may not be written
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
 
+
+collect_rarely()  # here: a script imports this module first, and then numba, pandas and others
 
 RAISE = "raises_errors"  # attribute of the object `snakemake` that sparsurf_study.debug hands to a script
 

@@ -73,3 +73,12 @@ def test_a_warm_command_loads_nothing_that_it_does_not_need(tmp_path, command):
         code, modules = loaded(tmp_path, *command.split(), "-q")
     assert code == 0 and (tmp_path / command.split()[-1]).stat().st_size
     assert modules & {*LARGE} <= {*MAY_LOAD[command].split()}
+
+
+@pytest.mark.parametrize(("words", "is_own_process"), [("", True), ("['--version']", False)])
+def test_garbage_is_collected_rarely_in_the_process_of_a_command_alone(words, is_own_process):
+    """Who calls `main` from Python keeps the thresholds of the process."""
+    code = "import gc\nfrom sparsurf.cli.command import main\nbefore = gc.get_threshold()\n"
+    code += f"try:\n    main({words})\nexcept SystemExit:\n    print(gc.get_threshold() == before)\n"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == str(not is_own_process)
