@@ -2,6 +2,7 @@
 
 import os
 import re
+from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -77,13 +78,30 @@ def _formula(block):
 
 
 def _uncover(app, name, source):
-    """Take what a page holds for the book alone out of its comment, where GitHub does not show it."""
+    """Take what a page holds for the book alone out of its comment, where GitHub does not show it; link the copies in OUTSIDE."""
     source[0] = re.sub(r"(?ms)^<!-- book\n(.*?)^-->$", r"\1", source[0])
+    depth = name.count("/")
+    for path, copy in OUTSIDE.items():
+        source[0] = source[0].replace(f"]({'../' * (depth + 1)}{path}", f"]({'../' * depth}{copy}")
+
+
+# Pages of the repository that the book shows as well; Sphinx reads only what lies in docs/
+OUTSIDE = {"CONTRIBUTING.md": "_outside/contributing.md", "evidence/README.md": "_outside/evidence.md"}
+
+
+def _copy_pages(app):
+    """Copy the pages that lie outside of docs/ into a folder that git ignores."""
+    docs = Path(app.srcdir)
+    for path, copy in OUTSIDE.items():
+        (docs / copy).parent.mkdir(exist_ok=True)
+        text = (docs.parent / path).read_text(encoding="utf-8")
+        (docs / copy).write_text(text.replace("](docs/", "](../"), encoding="utf-8")
 
 
 def setup(app):
     """Formulas as MathML, which browsers draw without a script; what pages hold for the book alone."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
+    app.connect("builder-inited", _copy_pages)
     app.connect("source-read", _uncover)
     for compile_part in compile_kernels.PARTS.values():  # once, so that no script of the gallery pays for it
         compile_part()

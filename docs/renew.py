@@ -15,7 +15,14 @@ OUTPUTS = ROOT / "results" / "README.md"
 # docs/reference/outputs.md repeats the list of outputs, which is therefore renewed before it
 PAGES = [
     OUTPUTS,
-    *sorted([ROOT / "README.md", ROOT / "evidence" / "README.md", *ROOT.glob("docs/**/[a-z]*.md")]),
+    *sorted(
+        [
+            ROOT / "README.md",
+            ROOT / "evidence" / "README.md",
+            *ROOT.glob("docs/*.md"),
+            *ROOT.glob("docs/reference/*.md"),
+        ]
+    ),
 ]
 CAPTIONS = ROOT / "src" / "sparsurf_study" / "report" / "captions"
 

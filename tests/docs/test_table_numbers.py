@@ -1,6 +1,7 @@
 """Numbers and lists of the pages are those of evidence/tables and of the code, and read without the book."""
 
 import re
+import urllib.parse
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,15 @@ FARTHEST = 'recover_opponents_means.csv "sampler=farthest dots" percent=10'
 def html(page: Path) -> str:
     """A page as GitHub shows it: tables and comments, but no directive of the book."""
     return MarkdownIt("commonmark").enable("table").render(page.read_text(encoding="utf-8"))
+
+
+def headings(page: Path) -> set[str]:
+    """The anchors that GitHub and the book give the headings of a page."""
+    text = re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
+    return {
+        re.sub(r"[^\w\- ]", "", title.strip().lower()).replace(" ", "-")
+        for title in re.findall(r"(?m)^#+ (.*)$", text)
+    }
 
 
 @PAGES
@@ -53,10 +63,13 @@ def test_every_row_of_a_table_has_as_many_cells_as_its_header(page: Path) -> Non
 def test_every_link_and_picture_of_a_page_is_a_file_of_the_repository(page: Path) -> None:
     shown = Page(html(page))
     for link in {*shown.links, *shown.sources}:
-        address = link.partition("#")[0]
-        if address and "://" not in address:
-            target = (page.parent / address).resolve()
-            assert target.exists() and not {"_gallery", "_build"} & {*target.parts}, link
+        address, _, anchor = link.partition("#")
+        if "://" in address:
+            continue
+        target = (page.parent / urllib.parse.unquote(address)).resolve() if address else page
+        assert target.exists() and not {"_gallery", "_build"} & {*target.parts}, link
+        if anchor and target.suffix == ".md":
+            assert urllib.parse.unquote(anchor) in headings(target), link
 
 
 def test_every_function_is_listed_with_its_signature_and_first_sentence() -> None:
