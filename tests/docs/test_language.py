@@ -66,6 +66,14 @@ BANNED = (
         "the recovered surface",
         "is reconstructed",
     ),
+    (r"\bcorners on the surface\b", "its corners on the surface", "vertices projected onto the surface"),
+    (
+        r"\bas \w+ as the dots allow\b",
+        "as high as the dots allow",
+        "the highest point at which the cone contains all dots",
+    ),
+    (r"\bnot all dots of\b", "these are not all dots of their surface", "this Surface is a subset"),
+    (r"\bcontains? the truth\b", "intervals contain the truth", "contain the true value"),
     (r", as (?=[\[\d])", "a list in brackets, as [1, 2]", "such as"),
 )
 PATTERNS = {re.compile(pattern, re.I): plain for pattern, _, plain in BANNED}

@@ -125,7 +125,7 @@ class SurfaceOrigin:
         d_link: float,
         radii: np.ndarray,
     ) -> SurfaceOrigin:
-        """Make the origin of points or vertices that are not all dots of a placement; it keeps no rolled probe."""
+        """Make the origin of a part of the dots of a placement; it keeps no rolled probe."""
         nowhere = np.empty((0, 3))
         return cls(molecule, frame, xyz, rules, d_link, radii, _not_placed, nowhere, _not_placed)
 
