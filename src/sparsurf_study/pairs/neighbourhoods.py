@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
@@ -64,6 +63,8 @@ def smooth(
         means, _ = means_within(points, centre_points, values, radius, threads)
     isolated = np.isnan(means)
     if isolated.any():
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
         means[isolated] = values[cKDTree(centre_points).query(points[isolated])[1]]
     return means
 

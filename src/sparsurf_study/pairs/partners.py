@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.molecule import Molecule
@@ -80,6 +79,8 @@ def select_centres(
 
 def gaps(points: np.ndarray, partner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Find the dot of the partner that is nearest to each dot: its distance, (N,) Å, and its index."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
     distance, dot = cKDTree(partner).query(points)
     return np.asarray(distance), np.asarray(dot)
 

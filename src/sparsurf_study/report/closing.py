@@ -15,13 +15,11 @@ import pandas as pd
 
 from sparsurf.files import checksum_of_file
 from sparsurf.version import __version__
-from sparsurf.views import layout
 from sparsurf_study import catalogue
 from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.report import summaries
-from sparsurf_study.report.figures import distributions
 from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.first_page.surfaces import DEFAULT_MINIMAL
 from sparsurf_study.report.front import MAX_ROWS, write_front
@@ -88,6 +86,9 @@ def close_batches(
     `tables` are the Parquet files of all batches; others in their folders are left from an earlier study and are removed.
     `studied` are the files of the structures that have pages of their own.
     """
+    from sparsurf.views import layout  # here: matplotlib takes a third of a second to load
+    from sparsurf_study.report.figures import distributions
+
     stored = {path for name in BATCH_FOLDERS for path in (run / name).glob("*.parquet")}
     # Readers open all tables of a folder together, so one that is left over would add proteins to the run
     for path in stored - {*map(Path, tables)}:
