@@ -38,7 +38,8 @@ with job(snakemake) as s:
     few, fields = found.subset, found.surface.fields
     rows = few.table.assign(**few.surface.fields)
     write_csv(s.output.table, rows, list(few.surface.fields))
-    columns = {key: rows[key].to_numpy(float) for key in ("spacing", "reach")} | few.surface.fields
+    columns = {key: rows[key].to_numpy(float) for key in ("area", "spacing", "reach") if key in rows}
+    columns |= few.surface.fields
     write_ply(s.output.ply, few.surface, few.weight.astype(float), "weight", columns)
     write_ply(s.output.whole, dots, found.roughness, "roughness", component | fields)
     if s.settings.fields:

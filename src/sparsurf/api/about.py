@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -40,6 +40,8 @@ class About:
     patches : radius and link of the patches of the roughness; by default those of the paper, or a link that suits the dots
     roughness : (N,) R_i of the dots if it is known
     whole : the surface that kept dots were chosen from
+    kept : the dots of `whole`, or of the surface that is shown, that a subset keeps; these are shown first
+    is_whole : whether the dots are known to be all dots of a surface, though they do not know where they were placed
     links : address and words of other pages on the same surface
     """
 
@@ -48,6 +50,8 @@ class About:
     patches: PatchSettings | None = None
     roughness: np.ndarray | None = None
     whole: Surface | None = None
+    kept: Sequence[int] | np.ndarray = ()
+    is_whole: bool = False
     links: tuple[tuple[str, str], ...] = ()
 
 

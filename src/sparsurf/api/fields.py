@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,14 +24,18 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
+from sparsurf.api.whole import WholeSurface, whole_surface
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
+from sparsurf.patches.index import D_LINK
+from sparsurf.settings import PatchSettings
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
+from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface, real_numbers
 
 if TYPE_CHECKING:
@@ -38,6 +43,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sparsurf.surfaces.mesh import Mesh
+
+log = logging.getLogger("sparsurf")
 
 DEFAULT_FIELDS = ("hydropathy", "potential")
 
@@ -157,8 +164,9 @@ def residues(
     -------
     DataFrame, one row per residue
         Its name, its area in total and by kind of dots (Å^2), its mean and lowest roughness (NaN where it is buried or lies
-        only in cavities), the mean of each field, its depth (Å, as in `depth`, where the dots carry their molecule),
-        and the numbers of its dots and of its kept dots. The reference of outputs lists every column.
+        only in cavities, or where the dots are too few for patches and their whole surface is not known), the mean of each
+        field, its depth (Å, as in `depth`, where the dots carry their molecule), and the numbers of its dots and of its kept
+        dots. The reference of outputs lists every column.
 
     Raises
     ------
@@ -186,7 +194,18 @@ def residues(
         given = dict(surface.fields)
         dot_roughness = given.pop(ROUGHNESS, np.full(len(surface), np.nan))
         surface = replace(surface, fields=given)
-    values = roughness(surface) if dot_roughness is None else dot_roughness
+    whole = None
+    if dot_roughness is None or (
+        is_sparse and surface.origin is not None and not np.isnan(dot_roughness).any()
+    ):
+        whole = _whole_of_dense(surface, dot_roughness is not None)
+    of_all = None if whole is None else whole.roughness(PatchSettings())
+    if dot_roughness is not None:
+        values = dot_roughness
+    elif whole is not None and of_all is not None:  # the patches of a part would end at its border
+        values = of_all[whole.nearest]
+    else:
+        values = _own_roughness(surface)
     if values.shape != (len(surface),):
         raise InputError(
             f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
@@ -212,8 +231,33 @@ def residues(
             f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."
         )
     component = surface.placed.components(surface) if surface.placed else None
-    table = residue_table(surface, values, atoms, dots_kept, weights, component)
+    cavity = None if whole is None else whole.cavity[whole.nearest]
+    table = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
+    if whole is not None and of_all is not None and np.allclose(values, of_all[whole.nearest], atol=1e-6):
+        table = whole.with_roughness(table, of_all, atoms)
     if surface.origin and surface.molecule is not None:
         of_atoms = depth_of_atoms(surface.origin.xyz, surface.origin.radii, surface.origin.rules.probe_radius)
         table.insert(list(table).index("dots"), "depth", depth_of_residues(atoms, of_atoms))
     return table
+
+
+def _whole_of_dense(surface: Surface, has_roughness: bool) -> WholeSurface | None:
+    """Return the whole surface that dots are a part of; None for all dots, dots of a file, and few vertices without roughness."""
+    if surface.origin is None or surface.placed is not None:
+        return None
+    is_taken = has_roughness or len(surface.origin.points) > 0 or not _is_sparse(surface)
+    return whole_surface(surface) if is_taken else None
+
+
+def _is_sparse(surface: Surface) -> bool:
+    """Return whether dots are too far apart for the patches of the roughness."""
+    return len(surface) == 1 or spacing(surface.points) * MIN_D_LINK_PER_SPACING > D_LINK
+
+
+def _own_roughness(surface: Surface) -> np.ndarray:
+    """Return R_i of dots, (N,); NaN, with a warning, if they are too far apart."""
+    if not _is_sparse(surface):
+        return roughness(surface)
+    message = "residues: the %d dots are too far apart for patches, so the columns of the roughness are empty"
+    log.warning(message, len(surface))
+    return np.full(len(surface), np.nan)

@@ -114,8 +114,9 @@ def minimal(
     -------
     Subset
         `dots` (n,) int, the indices of the kept dots; `weight` (n,) int, how many dots each one represents; `points` and
-        `normals` (n, 3) in Å; `surface`, a Surface of the kept dots; `table`, a DataFrame; `sampler` and `model`, by which they
-        were chosen; and `interval`, the 95 % interval of their number where evenly spread dots have a requested error.
+        `normals` (n, 3) in Å; `surface`, a Surface of the kept dots, whose areas sum to that of the whole surface; `table`, a
+        DataFrame; `sampler` and `model`, by which they were chosen; and `interval`, the 95 % interval of their number where
+        evenly spread dots have a requested error.
 
     Raises
     ------

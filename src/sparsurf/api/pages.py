@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ import numpy as np
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.surfaces import MeshSize, mesh_of_atoms
+from sparsurf.api.whole import WholeSurface, whole_surface
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -20,7 +20,12 @@ from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchSettings, Settings
-from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component, stored_components
+from sparsurf.surfaces.components import (
+    COMPONENT_FIELD,
+    fields_without_component,
+    on_cavities,
+    stored_components,
+)
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.threads import available_cores
 
@@ -38,21 +43,27 @@ def patches_for(surface: Surface) -> PatchSettings:
     return PatchSettings(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
 
 
-def page_of_surface(
-    surface: Surface, about: About, colour: str = "roughness", kept: Sequence[int] | np.ndarray = ()
-) -> str:
+def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -> str:
     """Return the page of a surface: the viewer, its residues if the dots know their molecule, and what was left out.
 
-    `colour` is 'roughness' or 'kind', and `kept` are dots of a subset, which are shown first.
+    `colour` is 'roughness' or 'kind'. Of dots whose atoms are known, the roughness is that of the whole surface.
     """
+    kept = about.kept
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
     from sparsurf.views.overview.page import Notes, overview
     from sparsurf.views.viewer.page import MAX_DOTS, DotValues
 
-    settings = Settings(patches=about.patches or patches_for(surface))
-    prepared = PreparedSurface(surface, settings, about.roughness, threads=available_cores())
-    drawn = None if len(kept) else _drawn(surface)
+    whole = whole_surface(surface) if surface.origin is not None and not about.is_whole else None
+    source = surface if whole is None else whole.surface
+    settings = Settings(patches=about.patches or patches_for(source))
+    of_all, known = None, about.roughness
+    if whole is not None and surface is not whole.surface:  # the patches of a part would end at its border
+        of_all = whole.roughness(settings.patches)
+        known = of_all[whole.nearest]
+    prepared = PreparedSurface(surface, settings, known, threads=available_cores())
+    is_selection = whole is not None and not whole.is_owned_by(surface)
+    drawn = None if len(kept) or is_selection else _drawn(surface)
     order = (
         np.arange(0) if drawn else farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     )
@@ -60,9 +71,14 @@ def page_of_surface(
     with heard("fields") as of_fields:
         shown, missing = with_default_fields(surface, molecule)
     components = surface.placed.components(surface) if surface.placed else stored_components(surface)
+    cavity = None if components is None else on_cavities(surface, components)
+    if whole is not None:
+        cavity = whole.cavity[whole.nearest]
     table = None
     if molecule is not None:
-        table = residue_table(shown, prepared.roughness, molecule, component=components)
+        table = residue_table(shown, prepared.roughness, molecule, cavity=cavity)
+        if whole is not None and of_all is not None:
+            table = whole.with_roughness(table, of_all, molecule, whole.is_owned_by(surface))
     named = [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
     if components is not None and components.max() > 0:
         parts = components.astype(float)
@@ -85,6 +101,7 @@ def page_of_surface(
         missing=[label_and_unit(name)[0] for name in missing],
         counts=_counts(molecule) if molecule else "",
         probe=surface.origin.rules.probe_radius if surface.origin else None,
+        extent=_extent(surface, whole, cavity, about.is_whole),
         links=about.links,
         drawn=drawn,
     )
@@ -108,6 +125,22 @@ def _drawn(surface: Surface) -> DrawnMolecule | None:
     shape = shape_of(mesh, molecule, atoms_to_draw(molecule)[0], origin.frame)
     _, nearest = cKDTree(surface.points).query(shape.points)
     return DrawnMolecule(molecule, shape, np.asarray(nearest))
+
+
+def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | None, is_whole: bool) -> Any:
+    """Return how much of their surface the dots are."""
+    from sparsurf.views.overview.page import Extent
+
+    area = float(surface.area.sum())  # NaN where areas are not known
+    walls = float(surface.area[cavity].sum()) if cavity is not None else 0.0
+    if whole is None:
+        return Extent(area, walls, is_known=is_whole)
+    is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
+    if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
+        of_all = whole.surface.area
+        walls = float(of_all[whole.cavity].sum())
+        return Extent(float(of_all.sum()), walls, is_known=True, cavities_are_removed=is_removed)
+    return Extent(np.nan, selected_of=len(whole.surface))
 
 
 def title_of(about: About, surface: Surface) -> str:

@@ -25,7 +25,7 @@ from sparsurf.progress import progress_bar
 from sparsurf.sampling.farthest_point import farthest_points
 from sparsurf.streams import DEFAULT_SEED, stream
 from sparsurf.suggestions import public
-from sparsurf.surfaces.chosen_points import NamedPoints, Points
+from sparsurf.surfaces.chosen_points import NamedPoints, Points, on_steps
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY, RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
@@ -41,8 +41,6 @@ log = logging.getLogger("sparsurf")
 
 N_POINTS = 1024
 DOTS_PER_POINT = 2.0  # placed for each point that is chosen, at least
-# of the positions that are compared: farther apart than rounding, far closer than dots
-STEPS_PER_ANGSTROM = 2**16
 JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
 
@@ -155,9 +153,7 @@ def _chosen(molecule: Any, frame: int, request: PointsRequest, threads: int) -> 
     xyz = atoms.xyz[frame].round(3)
     rolled = roll_spheres(xyz, atom_radii, rules.probe_radius, cavities=rules.cavities)
     dots, n, placed = _dense_dots(rolled, request.n_dots, request.density)
-    # Positions that differ by rounding alone, on another machine, must not change the choice
-    positions = np.rint(dots.points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
-    chosen, nearest = farthest_points(build_grid(positions), n, stream(request.seed, "points"))
+    chosen, nearest = farthest_points(build_grid(on_steps(dots.points)), n, stream(request.seed, "points"))
     area = np.bincount(nearest, dots.area, n)
     origin = SurfaceOrigin.of_atoms(
         atoms if isinstance(atoms, Molecule) else None, frame, xyz, rules, D_LINK, atom_radii

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard
 from sparsurf.api.fields import labelled
-from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, opened_source
+from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.views import View, in_notebook
+from sparsurf.api.whole import placed_again
 from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import check_flag
 from sparsurf.errors import InputError
@@ -111,6 +112,8 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
         return dots, About(name, messages if is_path else None)
     if not isinstance(frame, Integral) or frame != 0:
         raise InputError("show: a frame is that of a molecule; leave it out for dots.")
+    if is_subset(source) and (whole := placed_again(source.surface)) is not None:
+        return whole, About(kept=source.dots)
     with heard(source) as messages:
         dots = as_surface(labelled(source))
     return dots, About(name, messages if is_path else None)

@@ -266,7 +266,7 @@ def _write_page(path: Path, dots: DotsToWrite) -> None:
 
     about, surface = dots.about, dots.surface
     if about.whole is not None:
-        html = page_of_surface(about.whole, about, kept=np.asarray(dots.table["dot"]))
+        html = page_of_surface(about.whole, replace(about, kept=np.asarray(dots.table["dot"])))
     else:
         html = page_of_surface(surface, about, "roughness" if dots.shown else "kind")
     path.write_text(html, encoding="utf-8")
@@ -416,7 +416,7 @@ def write(
         dots = DotsToWrite(source.surface, table, molecule=atoms, frame=frame, single=True)
     elif is_subset(source):
         is_shown = str(path).lower().removesuffix(".gz").endswith(PAGE_FORMATS)
-        about = About(whole=_whole_surface(source) if is_shown else None)
+        about = About(whole=_whole_of(source) if is_shown else None)
         dots = DotsToWrite(source.surface, source.table, "weight", atoms, frame, about=about)
     elif isinstance(source, Surface):
         dots = DotsToWrite(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
@@ -458,14 +458,11 @@ def _names_of_atoms(molecule: Molecule) -> list[str]:
     return ["_".join(map(str, label)) for label in labels]
 
 
-def _whole_surface(subset: Subset) -> Surface | None:
-    """Return the surface that the dots of a subset were chosen from, placed again; None if it is not known."""
-    origin = subset.surface.origin
-    if origin is None:
-        return None
-    place, xyz = origin.generator()
-    whole = place(xyz)
-    return replace(whole, origin=origin) if np.array_equal(whole.points, origin.points) else None
+def _whole_of(subset: Subset) -> Surface | None:
+    """Return the surface that the dots of a subset were chosen from; None if it is not known."""
+    from sparsurf.api.whole import placed_again  # here: other formats need none of its modules
+
+    return placed_again(subset.surface)
 
 
 def _refuse_frame(frame: int, frame_of_dots: int) -> None:

@@ -30,8 +30,8 @@ dots (--sampler farthest), whose number for an error is an estimate that is prin
 between the descriptors of a patch on the full surface and on the kept dots.
 
 The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
-represents; `spacing` is the distance between the kept dots around it, in Å; and `reach` says how far the surface extends around
-it, as a multiple of this spacing.
+represents; `area` is the area of the surface that is nearer to it than to the other kept dots, in Å^2; `spacing` is the distance
+between the kept dots around it, in Å; and `reach` says how far the surface extends around it, as a multiple of this spacing.
 A .pml file opens the dots on their molecule in PyMOL, and a .bild file opens them as spheres in ChimeraX.
 A .html file is a page, and a .png file is a picture, of the kept dots on the surface.
 

@@ -113,7 +113,6 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     """Return the dots with their component and their fields."""
-    from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
     from sparsurf.api.surfaces import surface
     from sparsurf.surfaces.components import columns_of_components, summarize_components
 
@@ -127,8 +126,6 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     about = options.about(args)
     if args.residues is not None:
         chosen = options.dots_of_residues(args, dots, molecule)
-        if args.output.lower().endswith((".html", ".html.gz")):  # patches reach beyond the residues
-            about = replace(about, roughness=roughness(bare)[chosen])
         dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
         message = (
             f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"

@@ -31,11 +31,11 @@ from sparsurf.recovery.reconstructing import (
 from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.cover import cover_dots
-from sparsurf.sampling.samplers import farthest, subset_weights
+from sparsurf.sampling.samplers import farthest, subset_areas, subset_weights
 from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
-from sparsurf.surfaces.surface import Surface, SurfaceOrigin
+from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
 
 DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
 INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors are measured
@@ -49,7 +49,8 @@ class Subset:
     ----------
     dots : (n,) int64, their indices, in the order of choice
     weight : (n,) int64, number of dots of the surface that each represents
-    surface : Surface of the kept dots alone
+    surface : Surface of the kept dots alone; the area of each is that of the surface that is nearer to it than to the others,
+        so that their sum is the area of the whole surface
     molecule : Molecule that the dots lie on, or None
     interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered, and were not
         chosen by the sampler cover, whose number follows from the dots themselves
@@ -77,7 +78,7 @@ class Subset:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels."""
+        """Rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, area (Å^2), spacing (Å), reach; with atoms their labels."""
         return subset_table(self.dots, self.weight, self.surface, self.molecule)
 
     @property
@@ -191,7 +192,11 @@ def represent(
         n_s, n_tests = _n_s(request, prepared), len(trials.tests)
         wanted = (n_s, request.max_z, request.combination)
         dots, weight = find_subset(prepared, sampler, *wanted, n_tests, choices)
-    kept = surface.take(dots)
+    area = subset_areas(surface.points, surface.area, dots)
+    # a sampler of the user may leave nearly all of the surface to one dot
+    kept = replace(
+        surface.take(dots), area=area if area.max() <= largest_area(area) else np.full(len(dots), np.nan)
+    )
     if atoms is not None:
         model = SPHERES if trials.model == SPHERES else request.model
         kept = replace(kept, reconstruction=atoms.reconstruction(model))
@@ -283,7 +288,10 @@ def subset_table(
     """Return the rows of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
-    table["weight"], table["spacing"] = weight, dot_spacing(kept.points, kept.normals)
+    table["weight"] = weight
+    if np.isfinite(kept.area).all():
+        table["area"] = kept.area
+    table["spacing"] = dot_spacing(kept.points, kept.normals)
     table["reach"] = REACH
     if kept.reconstruction is not None:
         table = table.assign(**kept.reconstruction.columns)

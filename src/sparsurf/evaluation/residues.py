@@ -19,6 +19,7 @@ def residue_table(
     kept: np.ndarray | Sequence[int] = (),
     weight: np.ndarray | Sequence[int] = (),
     component: np.ndarray | None = None,
+    cavity: np.ndarray | None = None,
 ) -> pd.DataFrame:
     """Tabulate the surface by residue, in the order of the structure.
 
@@ -26,14 +27,15 @@ def residue_table(
 
     `kept` (n,) are the dots of a subset and `weight` (n,) the number that each represents. A closed cavity has a low R_i since
     its wall turns around the probe, not because it is rough: where the `component` (N,) of each dot is known, dots on walls
-    of cavities are left out of the roughness.
+    of cavities are left out of the roughness. `cavity` (N,) bool says so of dots that are a part of a surface.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]
     table["area"] = np.bincount(residue, surface.area, n)
     for name, kind in KIND_NUMBERS.items():
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
-    cavity = np.zeros(len(surface), bool) if component is None else on_cavities(surface, component)
+    if cavity is None:
+        cavity = np.zeros(len(surface), bool) if component is None else on_cavities(surface, component)
     outside = np.where(cavity, np.nan, roughness)
     table["mean_roughness"] = mean_roughness_by_residue(outside, residue, n)
     table["most_rough"] = pd.Series(outside).groupby(residue).min().reindex(range(n)).to_numpy()

@@ -14,6 +14,15 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
 
 
+# of the positions that are compared: farther apart than rounding, far closer than dots
+STEPS_PER_ANGSTROM = 2**16
+
+
+def on_steps(points: np.ndarray) -> np.ndarray:
+    """Round positions, Å, so that those that differ by rounding alone, on another machine, are equally near to others."""
+    return np.rint(points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
+
+
 class Points(tuple):
     """Points with normals on the surface of a molecule: the pair (points, normals), with all that is known of them.
 

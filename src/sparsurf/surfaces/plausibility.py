@@ -209,18 +209,23 @@ def check_plausibility(
             return
 
 
-def areas_are_known(points: np.ndarray, area: np.ndarray, path: Path | str, weighted: bool) -> bool:
-    """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots."""
+def areas_are_known(
+    points: np.ndarray, area: np.ndarray, path: Path | str, weighted: bool, judge: bool = True
+) -> bool:
+    """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots.
+
+    Dots that are `weighted` may be crowded, and own more area than their spacing implies. Unless `judge`, nothing is compared.
+    """
     if np.isnan(area).all():
         return False
     if not area.any():
         log.warning("%s: all areas are 0; they are estimated from the spacing of the dots", path)
         return False
-    if weighted or len(points) < MIN_DOTS_TO_JUDGE:
+    if not judge or len(points) < MIN_DOTS_TO_JUDGE:
         return True
     distances, _ = _surrounding(_tree(points), np.linspace(0, len(points) - 1, CHECKED_DOTS).astype(int))
     ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
-    if ratio > MAX_AREA_RATIO:
+    if ratio > MAX_AREA_RATIO and not weighted:
         raise InputError(
             f"{path}: its areas are {ratio:.2g} times as large as the spacing of its dots implies: give the area of each dot "
             "in Å^2, or none."

@@ -431,7 +431,7 @@ def surface_of_columns(
 
     Normals that deviate from unit length only by rounding stay as they are: the authors' descriptors follow from the
     rounded normals, and one dot in 40 changes its pixel otherwise. Of dots that occur twice, the first is kept. Messages name
-    `path` and the `lines` (N,) of the dots. If `weighted`, each dot stands for several, and the areas do not cover the surface.
+    `path` and the `lines` (N,) of the dots. If `weighted`, each dot stands for several, and some own much more area than others.
     Unless `judge`, the distances and normals of neighbouring dots are not judged, which takes a quarter of a second.
     """
     arrays = {name: np.asarray(value) for name, value in columns.items()}
@@ -461,8 +461,7 @@ def surface_of_columns(
     arrays = {name: value[first] for name, value in arrays.items()}
     if judge:
         check_plausibility(arrays["points"], arrays["normals"], path, lambda dot: where(int(first[dot])))
-    not_compared = weighted or not judge
-    if "area" in arrays and not areas_are_known(arrays["points"], arrays["area"], path, not_compared):
+    if "area" in arrays and not areas_are_known(arrays["points"], arrays["area"], path, weighted, judge):
         del arrays["area"]
     fields = {name: arrays.pop(name) for name in list(arrays) if name not in ARRAY_NAMES}
     for name, values in fields.items():
@@ -533,6 +532,12 @@ def dot_label(dot: int) -> str:
     return f"dot {dot + 1}"
 
 
+def largest_area(areas: np.ndarray) -> float:
+    """Return the largest area of one dot, Å^2, that dots with these areas (N,) can have."""
+    median = np.median(areas) if len(areas) >= MIN_DOTS_TO_JUDGE else 0
+    return float(min(MAX_AREA, MAX_AREA_PER_MEDIAN * median or MAX_AREA))
+
+
 def check_values(
     points: np.ndarray,
     area: ArrayLike | None,
@@ -547,8 +552,7 @@ def check_values(
         for value, default in ((area, np.nan), (kind, -1), (atom, -1))
     )
     unknown = np.isnan(areas)
-    median = np.median(areas) if len(areas) >= MIN_DOTS_TO_JUDGE and not unknown.any() else 0
-    largest = min(MAX_AREA, MAX_AREA_PER_MEDIAN * median or MAX_AREA)
+    largest = MAX_AREA if unknown.any() else largest_area(areas)
     wrong = {
         f"a coordinate beyond {MAX_DOT_COORDINATE:.0e} Å": (np.abs(points) >= MAX_DOT_COORDINATE).any(axis=1),
         "an area that is NaN, unlike others": unknown & (not unknown.all()),

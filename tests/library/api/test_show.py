@@ -418,3 +418,90 @@ def test_a_browser_draws_the_page_on_a_telephone_and_on_paper(molecule, tmp_path
         assert not browser.complaints()
     finally:
         browser.close()
+
+
+def sentence(html):
+    """The first sentence of a page: how large the surface is, and its roughest residue."""
+    found = re.search(r'<p class="lede">(.*?)</p>', html, re.DOTALL)[1]
+    return re.sub(r"\s+", " ", found.replace("&nbsp;", " "))
+
+
+@pytest.fixture(scope="module")
+def subset(molecule):
+    return sparsurf.minimal(molecule[0], percent=5)
+
+
+def test_a_subset_owns_the_area_of_the_surface_nearest_to_each_kept_dot(molecule, subset):
+    dots = molecule[0]
+    steps = np.rint(65536 * dots.points).astype(
+        int
+    )  # whole numbers, whose squares are exact; the first of equal ones counts
+    of_kept = np.zeros(len(subset))
+    for place, area in zip(steps, dots.area, strict=True):
+        of_kept[((steps[subset.dots] - place) ** 2).sum(axis=1).argmin()] += area
+    assert np.allclose(subset.surface.area, of_kept, rtol=1e-12)
+    assert (dots.take(subset.dots).area == dots.area[subset.dots]).all()
+
+
+def test_every_way_to_a_page_tells_the_same_area_and_the_same_roughest_residue(molecule, subset, tmp_path):
+    """4,560 Å^2, of which 78 are cavities: dots, subsets, points and meshes, as objects, in files, and by commands."""
+    dots, table, _ = molecule
+    exposed = table[table["mean_roughness"].notna()]
+    rough = " ".join(exposed.sort_values("mean_roughness").iloc[0][["residue_name", "residue"]])
+    area, walls = f"{dots.area.sum():,.0f} Å²", "78 Å² are walls of cavities"
+    show = lambda source: sentence(sparsurf.show(source, open_browser=False).html)  # noqa: E731
+
+    def written(result, suffix):
+        sparsurf.write(result, path := tmp_path / f"r{suffix}")
+        return path
+
+    def of_command(*words, name="c.html"):
+        assert command.main([*words, "-o", str(tmp_path / name), "-q"]) == 0
+        return tmp_path / name
+
+    text = lambda path: sentence(path.read_text())  # noqa: E731
+    mesh = sparsurf.mesh(TDP43, n_vertices=800, cavities="keep")
+    whole = [show(TDP43), show(dots), show(subset), show(mesh), show(mesh.vertices)]
+    whole += [show(sparsurf.points(TDP43, 400, cavities="keep")), text(written(mesh, ".html"))]
+    whole += [text(written(result, ".html")) for result in (dots, subset)]
+    whole += [text(of_command("minimal", str(TDP43), "--percent", "5"))]
+    whole += [text(of_command("surface", str(TDP43))), text(of_command("roughness", str(TDP43)))]
+    whole += [text(of_command("show", str(TDP43), "--no-open"))]
+    for found in whole:
+        assert f"The surface has an area of {area}" in found and walls in found and rough in found, found
+    outside = f"{dots.area.sum() - 78:,.0f} Å² without the walls of cavities"
+    for found in (show(sparsurf.mesh(TDP43)), show(sparsurf.points(TDP43, 400))):
+        assert outside in found and rough in found, found
+    suffixes = (".npz", ".csv", ".ply", ".csv.gz")
+    files = [written(result, suffix) for result in (dots, subset) for suffix in suffixes]
+    for path in files:
+        of_file = show(path)
+        assert f"dots stand for an area of {area}" in of_file, of_file
+    for found in (show(dots[subset.dots]), text(written(dots[subset.dots], ".html"))):
+        assert f"a selection of {len(subset):,} of {len(dots):,} dots" in found and rough in found, found
+        assert "area" not in found
+
+
+def test_all_tables_of_residues_name_the_same_roughest(molecule, subset, caplog):
+    dots, table, _ = molecule
+    rough = table["mean_roughness"]
+    half = dots[dots.points[:, 0] > dots.points[:, 0].mean()]
+    for part in (subset, half, sparsurf.mesh(dots, fields="roughness")):
+        of_part = sparsurf.residues(part)["mean_roughness"]
+        assert of_part.notna().sum() > 20 and np.array_equal(of_part[of_part.notna()], rough[of_part.notna()])
+    assert sparsurf.residues(subset)["area"].sum() == pytest.approx(dots.area.sum())
+    with caplog.at_level(logging.WARNING):
+        few = sparsurf.residues(sparsurf.mesh(TDP43, n_vertices=300).vertices)
+    assert few["mean_roughness"].isna().all() and few["area"].sum() > 3000
+    assert caplog.messages == [
+        "residues: the 300 dots are too far apart for patches, so the columns of the roughness are empty"
+    ]
+
+
+def test_areas_of_an_older_file_of_a_subset_are_left_out(molecule, subset, tmp_path, caplog):
+    """Each kept dot had the area of one dense dot."""
+    old = replace(subset, surface=molecule[0].take(subset.dots))
+    sparsurf.write(old, tmp_path / "old.npz")
+    with caplog.at_level(logging.WARNING):
+        assert np.isnan(sparsurf.read_surface(tmp_path / "old.npz").area).all()
+    assert "they are left out" in caplog.text

@@ -58,6 +58,8 @@ def _length_of_comments(text: str) -> int:
 
 def read_csv(content: bytes, path: Path | str) -> Surface:
     """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case."""
+    import pandas as pd  # here: it takes long to load
+
     values, fields, lines, table = _columns(content, path, COLUMNS_OF_DOTS)
     reconstruction = reconstruction_of_file(
         {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields},
@@ -65,7 +67,9 @@ def read_csv(content: bytes, path: Path | str) -> Surface:
     )
     judge = reconstruction is None or not reconstruction.is_uneven
     columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields
-    surface = surface_of_columns(columns, path, lines, judge=judge)
+    if list(table.columns).count("area") == 1 and pd.api.types.is_numeric_dtype(table["area"]):
+        columns["area"] = table["area"].to_numpy(float)
+    surface = surface_of_columns(columns, path, lines, weighted="weight" in table, judge=judge)
     return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 

@@ -163,7 +163,8 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
     fields = {name: column for name, column in table.items() if is_field_name(name)}
     reconstruction = _reconstruction(header.decode("latin-1"))
     judge = reconstruction is None or not reconstruction.is_uneven
-    surface = surface_of_columns(fields | {"points": points, "normals": normals}, path, judge=judge)
+    fields |= {"points": points, "normals": normals} | {k: v for k, v in table.items() if k == "area"}
+    surface = surface_of_columns(fields, path, weighted="weight" in table, judge=judge)
     return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 

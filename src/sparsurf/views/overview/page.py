@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -53,6 +53,19 @@ class Notes:
     sentences: tuple[str, ...] = ()
 
 
+class Extent(NamedTuple):
+    """How much of a surface the dots of a page are."""
+
+    area: float = np.nan  # Å^2; NaN where it is not known, or is that of a selection
+    walls: float = 0.0  # Å^2, of it on the walls of cavities
+    is_known: bool = False  # whether these dots stand for a whole surface
+    selected_of: int = 0  # number of dots of the whole, if they are a selection
+    cavities_are_removed: bool = False
+
+
+NO_EXTENT = Extent()
+
+
 def overview(
     title: str,
     prepared: PreparedSurface,
@@ -67,6 +80,7 @@ def overview(
     missing: Sequence[str] = (),
     counts: str = "",
     probe: float | None = None,
+    extent: Extent = NO_EXTENT,
     links: Sequence[tuple[str, str]] = (),
     drawn: DrawnMolecule | None = None,
     origin: Sequence[tuple[str, str]] = (),
@@ -77,11 +91,12 @@ def overview(
     `order` are the dots in the order of farthest-point sampling, `residues` is the table of `evaluation.residues`, `labels`
     names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
     the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å,
-    `links` are addresses and words of other pages on the surface, and `origin` says in pairs where the page is from.
+    `extent` says how much of a surface the dots are, `links` are addresses and words of other pages on the surface, and `origin`
+    says in pairs where the page is from.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     facts = {
-        "subset": len(kept), "dots": len(surface), "area": float(surface.area.sum()) if np.isfinite(surface.area).all() else 0.0,
+        "subset": len(kept), "dots": len(surface), "extent": extent,
         "mean": float(rough.mean()), "r_patch": patches.r_patch, "d_link": patches.d_link,
         "sparse": float(f"{patches.d_link:.2g}") > D_LINK,  # as the page shows it
         "probe": probe,
