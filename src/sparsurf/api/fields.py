@@ -150,7 +150,7 @@ def residues(
     ----------
     dots : Surface, Points, Mesh, path, or molecule
         Dots from `surface`, points, a mesh, or the molecule itself, whose dots are placed. The roughness of points and of
-        vertices is their field 'roughness', and NaN if they have no such field.
+        vertices is that of the whole surface if they have the field 'roughness', and NaN if not.
     molecule : path, Molecule, or atoms of another library, optional
         Molecule of dots that carry none (default the molecule of the dots).
     roughness_values : (N,) float, optional

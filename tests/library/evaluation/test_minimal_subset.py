@@ -55,7 +55,7 @@ def test_the_subset_has_the_rows_of_its_dots(found, dots, molecule):
     assert len(few) == len(few.table) == len(few.dots) and few.molecule is molecule
     assert repr(few) == f"Subset of {len(few)} dots of {len(dots):,}"
     assert np.array_equal(np.asarray(few), dots.points[few.dots]) and few.to_frame().equals(few.table)
-    names = ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]
+    names = ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "area", "spacing", "reach"]
     labels = ["chain", "residue", "residue_name", "atom_name", "atom"]
     said = {"probe_radius": 1.4, "radii": "dms", "model": "auto"}
     assert list(few.table) == [*names, *said, *labels]

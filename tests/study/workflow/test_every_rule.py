@@ -135,7 +135,7 @@ def test_tables_of_a_conformation_agree(run, place):
     surface = read_npz(folder / "surface.npz")
     np.testing.assert_allclose(roughness["roughness"], sparsurf.roughness(surface), atol=1e-9)
     few, whole = (columns_of_ply(folder / f"{name}.ply") for name in ("minimal", "surface"))
-    names = ["x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]
+    names = ["x", "y", "z", "nx", "ny", "nz", "weight", "area", "spacing", "reach"]
     np.testing.assert_allclose(few[names], minimal[names], atol=1e-3)
     np.testing.assert_allclose(whole["roughness"], roughness["roughness"], atol=1e-3)
     np.testing.assert_allclose(whole[names[:6]], np.hstack([surface.points, surface.normals]), atol=1e-3)
