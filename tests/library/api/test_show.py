@@ -375,7 +375,7 @@ def test_results_are_also_pages_and_pictures(tmp_path, monkeypatch, capsys, name
         header = header_of(html)
         assert (header["colour"], header["sampler"]) == (0, "minimal")
     elif name != "residues":
-        assert header_of(html)["colour"] == {"surface": "kind", "roughness": "corner 0"}[name]
+        assert header_of(html)["colour"] == {"surface": "kind", "roughness": 0}[name]
     found = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda each: None if each == "matplotlib" else found(each)
