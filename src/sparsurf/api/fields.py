@@ -199,11 +199,11 @@ def residues(
         is_sparse and surface.origin is not None and not np.isnan(dot_roughness).any()
     ):
         whole = _whole_of_dense(surface, dot_roughness is not None)
-    of_all = None if whole is None else whole.roughness(PatchSettings())
+    roughness_of_all = None if whole is None else whole.roughness(PatchSettings())
     if dot_roughness is not None:
         values = dot_roughness
-    elif whole is not None and of_all is not None:  # the patches of a part would end at its border
-        values = of_all[whole.nearest]
+    elif whole is not None and roughness_of_all is not None:  # the patches of a part would end at its border
+        values = roughness_of_all[whole.nearest]
     else:
         values = _own_roughness(surface)
     if values.shape != (len(surface),):
@@ -233,8 +233,12 @@ def residues(
     component = surface.placed.components(surface) if surface.placed else None
     cavity = None if whole is None else whole.cavity[whole.nearest]
     table = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
-    if whole is not None and of_all is not None and np.allclose(values, of_all[whole.nearest], atol=1e-6):
-        table = whole.with_roughness(table, of_all, atoms)
+    if (
+        whole is not None
+        and roughness_of_all is not None
+        and np.allclose(values, roughness_of_all[whole.nearest], atol=1e-6)
+    ):
+        table = whole.with_roughness(table, roughness_of_all, atoms)
     if surface.origin and surface.molecule is not None:
         of_atoms = depth_of_atoms(surface.origin.xyz, surface.origin.radii, surface.origin.rules.probe_radius)
         table.insert(list(table).index("dots"), "depth", depth_of_residues(atoms, of_atoms))

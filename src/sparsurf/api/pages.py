@@ -57,11 +57,11 @@ def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -
     whole = whole_surface(surface) if surface.origin is not None and not about.is_whole else None
     source = surface if whole is None else whole.surface
     settings = Settings(patches=about.patches or patches_for(source))
-    of_all, known = None, about.roughness
+    roughness_of_all, dot_roughness = None, about.roughness
     if whole is not None and surface is not whole.surface:  # the patches of a part would end at its border
-        of_all = whole.roughness(settings.patches)
-        known = of_all[whole.nearest]
-    prepared = PreparedSurface(surface, settings, known, threads=available_cores())
+        roughness_of_all = whole.roughness(settings.patches)
+        dot_roughness = roughness_of_all[whole.nearest]
+    prepared = PreparedSurface(surface, settings, dot_roughness, threads=available_cores())
     is_selection = whole is not None and not whole.is_owned_by(surface)
     drawn = None if len(kept) or is_selection else _drawn(surface)
     order = (
@@ -77,8 +77,8 @@ def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -
     table = None
     if molecule is not None:
         table = residue_table(shown, prepared.roughness, molecule, cavity=cavity)
-        if whole is not None and of_all is not None:
-            table = whole.with_roughness(table, of_all, molecule, whole.is_owned_by(surface))
+        if whole is not None and roughness_of_all is not None:
+            table = whole.with_roughness(table, roughness_of_all, molecule, whole.is_owned_by(surface))
     named = [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
     if components is not None and components.max() > 0:
         parts = components.astype(float)
@@ -137,9 +137,9 @@ def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | N
         return Extent(area, walls, is_known=is_whole)
     is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
     if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
-        of_all = whole.surface.area
-        walls = float(of_all[whole.cavity].sum())
-        return Extent(float(of_all.sum()), walls, is_known=True, cavities_are_removed=is_removed)
+        areas = whole.surface.area
+        walls = float(areas[whole.cavity].sum())
+        return Extent(float(areas.sum()), walls, is_known=True, cavities_are_removed=is_removed)
     return Extent(np.nan, selected_of=len(whole.surface))
 
 
