@@ -44,6 +44,7 @@ def test_the_release_is_one():
     version, date, _ = releases[releases[0][1] == "unreleased"]
     assert citation["version"] == sparsurf.__version__ == version == metadata["version"]
     assert date == str(citation["date-released"])
+    assert f"with sparsurf {version}," in (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     assert all(len(re.findall(r"^- ", text, re.M)) <= 20 for _, _, text in releases[:2])
 
 
