@@ -5,7 +5,7 @@ import pandas as pd
 from sparsurf_study.workflow.jobs import Job
 from measures.tables import read_tables, write_tables
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.settings import PatchSettings, Settings
+from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.molecular_surface import roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.views import layout
@@ -34,7 +34,7 @@ def measure_complexes(job: Job) -> None:
     centres = [select_centres(partner, wanted, settings, SEED, threads) for partner in pair]
     tables = []
     for descriptor in job.params.descriptors:
-        described = PatchSettings(descriptor=descriptor)
+        described = PatchesSettings(descriptor=descriptor)
         found = match(*pair, centres, patches=described, threads=threads)
         for side in (0, 1):
             areas = agreement(found, side, maps(found, side, threads=threads), seed=SEED, threads=threads)

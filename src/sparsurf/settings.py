@@ -131,7 +131,11 @@ class Section(BaseModel):
             """Refuse to read a key that a rule does not pass, see `Settings.of`: a default would stand in for the config."""
             if name not in type(self).model_fields:
                 return super().__getattr__(name)
-            section = "" if isinstance(self, Settings) else f"{type(self).__name__.lower()}."
+            section = (
+                ""
+                if isinstance(self, Settings)
+                else f"{type(self).__name__.removesuffix('Settings').lower()}."
+            )
             raise AttributeError(
                 f"{section}{name} was read, but the rule of this job does not pass it; add it to the params of the rule"
             )
@@ -176,7 +180,7 @@ class SurfaceSettings(Section):
     )
 
 
-class PatchSettings(Section):
+class PatchesSettings(Section):
     """Radii of the patches, and the distance below which dots are linked."""
 
     r_patch: Length = key(arguments.R_PATCH, "Radius of the patches for roughness and sampling, Å.")
@@ -299,7 +303,7 @@ class Settings(Section):
     """The sections that computations on one surface follow."""
 
     surface: SurfaceSettings = SurfaceSettings()
-    patches: PatchSettings = PatchSettings()
+    patches: PatchesSettings = PatchesSettings()
     sampling: SamplingSettings = SamplingSettings()
     evaluation: Evaluation = Evaluation()
     minimal: Minimal = Minimal()

@@ -5,10 +5,17 @@ import pickle
 import pytest
 from pydantic import ValidationError
 
-from sparsurf.settings import Evaluation, Minimal, PatchSettings, SamplingSettings, Settings, SurfaceSettings
+from sparsurf.settings import (
+    Evaluation,
+    Minimal,
+    PatchesSettings,
+    SamplingSettings,
+    Settings,
+    SurfaceSettings,
+)
 
 DENSITIES = ((SurfaceSettings, "density"), (Minimal, "density"))
-LENGTHS = [(PatchSettings, name) for name in ("r_patch", "r_zernike", "d_link")]
+LENGTHS = [(PatchesSettings, name) for name in ("r_patch", "r_zernike", "d_link")]
 LIMITS = [
     *((*each, [1e-3, 100], [0, 100.1]) for each in (*LENGTHS, *DENSITIES, (Minimal, "percent"))),
     (SurfaceSettings, "probe_radius", [1e-3, 10], [0, 10.1]),
@@ -48,8 +55,8 @@ def test_a_minimal_subset_has_one_request():
 def test_a_default_that_is_written_out_is_the_default():
     """4 is the 4.0 of r_patch, while other integers stay what they are."""
     for written in (4, 4.0):
-        assert repr(PatchSettings(r_patch=written)) == repr(PatchSettings())
-    assert repr(PatchSettings(r_patch=5).r_patch) == "5"
+        assert repr(PatchesSettings(r_patch=written)) == repr(PatchesSettings())
+    assert repr(PatchesSettings(r_patch=5).r_patch) == "5"
 
 
 def test_what_a_rule_does_not_pass_cannot_be_read():

@@ -15,7 +15,7 @@ from sparsurf.errors import InputError, printable
 if TYPE_CHECKING:
     import numpy as np
 
-    from sparsurf.settings import PatchSettings
+    from sparsurf.settings import PatchesSettings
     from sparsurf.surfaces.surface import Surface
 
 LEFT_OUT = "left out "  # how the message on residues that are not part of a molecule begins
@@ -47,7 +47,7 @@ class About:
 
     name: str = ""
     heard: Heard | None = None
-    patches: PatchSettings | None = None
+    patches: PatchesSettings | None = None
     roughness: np.ndarray | None = None
     whole: Surface | None = None
     kept: Sequence[int] | np.ndarray = ()

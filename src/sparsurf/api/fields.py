@@ -32,7 +32,7 @@ from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.patches.index import D_LINK
-from sparsurf.settings import PatchSettings
+from sparsurf.settings import PatchesSettings
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
@@ -199,7 +199,7 @@ def residues(
         is_sparse and surface.origin is not None and not np.isnan(dot_roughness).any()
     ):
         whole = _whole_of_dense(surface, dot_roughness is not None)
-    roughness_of_all = None if whole is None else whole.roughness(PatchSettings())
+    roughness_of_all = None if whole is None else whole.roughness(PatchesSettings())
     if dot_roughness is not None:
         values = dot_roughness
     elif whole is not None and roughness_of_all is not None:  # the patches of a part would end at its border

@@ -33,7 +33,7 @@ from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.reconstructing import AUTO, reconstruct
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
-from sparsurf.settings import Minimal, PatchSettings, Settings
+from sparsurf.settings import Minimal, PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.components import fields_without_component
@@ -171,7 +171,7 @@ def represented(
                 f"minimal: error_99 belongs to an error; leave out {next(iter(request))} or error_99."
             )
     wanted = Minimal(**request).model_copy(update={"sampler": sampler, "model": model, "error_99": error_99})
-    settings = Settings(patches=PatchSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
+    settings = Settings(patches=PatchesSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
     molecule = dots.molecule if dots.placed else None
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
     if result.subset.sampler != COVER:

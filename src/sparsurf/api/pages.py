@@ -19,7 +19,7 @@ from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK
 from sparsurf.sampling.samplers import farthest
-from sparsurf.settings import PatchSettings, Settings
+from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
     COMPONENT_FIELD,
     fields_without_component,
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from sparsurf.views.overview.page import DrawnMolecule
 
 
-def patches_for(surface: Surface) -> PatchSettings:
+def patches_for(surface: Surface) -> PatchesSettings:
     """Return the patches of the paper, with a link that suits the dots where these are far apart."""
     gap = spacing(surface.points) if len(surface) > 1 else 0.0
-    return PatchSettings(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
+    return PatchesSettings(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
 
 
 def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -> str:

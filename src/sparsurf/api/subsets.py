@@ -36,7 +36,7 @@ from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_recovered, kept_
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
-from sparsurf.settings import PatchSettings, Settings
+from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -113,13 +113,13 @@ def prepare(
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
     kinds.load("descriptor", descriptor, "descriptor")
-    patches = PatchSettings(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
+    patches = PatchesSettings(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
     return _prepared(
         surface, patches.model_copy(update={"roughness": roughness, "descriptor": descriptor}), seed
     )
 
 
-def _prepared(surface: Any, patches: PatchSettings, seed: int = DEFAULT_SEED) -> PreparedSurface:
+def _prepared(surface: Any, patches: PatchesSettings, seed: int = DEFAULT_SEED) -> PreparedSurface:
     """Prepare a surface, or return one that is prepared already."""
     if isinstance(surface, PreparedSurface):
         return surface
@@ -187,7 +187,7 @@ def sample(
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
     11344
     """
-    prepared = _prepared(surface, PatchSettings())
+    prepared = _prepared(surface, PatchesSettings())
     if seed is not None:
         prepared = prepared.with_streams(replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
@@ -291,7 +291,7 @@ def compare(
     subset
     farthest  2460  1.07        1.4  0.33
     """
-    prepared = _prepared(surface, PatchSettings())
+    prepared = _prepared(surface, PatchesSettings())
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
     if not by_name:
         raise InputError("subsets: there are none; give at least one.")

@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.patches.roughness import RoughnessFunction, roughness_of_patches
-from sparsurf.settings import PatchSettings
+from sparsurf.settings import PatchesSettings
 from sparsurf.surfaces.components import on_cavities
 from sparsurf.surfaces.molecular_surface import surface_of_spheres
 from sparsurf.surfaces.surface import Surface
@@ -43,7 +43,7 @@ class WholeSurface:
         """Whether each dot lies on the wall of a cavity, (N,) bool."""
         return on_cavities(self.surface, self.surface.known_components("surface"))
 
-    def roughness(self, patches: PatchSettings) -> np.ndarray:
+    def roughness(self, patches: PatchesSettings) -> np.ndarray:
         """Compute R_i of all dots, (N,) float64."""
         from sparsurf.patches.index import build_index  # here: it loads kernels
 

@@ -17,7 +17,7 @@ from sparsurf.patches.readings import Reading, ReadingLike, reading_of
 from sparsurf.patches.roughness import roughness_of_patches as local_roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.settings import PatchSettings, Settings
+from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.threads import parallel_map
@@ -123,7 +123,7 @@ class PreparedSurface:
         return self.surface.normals
 
     @property
-    def patches(self) -> PatchSettings:
+    def patches(self) -> PatchesSettings:
         """Radii of the patches, the link, and how a patch is described."""
         return self.settings.patches
 

@@ -345,7 +345,7 @@ class Surface:
 
     def show(self, values: ArrayLike | None = None) -> Any:
         """Show the surface on an interactive page, with the values of `plot`; `save` of the result writes the page."""
-        return surfaces.views().show(self, values)
+        return surfaces.views().show_in_notebook(self, values)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""

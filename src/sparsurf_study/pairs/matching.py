@@ -10,7 +10,7 @@ import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe_patches
-from sparsurf.settings import PatchSettings
+from sparsurf.settings import PatchesSettings
 from sparsurf.streams import stream
 from sparsurf_study.pairs.nearest import Nearest, nearest
 from sparsurf_study.pairs.neighbourhoods import SMOOTHING, protrusion, smooth
@@ -23,7 +23,7 @@ NEAREST = 10  # patches whose mean distance is the second map of a study, as in 
 MAX_BEST_PAIRS = 100  # rows of the table of best-matching patches
 MIN_PAIR_DISTANCE = 6.0  # Å, between two rows of that table, on at least one side
 MAX_CONTACTS = 500  # native pairs that are evaluated
-PUBLISHED_PATCHES = PatchSettings()  # how patches are described
+PUBLISHED_PATCHES = PatchesSettings()  # how patches are described
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def descriptors_at(
     partner: Partner,
     centres: np.ndarray,
     up: bool,
-    patches: PatchSettings = PUBLISHED_PATCHES,
+    patches: PatchesSettings = PUBLISHED_PATCHES,
     threads: int = 1,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Describe the patches around some positions, (n, 3) Å: descriptors, (n, M), and the number of dots in each patch, (n,)."""
@@ -52,7 +52,7 @@ def match(
     second: Partner,
     centres: Sequence[np.ndarray | None] = (None, None),
     k: int = 1,
-    patches: PatchSettings = PUBLISHED_PATCHES,
+    patches: PatchesSettings = PUBLISHED_PATCHES,
     threads: int = 1,
 ) -> Match:
     """Compare all patches of two partners: the first seen 'up' with the second seen 'down', and both 'up'.
@@ -205,7 +205,7 @@ def contacts(
     first: Partner,
     second: Partner,
     within: float = INTERFACE,
-    patches: PatchSettings = PUBLISHED_PATCHES,
+    patches: PatchesSettings = PUBLISHED_PATCHES,
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame:

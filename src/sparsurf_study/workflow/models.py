@@ -11,7 +11,7 @@ from sparsurf.settings import (
     Length,
     Minimal,
     Number,
-    PatchSettings,
+    PatchesSettings,
     Percent,
     Positive,
     Sampler,
@@ -361,7 +361,7 @@ class Config(Section):
         "Names of values to compute at every dot in addition to roughness: properties that follow from the structure, or "
         "columns that every `table` of a protein has.",
     )
-    patches: PatchSettings = PatchSettings()
+    patches: PatchesSettings = PatchesSettings()
     sampling: Annotated[SamplingSettings, _switch(SamplingSettings)] = SamplingSettings()
     evaluation: Evaluation = Evaluation()
     tables: Tables = Tables()

@@ -130,7 +130,7 @@ def smoothed(mesh, name, radius):
 )
 def test_smoothed_curvature_is_that_of_a_fine_mesh(spheres, name):
     """Measured: 0.007 to 0.011 rms, of a standard deviation of 0.1 to 0.15."""
-    exact, of_mesh = smoothed(sparsurf.mesh(spheres, density=10.0, fields=name), name, 2.0)
+    exact, of_mesh = smoothed(sparsurf.mesh(spheres, density=20.0, fields=name), name, 2.0)
     assert np.sqrt(np.mean((exact - of_mesh) ** 2)) < 0.013 and np.corrcoef(exact, of_mesh)[0, 1] > 0.99
 
 

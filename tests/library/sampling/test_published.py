@@ -84,10 +84,10 @@ def test_flat_patches_and_powers_of_zero(prepared):
     _, _, cover = prepared
     kept = published.sample_cover(cover, (1, 0, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.dot))
-    flat = cover._replace(roughness_of_patches=np.ones_like(cover.roughness))  # (1 - R)^0
+    flat = cover._replace(roughness=np.ones_like(cover.roughness))  # (1 - R)^0
     assert np.array_equal(published.sample_cover(flat, (1, 0, 0, 0), np.random.default_rng(0)), kept)
     _, _, cover = prepared
-    flat = cover._replace(roughness_of_patches=np.ones_like(cover.roughness))
+    flat = cover._replace(roughness=np.ones_like(cover.roughness))
     kept = published.sample_cover(flat, (1, 0.5, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.centre))
     assert published.expected_n_s(flat, [(1, 0.5, 0, 0)])[0] == pytest.approx(len(kept), rel=1e-12)

@@ -391,7 +391,7 @@ def test_a_packed_file_that_grows_beyond_the_bound_is_not_unpacked_by_the_plan(t
             stream.write(b" " * 2**20)
     code = (
         "import resource, sys; from sparsurf import files; from sparsurf_study.workflow.conformations import file_has_one_model\n"
-        "files.MAX_BYTES = 2**20; before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "files.MAX_UNPACKED_BYTES = 2**20; before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "print(file_has_one_model(sys.argv[1]), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000)"
     )
     done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
