@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import atom_line, peptide
-from sparsurf.cli import command, surface
+from sparsurf.cli import command, minimal, surface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.settings import Settings
@@ -436,6 +436,36 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         assert f"wrote {out}: {told}\n" in capfd.readouterr().err, call
 
 
+def test_a_terminal_shows_what_is_being_done(folder, tmp_path, monkeypatch, capsys):
+    """With the numbers of atoms and of dots; logs and pipes do not."""
+    n_atoms, n_dots = (
+        read_molecule(folder / "protein.pdb").n_atoms,
+        len(sparsurf.surface(folder / "protein.pdb")),
+    )
+    for on_terminal in (True, False):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda on_terminal=on_terminal: on_terminal, raising=False)
+        for name, done in (
+            ("surface", f"surface of {n_atoms:,} atoms ..."),
+            ("roughness", f"surface of {n_atoms:,} atoms ..."),
+            ("minimal --percent 5", f"choosing among {n_dots:,} dots ..."),
+        ):
+            command_name, *options = name.split()
+            assert ended(command_name, folder / "protein.pdb", *options, "-o", tmp_path / "x.csv") == 0
+            assert (f"{done}\n" in capsys.readouterr().err) == on_terminal
+
+
+@pytest.mark.parametrize("widest", [1.0, 100.0])
+def test_a_wide_interval_of_the_number_of_dots_is_reported(folder, tmp_path, monkeypatch, capsys, widest):
+    """As a ratio of its ends, which differ."""
+    monkeypatch.setattr(minimal, "WIDE", widest)
+    call = ["minimal", folder / "protein.pdb", "--sampler", "farthest", "-o", tmp_path / "m.csv"]
+    assert ended(*call) == 0
+    told = capsys.readouterr().err
+    assert ("The interval is wide: --percent keeps a fixed share" in told) == (widest == 1.0)
+    low, high = map(float, re.search(r"95 % interval ([\d.]+) to ([\d.]+) %", told).groups())
+    assert low < high
+
+
 def test_the_z_of_a_subset_and_of_the_mean_patch_are_those_of_a_comparison(folder, tmp_path, capsys):
     dots = sparsurf.surface(folder / "protein.pdb")
     few = sparsurf.minimal(dots, percent=20)
@@ -584,6 +614,7 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
             "surface a.pdb --densty 3",
             "unrecognized arguments: --densty; did you mean '--density'?",
         ),  # -o is missing
+        ("surface a.pdb --densty 3 --radius 2", "unrecognized arguments: --densty; did you mean"),
         ("surface a.pdb --dens 3", "required: -o/--output"),
         ("compare a.pdb", "invalid choice: 'compare'"),
         ("--qiet", "See sparsurf --help."),

@@ -172,6 +172,22 @@ def test_a_selection_that_matches_nothing_names_the_spelling_of_the_file(example
         example.select(selection="name H")
 
 
+def test_a_selection_by_a_prime_names_the_asterisk_of_the_file(example):
+    names = np.where(example.name == "CA", "O5*", example.name)
+    nucleotides = replace(example, residue_name=np.full(example.n_atoms, "DA"), name=names)
+    with pytest.raises(InputError, match=r"contains no atoms; .*; it calls O5' O5\*\.$"):
+        nucleotides.select(selection="""name "O5'\"""")
+
+
+@pytest.mark.parametrize("name", ["a.parm7", "a.psf", "short.psf", "a.crd", "extended.crd"])
+def test_insertion_codes_are_those_of_the_file(example, tmp_path, name):
+    labels = np.array([f"209{code}" for code in ["", *"ABCDEFGHIJKLM"]])
+    coded = replace(example.frame(0), residue=labels[example.residue_index])
+    write_all(tmp_path, coded)
+    frames = () if name.endswith(".crd") else (tmp_path / "a.nc",)
+    assert read_molecule(tmp_path / name, *frames, selection="all").residue.tolist() == coded.residue.tolist()
+
+
 # ---- damaged files of each format: right, or one sentence
 
 
