@@ -45,6 +45,9 @@ OPTIONS = {
      "--mesh": {"mesh": True}, "--mesh --density 5": {"mesh": True, "density": 5},
      "--mesh --step 0.6": {"mesh": True, "step": 0.6}, 
      "--mesh --selection all --cavities keep": {"mesh": True, "selection": "all", "cavities": "keep"},
+     "--mesh --frame 1": {"mesh": True, "frame": 1}, "--mesh --chains A": {"mesh": True, "chains": "A"},
+     "--mesh --probe-radius 1.6": {"mesh": True, "probe_radius": 1.6},
+     "--mesh --radii bondi": {"mesh": True, "radii": "bondi"},
      "--mesh --colours": {"mesh": True, "colours": True},
      "--mesh --fields hydropathy": {"mesh": True, "fields": "hydropathy"}},
     "residues": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY},
@@ -162,7 +165,7 @@ def mesh_of(dots, keys, out):
 
 def surface(file, keys, out):
     if "mesh" in keys:
-        rules = {"cavities": "remove"} | some(keys, "cavities")
+        rules = {"cavities": "remove"} | some(keys, "cavities", "frame", "probe_radius", "radii")
         return mesh_of(sparsurf.surface(molecule_of(file, keys), **rules), keys, out)
     dots = dots_of(file, keys, *PLACING)
     frame = dots.to_frame()
@@ -282,6 +285,38 @@ def test_a_result_is_that_of_the_function_and_differs_from_that_without_the_opti
     if options:
         base = next((words for begin, words in BASES.items() if options.startswith(begin)), "")
         assert not agree(result(tmp_path, name, file, call, base), found)
+
+
+SPHERES = {  # of which an option makes another surface
+    "": {},
+    "--density 9": {"density": 9},
+    "--probe-radius 1.6": {"probe_radius": 1.6},
+    "--cavities remove": {"cavities": "remove"},
+    "--mesh": {"mesh": True},
+    "--mesh --density 5": {"mesh": True, "density": 5},
+    "--mesh --step 0.6": {"mesh": True, "step": 0.6},
+    "--mesh --cavities keep": {"mesh": True, "cavities": "keep"},
+    "--mesh --probe-radius 1.6": {"mesh": True, "probe_radius": 1.6},
+}
+
+
+@pytest.mark.parametrize("options", SPHERES)
+def test_an_option_of_a_surface_of_spheres_is_that_argument_of_the_function(tmp_path, monkeypatch, options):
+    """A cage of atoms with a cavity."""
+    monkeypatch.chdir(tmp_path)
+    write_spheres("in.xyzr", 6.5 * sphere(80)[0], np.full(80, 1.9))
+    keys = {"cavities": "remove" if "mesh" in SPHERES[options] else "keep"} | SPHERES[options]
+    found = result(tmp_path, "surface", "in.xyzr", "", options)
+    rules = some(keys, "probe_radius", "cavities")
+    if "mesh" in keys:
+        assert found == mesh_of(sparsurf.surface("in.xyzr", **rules), keys, tmp_path)
+    else:
+        dots = sparsurf.surface("in.xyzr", **rules, **some(keys, "density"))
+        columns = ["x", "y", "z", "nx", "ny", "nz", "area", "kind"]
+        assert agree(found, dots.to_frame()[columns].assign(atom=dots.atom))
+    if options:
+        base = "--mesh" if options.startswith("--mesh ") else ""
+        assert not agree(result(tmp_path, "surface", "in.xyzr", "", base), found)
 
 
 MSMS = {  # with spheres of the radii 1.5, 1.2, 1.9 and 1.2 Å
