@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import skew
 from scipy.stats import t as student
 
 from sparsurf.evaluation.statistics import (
@@ -178,6 +179,18 @@ def test_an_interval_of_symmetric_values_is_students():
     assert mean_interval(values + 7) == pytest.approx((7, 7 - half, 7 + half))
     assert mean_interval([1.0, 4.0])[2] == pytest.approx(2.5 + student.ppf(0.975, 1) * 1.5)
     assert mean_interval([2.0, 2.0, 2.0]) == (2, 2, 2)
+
+
+def test_the_ends_of_an_interval_of_skewed_values_solve_the_equation_of_hall():
+    """g(w) = w + k w^2 / 3 + k^2 w^3 / 27 + k / 6n is t / sqrt(n) for w = (mean - end) / sd, with the skewness k."""
+    values = np.array([1.0, 2, 3.2, 4.1, 5, 7.5, 6.2, 2.9])
+    n, k = len(values), skew(values, bias=False)
+    mean, low, high = mean_interval(values)
+    steps = student.ppf(0.975, n - 1) / n**0.5
+    assert mean == pytest.approx(3.9875) and 0.1 < k < 0.75 / steps
+    for end, step in ((low, steps), (high, -steps)):
+        w = (mean - end) / values.std(ddof=1)
+        assert w + k * w**2 / 3 + k**2 * w**3 / 27 + k / (6 * n) == pytest.approx(step)
 
 
 @given(

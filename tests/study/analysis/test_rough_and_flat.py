@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from conftest import make_blob
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.statistics import estimate
 from sparsurf.sampling import published
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -85,3 +87,16 @@ def test_the_rows_around_kept_dots_come_before_those_around_any(prepared):
         inside = rough >= np.mean([rough.min(), rough.max()])
         flat = [np.mean([row[mask].mean() for row, mask in zip(of, inside, strict=True)]) for of in z]
         assert halves[["Z_tS_full", "Z_tR_full"]].iloc[1].tolist() == pytest.approx(flat)
+
+
+def test_the_interval_over_draws_with_their_own_test_dots_is_students_of_their_means():
+    """By hand: means 2, 4 and 9 over 1, 2 and 3 test dots; crossed draws take the test dots as well."""
+    d = np.array([[2.0, 50, 60], [3, 5, 70], [8, 9, 10]])
+    inside = np.array([[True, False, False], [True, True, False], [True, True, True]])
+    found = rough_and_flat.estimate_inside(d, inside, True)
+    half = student.ppf(0.975, 2) * np.std([2, 4, 9], ddof=1) / 3**0.5
+    assert (found.mean, found.low, found.high) == pytest.approx((5, 5 - half, 5 + half))
+    everywhere = np.ones((3, 3), bool)
+    crossed = rough_and_flat.estimate_inside(d, everywhere, False)
+    assert crossed.mean == pytest.approx(d.mean()) and crossed.error == pytest.approx(estimate(d).error)
+    assert np.isnan(rough_and_flat.estimate_inside(d, inside & [False, True, True], True).mean)
