@@ -37,8 +37,6 @@ MAX_MOVE = 0.6  # Å, of a point of the interpolant onto the rebuilt surface
 FILL = 0.7  # Å around moved points in which dots of the rebuilt surface close holes
 SAME_SIDE = 0.3  # cosine of the normals of a point and of the rebuilt surface
 PUSHES = 3  # out of the probe balls of kept dots
-DEPTH_OF_LEFT_BEHIND = 0.05  # Å; a point that is so deep in an inferred atom was left behind
-ATOMS_AROUND = 8
 # Distance of a new dot from all others, in 1 / sqrt(density), which makes up to a third more dots than requested
 SEPARATION = 0.72
 POINTS_PER_TASK = 16384
@@ -149,12 +147,9 @@ def _moved(
     new[:n_kept] = False
     target = nearest[new]
     points[new], normals[new] = _onto_sphere(points[new], index.dot[target], surface, atoms, probe)
-    left = np.flatnonzero(trusted & ~moves)
-    left = left[left >= n_kept]
-    stays = np.ones(len(points), bool)
-    if len(left):
-        distance, atom = cKDTree(atoms.centres).query(points[left], k=min(ATOMS_AROUND, len(atoms.radii)))
-        stays[left] = ~(distance < atoms.radii[atom] - DEPTH_OF_LEFT_BEHIND).any(axis=1)
+    # Between dots on the rebuilt surface, a point of the guide without any of it nearby lies where there is no surface
+    stays = moves | ~trusted
+    stays[:n_kept] = True
     return points[stays], normals[stays], moves[stays]
 
 
