@@ -269,8 +269,8 @@ class Minimal(Section):
         f"{DEFAULT_ERROR:g} if no other of these keys is given; in batches, percent: 10 instead."
     )
     error_99: Distance = optional(
-        "Error in Å that at most 1 % of the reconstructed surface exceeds, besides the mean error; with the sampler cover "
-        f"{TAIL_PER_ERROR} times the mean error if it is not given."
+        "Error in Å that at most 1 % of the true surface exceeds, besides the mean error; with the sampler cover also at most "
+        f"1 % of the reconstructed surface, and {TAIL_PER_ERROR} times the mean error if it is not given."
     )
     density: Density = optional("Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å.")
     percent: Percent = optional("Share of the dots to keep, %.")

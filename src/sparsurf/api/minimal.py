@@ -103,8 +103,9 @@ def minimal(
         How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
         sampler 'cover', and 'interpolant' with all others.
     error_99 : float, optional
-        Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' this is 5
-        times `error` if it is not given; with others only the mean is bounded, and 99 % is then about 5.5 times the mean.
+        Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' 99 % of the
+        reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; with others
+        only the mean is bounded, and 99 % is then about 5.5 times the mean.
     d_link : float
         Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int

@@ -162,6 +162,8 @@ def smallest_subset_of_error(
 def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray | None:
     """Find few dots that touch every exposed atom and reconstruct the surface with a mean and a 99 % error, Å.
 
+    The 99 % error bounds the distances of the true surface from the reconstructed one and those of the reconstructed surface from
+    the true one, so that no part is missing and none is invented.
     Dots are added where the surface errs, and those of the last round only as far as they are needed. The result is None where
     the dots do not determine their spheres, or where no round reaches the errors.
     """
@@ -176,7 +178,7 @@ def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray 
             return _fewest_of_round(trials, chosen, fewer, error, error_99)
         if largest_error is not None:
             errs = min(largest_error, error_99)
-            added = dots_to_add(surface, chosen, rebuilt, errs, largest_error == ROUNDS[0], threads)
+            added = dots_to_add(surface, chosen, rebuilt, errs, threads)
             chosen, fewer = np.concatenate([chosen, added]), len(chosen)
     return None
 

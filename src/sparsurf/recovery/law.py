@@ -80,8 +80,8 @@ def density_for(
     Parameters
     ----------
     error : float
-        Mean distance of the true surface from the reconstructed one, Å. With the sampler 'cover', 99 % of the surface also lies
-        within 5 times this distance, as in `minimal`.
+        Mean distance of the true surface from the reconstructed one, Å. With the sampler 'cover', 99 % of either surface also
+        lies within 5 times this distance from the other, as in `minimal`.
     hydrogens : bool
         Whether the molecule has explicit hydrogens (default False). They need more dots.
     sampler : {'farthest', 'cover'}

@@ -35,10 +35,8 @@ ROUNDS = (
     0.06,
     0.03,
 )  # Å: dots are added where the true surface lies so far from the rebuilt one
-OVERSHOOTS, MAX_OVERSHOOTS = (
-    0.4,
-    20,
-)  # Å, of the rebuilt surface over the true one, and dots that are added for it in a round
+# Å, of the rebuilt surface from the true one, and dots that are added for it in a round: few, since they mend less than others
+OVERSHOOTS, MAX_OVERSHOOTS = 0.25, 40
 
 
 class SurfaceOnAtoms(SampledSurface, Protocol):
@@ -90,7 +88,7 @@ def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndar
     for errs in ROUNDS:
         if len(chosen) < n:
             rebuilt = rebuilt_from(surface, atoms, chosen, prepared.threads)
-            added = dots_to_add(surface, chosen, rebuilt, errs, errs == ROUNDS[0], prepared.threads)
+            added = dots_to_add(surface, chosen, rebuilt, errs, prepared.threads)
             chosen = np.concatenate([chosen, added])
     return farthest_after(prepared.index, chosen[:n], n)
 
@@ -113,7 +111,6 @@ def dots_to_add(
     chosen: np.ndarray,
     rebuilt: Rebuilt,
     errs: float,
-    overshoots: bool = True,
     threads: int = 1,
 ) -> np.ndarray:
     """Return dots, the worst first, that lie more than `errs` Å from the rebuilt surface, or under where it overshoots."""
@@ -122,7 +119,7 @@ def dots_to_add(
     errors_of_dots = distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
     errors_of_rebuilt = distance_to_surface(rebuilt.points, surface.points, surface.normals, threads)
     worst = _worst(surface.points, errors_of_dots, errs, len(errors_of_dots))
-    over = _worst(rebuilt.points, errors_of_rebuilt, max(OVERSHOOTS, errs), MAX_OVERSHOOTS * overshoots)
+    over = _worst(rebuilt.points, errors_of_rebuilt, max(OVERSHOOTS, errs), MAX_OVERSHOOTS)
     under = np.asarray(cKDTree(surface.points).query(rebuilt.points[over])[1], np.int64)
     dots = np.concatenate([worst, under])
     order = np.argsort(-np.concatenate([errors_of_dots[worst], errors_of_rebuilt[over]]), kind="stable")

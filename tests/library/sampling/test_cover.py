@@ -29,8 +29,10 @@ def few(dots):
 
 
 def errors(fresh, dense):
-    distance = distance_to_surface(fresh.points, dense.points, dense.normals)
-    return distance.mean(), np.quantile(distance, 0.99)
+    """Mean error, and the larger 99 % error of both directions."""
+    there = distance_to_surface(fresh.points, dense.points, dense.normals)
+    back = distance_to_surface(dense.points, fresh.points, fresh.normals)
+    return there.mean(), max(np.quantile(there, 0.99), np.quantile(back, 0.99))
 
 
 def test_every_exposed_atom_is_touched_twice(dots):
@@ -60,7 +62,7 @@ def test_the_default_keeps_few_dots_and_bounds_both_errors(dots, fresh, few):
 
 def test_a_smaller_99_percent_error_takes_more_dots(dots, fresh, few):
     more = sparsurf.minimal(dots, error=0.02, error_99=0.04)
-    assert len(few) < len(more) < 1.4 * len(few)
+    assert len(few) < len(more) < 1.5 * len(few)
     assert errors(fresh, sparsurf.recover(more, density=30))[1] < 0.042
     evenly = sparsurf.minimal(dots, error=0.05, sampler="farthest")
     bounded = sparsurf.minimal(dots, error=0.05, error_99=0.15, sampler="farthest")

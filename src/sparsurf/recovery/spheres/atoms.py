@@ -57,6 +57,7 @@ def infer(points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: 
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     probe, tolerance = model.probe, model.tolerance
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)  # those of a file are rounded
     all_probes = points + probe * normals
     kept = select_separated(build_grid(all_probes), np.arange(len(points)), 2 * tolerance, len(points), 0)
     probes = build_grid(all_probes[kept])
