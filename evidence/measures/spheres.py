@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 import pandas as pd
@@ -19,10 +20,12 @@ from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance
 from sparsurf.recovery.reconstructing import AUTO, DENSITY_FOR_SPHERES, INTERPOLANT, SPHERES, reconstruct
 from sparsurf.settings import Minimal, Settings
 from sparsurf.streams import Streams
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import CONTACT, Surface
 
 FARTHEST, COVER = "farthest", "cover"
 MODELS = (INTERPOLANT, SPHERES)
+ATOMS, MESH = "atoms", "mesh"  # other ways to store the surface, in the columns sampler and model
+PDB_DECIMALS = 3
 ERRORS = ("mean", "high_99", "largest", "back_99", "back_largest")
 KEYS = ["group", "sampler", "model", "requested"]
 
@@ -33,6 +36,7 @@ def errors_of(
     of_cover: Sequence[float],
     requested_errors: Sequence[float],
     streams: Streams,
+    with_opponents: bool = False,
 ) -> Iterator[dict]:
     """Measure the errors of one surface: rows with sampler, model, requested (dots per Å^2, or 'error'), density and `ERRORS`.
 
@@ -51,12 +55,9 @@ def errors_of(
         for model in models:
             density = DENSITY_FOR_ERRORS if model == INTERPOLANT else DENSITY_FOR_SPHERES
             points, normals, share = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
-            there = distance_to_surface(test.points, points, normals)
-            back = distance_to_surface(points, test.points, test.normals)
             row = {"sampler": sampler, "model": model, "requested": requested}
-            row |= {"density": len(dots) / prepared.area, "share": share, "mean": there.mean()}
-            row |= {"high_99": np.quantile(there, TAIL_QUANTILE), "largest": there.max()}
-            yield row | {"back_99": np.quantile(back, TAIL_QUANTILE), "back_largest": back.max()}
+            row |= {"density": len(dots) / prepared.area, "share": share}
+            yield row | _errors(test, points, normals)
 
     for density in densities:
         dots = trials[FARTHEST].draw(round(density * prepared.area))
@@ -67,6 +68,43 @@ def errors_of(
         settings = Settings(minimal=Minimal(error=error))
         few = represent(surface, settings, streams, surface.molecule).subset
         yield from rows(few.sampler, f"error {error:g}", few.dots, [few.model])
+    if with_opponents:
+        yield from errors_of_opponents(surface, test, of_cover)
+
+
+def errors_of_opponents(surface: Surface, test: Surface, densities: Sequence[float]) -> Iterator[dict]:
+    """Measure, in rows like those of `errors_of`, the surface of the atoms as a PDB file stores them, and closed meshes."""
+    origin, area = surface.origin, surface.area.sum()
+    assert origin is not None
+    exposed = np.unique(surface.atom[surface.kind == CONTACT])
+    stored = origin.xyz.round(PDB_DECIMALS), origin.radii
+    known = {"sampler": ATOMS, "model": ATOMS, "requested": ATOMS, "density": len(exposed) / area}
+    of_atoms = sparsurf.surface(stored, density=DENSITY_FOR_SPHERES)
+    yield known | _errors(test, of_atoms.points, of_atoms.normals)
+    for density in densities:
+        mesh = sparsurf.mesh((origin.xyz, origin.radii), density=density)
+        known = {"sampler": MESH, "model": MESH, "requested": density, "density": len(mesh.vertices) / area}
+        yield known | _errors(test, *_dots_of_triangles(mesh.vertices.points[mesh.triangles]))
+
+
+def _dots_of_triangles(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and normals on triangles (T, 3, 3), about `DENSITY_FOR_SPHERES` per Å^2 on the larger ones."""
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(across, axis=1)
+    steps = int(sqrt(2 * np.quantile(size / 2, 0.9) * DENSITY_FOR_SPHERES)) + 1
+    first, second = np.triu_indices(steps + 1)
+    share = np.column_stack([first, second - first, steps - second]) / steps
+    normals = across / np.maximum(size, 1e-12)[:, None]
+    return (share @ corners).reshape(-1, 3), np.repeat(normals, len(share), axis=0)
+
+
+def _errors(test: Surface, points: np.ndarray, normals: np.ndarray) -> dict[str, float]:
+    """Measure the distances (Å) of independent dots from a surface, and of the surface from these: `ERRORS`."""
+    there = distance_to_surface(test.points, points, normals)
+    back = distance_to_surface(points, test.points, test.normals)
+    errors = [there.mean(), np.quantile(there, TAIL_QUANTILE), there.max()]
+    errors += [np.quantile(back, TAIL_QUANTILE), back.max()]
+    return dict(zip(ERRORS, map(float, errors), strict=True))
 
 
 def measure_spheres(job: Job) -> None:
@@ -80,7 +118,9 @@ def measure_spheres(job: Job) -> None:
         known = {"group": params.group, "structure": name, "atoms": molecule.n_atoms}
         surface = sparsurf.surface(molecule)
         known["area"] = surface.area.sum()
-        rows = errors_of(surface, params.densities, params.of_cover, params.requested_errors, streams)
+        more = name in params.measured_more
+        densities = sorted([*params.densities, *(params.more_densities if more else [])])
+        rows = errors_of(surface, densities, params.of_cover, params.requested_errors, streams, more)
         found += [known | row for row in rows]
         progress(k + 1, len(params.structures))
         pd.DataFrame(found).to_csv(job.output.errors, index=False)

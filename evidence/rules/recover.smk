@@ -90,9 +90,16 @@ rule draw_recovery:
 
 
 SPHERES_GROUPS = {
-    "chains": names_in_set(STRUCTURES, "chains")[:: config["spheres"]["every"]],
+    "chains": names_in_set(STRUCTURES, "chains")[
+        config["spheres"]["first"] :: config["spheres"]["every"]
+    ],
     "with hydrogens": config["spheres"]["with_hydrogens"],
 }
+SPHERES_MEASURED_MORE = [
+    name
+    for group in SPHERES_GROUPS
+    for name in SPHERES_GROUPS[group][:: config["spheres"]["more"]["every"] if group == "chains" else 1]
+]
 SPHERES_PARTS = {
     f"{'chains' if group == 'chains' else 'hydrogens'}_{k}": (group, names[k :: config["spheres"]["parts"]])
     for group, names in SPHERES_GROUPS.items()
@@ -116,6 +123,8 @@ rule measure_spheres:
         group=lambda wildcards: SPHERES_PARTS[wildcards.part][0],
         hydrogens="keep",
         densities=config["spheres"]["densities"],
+        more_densities=config["spheres"]["more"]["densities"],
+        measured_more=SPHERES_MEASURED_MORE,
         of_cover=lambda wildcards: config["spheres"]["of_cover"][SPHERES_PARTS[wildcards.part][0]],
         requested_errors=config["spheres"]["errors"],
         seed=config["seed"],
