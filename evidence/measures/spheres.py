@@ -57,7 +57,7 @@ def errors_of(
             points, normals, share = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
             row = {"sampler": sampler, "model": model, "requested": requested}
             row |= {"density": len(dots) / prepared.area, "share": share}
-            yield row | _errors(test, points, normals)
+            yield row | errors_both_ways((test.points, test.normals), points, normals)
 
     for density in densities:
         dots = trials[FARTHEST].draw(round(density * prepared.area))
@@ -80,11 +80,13 @@ def errors_of_opponents(surface: Surface, test: Surface, densities: Sequence[flo
     stored = origin.xyz.round(PDB_DECIMALS), origin.radii
     known = {"sampler": ATOMS, "model": ATOMS, "requested": ATOMS, "density": len(exposed) / area}
     of_atoms = sparsurf.surface(stored, density=DENSITY_FOR_SPHERES)
-    yield known | _errors(test, of_atoms.points, of_atoms.normals)
+    yield known | errors_both_ways((test.points, test.normals), of_atoms.points, of_atoms.normals)
     for density in densities:
         mesh = sparsurf.mesh((origin.xyz, origin.radii), density=density)
         known = {"sampler": MESH, "model": MESH, "requested": density, "density": len(mesh.vertices) / area}
-        yield known | _errors(test, *_dots_of_triangles(mesh.vertices.points[mesh.triangles]))
+        yield known | errors_both_ways(
+            (test.points, test.normals), *_dots_of_triangles(mesh.vertices.points[mesh.triangles])
+        )
 
 
 def _dots_of_triangles(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,10 +100,12 @@ def _dots_of_triangles(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (share @ corners).reshape(-1, 3), np.repeat(normals, len(share), axis=0)
 
 
-def _errors(test: Surface, points: np.ndarray, normals: np.ndarray) -> dict[str, float]:
+def errors_both_ways(
+    test: tuple[np.ndarray, np.ndarray], points: np.ndarray, normals: np.ndarray
+) -> dict[str, float]:
     """Measure the distances (Å) of independent dots from a surface, and of the surface from these: `ERRORS`."""
-    there = distance_to_surface(test.points, points, normals)
-    back = distance_to_surface(points, test.points, test.normals)
+    there = distance_to_surface(test[0], points, normals)
+    back = distance_to_surface(points, *test)
     errors = [there.mean(), np.quantile(there, TAIL_QUANTILE), there.max()]
     errors += [np.quantile(back, TAIL_QUANTILE), back.max()]
     return dict(zip(ERRORS, map(float, errors), strict=True))

@@ -134,6 +134,27 @@ rule measure_spheres:
         "../measure.py"
 
 
+OTHER_DOTS = names_in_set(STRUCTURES, "chains")[config["other_dots"]["first"] :: config["other_dots"]["every"]]
+
+
+rule measure_other_dots:
+    input:
+        structures=ancient([structure_file(name) for name in OTHER_DOTS]),
+    output:
+        table=f"{TABLES}/spheres_other_dots.csv",
+        means=f"{TABLES}/spheres_other_dots_means.csv",
+    log:
+        f"{RESULTS}/logs/spheres/measure_other_dots.log",
+    params:
+        structures={name: structure_file(name) for name in OTHER_DOTS},
+        densities=config["other_dots"]["densities"],
+        seed=config["seed"],
+    message:
+        "Dots that do not lie on spheres"
+    script:
+        "../measure.py"
+
+
 rule tabulate_spheres:
     input:
         errors=expand(f"{RESULTS}/spheres/{{part}}.csv", part=SPHERES_PARTS),
