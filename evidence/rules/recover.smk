@@ -90,9 +90,7 @@ rule draw_recovery:
 
 
 SPHERES_GROUPS = {
-    "chains": names_in_set(STRUCTURES, "chains")[
-        config["spheres"]["first"] :: config["spheres"]["every"]
-    ],
+    "chains": names_in_set(STRUCTURES, "chains")[config["spheres"]["first"] :: config["spheres"]["every"]],
     "with hydrogens": config["spheres"]["with_hydrogens"],
 }
 SPHERES_MEASURED_MORE = [
@@ -134,7 +132,9 @@ rule measure_spheres:
         "../measure.py"
 
 
-OTHER_DOTS = names_in_set(STRUCTURES, "chains")[config["other_dots"]["first"] :: config["other_dots"]["every"]]
+OTHER_DOTS = names_in_set(STRUCTURES, "chains")[
+    config["other_dots"]["first"] :: config["other_dots"]["every"]
+]
 
 
 rule measure_other_dots:
