@@ -272,15 +272,23 @@ def recover(
     >>> round(float(distance.mean()), 2)
     0.16
     """
+    dense, share = recover_with_share(few, density=density, reach=reach, steps=steps, model=model)
+    log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * share)
+    return dense
+
+
+def recover_with_share(
+    few: SurfaceLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, model: str = AUTO
+) -> tuple[Surface, float]:
+    """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
     steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
     check_choice(model, MODELS, "model")
     points, normals, share = reconstruct(kept, density, model, reach, steps, available_cores())
-    log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * share)
     fields = fields_without_component(kept)
     between = interpolate_fields(kept.points, fields, points[len(kept) :])
     fields = {name: np.concatenate([fields[name], values]) for name, values in between.items()}
-    return Surface(points, normals, fields=fields)
+    return Surface(points, normals, fields=fields), share
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.minimal import REACHES, recover
+from sparsurf.api.minimal import REACHES, recover_with_share
 from sparsurf.api.patches import describe_points
 from sparsurf.api.surfaces import mesh_size, reconstructed_mesh
 from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
-from sparsurf.arguments import MODELS
+from sparsurf.arguments import INTERPOLANT, MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
@@ -103,13 +103,17 @@ def run(args: argparse.Namespace) -> None:
         writing.write_dots(args.output, triangles)
         outputs.report(args, f"{triangles.message} from {len(few):,} dots")
         return
-    dense = recover(few, density=args.density or DENSITY, reach=args.reach, model=args.model)
+    dense, share = recover_with_share(
+        few, density=args.density or DENSITY, reach=args.reach, model=args.model
+    )
     if points_at is not None:
         _describe(args, dense, points_at)
         return
     dots = _dense_dots(dense, len(few), _is_dms(args))
     writing.write_dots(args.output, dots)
-    outputs.report(args, f"{len(dense):,} dots from {len(few):,}")
+    on_spheres = f"{100 * share:.0f} % of these" if share > 0 else "none of these"
+    on_spheres = "" if args.model == INTERPOLANT else f"; {on_spheres} lie on spheres of inferred atoms"
+    outputs.report(args, f"{len(dense):,} dots from {len(few):,}{on_spheres}")
 
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:

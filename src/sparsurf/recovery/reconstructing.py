@@ -10,7 +10,7 @@ import numpy as np
 from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, distance_to_surface
-from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, interpolate_surface
+from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.surfaces.spacing import DENSITY
@@ -39,6 +39,11 @@ def reconstruct(
     `recovering.interpolate_surface`.
     """
     origin = few.reconstruction
+    if len(few) < MIN_INTERPOLATED:
+        log.warning(
+            "recover: a surface is reconstructed from at least %d dots; the result is the %d dots that were given",
+            MIN_INTERPOLATED, len(few),
+        )  # fmt: skip
     if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
         return *interpolate_surface(few.points, few.normals, density, reach, steps, threads), 0.0
     probe_and_radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
@@ -52,8 +57,10 @@ def reconstruct(
         )
     if origin is not None and origin.model == SPHERES and found.share < MIN_SHARE:
         log.warning(
-            "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them; the rest is interpolated, with a "
-            "larger error", 100 * found.share,
+            "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them with the probe of %g Å and radii "
+            "'%s' that their file names; the rest is interpolated, with a larger error. If they were placed with others, remove "
+            "the columns probe_radius, radii and model, so that both are inferred.",
+            100 * found.share, origin.probe_radius, origin.radii,
         )  # fmt: skip
     return found.points, found.normals, found.share
 

@@ -16,6 +16,7 @@ from sparsurf.threads import parallel_map
 
 # A farthest-point subset lies within 0.9 spacings of every dot; a larger reach only helps very uneven subsets.
 REACH = 1.0
+MIN_INTERPOLATED = 4  # dots; fewer span no surface
 NEWTON_STEPS = 4  # two are enough on smooth surfaces, none needs more than four
 SURPLUS = 1.3  # points placed per requested dot: thinning removes those that overlap
 # In a square of the spacing, so that gaps are filled even between dots that are nearly dense enough
@@ -48,7 +49,7 @@ def interpolate_surface(
     """
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
     n = len(points)
-    if n < 4:
+    if n < MIN_INTERPOLATED:
         return points.copy(), normals.copy()
     discs = _discs(points, normals, density, reach, steps, threads, close)
     n_kept = n if keep else 0

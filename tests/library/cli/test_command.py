@@ -21,6 +21,7 @@ from peptides import atom_line, peptide
 from sparsurf.cli import command, minimal, surface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
+from sparsurf.recovery.reconstructing import reconstruct
 from sparsurf.settings import Settings
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.views.numbers import number
@@ -407,6 +408,8 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     smallest, interpolated = sparsurf.minimal(dots), sparsurf.minimal(dots, model="interpolant")
     low, high = (number(100 * end / len(dots), 1) for end in interpolated.interval)
     volume = sparsurf.components(dots)[1]["volume"].sum()
+    dense, share = sparsurf.recover(few), reconstruct(few)[2]
+    assert 0.5 < share < 0.99
     words = {
         "surface protein.pdb": f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
         "surface protein.pdb --residues 211-212": f"{len(part):,} of {len(dots):,} dots, {part.area.sum():,.0f} Å^2 of "
@@ -416,7 +419,8 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         "residues protein.pdb": f"8 residues, {dots.area.sum():,.0f} Å^2",
         "residues protein.pdb --residues 211-212": f"2 residues, {part.area.sum():,.0f} Å^2",
         "descriptors protein.pdb --every 500": f"{-(-len(dots) // 500)} patches",
-        "recover minimal.csv": f"{len(sparsurf.recover(few)):,} dots from {len(few):,}",
+        "recover minimal.csv": f"{len(dense):,} dots from {len(few):,}; {100 * share:.0f} % of these lie on spheres of "
+        "inferred atoms",
         "recover minimal.csv --at one.csv": "1 patches",
         "recover minimal.csv --mesh": f"{len(recovered.triangles):,} triangles, {recovered.volume:,.0f} Å^3 from {len(few):,} "
         "dots",
