@@ -90,7 +90,7 @@ rule draw_recovery:
 
 
 SPHERES_GROUPS = {
-    "chains": names_in_set(STRUCTURES, "chains")[config["spheres"]["first"] :: config["spheres"]["every"]],
+    "chains": config["spheres"]["chains"],
     "with hydrogens": config["spheres"]["with_hydrogens"],
 }
 SPHERES_MEASURED_MORE = [
