@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 import sparsurf
+from sparsurf_study.workflow.jobs import Job, reporter
 from measures.molecules import first_model
 from measures.points import msms, msms_program
 from measures.spheres import ERRORS, errors_both_ways
@@ -18,7 +19,6 @@ from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface
-from sparsurf_study.workflow.jobs import Job, reporter
 
 Dots = tuple[np.ndarray, np.ndarray]  # points (Å) and normals, (n, 3)
 DENSITY_OF_MSMS = 5.0  # vertices per Å^2

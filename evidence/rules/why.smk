@@ -138,6 +138,27 @@ rule tabulate_law:
         "../measure.py"
 
 
+REASONS_CHAINS = LAW_CHAINS[:: config["why"]["reasons_every"]]
+
+
+rule measure_reasons:
+    input:
+        errors=rules.tabulate_law.output.table,
+        structures=ancient([structure_file(name) for name in REASONS_CHAINS]),
+    output:
+        table=f"{TABLES}/why_law_reasons.csv",
+        fit=f"{TABLES}/why_law_reasons_fit.csv",
+    log:
+        f"{RESULTS}/logs/why/measure_reasons.log",
+    params:
+        structures={name: structure_file(name) for name in REASONS_CHAINS},
+        density=config["why"]["densities"][-2],
+    message:
+        "Pieces, seams and creases"
+    script:
+        "../measure.py"
+
+
 def structures_of(names):
     """Paths of the paper's protein, first, and of these others, by name."""
     return {name: structure_file(name) for name in [PAPERS, *names]}

@@ -278,7 +278,7 @@ def recover(
 
 
 def recover_with_share(
-    few: SurfaceLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, model: str = AUTO
+    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, model: str = AUTO
 ) -> tuple[Surface, float]:
     """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
