@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import sqrt
 
 import numpy as np
 import pandas as pd
@@ -24,7 +23,7 @@ from sparsurf.surfaces.surface import CONTACT, Surface
 
 FARTHEST, COVER = "farthest", "cover"
 MODELS = (INTERPOLANT, SPHERES)
-ATOMS, MESH = "atoms", "mesh"  # other ways to store the surface, in the columns sampler and model
+ATOMS = "atoms"  # in the columns sampler and model: what is stored in place of dots
 PDB_DECIMALS = 3
 ERRORS = ("mean", "high_99", "largest", "back_99", "back_largest")
 KEYS = ["group", "sampler", "model", "requested"]
@@ -36,7 +35,7 @@ def errors_of(
     of_cover: Sequence[float],
     requested_errors: Sequence[float],
     streams: Streams,
-    with_opponents: bool = False,
+    with_atoms: bool = False,
 ) -> Iterator[dict]:
     """Measure the errors of one surface: rows with sampler, model, requested (dots per Å^2, or 'error'), density and `ERRORS`.
 
@@ -68,36 +67,18 @@ def errors_of(
         settings = Settings(minimal=Minimal(error=error))
         few = represent(surface, settings, streams, surface.molecule).subset
         yield from rows(few.sampler, f"error {error:g}", few.dots, [few.model])
-    if with_opponents:
-        yield from errors_of_opponents(surface, test, of_cover)
+    if with_atoms:
+        yield errors_of_atoms(surface, test)
 
 
-def errors_of_opponents(surface: Surface, test: Surface, densities: Sequence[float]) -> Iterator[dict]:
-    """Measure, in rows like those of `errors_of`, the surface of the atoms as a PDB file stores them, and closed meshes."""
-    origin, area = surface.origin, surface.area.sum()
+def errors_of_atoms(surface: Surface, test: Surface) -> dict:
+    """Measure the surface of the atoms as a PDB file stores them, a row like those of `errors_of`: what the measurement adds."""
+    origin = surface.origin
     assert origin is not None
     exposed = np.unique(surface.atom[surface.kind == CONTACT])
-    stored = origin.xyz.round(PDB_DECIMALS), origin.radii
-    known = {"sampler": ATOMS, "model": ATOMS, "requested": ATOMS, "density": len(exposed) / area}
-    of_atoms = sparsurf.surface(stored, density=DENSITY_FOR_SPHERES)
-    yield known | errors_both_ways((test.points, test.normals), of_atoms.points, of_atoms.normals)
-    for density in densities:
-        mesh = sparsurf.mesh((origin.xyz, origin.radii), density=density)
-        known = {"sampler": MESH, "model": MESH, "requested": density, "density": len(mesh.vertices) / area}
-        yield known | errors_both_ways(
-            (test.points, test.normals), *_dots_of_triangles(mesh.vertices.points[mesh.triangles])
-        )
-
-
-def _dots_of_triangles(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and normals on triangles (T, 3, 3), about `DENSITY_FOR_SPHERES` per Å^2 on the larger ones."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(across, axis=1)
-    steps = int(sqrt(2 * np.quantile(size / 2, 0.9) * DENSITY_FOR_SPHERES)) + 1
-    first, second = np.triu_indices(steps + 1)
-    share = np.column_stack([first, second - first, steps - second]) / steps
-    normals = across / np.maximum(size, 1e-12)[:, None]
-    return (share @ corners).reshape(-1, 3), np.repeat(normals, len(share), axis=0)
+    of_atoms = sparsurf.surface((origin.xyz.round(PDB_DECIMALS), origin.radii), density=DENSITY_FOR_SPHERES)
+    row = {"sampler": ATOMS, "model": ATOMS, "requested": ATOMS, "density": len(exposed) / surface.area.sum()}
+    return row | errors_both_ways((test.points, test.normals), of_atoms.points, of_atoms.normals)
 
 
 def errors_both_ways(
