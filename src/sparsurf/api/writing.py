@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -28,7 +29,7 @@ from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, write_by_trimesh, write_vtp
-from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
+from sparsurf.surfaces.formats.msms import Header, faces_of_vertices, write_faces, write_vertices
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis, write_ply
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
@@ -217,9 +218,10 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
         _npz(path, arrays)
 
     n_spheres, names, header = _spheres_of(dots, str(output))
+    numbers = cache(lambda: faces_of_vertices(surface))  # for both files of MSMS
 
     writers: dict[str, Callable[[Path], Any]] = {
-        ".vert": lambda path: write_vertices(path, surface, n_spheres, names, header),
+        ".vert": lambda path: write_vertices(path, surface, numbers(), n_spheres, names, header),
         ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
         ".npz": npz,
         ".ply": ply,
@@ -241,7 +243,9 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     ):
         second = f"{names_of_files[1]}.face{names_of_files[2] or ''}"
         write_file(
-            second, (".face",), {".face": lambda path: write_faces(path, surface, faces, n_spheres, header)}
+            second,
+            (".face",),
+            {".face": lambda path: write_faces(path, surface, numbers(), faces, n_spheres, header)},
         )
 
 

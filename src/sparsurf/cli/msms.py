@@ -10,6 +10,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,11 +19,17 @@ from sparsurf.errors import InputError, printable
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:
-    from sparsurf.surfaces.mesh import Mesh
+    import numpy as np
+
+    from sparsurf.surfaces.components import EnclosedCentres
+    from sparsurf.surfaces.mesh import Mesh, RolledSpheres
+    from sparsurf.surfaces.surface import Surface
 
 MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
 DENSITY_OF_AREAS = 20.0  # dots per Å^2
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
+MAX_ATOMS_OF_PROBE = 3
+CONTACT, SADDLE, CONCAVE = 0, 1, 2  # kinds of dots; their module needs numpy
 
 
 class Option(NamedTuple):
@@ -55,13 +62,19 @@ OPTIONS = {
     "af": Option(1, "filename : name of the file of areas, without .area"),
     "no_header": Option(0, ": write no lines of comment at the beginning of the files"),
     "free_vertices": Option(0, ": accepted; spheres that touch no other always have a surface"),
-    "all_components": Option(
-        0, "", "compute the cavities by `sparsurf surface --cavities keep` or sparsurf.components"
-    ),
+    "all_components": Option(0, ": also the wall of every cavity, in files of its own: NAME_1.vert, ..."),
     "one_cavity": Option(
-        0, "", "compute the cavities by `sparsurf surface --cavities keep` or sparsurf.components"
+        1,
+        "n a1 ... an : the surface that a probe on these atoms, numbered from 0, belongs to; n is 1 to 3",
     ),
 }
+
+
+class Component(NamedTuple):
+    """A component of a surface: dots or fine vertices for its areas, and the mesh that is written."""
+
+    dense: Surface
+    mesh: Mesh
 
 
 class NotUnderstoodError(Exception):
@@ -82,11 +95,15 @@ def parse(command_line: Sequence[str]) -> dict[str, str]:
         option = OPTIONS[name]
         if option.refusal:
             raise InputError(f"-{name} of MSMS is not available: {option.refusal}.")
-        values = command_line[position + 1 : position + 1 + option.n_values]
-        if len(values) < option.n_values:
-            raise NotUnderstoodError(f"ERROR: -{name} needs a value")
-        found[name] = values[0] if values else ""
-        position += 1 + option.n_values
+        n_values = option.n_values
+        values = command_line[position + 1 : position + 1 + n_values]
+        if name == "one_cavity" and values and values[0].isdecimal():
+            n_values += int(values[0])
+            values = command_line[position + 1 : position + 1 + n_values]
+        if len(values) < n_values:
+            raise NotUnderstoodError(f"ERROR: -{name} needs {'a value' if n_values == 1 else 'its values'}")
+        found[name] = " ".join(values)
+        position += 1 + n_values
     return found
 
 
@@ -134,7 +151,10 @@ def _run(given: dict[str, str]) -> None:
     from sparsurf.api.surfaces import mesh, surface
     from sparsurf.api.writing import write_file
     from sparsurf.kernel_cache import require_kernel_cache
+    from sparsurf.surfaces.components import analytical_faces
+    from sparsurf.surfaces.decimation import sized_mesh
     from sparsurf.surfaces.formats import msms as files
+    from sparsurf.surfaces.mesh import RolledSpheres, cavity_mesh, widest_step
     from sparsurf.surfaces.spheres import Spheres, read_spheres
 
     probe = _number(given, "probe_radius", 1.5, PROBE)
@@ -152,49 +172,101 @@ def _run(given: dict[str, str]) -> None:
     n, pair = len(spheres.radii), (spheres.xyz, spheres.radii)
     print(f"INPUT  {given['if']} {n} spheres, radii {spheres.radii.min():6.3f} to {spheres.radii.max():6.3f}")
     print(f"PARAM  Probe_radius {probe:6.3f} density {density:6.3f}")
+    outside = True
+    cavities: list[EnclosedCentres] = []
+    if "all_components" in given or "one_cavity" in given:
+        rolled = RolledSpheres.of(spheres.xyz, spheres.radii, probe)
+        cavities = sorted(rolled.cavities(), key=lambda each: -int(each.probes.sum()))
+        if "one_cavity" in given:
+            cavities = _cavity_at(given["one_cavity"], cavities, rolled, n)
+            outside = not cavities
+    components = list[Component]()
+    if outside:
+        # of the areas of atoms: sparse dots miss atoms of which little is exposed
+        dense = DENSITY_OF_AREAS if "af" in given and "no_area" not in given else "auto"
+        dots = surface(pair, probe_radius=probe, density=dense, cavities="remove")
+        components.append(Component(dots, mesh(dots, density=density)))
+    for cavity in cavities:
+        build = partial(cavity_mesh, rolled, cavity)
+        fine = build(widest_step(probe) / 2)
+        components.append(Component(fine.vertices, sized_mesh(build, widest_step(probe), None, density)))
     writers: list[tuple[str, Callable[[Path], Any]]] = []
-    # of the areas of atoms: sparse dots miss atoms of which little is exposed
-    dense = DENSITY_OF_AREAS if "af" in given and "no_area" not in given else "auto"
-    dots = surface(pair, probe_radius=probe, density=dense, cavities="remove")
     if "no_area" not in given:
-        excluded = np.bincount(dots.atom, dots.area, n)
-        contact = dots.kind == 0
-        scale = ((spheres.radii + probe) / spheres.radii) ** 2
-        accessible = np.bincount(dots.atom[contact], dots.area[contact], n) * scale
-        by_kind = [dots.area[dots.kind == kind].sum() for kind in (2, 1, 0)]
-        print(
-            "ANALYTICAL SURFACE AREA :\n    Comp. probe_radius,   reent,    toric,   contact    SES       SAS"
-        )
-        columns = " ".join(f"{area:9.3f}" for area in (*by_kind, excluded.sum(), accessible.sum()))
-        print(f"      0  {probe:9.3f}   {columns}")
+        areas = [_areas(each.dense, spheres.radii, probe) for each in components]
+        _print_areas(components, areas, probe)
         if "af" in given:
-            areas = [(excluded, accessible)]
             writers.append(
                 (given["af"] + ".area", lambda path: files.write_areas(path, areas, spheres.names))
             )
-    made = mesh(dots, density=density)
-    _report(made, probe)
-    if "of" in given:
-        header = None if "no_header" in given else files.Header(given["if"], density, probe)
-        vertices = made.vertices
-        vert, face = given["of"] + ".vert", given["of"] + ".face"
-        writers.append((vert, lambda path: files.write_vertices(path, vertices, n, spheres.names, header)))
-        writers.append((face, lambda path: files.write_faces(path, vertices, made.triangles, n, header)))
+    _print_meshes([each.mesh for each in components], probe)
+    header = None if "no_header" in given else files.Header(given["if"], density, probe)
+    for number, (_, made) in enumerate(components):
+        if "of" in given:
+            name = given["of"] + (f"_{number}" if number else "")
+            vertices, triangles = made.vertices, made.triangles
+            faces = analytical_faces(vertices, *pair, probe)
+            writers.append((f"{name}.vert", partial(
+                files.write_vertices, surface=vertices, faces=faces, n_spheres=n, names=spheres.names, header=header,
+            )))  # fmt: skip
+            writers.append((f"{name}.face", partial(
+                files.write_faces, surface=vertices, faces=faces, triangles=triangles, n_spheres=n, header=header,
+            )))  # fmt: skip
     for name, writer in writers:
         write_file(name, (Path(name).suffix,), {Path(name).suffix: writer})
 
 
-def _report(made: Mesh, probe: float) -> None:
-    """Print the sizes of a mesh in the lines of MSMS."""
-    n, area = len(made.vertices), float(made.vertices.area.sum())
-    n_faces = len(made.triangles)
-    print("TRIANGULATION...\n    Component 0\n    component#, vertices,  edges,  faces, genus, density")
-    genus = 1 - (n - n_faces // 2) // 2
-    print(f"    0        {n:7d} {3 * n_faces // 2:7d} {n_faces:7d} {genus:4d} {n / area:9.3f}")
+def _cavity_at(
+    words: str, cavities: Sequence[EnclosedCentres], rolled: RolledSpheres, n: int
+) -> list[EnclosedCentres]:
+    """Return the largest cavity in which a fixed probe touches all of some atoms; none if only the outside has such a probe."""
+    number, *others = words.split()
+    if not (number.isdecimal() and 1 <= int(number) <= MAX_ATOMS_OF_PROBE):
+        raise InputError(f"-one_cavity begins with {number!r}; it must be the number of atoms, 1 to 3.")
+    wrong = next((word for word in others if not (word.isdecimal() and int(word) < n)), None)
+    if wrong is not None:
+        raise InputError(f"-one_cavity names atom {wrong!r}; the atoms are numbered from 0 to {n - 1}.")
+    triple = rolled.kept[rolled.rolling.triple]
+    touches = (triple[:, :, None] == [int(word) for word in others]).any(axis=1).all(axis=1)
+    if not touches.any():
+        raise InputError(f"-one_cavity: no probe touches the atoms {', '.join(others)}; name others.")
+    return [each for each in cavities if (touches & each.probes).any()][:1]
+
+
+def _areas(dots: Surface, radii: np.ndarray, probe: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the area of the excluded and of the accessible surface of each atom, (A,) each, Å^2."""
+    import numpy as np
+
+    contact = dots.kind == CONTACT
+    accessible = np.bincount(dots.atom[contact], dots.area[contact], len(radii))
+    excluded = np.bincount(dots.atom, dots.area, len(radii))
+    return excluded, accessible * ((radii + probe) / radii) ** 2
+
+
+def _print_areas(
+    components: Sequence[Component], areas: Sequence[tuple[np.ndarray, np.ndarray]], probe: float
+) -> None:
+    """Print the areas of components in the lines of MSMS."""
+    print("ANALYTICAL SURFACE AREA :\n    Comp. probe_radius,   reent,    toric,   contact    SES       SAS")
+    for number, ((dense, _), pair) in enumerate(zip(components, areas, strict=True)):
+        of_kinds = [dense.area[dense.kind == kind].sum() for kind in (CONCAVE, SADDLE, CONTACT)]
+        columns = " ".join(f"{area:9.3f}" for area in (*of_kinds, *(each.sum() for each in pair)))
+        print(f"{number:7d}  {probe:9.3f}   {columns}")
+
+
+def _print_meshes(meshes: Sequence[Mesh], probe: float) -> None:
+    """Print the sizes of meshes in the lines of MSMS."""
+    print("TRIANGULATION...")
+    for number, made in enumerate(meshes):
+        n, n_faces = len(made.vertices), len(made.triangles)
+        genus = 1 - (n - n_faces // 2) // 2
+        print(f"    Component {number}\n    component#, vertices,  edges,  faces, genus, density")
+        density = n / float(made.vertices.area.sum())
+        print(f"    {number:<8d} {n:7d} {3 * n_faces // 2:7d} {n_faces:7d} {genus:4d} {density:9.3f}")
     print("NUMERICAL VOLUMES AND AREA\n    Comp. probe_radius SES_volume SES_area)")
-    print(
-        f"       0      {probe:4.2f} {made.volume:12.3f} {area:12.3f}\n    Total ses_volume: {made.volume:9.3f}"
-    )
+    for number, made in enumerate(meshes):
+        area = float(made.vertices.area.sum())
+        print(f"{number:8d}      {probe:4.2f} {made.volume:12.3f} {area:12.3f}")
+    print(f"    Total ses_volume: {sum(made.volume for made in meshes):9.3f}")
 
 
 def _number(given: dict[str, str], name: str, default: float, limits: Any) -> float:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, roll_probe
+from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, relative_positions, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -28,8 +28,9 @@ from sparsurf.surfaces.rolling_probe import (
     U,
     blocker,
     nearest_on_arc,
+    roll,
 )
-from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface
+from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, SADDLE, Surface
 from sparsurf.surfaces.vectors import Vector, add_scaled, point, squared_distance, vector_at
 
 if TYPE_CHECKING:
@@ -164,6 +165,19 @@ def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     )
 
 
+class _LabelledCentres(NamedTuple):
+    """The set of centres between which the probe rolls, of each place where it touches atoms."""
+
+    roots: np.ndarray  # (B,) int, set of each arc
+    label: np.ndarray  # (A,) int, set of the centres around each atom, unless several are
+    is_mixed: np.ndarray  # (A,) bool, whether several are: then the nearest arc decides
+    closed: np.ndarray  # bool by set, whether the probe cannot leave
+    is_accessible: np.ndarray  # (A,) bool, whether the apex of the atom's sphere lies in no other sphere
+    meeting: np.ndarray  # (B, 2) int, the fixed probes at both ends of each arc, or -1
+    order: np.ndarray  # as of EnclosedCentres
+    first: np.ndarray
+
+
 def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     """Find the centres from which the probe cannot leave.
 
@@ -171,6 +185,39 @@ def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     there the spheres lie above. What lies inside a cavity, such as an atom that touches no wall, is found from its own apex: the
     way upwards first meets the wall.
     """
+    labels = _label_centres(rolling)
+    return _centres_in(rolling, labels, labels.closed)
+
+
+def centres_of_cavities(rolling: Rolling) -> list[EnclosedCentres]:
+    """Return, for each cavity, which centres lie in it."""
+    labels = _label_centres(rolling)
+    sets = np.unique(labels.roots[labels.closed[labels.roots]])
+    numbers = np.arange(len(labels.closed))
+    return [_centres_in(rolling, labels, numbers == each) for each in sets]
+
+
+def all_other_centres(chosen: EnclosedCentres) -> EnclosedCentres:
+    """Return which centres do not lie where `chosen` ones do."""
+    atoms = np.where(chosen.atoms == MIXED, MIXED, np.where(chosen.atoms == CLOSED, OPEN, CLOSED))
+    return chosen._replace(arcs=~chosen.arcs, probes=~chosen.probes, atoms=atoms.astype(np.int8))
+
+
+def _centres_in(rolling: Rolling, labels: _LabelledCentres, chosen: np.ndarray) -> EnclosedCentres:
+    """Return which centres belong to chosen sets, a bool for each."""
+    arcs = chosen[labels.roots]
+    probes = np.zeros(len(rolling.probes), bool)
+    at_end = labels.meeting >= 0
+    probes[labels.meeting[at_end]] = np.repeat(arcs[:, None], 2, axis=1)[at_end]
+    states = np.where(chosen[labels.label], CLOSED, OPEN).astype(np.int8)
+    without = np.diff(labels.first) == 0  # of these only spheres that touch no other have accessible centres
+    states[without & ~labels.is_accessible] = OPEN
+    states[labels.is_mixed] = MIXED
+    return EnclosedCentres(arcs, probes, states, labels.order, labels.first)
+
+
+def _label_centres(rolling: Rolling) -> _LabelledCentres:
+    """Find the sets of centres between which the probe rolls, and those from which it cannot leave."""
     n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
     joined, meeting = _joined_arcs(rolling)
     order, first = _arcs_of_atoms(rolling.pair, n_atoms)
@@ -194,7 +241,8 @@ def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
 
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
     apexes = centre + reach[:, None] * [1.0, 0.0, 0.0]
-    accessible = np.flatnonzero(_are_accessible(apexes, rolling.atoms))
+    is_accessible = _are_accessible(apexes, rolling.atoms)
+    accessible = np.flatnonzero(is_accessible)
     label_of_apex = np.array([label_at(apexes[atom], atom) for atom in accessible.tolist()], np.int64)
     highest = np.full(n_arcs + n_atoms, -np.inf)
     np.maximum.at(highest, roots, _highest_of_arcs(rolling.arcs))
@@ -208,14 +256,58 @@ def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     for root, atom in sorted(outward.items(), key=lambda item: -apexes[item[1], 0]):
         met, wall = _first_sphere_above(apexes[atom], centre, reach)
         closed[root] = met is not None and closed[label_at(wall, met)]
-    arcs_closed = closed[roots]
-    probes = np.zeros(len(rolling.probes), bool)
-    probes[meeting[meeting >= 0]] = np.repeat(arcs_closed[:, None], 2, axis=1)[meeting >= 0]
-    states = np.where(closed[label], CLOSED, OPEN).astype(np.int8)
-    without = np.diff(first) == 0  # of these only spheres that touch no other have accessible centres
-    states[without & ~np.isin(np.arange(n_atoms), accessible)] = OPEN
-    states[is_mixed] = MIXED
-    return EnclosedCentres(arcs_closed, probes, states, order, first)
+    return _LabelledCentres(roots, label, is_mixed, closed, is_accessible, meeting, order, first)
+
+
+def analytical_faces(
+    surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
+) -> np.ndarray:
+    """Return the number of the analytical face of each dot or vertex, (N,) from 1, of a surface of spheres, (A, 3) and (A,) Å.
+
+    The faces are the concave triangles of the fixed probes, the saddles along the arcs, and the connected patches of the
+    spheres that the probe touches alone.
+    """
+    from scipy.spatial import cKDTree  # here: it takes long to load
+
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
+    rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
+    centres = surface.points - xyz[0] + probe * surface.normals
+    owner = np.searchsorted(kept, surface.atom)
+    _, meeting = _joined_arcs(rolling)
+    n_atoms, n_arcs, n_probes = len(xyz), len(rolling.arcs), len(rolling.probes)
+    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    face = n_probes + 3 * n_arcs + owner  # of a sphere that touches no other
+    concave = surface.kind == CONCAVE
+    if concave.any():
+        face[concave] = cKDTree(rolling.probes).query(centres[concave])[1]
+    others = np.flatnonzero(~concave)
+    others = others[np.argsort(owner[others], kind="stable")]
+    for dots in np.split(others, np.flatnonzero(np.diff(owner[others])) + 1) if len(others) else ():
+        atom = int(owner[dots[0]])
+        arcs = order[first[atom] : first[atom + 1]]
+        if not len(arcs):
+            continue
+        patch = _patches_of_atom(arcs, meeting, rolling, atom)
+        saddle = surface.kind[dots] == SADDLE
+        several = saddle | (len(np.unique(patch)) > 1)
+        nearest = np.zeros(len(dots), int)
+        nearest[several] = _distances(centres[dots[several]], rolling.arcs[arcs]).argmin(axis=1)
+        # an arc bounds one patch on each of its two atoms
+        side = rolling.pair[patch, 0] == atom
+        face[dots] = n_probes + np.where(saddle, arcs[nearest], (n_arcs + 2 * patch + side)[nearest])
+    return np.unique(face, return_inverse=True)[1].ravel() + 1
+
+
+def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int) -> np.ndarray:
+    """Return the accessible patch of an atom that each of the arcs around it bounds, as the lowest of its arcs."""
+    loops = _loops(arcs, meeting)
+    if len(set(loops.values())) == 1:
+        return np.full(len(arcs), arcs[0])
+    joined = np.arange(len(rolling.arcs))
+    loop = np.array([loops[arc] for arc in arcs.tolist()])
+    _join(joined, arcs[loop], arcs)
+    _join_loops(joined, arcs, meeting, rolling, atom)
+    return _roots(joined)[arcs]
 
 
 def _atoms_of_several_sets(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import permutations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from sparsurf.kernels import njit
 from sparsurf.surfaces.components import (
     OPEN,
     EnclosedCentres,
+    all_other_centres,
+    centres_of_cavities,
     enclosed_centres,
     is_enclosed,
     no_enclosed_centres,
@@ -27,9 +29,11 @@ from sparsurf.surfaces.components import (
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
+    ARC_RADIUS,
     THETA_I,
     THETA_J,
     Rolling,
+    T,
     U,
     blocker,
     nearest_on_arc,
@@ -145,22 +149,72 @@ def molecular_mesh(
     Where `cavities` are to be removed, only positions from which the probe can leave count, so that the mesh is closed although
     walls of cavities touch the outside at cusps.
     """
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    step = min(step, widest_step(probe))
-    relative = np.add(*relative_positions(xyz))
-    rolling = roll(relative, radii + probe)
+    spheres = RolledSpheres.of(xyz, radii, probe)
+    step, rolling = min(step, widest_step(probe)), spheres.rolling
     enclosed = enclosed_centres(rolling) if cavities == "remove" else no_enclosed_centres(rolling)
+    low, shape = grid_around(spheres.relative, spheres.radii.max(), step)
+    values = _deepest(spheres.relative, spheres.radii, low, shape, step, -2 * probe)
+    # neither inside an atom nor a centre from which the probe can leave
+    doubtful = (values > -probe) & (values <= 0)
+    doubtful |= _enclosed_points(values, rolling, enclosed, spheres.radii, low, step, probe)
+    return _mesh_of_grid(spheres, values, doubtful, enclosed, low, step, threads)
+
+
+class RolledSpheres(NamedTuple):
+    """Spheres, and the probe that rolls over them."""
+
+    xyz: np.ndarray  # (A, 3) float64, Å
+    relative: np.ndarray  # (A, 3), to the first one, each shifted a little
+    radii: np.ndarray  # (A,) Å
+    kept: np.ndarray  # (A,) their numbers among those given, of which some may lie in one place
+    probe: float  # Å
+    rolling: Rolling
+
+    @staticmethod
+    def of(xyz: ArrayLike, radii: ArrayLike, probe: float) -> RolledSpheres:
+        """Check spheres, and roll the probe over them."""
+        xyz, radii, kept = checked_spheres(xyz, radii, probe)
+        relative = np.add(*relative_positions(xyz))
+        return RolledSpheres(xyz, relative, radii, kept, probe, roll(relative, radii + probe))
+
+    def cavities(self) -> list[EnclosedCentres]:
+        """Return the centres of the probe in each cavity."""
+        return centres_of_cavities(self.rolling)
+
+
+def cavity_mesh(spheres: RolledSpheres, cavity: EnclosedCentres, step: float, threads: int = 1) -> Mesh:
+    """Generate the wall of one cavity as a Mesh of its own, also where the walls of two cavities meet at a cusp.
+
+    `cavity` is one of `spheres.cavities()`, and `step` that of `molecular_mesh`.
+    """
+    rolling, probe = spheres.rolling, spheres.probe
+    step, others = min(step, widest_step(probe)), all_other_centres(cavity)
+    arcs = rolling.arcs[cavity.arcs]
+    reach = arcs[:, ARC_RADIUS, None]
+    around = np.concatenate([arcs[:, T : T + 3] - reach, arcs[:, T : T + 3] + reach])
+    low, shape = grid_around(around, probe, step)
+    values = _deepest(spheres.relative, spheres.radii, low, shape, step, -2 * probe)
+    inside = _enclosed_points(values, rolling, cavity, spheres.radii, low, step, probe)
+    return _mesh_of_grid(spheres, values, ~inside & (values <= 0), others, low, step, threads)
+
+
+def _mesh_of_grid(
+    spheres: RolledSpheres,
+    values: np.ndarray,
+    is_doubtful: np.ndarray,
+    enclosed: EnclosedCentres,
+    low: np.ndarray,
+    step: float,
+    threads: int,
+) -> Mesh:
+    """Find the values of the doubtful grid points (X, Y, Z), and return the mesh around all values above 0."""
+    rolling, probe = spheres.rolling, spheres.probe
     limit = probe + math.sqrt(3) * step
     cells = (
         sort_into_cells(at_least_one_probe(rolling.probes), limit),
-        sort_into_cells(relative, (radii + probe).max() + limit),
+        sort_into_cells(spheres.relative, (spheres.radii + probe).max() + limit),
     )
-    low, shape = grid_around(relative, radii.max(), step)
-    values = _deepest(relative, radii, low, shape, step, -2 * probe)
-    # neither inside an atom nor a centre from which the probe can leave
-    doubtful_points = (values > -probe) & (values <= 0)
-    doubtful_points |= _enclosed_points(values, rolling, enclosed, radii, low, step, probe)
-    doubtful = np.flatnonzero(doubtful_points)
+    doubtful = np.flatnonzero(is_doubtful)
     positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
     gap, *_ = _nearest_centres(positions, rolling, enclosed, cells, limit, threads)
     values.ravel()[doubtful] = gap - probe
@@ -168,7 +222,8 @@ def molecular_mesh(
     vertices = low + step * vertices
     gap, centres, kind, atom = _nearest_centres(vertices, rolling, enclosed, cells, limit, threads)
     outward = (centres - vertices) / gap[:, None]
-    return build_mesh(centres - probe * outward + xyz[0], outward, triangles, kind, kept[atom])
+    points = centres - probe * outward + spheres.xyz[0]
+    return build_mesh(points, outward, triangles, kind, spheres.kept[atom])
 
 
 def _nearest_centres(

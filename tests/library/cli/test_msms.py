@@ -8,15 +8,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
 from sparsurf.cli import msms
+from sparsurf.surfaces.components import analytical_faces
+from sparsurf.surfaces.mesh import RolledSpheres
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 
 TDP43 = ROOT / "data/tdp43/topology.pdb"
+RING = np.arange(12) * np.pi / 6
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +121,14 @@ def test_a_header_names_and_areas_are_left_out_where_asked(folder):
         ("-of x", 255, "No input stream specified"),
         ("-if missing -of x", 2, "input file missing couldn't be open"),
         ("-bla", 1, "-bla unknown argument"),
-        ("-if p.xyzr -of x -one_cavity 1 5", 1, "-one_cavity of MSMS is not available"),
+        (
+            "-if p.xyzr -of x -one_cavity 1 9999",
+            1,
+            "-one_cavity names atom '9999'; the atoms are numbered from 0",
+        ),
+        ("-if p.xyzr -of x -one_cavity 2 0 700", 1, "-one_cavity: no probe touches the atoms 0, 700"),
+        ("-if p.xyzr -of x -one_cavity 4 0 1 2 3", 1, "-one_cavity begins with '4'"),
+        ("-if p.xyzr -of x -one_cavity 3 0 1", 1, "-one_cavity needs its values"),
         ("-if p.xyzr -of x -surface ases", 1, "-surface ases of MSMS is not available"),
         ("-if p.xyzr -socketName s", 1, "-socketName of MSMS is not available"),
         ("-if words.xyzr -of x", 1, "line 2 does not hold x, y, z and the radius"),
@@ -163,6 +175,79 @@ def test_a_warm_start_is_fast(folder):
         after = getrusage(RUSAGE_CHILDREN)
         took.append(min(after.ru_utime - before.ru_utime, time.perf_counter() - began))
     assert min(took) < 1.5
+
+
+def test_each_cavity_has_files_of_its_own(folder, capsys):
+    """Closed meshes whose normals point into the cavity, and its areas next to those of the outside."""
+    assert ended(folder, "-if p.xyzrn -of all -af all -probe_radius 1.4 -density 3 -all_components") == 0
+    dots = sparsurf.surface(TDP43, density=20.0)
+    component, table = sparsurf.components(dots)
+    n_cavities = int(table["cavity"].sum())
+    assert len([*folder.glob("all*.vert")]) == len([*folder.glob("all*.face")]) == n_cavities + 1 > 3
+    first = (folder / "all.area").read_text().splitlines()[1].split()
+    assert len(first) == 1 + 3 * (n_cavities + 1) and first[3] == first[6] == "N_GLU_209"
+    columns = [3 * k + 1 for k in range(n_cavities + 1)]
+    areas = np.loadtxt(folder / "all.area", skiprows=1, usecols=columns).sum(axis=0)
+    printed = [line.split() for line in capsys.readouterr().out.splitlines()]
+    volumes = [float(words[2]) for words in printed if len(words) == 4 and words[1] == "1.40"]
+    # a mesh of its own has the whole wall of a cavity, also where that of another one crosses it
+    theirs = table.loc[table["cavity"], "area"].to_numpy()
+    assert areas[0] == pytest.approx(table["area"][0], rel=0.01)
+    assert (np.sort(areas[1:])[::-1] > 0.97 * theirs).all()
+    centres = cKDTree((dots.points + 1.4 * dots.normals)[table["cavity"].to_numpy()[component]])
+    for number in range(1, n_cavities + 1):
+        vertices = np.loadtxt(folder / f"all_{number}.vert", skiprows=3, usecols=range(6))
+        corners = vertices[
+            np.loadtxt(folder / f"all_{number}.face", skiprows=3, usecols=range(3), dtype=int) - 1, :3
+        ]
+        volume = np.linalg.det(corners - corners.mean(axis=(0, 1))).sum() / 6
+        assert volume < 0 and volume == pytest.approx(volumes[number], rel=0.01)
+        assert centres.query(vertices[:, :3] + 1.4 * vertices[:, 3:])[0].max() < 0.5
+        assert len(vertices) == pytest.approx(3.0 * areas[number], rel=0.1)
+
+
+def test_one_cavity_is_that_of_a_probe_on_the_atoms(folder):
+    assert ended(folder, "-if p.xyzrn -of all -probe_radius 1.4 -density 3 -all_components") == 0
+    rolled = RolledSpheres.of(*(np.loadtxt(folder / "p.xyzr")[:, k] for k in ([0, 1, 2], 3)), 1.4)
+    largest = max(rolled.cavities(), key=lambda each: each.probes.sum())
+    atoms = rolled.rolling.triple[np.flatnonzero(largest.probes)[0]]
+    words = f"-if p.xyzrn -of one -probe_radius 1.4 -density 3 -one_cavity 3 {atoms[0]} {atoms[1]} {atoms[2]}"
+    assert ended(folder, words) == 0
+    assert (folder / "one.vert").read_bytes() == (folder / "all_1.vert").read_bytes()
+    assert not (folder / "one_1.vert").exists()
+    outside = rolled.rolling.triple[
+        np.flatnonzero(~np.any([each.probes for each in rolled.cavities()], axis=0))[0]
+    ]
+    assert ended(folder, words.rpartition("3 ")[0] + f"1 {outside[0]}") == 0
+    assert (folder / "one.face").read_bytes() == (folder / "all.face").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("xyz", "n_faces"),
+    [
+        ([[0, 0, 0]], 1),
+        ([[0, 0, 0], [3, 0, 0]], 3),  # two contact faces and a saddle
+        ([[-3, 0, 0], [0, 0, 0], [3, 0, 0]], 5),  # that of the middle is a belt
+        ([[0, 0, 0], [3, 0, 0], [1.5, 2.6, 0]], 8),  # two probes fit onto three spheres
+        # a ring leaves two poles of the middle, and each other sphere one face: 14 contact faces, 36 saddles, 24 probes
+        ([[0, 0, 0], *np.column_stack([3 * np.cos(RING), 3 * np.sin(RING), 0 * RING])], 74),
+    ],
+)  # fmt: skip
+def test_faces_are_those_of_the_analytical_surface(xyz, n_faces):
+    mesh = sparsurf.mesh((np.array(xyz, float), np.full(len(xyz), 1.7)), step=0.15)
+    face = analytical_faces(mesh.vertices, xyz, np.full(len(xyz), 1.7), 1.4)
+    assert sorted({*face.tolist()}) == [*range(1, n_faces + 1)]
+    for number in range(1, n_faces + 1):  # of one kind; where the probe touches one sphere, connected
+        of_face = face == number
+        assert len({*mesh.vertices.kind[of_face].tolist()}) == 1
+        if mesh.vertices.kind[of_face][0] != 0:  # a cusp may cut other faces into parts
+            continue
+        edges = mesh.triangles[of_face[mesh.triangles].all(axis=1)]
+        graph = coo_array(
+            (np.ones(2 * len(edges)), (edges[:, [0, 0]].ravel(), edges[:, 1:].ravel())), (len(face),) * 2
+        )
+        parts = connected_components(graph, directed=False)[1][np.unique(edges)]
+        assert len({*parts.tolist()}) == 1
 
 
 def msms_itself():

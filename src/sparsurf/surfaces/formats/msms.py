@@ -14,6 +14,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
+from sparsurf.surfaces.components import analytical_faces
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface, SurfaceFormat, surface_of_columns
 
 if TYPE_CHECKING:
@@ -82,16 +83,16 @@ def read_vertices(content: bytes, path: Path | str) -> Surface:
 def write_vertices(
     path: Path | str,
     surface: Surface,
+    faces: np.ndarray,
     n_spheres: int,
     names: Sequence[str] | None = None,
     header: Header | None = None,
 ) -> None:
     """Write the vertices of a mesh, or dots, with the names (A,) of their spheres where these are known.
 
-    Without a `header`, the file begins with the first vertex.
+    `faces` (N,) are the numbers of their analytical faces. Without a `header`, the file begins with the first vertex.
     """
-    _refuse_unknown(surface, "a .vert file")
-    face = np.where(surface.kind == SADDLE, -1, 1) * _face_of_vertex(surface)
+    face = np.where(surface.kind == SADDLE, -1, 1) * faces
     rows = np.column_stack([surface.points, surface.normals]).tolist()
     with open(path, "w", encoding="ascii", errors="replace") as stream:
         if header is not None:
@@ -106,16 +107,20 @@ def write_vertices(
 
 
 def write_faces(
-    path: Path | str, surface: Surface, triangles: np.ndarray, n_spheres: int, header: Header | None = None
+    path: Path | str,
+    surface: Surface,
+    faces: np.ndarray,
+    triangles: np.ndarray,
+    n_spheres: int,
+    header: Header | None = None,
 ) -> None:
-    """Write triangles (F, 3) between the vertices of a surface, turned outwards; `header` is that of `write_vertices`."""
-    _refuse_unknown(surface, "a .face file")
+    """Write triangles (F, 3) between the vertices of a surface, turned outwards; the rest is that of `write_vertices`."""
     kinds = np.sort(surface.kind[triangles], axis=1)
     kind = kinds[
         :, 1
     ]  # that of two corners at least; of three kinds, the saddle, which lies between the others
     corner = np.argmax(surface.kind[triangles] == kind[:, None], axis=1)
-    face = _face_of_vertex(surface)[triangles[np.arange(len(triangles)), corner]]
+    face = faces[triangles[np.arange(len(triangles)), corner]]
     with open(path, "w", encoding="ascii") as stream:
         if header is not None:
             stream.write(_comments("faces", header) + "#faces  #sphere density probe_r\n")
@@ -130,12 +135,12 @@ def write_areas(
     path: Path | str, areas: Sequence[tuple[np.ndarray, np.ndarray]], names: Sequence[str]
 ) -> None:
     """Write the area of the excluded and of the accessible surface, (A,) each, Å^2, of the atoms in each component."""
-    heads = "  ".join(f"ses_{k}   sas_{k}" for k in range(len(areas)))
-    columns = np.column_stack([column for pair in areas for column in pair]).tolist()
+    heads = "   ".join(f"ses_{k}   sas_{k}" for k in range(len(areas)))
     with open(path, "w", encoding="ascii", errors="replace") as stream:
         stream.write(f" Atom#    {heads}  \n")
-        for atom, row in enumerate(columns):
-            stream.write(f"{atom:6d} {' '.join(f'{x:7.4f}' for x in row)} {names[atom]}\n")
+        for atom, name in enumerate(names):
+            columns = " ".join(f"{ses[atom]:7.4f} {sas[atom]:7.4f} {name}" for ses, sas in areas)
+            stream.write(f"{atom:6d} {columns}\n")
 
 
 def _comments(kind: str, header: Header) -> str:
@@ -143,17 +148,20 @@ def _comments(kind: str, header: Header) -> str:
     return f"# MSMS solvent excluded surface {kind} for {re.sub(r'[^!-~]', '_', header.name)}\n"
 
 
-def _face_of_vertex(surface: Surface) -> np.ndarray:
-    """Return the number of the part of the surface that each vertex lies on, from 1: that of one kind and one atom."""
-    return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
+def faces_of_vertices(surface: Surface) -> np.ndarray:
+    """Return the number of the analytical face of each dot or vertex, (N,) from 1.
 
-
-def _refuse_unknown(surface: Surface, file_kind: str) -> None:
-    """Raise InputError for a surface whose atoms or kinds are not known."""
+    Where the spheres below a surface are not known, the parts of one kind on one sphere take the place of its faces. Raise
+    InputError for a surface whose atoms or kinds are not known.
+    """
     if surface.atom.min() < 0 or surface.kind.min() < 0:
         raise InputError(
-            f"surface: {file_kind} needs the atom and the kind of every vertex; use PLY or npz instead."
+            "surface: a .vert file needs the atom and the kind of every vertex; use PLY or npz instead."
         )
+    if surface.origin is not None:
+        origin = surface.origin
+        return analytical_faces(surface, origin.xyz.round(3), origin.radii, origin.rules.probe_radius)
+    return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
 
 
 FORMAT = SurfaceFormat(_sniff, read_vertices)
