@@ -81,6 +81,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_fields(parser)
     options.add_d_link(parser)
     options.add_molecule(parser, reconstructs=True)
+    options.add_placement(parser)
 
 
 def run(args: argparse.Namespace) -> None:

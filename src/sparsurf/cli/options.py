@@ -19,6 +19,7 @@ from sparsurf.arguments import (
     FRAME,
     LENGTH,
     MODELS,
+    NUMBER_OF_DOTS,
     PROBE,
     PROBE_RADIUS,
     SEED,
@@ -38,6 +39,7 @@ from sparsurf.threads import available_cores
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly")
 STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
+PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities")  # which have none, either
 
 
 class Names(Container[str]):
@@ -129,31 +131,29 @@ def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
     )
 
 
-def add_placement(
-    parser: argparse.ArgumentParser, cavities: str, default_rule: str
-) -> argparse._ActionsContainer:
-    """Add the group of options that define a surface, with the rule for cavities by default, as the help words it."""
-    group = parser.add_argument_group("surface")
-    add_probe_radius(group)
+def add_placement(parser: argparse.ArgumentParser, cavities: str = " keep") -> argparse._ActionsContainer:
+    """Add the group of options that define a surface; `cavities` says which rule for cavities holds by default."""
+    group = parser.add_argument_group("surface of a structure")
+    help_text = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
+    group.add_argument("--probe-radius", type=number_within(PROBE), help=help_text)
     group.add_argument(
         "--radii",
         choices=[*RADII],
-        default="dms",
         help="table of atomic radii, of the program DMS or of Bondi (default dms)",
     )
     group.add_argument(
         "--cavities",
         choices=CAVITIES,
-        default=cavities or None,
-        help=f"whether to keep or remove the walls of closed cavities inside the molecule (default{default_rule})",
+        help=f"whether to keep or remove the walls of closed cavities inside the molecule (default{cavities})",
     )
     return group
 
 
-def add_probe_radius(parser: argparse._ActionsContainer) -> None:
-    """Add the radius of the probe."""
-    help_text = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
-    parser.add_argument("--probe-radius", type=number_within(PROBE), default=PROBE_RADIUS, help=help_text)
+def placement_options(args: argparse.Namespace, cavities: str = "keep") -> dict[str, Any]:
+    """Return how dots are placed, by the names of arguments; `cavities` is the rule for cavities where none is given."""
+    rules = {"probe_radius": PROBE_RADIUS, "radii": "dms", "cavities": cavities}
+    given = {name: getattr(args, name, None) for name in PLACEMENT_OPTIONS}
+    return rules | {name: value for name, value in given.items() if value is not None}
 
 
 def add_colours(parser: argparse._ActionsContainer) -> None:
@@ -162,22 +162,26 @@ def add_colours(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--colours", action="store_true", help=help_text)
 
 
-def add_step(parser: argparse._ActionsContainer) -> None:
-    """Add the step of the grid of a mesh."""
-    help_text = "of a mesh without --density, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
+def add_size_of_mesh(parser: argparse._ActionsContainer) -> None:
+    """Add the number of vertices and the step of the grid of a mesh."""
+    help_text = "number of vertices of a mesh, instead of --density"
+    parser.add_argument("--n-vertices", type=number_within(NUMBER_OF_DOTS), help=help_text)
+    help_text = "of a mesh without a number of vertices, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
     parser.add_argument("--step", type=number_within(STEP_LIMITS), help=help_text)
 
 
-def refuse_step(args: argparse.Namespace) -> None:
+def refuse_size_of_mesh(args: argparse.Namespace) -> None:
     """Raise InputError for options of a mesh where there is none."""
     if args.colours and not args.mesh:
         raise InputError(
             "--colours colours a mesh, and dots always have colours; add --mesh, or leave the option out."
         )
-    if args.step is not None and not args.mesh:
-        raise InputError("--step is the step of the grid of a mesh; add --mesh, or leave the option out.")
-    if args.step is not None and args.density is not None:
-        raise InputError("give either --density or --step, not both.")
+    sizes = [name for name in ("density", "n_vertices", "step") if getattr(args, name) is not None]
+    given = [f"--{name.replace('_', '-')}" for name in sizes]
+    if {*sizes} - {"density"} and not args.mesh:
+        raise InputError(f"{given[-1]} is the size of a mesh; add --mesh, or leave the option out.")
+    if len(sizes) > 1:
+        raise InputError(f"give either {' or '.join(given)}, not {'both' if len(given) == 2 else 'all'}.")
 
 
 def add_d_link(parser: argparse.ArgumentParser) -> None:
@@ -211,7 +215,7 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
         from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
 
         with heard(args.file) as args.heard:
-            return surface_of(args.file, d_link=args.d_link), None
+            return surface_of(args.file, d_link=args.d_link, **placement_options(args)), None
     if not reads_atoms(args):
         refuse_structure_options(args, "dots")
         with heard(args.file) as args.heard:
@@ -220,15 +224,20 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     say(f"surface of {molecule.n_atoms:,} atoms")
     from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
 
-    return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link), molecule
+    rules = placement_options(args)
+    return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link, **rules), molecule
 
 
 def refuse_structure_options(args: argparse.Namespace, content: str) -> None:
     """Raise InputError for options of a structure where the file holds something else."""
-    for name in STRUCTURE_OPTIONS:
+    refused = {
+        "dots": (*STRUCTURE_OPTIONS, *PLACEMENT_OPTIONS), "spheres": (*STRUCTURE_OPTIONS, "radii"),
+        "structures": STRUCTURE_OPTIONS,
+    }[content]  # fmt: skip
+    for name in refused:
         if getattr(args, name, None) is not None:
             raise InputError(
-                f"--{name} has no meaning for {args.file}, which holds {content}; leave the option out."
+                f"--{name.replace('_', '-')} has no meaning for {args.file}, which holds {content}; leave the option out."
             )
 
 

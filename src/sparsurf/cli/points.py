@@ -64,7 +64,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     help_text = f"values at the points: roughness (of the dense surface), {listed}, with commas between"
     parser.add_argument("--fields", metavar="NAMES", help=help_text)
     options.add_molecule(parser)
-    options.add_placement(parser, "remove", " remove")
+    options.add_placement(parser, " remove")
     parser.add_argument(
         "--jobs",
         type=options.number_within(JOBS),
@@ -80,8 +80,7 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, formats)
     if not is_folder and not is_file_of_spheres(args.file) and not options.reads_atoms(args):
         raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
-    settings = {"density": args.density, "seed": args.seed, "probe_radius": args.probe_radius}
-    settings |= {"radii": args.radii, "cavities": args.cavities}
+    settings = {"density": args.density, "seed": args.seed, **options.placement_options(args, "remove")}
     settings["fields"] = options.names_of_requested_fields(args)
     if is_folder or is_file_of_spheres(args.file):
         options.refuse_structure_options(args, "structures" if is_folder else "spheres")

@@ -59,7 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"lowest number of dots per Å^2; the result has up to a third more (default {DENSITY:g}); with --mesh, "
         "the number of vertices per Å^2",
     )
-    options.add_step(parser)
+    options.add_size_of_mesh(parser)
     parser.add_argument(
         "--reach",
         type=options.number_within(REACHES),
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             "--at writes descriptors, and --mesh writes triangles; leave out one of the two options."
         )
-    options.refuse_step(args)
+    options.refuse_size_of_mesh(args)
     formats = (
         writing.TABLE_FORMATS
         if args.at is not None
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> None:
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
     """Return the triangles of the reconstructed surface."""
-    size = mesh_size(density=args.density, step=args.step)
+    size = mesh_size(args.n_vertices, args.density, args.step)
     made, _ = reconstructed_mesh(few, size, args.model, args.reach)
     return replace(writing.mesh_dots(made), coloured=args.colours)
 

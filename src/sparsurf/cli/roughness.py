@@ -28,6 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_residues(parser)
     options.add_d_link(parser)
     options.add_molecule(parser)
+    options.add_placement(parser)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -37,6 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--no-open", action="store_true", help="write the page without opening it in the browser"
     )
     options.add_molecule(parser)
+    options.add_placement(parser)
     parser.set_defaults(d_link=D_LINK)
 
 

@@ -3,7 +3,6 @@
 import argparse
 import os
 from dataclasses import replace
-from typing import Any
 
 from sparsurf.api import writing
 from sparsurf.api.about import About
@@ -54,10 +53,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_colours(parser)
     options.add_molecule(parser)
     options.add_residues(parser)
-    dots = options.add_placement(parser, "", ": keep dots, remove triangles")
+    dots = options.add_placement(parser, ": keep for dots, remove for triangles")
     help_text = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
     dots.add_argument("--density", type=options.number_within(DENSITY_LIMITS), help=help_text)
-    options.add_step(dots)
+    options.add_size_of_mesh(dots)
     options.add_fields(dots)
 
 
@@ -71,7 +70,7 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
-    options.refuse_step(args)
+    options.refuse_size_of_mesh(args)
     outputs.check(args, (*writing.MESHES, *writing.SCENES) if args.mesh else FORMATS)
     if is_file_of_spheres(args.file):
         outputs.write_output(args, _of_spheres(args))
@@ -93,15 +92,10 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
 
     options.refuse_structure_options(args, "spheres")
     names = options.names_of_requested_fields(args)
-    cavities = args.cavities or ("remove" if args.mesh else "keep")
-    dots = surface(
-        args.file,
-        density="auto" if args.mesh else args.density or "auto",
-        probe_radius=args.probe_radius,
-        cavities=cavities,
-    )
+    rules = options.placement_options(args, _cavities(args))
+    dots = surface(args.file, density="auto" if args.mesh else args.density or "auto", **rules)
     if args.mesh:
-        made = mesh(dots, density=args.density, step=args.step, fields=names)
+        made = mesh(dots, density=args.density, n_vertices=args.n_vertices, step=args.step, fields=names)
         return replace(writing.mesh_dots(made), coloured=args.colours)
     component = dots.known_components("components")
     parts = summarize_components(columns_of_components(dots, component))
@@ -116,7 +110,8 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     from sparsurf.api.surfaces import surface
     from sparsurf.surfaces.components import columns_of_components, summarize_components
 
-    bare = surface(molecule, density=args.density or "auto", **_rules(args))
+    rules = options.placement_options(args, _cavities(args))
+    bare = surface(molecule, frame=args.frame or 0, density=args.density or "auto", **rules)
     dots = options.with_requested_fields(args, bare, molecule)
     component = bare.known_components("components")
     parts = summarize_components(columns_of_components(bare, component))
@@ -139,18 +134,17 @@ def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWr
     from sparsurf.api.surfaces import mesh_of_atoms, mesh_size, placement
 
     names = check_fields(options.names_of_requested_fields(args), "surface")
-    rules = placement(args.probe_radius, "auto", args.radii, args.cavities or "remove")
+    rules = placement(density="auto", **options.placement_options(args, _cavities(args)))
     frame = args.frame or 0
     xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
     origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
-    size = mesh_size(density=args.density, step=args.step)
+    size = mesh_size(args.n_vertices, args.density, args.step)
     return replace(writing.mesh_dots(mesh_of_atoms(origin, size, names)), coloured=args.colours)
 
 
-def _rules(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the frame, and how dots are placed on it."""
-    rules = {"probe_radius": args.probe_radius, "radii": args.radii, "cavities": args.cavities or "keep"}
-    return {"frame": args.frame or 0} | rules
+def _cavities(args: argparse.Namespace) -> str:
+    """Return the rule for cavities that holds by default."""
+    return "remove" if args.mesh else "keep"
 
 
 def _words(summary: dict[str, float | int]) -> str:

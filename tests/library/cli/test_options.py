@@ -35,22 +35,24 @@ OF_ATOMS = {
     "--trajectory run.xtc": {"trajectory": "run.xtc"},
     "--trajectory run.xtc --frame 1": {"trajectory": "run.xtc", "frame": 1},
 }
-OF_DOTS = OF_ATOMS | {"--d-link 0.7": {"d_link": 0.7}}
+CAGED = {"--selection all --cavities remove": {"selection": "all", "cavities": "remove"}}
+PLACED = {"--probe-radius 1.6": {"probe_radius": 1.6}, "--radii bondi": {"radii": "bondi"}}
+OF_DOTS = OF_ATOMS | PLACED | CAGED | {"--d-link 0.7": {"d_link": 0.7}}
 RESIDUES = {"--residues 2-4": {"residues": ["2", "3", "4"]}}
 HYDROPATHY = {"--fields hydropathy": {"fields": "hydropathy"}}
-PLACED = {"--probe-radius 1.6": {"probe_radius": 1.6}, "--radii bondi": {"radii": "bondi"}}
 OPTIONS = {
     "surface": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY, **PLACED,
-     "--density 9": {"density": 9}, "--selection all --cavities remove": {"selection": "all", "cavities": "remove"},
+     "--density 9": {"density": 9}, **CAGED,
      "--mesh": {"mesh": True}, "--mesh --density 5": {"mesh": True, "density": 5},
-     "--mesh --step 0.6": {"mesh": True, "step": 0.6}, 
+     "--mesh --step 0.6": {"mesh": True, "step": 0.6},
+     "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
      "--mesh --selection all --cavities keep": {"mesh": True, "selection": "all", "cavities": "keep"},
      "--mesh --frame 1": {"mesh": True, "frame": 1}, "--mesh --chains A": {"mesh": True, "chains": "A"},
      "--mesh --probe-radius 1.6": {"mesh": True, "probe_radius": 1.6},
      "--mesh --radii bondi": {"mesh": True, "radii": "bondi"},
      "--mesh --colours": {"mesh": True, "colours": True},
      "--mesh --fields hydropathy": {"mesh": True, "fields": "hydropathy"}},
-    "residues": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY},
+    "residues": {"": {}, **OF_ATOMS, **PLACED, **CAGED, **RESIDUES, **HYDROPATHY},
     "roughness": {"": {}, **OF_DOTS, **RESIDUES, "--r-patch 3": {"r_patch": 3}},
     "descriptors": {"": {}, **OF_DOTS, **RESIDUES, "--at 5,0": {"at": [5, 0]}, "--every 30": {"every": 30},
      "--r-zernike 5": {"r_zernike": 5}, "--down": {"up": False},
@@ -66,8 +68,9 @@ OPTIONS = {
     "recover": {"": {}, "--density 9": {"density": 9}, "--reach 1.2": {"reach": 1.2}, "--at few.csv": {"at": "few.csv"},
      "--model interpolant": {"model": "interpolant"}, "--mesh": {"mesh": True},
      "--mesh --density 3": {"mesh": True, "density": 3}, "--mesh --step 0.4": {"mesh": True, "step": 0.4},
+     "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
      "--mesh --reach 2.5": {"mesh": True, "reach": 2.5}, "--mesh --colours": {"mesh": True, "colours": True}},
-    "show": {"": {}, **OF_ATOMS},
+    "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly": "apart.pdb",
@@ -131,7 +134,8 @@ def result(out, name, file, call, options):
 
 
 READING = ("chains", "selection", "ligands", "model", "assembly")
-PLACING = ("density", "probe_radius", "radii", "cavities", "d_link")
+RULES = ("probe_radius", "radii", "cavities")
+PLACING = ("density", *RULES, "d_link")
 
 
 def some(keys, *names):
@@ -158,7 +162,7 @@ def of_residues(frame, keys):
 
 
 def mesh_of(dots, keys, out):
-    made = sparsurf.mesh(dots, **some(keys, "density", "step", "fields"))
+    made = sparsurf.mesh(dots, **some(keys, "density", "step", "n_vertices", "fields"))
     sparsurf.write(made, out / "own.ply", colours=keys.get("colours"))
     return read(out / "own.ply")
 
@@ -173,12 +177,12 @@ def surface(file, keys, out):
 
 
 def residues(file, keys, out):
-    table = sparsurf.residues(dots_of(file, keys)).drop(columns=["kept", "weight"])
+    table = sparsurf.residues(dots_of(file, keys, *RULES)).drop(columns=["kept", "weight"])
     return table.iloc[of_residues(table, keys)]
 
 
 def roughness(file, keys, out):
-    dots = dots_of(file, keys, "d_link")
+    dots = dots_of(file, keys, "d_link", *RULES)
     values = sparsurf.roughness(dots, **some(keys, "r_patch", "d_link"))
     frame = dots.to_frame().assign(roughness=values)
     columns = ["x", "y", "z", "nx", "ny", "nz", "atom", "roughness"]
@@ -186,7 +190,7 @@ def roughness(file, keys, out):
 
 
 def descriptors(file, keys, out):
-    dots = dots_of(file, keys, "d_link")
+    dots = dots_of(file, keys, "d_link", *RULES)
     at = np.array(keys.get("at", of_residues(dots.to_frame(), keys)))[:: 1 if "at" in keys else keys["every"]]
     z = sparsurf.descriptors(dots, at, **some(keys, "r_zernike", "up", "d_link", "descriptor"))
     names = [f"z_{n}_{m}" for n in range(21) for m in range(n % 2, n + 1, 2)]
@@ -198,7 +202,7 @@ def minimal(file, keys, out):
     sizes = sizes or some(keys, "percent")
     model = {} if keys.get("model") != "interpolant" else {"model": keys.pop("model")}
     few = sparsurf.minimal(
-        dots_of(file, keys, "d_link"), **sizes, **model, **some(keys, "sampler", "seed", "d_link")
+        dots_of(file, keys, "d_link", *RULES), **sizes, **model, **some(keys, "sampler", "seed", "d_link")
     )
     sparsurf.write(few, out / "own.csv")
     return read(out / "own.csv")
@@ -228,7 +232,7 @@ def points(file, keys, out):
 
 
 def show(file, keys, out):
-    page = sparsurf.show(molecule_of(file, keys), frame=keys.get("frame", 0), open_browser=False)
+    page = sparsurf.show(dots_of(file, keys, *RULES), open_browser=False)
     return unpacked(page.html)[1]
 
 
@@ -332,6 +336,8 @@ MSMS = {  # with spheres of the radii 1.5, 1.2, 1.9 and 1.2 Å
     "-no_rest": {},
     "-no_rest_on_pbr": {},
     "-free_vertices": {},
+    "-all_components": {},
+    "-one_cavity 1 0": {},
 }
 
 
@@ -369,6 +375,15 @@ def test_areas_of_spheres_apart_are_those_of_spheres(tmp_path, monkeypatch):
     table = np.loadtxt("own.area", skiprows=1)
     assert table[:, 1] == pytest.approx(4 * np.pi * radii**2, rel=1e-3)
     assert table[:, 2] == pytest.approx(4 * np.pi * (radii + 1.7) ** 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["residues", "minimal --percent 10", "show"])
+def test_options_of_a_surface_are_refused_for_dots(folder, monkeypatch, capsys, name):
+    monkeypatch.chdir(folder)
+    name, *others = name.split()
+    output = "x.html" if name == "show" else "x.csv"
+    assert command.main([name, "few.csv", *others, "--probe-radius", "1.6", "-o", output]) == 1
+    assert "--probe-radius has no meaning for few.csv, which holds dots" in capsys.readouterr().err
 
 
 ERRORS = {  # of functions that name arguments of Python or keys of a study

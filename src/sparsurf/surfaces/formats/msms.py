@@ -14,7 +14,6 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.files import decode_text, shorten
-from sparsurf.surfaces.components import analytical_faces
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface, SurfaceFormat, surface_of_columns
 
 if TYPE_CHECKING:
@@ -159,6 +158,8 @@ def faces_of_vertices(surface: Surface) -> np.ndarray:
             "surface: a .vert file needs the atom and the kind of every vertex; use PLY or npz instead."
         )
     if surface.origin is not None:
+        from sparsurf.surfaces.components import analytical_faces  # here: other formats need no kernels
+
         origin = surface.origin
         return analytical_faces(surface, origin.xyz.round(3), origin.radii, origin.rules.probe_radius)
     return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
