@@ -216,10 +216,10 @@ def _run(given: dict[str, str]) -> None:
 
 
 def _cavity_at(
-    words: str, cavities: Sequence[EnclosedCentres], rolled: RolledSpheres, n: int
+    request: str, cavities: Sequence[EnclosedCentres], rolled: RolledSpheres, n: int
 ) -> list[EnclosedCentres]:
     """Return the largest cavity in which a fixed probe touches all of some atoms; none if only the outside has such a probe."""
-    number, *others = words.split()
+    number, *others = request.split()
     if not (number.isdecimal() and 1 <= int(number) <= MAX_ATOMS_OF_PROBE):
         raise InputError(f"-one_cavity begins with {number!r}; it must be the number of atoms, 1 to 3.")
     wrong = next((word for word in others if not (word.isdecimal() and int(word) < n)), None)
