@@ -29,7 +29,6 @@ MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
 DENSITY_OF_AREAS = 20.0  # dots per Å^2
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
 MAX_ATOMS_OF_PROBE = 3
-CONTACT, SADDLE, CONCAVE = 0, 1, 2  # kinds of dots; their module needs numpy
 
 
 class Option(NamedTuple):
@@ -176,7 +175,7 @@ def _run(given: dict[str, str]) -> None:
     cavities: list[EnclosedCentres] = []
     if "all_components" in given or "one_cavity" in given:
         rolled = RolledSpheres.of(spheres.xyz, spheres.radii, probe)
-        cavities = sorted(rolled.cavities(), key=lambda each: -int(each.probes.sum()))
+        cavities = sorted(rolled.cavities(), key=lambda cavity: -int(cavity.probes.sum()))
         if "one_cavity" in given:
             cavities = _cavity_at(given["one_cavity"], cavities, rolled, n)
             outside = not cavities
@@ -192,13 +191,13 @@ def _run(given: dict[str, str]) -> None:
         components.append(Component(fine.vertices, sized_mesh(build, widest_step(probe), None, density)))
     writers: list[tuple[str, Callable[[Path], Any]]] = []
     if "no_area" not in given:
-        areas = [_areas(each.dense, spheres.radii, probe) for each in components]
+        areas = [_areas(component.dense, spheres.radii, probe) for component in components]
         _print_areas(components, areas, probe)
         if "af" in given:
             writers.append(
                 (given["af"] + ".area", lambda path: files.write_areas(path, areas, spheres.names))
             )
-    _print_meshes([each.mesh for each in components], probe)
+    _print_meshes([component.mesh for component in components], probe)
     header = None if "no_header" in given else files.Header(given["if"], density, probe)
     for number, (_, made) in enumerate(components):
         if "of" in given:
@@ -219,22 +218,24 @@ def _cavity_at(
     request: str, cavities: Sequence[EnclosedCentres], rolled: RolledSpheres, n: int
 ) -> list[EnclosedCentres]:
     """Return the largest cavity in which a fixed probe touches all of some atoms; none if only the outside has such a probe."""
-    number, *others = request.split()
+    number, *atoms = request.split()
     if not (number.isdecimal() and 1 <= int(number) <= MAX_ATOMS_OF_PROBE):
         raise InputError(f"-one_cavity begins with {number!r}; it must be the number of atoms, 1 to 3.")
-    wrong = next((word for word in others if not (word.isdecimal() and int(word) < n)), None)
+    wrong = next((word for word in atoms if not (word.isdecimal() and int(word) < n)), None)
     if wrong is not None:
         raise InputError(f"-one_cavity names atom {wrong!r}; the atoms are numbered from 0 to {n - 1}.")
     triple = rolled.kept[rolled.rolling.triple]
-    touches = (triple[:, :, None] == [int(word) for word in others]).any(axis=1).all(axis=1)
+    touches = (triple[:, :, None] == [int(word) for word in atoms]).any(axis=1).all(axis=1)
     if not touches.any():
-        raise InputError(f"-one_cavity: no probe touches the atoms {', '.join(others)}; name others.")
-    return [each for each in cavities if (touches & each.probes).any()][:1]
+        raise InputError(f"-one_cavity: no probe touches the atoms {', '.join(atoms)}; name others.")
+    return [cavity for cavity in cavities if (touches & cavity.probes).any()][:1]
 
 
 def _areas(dots: Surface, radii: np.ndarray, probe: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the area of the excluded and of the accessible surface of each atom, (A,) each, Å^2."""
     import numpy as np
+
+    from sparsurf.surfaces.surface import CONTACT
 
     contact = dots.kind == CONTACT
     accessible = np.bincount(dots.atom[contact], dots.area[contact], len(radii))
@@ -246,10 +247,12 @@ def _print_areas(
     components: Sequence[Component], areas: Sequence[tuple[np.ndarray, np.ndarray]], probe: float
 ) -> None:
     """Print the areas of components in the lines of MSMS."""
+    from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
+
     print("ANALYTICAL SURFACE AREA :\n    Comp. probe_radius,   reent,    toric,   contact    SES       SAS")
     for number, ((dense, _), pair) in enumerate(zip(components, areas, strict=True)):
         of_kinds = [dense.area[dense.kind == kind].sum() for kind in (CONCAVE, SADDLE, CONTACT)]
-        columns = " ".join(f"{area:9.3f}" for area in (*of_kinds, *(each.sum() for each in pair)))
+        columns = " ".join(f"{area:9.3f}" for area in (*of_kinds, *(column.sum() for column in pair)))
         print(f"{number:7d}  {probe:9.3f}   {columns}")
 
 

@@ -194,7 +194,7 @@ def centres_of_cavities(rolling: Rolling) -> list[EnclosedCentres]:
     labels = _label_centres(rolling)
     sets = np.unique(labels.roots[labels.closed[labels.roots]])
     numbers = np.arange(len(labels.closed))
-    return [_centres_in(rolling, labels, numbers == each) for each in sets]
+    return [_centres_in(rolling, labels, numbers == number) for number in sets]
 
 
 def all_other_centres(chosen: EnclosedCentres) -> EnclosedCentres:
@@ -280,9 +280,9 @@ def analytical_faces(
     concave = surface.kind == CONCAVE
     if concave.any():
         face[concave] = cKDTree(rolling.probes).query(centres[concave])[1]
-    others = np.flatnonzero(~concave)
-    others = others[np.argsort(owner[others], kind="stable")]
-    for dots in np.split(others, np.flatnonzero(np.diff(owner[others])) + 1) if len(others) else ():
+    by_owner = np.flatnonzero(~concave)
+    by_owner = by_owner[np.argsort(owner[by_owner], kind="stable")]
+    for dots in np.split(by_owner, np.flatnonzero(np.diff(owner[by_owner])) + 1) if len(by_owner) else ():
         atom = int(owner[dots[0]])
         arcs = order[first[atom] : first[atom + 1]]
         if not len(arcs):

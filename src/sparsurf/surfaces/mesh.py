@@ -188,14 +188,14 @@ def cavity_mesh(spheres: RolledSpheres, cavity: EnclosedCentres, step: float, th
     `cavity` is one of `spheres.cavities()`, and `step` that of `molecular_mesh`.
     """
     rolling, probe = spheres.rolling, spheres.probe
-    step, others = min(step, widest_step(probe)), all_other_centres(cavity)
+    step, elsewhere = min(step, widest_step(probe)), all_other_centres(cavity)
     arcs = rolling.arcs[cavity.arcs]
     reach = arcs[:, ARC_RADIUS, None]
     around = np.concatenate([arcs[:, T : T + 3] - reach, arcs[:, T : T + 3] + reach])
     low, shape = grid_around(around, probe, step)
     values = _deepest(spheres.relative, spheres.radii, low, shape, step, -2 * probe)
     inside = _enclosed_points(values, rolling, cavity, spheres.radii, low, step, probe)
-    return _mesh_of_grid(spheres, values, ~inside & (values <= 0), others, low, step, threads)
+    return _mesh_of_grid(spheres, values, ~inside & (values <= 0), elsewhere, low, step, threads)
 
 
 def _mesh_of_grid(
