@@ -81,6 +81,18 @@ def test_frames_in_another_order_give_the_same_picture_of_residues(monkeypatch):
     assert data_of(PICTURES["residues_over_time"]()) == expected
 
 
+def test_each_of_three_chains_ends_with_a_line_and_is_named():
+    residues = pd.DataFrame({"chain": [*"AAAABBCCC"], "residue": [*map(str, [1, 2, 3, 4, 5, 6, 2, 3, 4])]})
+    residues = residues.assign(mean_roughness=0.1 * np.arange(9), sd_roughness=0.01)
+    rows = pd.DataFrame(np.random.default_rng(0).random((2, 9)))
+    rows.insert(0, "time_ps", [0.0, 100.0])
+    rows.insert(0, "frame", [0, 1])
+    ax = over_time.residues_figure(rows, residues).axes[0]
+    assert sorted(line.get_ydata()[0] for line in ax.lines) == [3.5, 5.5]
+    names = [text.get_text() for text in ax.get_yticklabels()]
+    assert names == ["A 1", "A 2", "A 3", "A 4", "B 5", "B 6", "C 2", "C 3", "C 4"]
+
+
 def test_an_unknown_value_is_left_out_of_a_distribution(monkeypatch):
     """It is neither the largest value nor a zero."""
 
