@@ -42,7 +42,7 @@ class Choice(NamedTuple):
     nested : of a sampler, whether smaller subsets are the beginnings of larger ones (from the same random stream)
     takes_combinations : of a sampler, whether it draws by alpha, beta, gamma and delta and also takes the paper's `choices`
     in_browser : of a sampler, whether the page of a surface draws subsets by it, in sampling.js
-    condition : of a reading, what it does with unconnected dots, as the end of a sentence
+    condition : of a reading, which dots of a patch it removes, as the end of a sentence
     line : of a sampler, colour, line width and marker in figures; other samplers get spare ones
     takes_dots : of a field, whether its function takes the dots in place of (molecule, points)
     carries : of a format, what its files can hold
@@ -494,6 +494,7 @@ def load(kind: str, value: Any, key: str) -> tuple[Choice, Any]:
     except Exception as error:  # whatever a foreign module does when it is imported
         raise InputError(
             f"{argument(key)}: the {KINDS[kind].word} {choice.name!r} of {choice.package} cannot be imported: {_reason(error)}"
+            " Repair or uninstall that package."
         ) from error
     choice = _registered[kind].get(choice.name, choice)  # the module may have registered its label
     _check_signature(kind, choice.name, function, choice.takes_dots)

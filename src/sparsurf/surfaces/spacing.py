@@ -145,7 +145,7 @@ def refuse_sparse(
         raise InputError(
             f"{name}: {argument('patches.d_link')} = {d_link:g} Å is below {MIN_D_LINK_PER_SPACING} times the median "
             "distance between "
-            f"neighbouring dots ({gap:.3f} Å), so every patch would fall apart; {remedy}."
+            f"neighbouring dots ({gap:.3f} Å), so every patch would be fragmented; {remedy}."
         )
 
 
