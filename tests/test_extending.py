@@ -14,8 +14,6 @@ import yaml
 from conftest import ROOT
 from peptides import peptide, write
 
-pytestmark = pytest.mark.slow
-
 TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^## (An? .*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
 BLOCK = r"\n\n```\w+\n(?P<block>.*?)```"
@@ -84,9 +82,12 @@ def carry_out(recipe, tree):
             lines.insert(found[0] + (step["side"] == "after"), step["inner"])
             text = "".join(lines)
         path.write_text(text, encoding="utf-8")
-    if "`make schema`" in RECIPES[recipe]:
-        call(tree, "-m", "sparsurf_study.workflow.config")
-        call(tree, "docs/renew.py")
+
+
+def make_schema(tree):
+    """Write the schema of the config and the pages that follow from the code."""
+    call(tree, "-m", "sparsurf_study.workflow.config")
+    call(tree, "docs/renew.py")
 
 
 def call(tree, *arguments):
@@ -99,13 +100,20 @@ def call(tree, *arguments):
 
 
 @pytest.fixture(scope="module")
-def extended(tmp_path_factory):
-    """A copy of the tree in which all recipes but that of a default were carried out."""
+def edited(tmp_path_factory):
+    """A copy of the tree with the edits of all recipes but that of a default."""
     tree = copy_tree(tmp_path_factory.mktemp("extended"))
     for recipe in RECIPES:
         if recipe != "A default":
             carry_out(recipe, tree)
     return tree
+
+
+@pytest.fixture(scope="module")
+def extended(edited):
+    """The same after `make schema`, with which most recipes end."""
+    make_schema(edited)
+    return edited
 
 
 @pytest.fixture(scope="module")
@@ -132,9 +140,20 @@ def results(extended, tmp_path_factory):
 def test_every_recipe_has_steps_that_can_be_followed():
     assert RECIPES.keys() >= {
         "A sampler", "A roughness", "A descriptor", "A field", "A surface format",
-        "A column", "A figure", "A key of the config", "A default",
+        "A column", "A figure", "A key of the config", "A default", "An output",
     }  # fmt: skip
     assert all(STEP.search(text) for text in RECIPES.values())
+
+
+def test_the_code_of_the_recipes_uses_what_there_is(edited):
+    """Not slow, so that whoever renames something in the library learns of a recipe that uses it."""
+    code = """
+from sparsurf import kinds
+from sparsurf_study.report.figures import sizes
+names = {"sampler": "highest", "roughness": "steepest", "descriptor": "extent", "field": "from_centre", "format": "xyzn"}
+print(*(kinds.load(kind, name, kind)[0].label for kind, name in names.items()), sep=",")
+"""
+    assert call(edited, "-c", code) == "highest dots,steepest slope,extent,distance from the centre,XYZN\n"
 
 
 @pytest.mark.parametrize(("recipe", "n_files"), [("A figure", 3), ("An output", 3), ("A column", 2)])
@@ -143,6 +162,7 @@ def test_what_a_recipe_adds_to_the_outputs_is_said_in_few_files(recipe, n_files)
     assert len({step["new"] or step["end"] or step["path"] or step["file"] for step in steps}) == n_files
 
 
+@pytest.mark.slow
 def test_what_the_registries_touch_passes_after_the_recipes(extended):
     """The suites of samplers, descriptors, options, residues, the config, the catalogue, and the rules of the repository.
 
@@ -174,6 +194,7 @@ def test_a_choice_takes_two_files():
         assert len(files) == 2 and "src/sparsurf/kinds.py" in files, recipe
 
 
+@pytest.mark.slow
 def test_the_field_is_at_every_kept_dot(results):
     table = pd.read_csv(results / "minimal.csv")
     surface = np.load(results / "surface.npz")
@@ -181,6 +202,7 @@ def test_the_field_is_at_every_kept_dot(results):
     assert table["from_centre"].std() > 0.1
 
 
+@pytest.mark.slow
 def test_the_tables_of_batches_have_the_column(extended):
     code = (
         "from sparsurf_study.batches.tables import columns_of; print(columns_of('residues')['heavy_atoms'])"
@@ -188,6 +210,7 @@ def test_the_tables_of_batches_have_the_column(extended):
     assert call(extended, "-c", code) == "int32\n"
 
 
+@pytest.mark.slow
 def test_the_roughness_the_sampler_and_the_descriptor_are_those_of_the_recipes(results):
     with np.load(results / "surface.npz") as dots:
         points, normals = dots["points"], dots["normals"]
@@ -204,6 +227,7 @@ def test_the_roughness_the_sampler_and_the_descriptor_are_those_of_the_recipes(r
     assert normals.shape == points.shape
 
 
+@pytest.mark.slow
 def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results):
     residues = pd.read_csv(results / "residues.csv")
     assert residues["area"].min() >= 62.5 and 0 < len(residues) < len(STRUCTURE)
@@ -214,6 +238,7 @@ def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results
     assert "Number of dots that the combinations keep." in page
 
 
+@pytest.mark.slow
 def test_a_surface_format_is_read(extended, tmp_path):
     dots = np.random.default_rng(0).normal(size=(200, 3))
     dots /= np.linalg.norm(dots, axis=1, keepdims=True)
@@ -222,9 +247,11 @@ def test_a_surface_format_is_read(extended, tmp_path):
     assert call(extended, "-c", code, tmp_path / "dots.xyzn") == "200 1000.0\n"
 
 
+@pytest.mark.slow
 def test_a_default_is_that_of_functions_commands_and_the_config(tmp_path):
     tree = copy_tree(tmp_path)
     carry_out("A default", tree)
+    make_schema(tree)
     assert (tree / "docs" / "reference" / "config.md").read_text(encoding="utf-8").count("| `4.25` |") == 1
     code = """
 import inspect, sparsurf
