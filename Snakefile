@@ -226,7 +226,7 @@ rule draw_roughness:  # what is seen first: it needs no grid
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        surface=part_of("surface", "probe_radius"),
+        surface=part_of("surface", "probe_radius", "radii", "cavities"),
         patches=part_of("patches", "r_patch", "d_link", "roughness"),
         title=title_of_page,
         code=code_of("draw_roughness"),

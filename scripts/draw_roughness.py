@@ -27,7 +27,12 @@ with job(snakemake) as s:
     settings = s.settings
     if s.input.structure:
         molecule = read_study_structure(s.input.structure)
-        atoms = molecule.xyz[0], settings.surface, settings.patches.d_link, radii(molecule)
+        atoms = (
+            molecule.xyz[0],
+            settings.surface,
+            settings.patches.d_link,
+            radii(molecule, settings.surface.radii),
+        )
         dots = replace(dots, origin=SurfaceOrigin.of_atoms(molecule, 0, *atoms))
     about = About(s.params.title, patches=settings.patches, roughness=roughness, is_whole=True, links=LINKS)
     Path(s.output.page).write_text(page_of_surface(dots, about), encoding="utf-8")
