@@ -10,6 +10,8 @@ from argparse import Action
 from collections.abc import Iterator
 from pathlib import Path
 
+import yaml
+
 import sparsurf
 import sparsurf_study.columns
 from sparsurf.cli import command
@@ -108,6 +110,18 @@ def columns() -> Iterator[str]:
         yield "\n"
 
 
+ODD_FILES = Path(__file__).parent.parent / "tests" / "library" / "odd_files.yaml"
+
+
+def odd_files(outcome: str) -> Iterator[str]:
+    """A row for each odd file with this outcome, from the list that the tests of the corpus check."""
+    said = "what the error states" if outcome == "refused" else "what sparsurf does"
+    yield f"| file | {said} | test case |\n|---|---|---|\n"
+    for cells in yaml.safe_load(ODD_FILES.read_text(encoding="utf-8"))[outcome]:
+        file, does, case = (cell.replace("|", "\\|") for cell in cells)
+        yield f"| {file} | {does} | `{case}` |\n"
+
+
 def renewed(text: str) -> str:
     """Return a page with its generated parts as the code has them now."""
     return PLACE.sub(
@@ -115,4 +129,11 @@ def renewed(text: str) -> str:
     )
 
 
-PARTS = {"functions": functions, "commands": commands, "outputs": outputs, "files": files, "columns": columns}
+PARTS = {
+    "functions": functions,
+    "commands": commands,
+    "outputs": outputs,
+    "files": files,
+    "columns": columns,
+    "odd_files": odd_files,
+}

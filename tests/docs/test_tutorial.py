@@ -125,10 +125,20 @@ def test_few_dots_serve_a_descriptor_of_ones_own_as_its_page_says(tmp_path, monk
     assert errors["as they are"].iloc[0] > 3 * float(floor) > errors["reconstructed"].iloc[2]
 
 
-def test_the_study_of_two_forms_is_one(tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", ["start", "study", "trajectory", "proteins"])
+def test_every_config_of_a_page_is_one(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name in ("open", "closed"):
-        shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", f"{name}.pdb")
-    (config,) = (block for block in blocks("yaml", "study") if "changes:" in block)
-    Path("my_study.yaml").write_text(config)
-    assert check_config(read_config("my_study.yaml"))["changes"]["opening"] == ["open", "closed"]
+    configs = blocks("yaml", name)
+    for config in configs:
+        for path in map(Path, re.findall(r"[\w./]+\.(?:pdb|xtc)\b", config)):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(
+                ROOT / "data" / "tdp43" / f"{'trajectory.xtc' if path.suffix == '.xtc' else 'topology.pdb'}",
+                path,
+            )
+        if "my_structures/" in config:
+            Path("my_structures").mkdir()
+            shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", "my_structures")
+        Path("my_study.yaml").write_text(config)
+        assert check_config(read_config("my_study.yaml"))["run"] in config
+    assert configs
