@@ -63,6 +63,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.atoms import infer_atoms
     from sparsurf.api.depth import depth
     from sparsurf.api.fields import fields, residues
+    from sparsurf.api.frames import frames
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
     from sparsurf.api.points import points, points_of
@@ -105,6 +106,7 @@ FUNCTIONS = {
     "fields": "api.fields",
     "residues": "api.fields",
     "depth": "api.depth",
+    "frames": "api.frames",
     "write": "api.writing",
     "show": "api.show",
     "register": "kinds",
@@ -136,6 +138,7 @@ __all__ = [
     "error_at",
     "fields",
     "floors",
+    "frames",
     "infer_atoms",
     "mesh",
     "minimal",

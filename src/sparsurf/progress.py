@@ -1,22 +1,107 @@
-"""What a user sees of work that takes long: progress bars of loops, and a word before kernels are compiled."""
+"""What a user sees of work that takes long: progress in a terminal or a log, and a word before kernels are compiled."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
-from typing import TypeVar
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
 
 DELAY = 2.0  # s; a shorter loop shows no bar
+SECONDS_PER_LINE = 30.0  # of a log, which shows no bar
 Item = TypeVar("Item")
 # The command line and the functions of `sparsurf` turn the bars on. The jobs of a study share a terminal and leave them off.
 enabled = False
 before_compiling: Callable[[], None] | None = None  # called before each kernel that is not stored
+stage = ""  # what a command does now, and how far it is, for the lines of a log
+
+
+class Progress:
+    """How much of a loop is done: a bar on a terminal or in a notebook, and in a log what its next line tells."""
+
+    def __init__(self, description: str, total: int | None = None, done: int = 0) -> None:
+        """Begin a loop over `total` items, of which some may be done before."""
+        self.description, self.total, self.done = description, total, done
+        self._first, self._start, self._bar = done, time.monotonic(), None
+        if enabled and ("ipykernel" in sys.modules or sys.stderr.isatty()):
+            from tqdm import tqdm  # only where a bar is shown
+
+            self._bar = tqdm(desc=description, total=total, initial=done, leave=False, delay=DELAY)
+        self._tell()
+
+    def advance(self, n: int = 1) -> None:
+        """Count n more items."""
+        self.done += n
+        if self._bar is not None:
+            self._bar.update(n)
+        self._tell()
+
+    def close(self) -> None:
+        """Remove the bar."""
+        global stage
+        stage = ""
+        if self._bar is not None:
+            self._bar.close()
+
+    def _tell(self) -> None:
+        """Set what a log tells of the loop."""
+        global stage
+        stage = f"{self.done:,} {self.description}"
+        if self.total is not None:
+            stage = f"{self.done:,} of {self.total:,} {self.description}"
+            if self.done > self._first:
+                seconds = time.monotonic() - self._start
+                left = seconds * (self.total - self.done) / (self.done - self._first)
+                stage += f", about {duration(left)} left"
 
 
 def progress_bar(items: Iterable[Item], description: str, total: int | None = None) -> Iterable[Item]:
-    """Iterate over items and show how many are done, of `total` if they have no length, on a terminal or in a notebook."""
-    if not enabled or not ("ipykernel" in sys.modules or sys.stderr.isatty()):
-        return items
-    from tqdm import tqdm  # only where a bar is shown
+    """Iterate over items and show how many are done, of `total` if they have no length; see `Progress`."""
+    return _counted(items, description, total) if enabled else items
 
-    return tqdm(items, description, total, leave=False, delay=DELAY)
+
+def _counted(items: Iterable[Item], description: str, total: int | None) -> Iterator[Item]:
+    """Iterate over items and count them."""
+    known: Any = items
+    shown = Progress(description, len(known) if total is None and hasattr(items, "__len__") else total)
+    try:
+        for item in items:
+            yield item
+            shown.advance()
+    finally:
+        shown.close()
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words: '40 s', '5 min', '2.5 h'."""
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+@contextmanager
+def lines_in_log(command: str) -> Iterator[None]:
+    """Print every half minute what a command does and how far it is, where no terminal shows it."""
+    if not enabled or sys.stderr.isatty():
+        yield
+        return
+    ended, start = threading.Event(), time.monotonic()
+
+    def tell() -> None:
+        while not ended.wait(SECONDS_PER_LINE):
+            words = stage or "working"
+            print(
+                f"sparsurf {command}: {words} (after {duration(time.monotonic() - start)})",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    thread = threading.Thread(target=tell, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()

@@ -30,6 +30,7 @@ COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields of every residue",
+    "frames": "area, roughness and fields of every residue in every frame of a trajectory",
     "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "keep the fewest dots that represent a surface",
     "recover": "reconstruct a dense surface from a few dots with normals",
@@ -129,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         (options or parser).error(f"unrecognized arguments: {' '.join(unparsed)}{hint}")
     progress.enabled = not args.quiet
     try:
-        with _warnings_to_stderr(), _compiling(args.quiet):
+        with _warnings_to_stderr(), _compiling(args.quiet), progress.lines_in_log(args.command):
             args.function(args)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` say, has seen enough

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import kinds, progress
 from sparsurf.api.about import About, heard
 from sparsurf.api.inputs import check_frame, is_file_of_spheres
 from sparsurf.arguments import (
@@ -95,13 +95,15 @@ class ModelOrNumber(argparse.Action):
             parser.error(f"argument {option_string}: {message}")
 
 
-def add_molecule(parser: argparse.ArgumentParser, reconstructs: bool = False) -> None:
+def add_molecule(
+    parser: argparse.ArgumentParser, reconstructs: bool = False, with_frame: bool = True
+) -> None:
     """Add the options that choose atoms of a structure; if it `reconstructs`, `--model` also says by which model."""
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="trajectory whose frames belong to the structure")
-    atoms.add_argument(
-        "--frame", type=number_within(FRAME), help="frame or model to read, from 0 (default 0)"
-    )
+    if with_frame:
+        words = "frame or model to read, from 0 (default 0)"
+        atoms.add_argument("--frame", type=number_within(FRAME), help=words)
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
@@ -290,13 +292,18 @@ def with_fields_of_spheres(surface: Surface, names: Sequence[str]) -> Surface:
     return with_values(surface, check_fields(names, "surface"), lambda: surface, "surface", available_cores())
 
 
-def read_atoms(args: argparse.Namespace) -> Molecule:
-    """Return the molecule of FILE, with all its frames; what reading it said is `args.heard` from now on."""
+def read_atoms(args: argparse.Namespace, stride: int | None = None) -> Molecule:
+    """Return the molecule of FILE, with all its frames; what reading it said is `args.heard` from now on.
+
+    Every `stride`-th frame is used if that is given, and otherwise the one of `--frame`.
+    """
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = bool(keys["assembly"])
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     with heard(args.file) as args.heard:
-        molecule = read_molecule(source_of(args), args.trajectory, **keys)
+        molecule = read_molecule(source_of(args), args.trajectory, stride=stride or 1, **keys)
+    if stride is not None:
+        return molecule
     name = args.trajectory or args.file
     check_frame(molecule, args.frame or 0, name)
     if molecule.n_frames > 1 and args.frame is None and not args.quiet:
@@ -312,6 +319,7 @@ def about(args: argparse.Namespace, **attributes: Any) -> About:
 
 
 def say(text: str) -> None:
-    """Print on a terminal what is being done; not in logs and pipes."""
+    """Print on a terminal what is being done, and keep it for the lines of a log."""
+    progress.stage = text
     if sys.stderr.isatty():
         print(f"{text} ...", file=sys.stderr, flush=True)

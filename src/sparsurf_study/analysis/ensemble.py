@@ -1,20 +1,17 @@
 """n_S and d of one combination over all frames of a trajectory."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.errors import InputError
-from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
-from sparsurf.evaluation.residues import mean_roughness_by_residue
+from sparsurf.evaluation.frames import surface_of_frame
+from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.streams import Streams
-from sparsurf.surfaces.components import on_cavities
-from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
+from sparsurf.surfaces.molecular_surface import density_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
@@ -62,33 +59,21 @@ def frame_row(
     molecule: Molecule, position: int, atom_radii: np.ndarray, settings: StudySettings, streams: Streams
 ) -> dict[str, Any]:
     """Evaluate one frame and return its row; an error names the frame."""
-    number, ensemble = int(molecule.frame_number[position]), settings.ensemble
-    where = f"{streams.name}, frame {number}"
-    density = settings.surface.density
-    assert density != "auto"  # it is one for all frames
-    try:
-        rolled = roll_frame(molecule, position, atom_radii, settings.surface)
-        surface = rolled.surface(density)
-    except InputError as error:
-        raise InputError(f"{where}: {error.args[0]}") from None  # str(error) has the names of a call
-    of_frame = replace(streams, name=f"{streams.name}/f{number}")
-    prepared = PreparedSurface(surface, settings, None, of_frame)
+    ensemble = settings.ensemble
+    assert settings.surface.density != "auto"  # it is one for all frames
+    frame = surface_of_frame(molecule, position, atom_radii, settings, streams)
+    prepared = frame.prepared
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
+        where = f"{streams.name}, frame {molecule.frame_number[position]}"
         refuse_sparse(prepared.points, settings.patches.d_link, where)
-    n_tests, readings = number_of_tests(ensemble.test_dots, len(surface)), settings.evaluation.grid_readings
+    n_tests = number_of_tests(ensemble.test_dots, len(prepared))
+    readings = settings.evaluation.grid_readings
     result = grid.evaluate_grid(prepared, [ensemble.combination], n_tests, DRAWS_PER_FRAME, readings)
     row = grid_table(result).drop(columns=PARAMETERS)
-    cavity = on_cavities(surface, rolled.components(surface))
-    outside, residue = np.where(cavity, np.nan, prepared.roughness), molecule.residue_index[surface.atom]
-    by_residue = mean_roughness_by_residue(outside, residue, molecule.n_residues)
     return {
-        "frame": number,
-        "time_ps": float(molecule.time_ps[position]),
-        "N": len(surface),
-        "area": float(surface.area.sum()),
-        "mean_roughness": float(prepared.roughness.mean()),
+        **frame.columns,
         **{str(column): value for column, value in row.iloc[0].items()},
-        **{f"{RESIDUE_PREFIX}{k}": value for k, value in enumerate(by_residue)},
+        **{f"{RESIDUE_PREFIX}{k}": value for k, value in enumerate(frame.roughness_by_residue())},
     }
 
 

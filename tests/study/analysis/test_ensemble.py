@@ -9,6 +9,7 @@ import pytest
 from peptides import peptide, write
 from small_study import run_script
 from sparsurf.errors import InputError
+from sparsurf.evaluation import frames
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.evaluation.statistics import estimate
@@ -116,7 +117,7 @@ def test_an_error_names_the_frame(molecule, monkeypatch):
     def fail(*_):
         raise InputError("no atoms.")
 
-    monkeypatch.setattr(ensemble, "roll_frame", fail)
+    monkeypatch.setattr(frames, "roll_frame", fail)
     numbered = replace(molecule, frame_number=10 * np.arange(FRAMES))
     with pytest.raises(InputError, match=r"^p, frame 30: no atoms\.$"):
         ensemble.frame_row(numbered, 3, radii(molecule), SETTINGS, STREAMS)
@@ -162,7 +163,7 @@ def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, 
         below.append(surface.points[:, 2] < np.median(surface.points[:, 2]))
         return below[0]
 
-    monkeypatch.setattr(ensemble, "on_cavities", on_cavities)
+    monkeypatch.setattr(frames, "on_cavities", on_cavities)
     row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, STREAMS)
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
     rough, residue = (

@@ -1,0 +1,384 @@
+"""The surface of every frame of a trajectory as two tables: of residues in frames, and of frames."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from sparsurf import kinds
+from sparsurf.api.inputs import MoleculeLike, as_molecule, field_names, opened_source
+from sparsurf.api.points import JOBS
+from sparsurf.api.surfaces import placement
+from sparsurf.api.writing import parse_output, write_file
+from sparsurf.arguments import PROBE, STRIDE
+from sparsurf.dot_fields.depth import depth_of_residues
+from sparsurf.dot_fields.registry import FieldLike, compute_fields
+from sparsurf.errors import InputError
+from sparsurf.evaluation.frames import surface_of_frame
+from sparsurf.evaluation.residues import residue_table
+from sparsurf.files import import_pyarrow
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.source import Source
+from sparsurf.patches.index import D_LINK
+from sparsurf.progress import Progress
+from sparsurf.settings import Settings
+from sparsurf.streams import Streams
+from sparsurf.suggestions import public
+from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
+from sparsurf.surfaces.molecular_surface import RolledFrame
+from sparsurf.surfaces.radii import PROBE_RADIUS
+from sparsurf.surfaces.radii import radii as atomic_radii
+from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
+from sparsurf.threads import available_cores
+from sparsurf.version import __version__
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMATS = (".parquet", ".csv")
+FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
+FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness")
+RESIDUE_COLUMNS = ("area", "mean_roughness", "depth")
+
+
+class FrameTables(NamedTuple):
+    """The tables of `frames`.
+
+    Attributes
+    ----------
+    residues : DataFrame, one row per residue in each frame
+    frames : DataFrame, one row per frame
+    """
+
+    residues: pd.DataFrame
+    frames: pd.DataFrame
+
+
+class FramesRequest(NamedTuple):
+    """What is requested of every frame, checked."""
+
+    rules: Placement
+    fields: tuple[FieldLike, ...]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns of the fields."""
+        return [f"mean_{kinds.name_of('field', field, 'fields')}" for field in self.fields]
+
+
+class Part(NamedTuple):
+    """The numbers of some frames: (n, columns) of frames and (n, residues, columns) of residues."""
+
+    frames: np.ndarray
+    residues: np.ndarray
+
+
+@public()
+def frames(
+    molecule: MoleculeLike,
+    trajectory: str | Path | None = None,
+    *,
+    path: str | Path | None = None,
+    stride: int = 1,
+    fields: FieldLike | Sequence[FieldLike] = (),
+    probe_radius: float = PROBE_RADIUS,
+    radii: str = "dms",
+    jobs: int = 1,
+) -> FrameTables | None:
+    """Measure the surface of every frame of a trajectory: area, roughness, depth and fields of each residue.
+
+    Parameters
+    ----------
+    molecule : path, Molecule, or atoms of another library
+        The structure of the trajectory, or a molecule that has several frames, such as the models of a file.
+    trajectory : path, optional
+        Trajectory that belongs to the structure `molecule`.
+    path : str or Path, optional
+        File in .parquet or .csv for the table of residues; that of frames is written next to it, as run_frames.csv next to
+        run.csv. A call that was stopped continues from the frames that were finished, and writes the same bytes. Parquet needs
+        pyarrow.
+    stride : int
+        Measure every stride-th frame (default 1, all frames).
+    fields : str, callable, or sequence of these
+        Fields whose mean is taken over the dots of each residue (default none); any name that `fields` accepts.
+    probe_radius : float
+        Radius of the probe, Å (default 1.4).
+    radii : {'dms', 'bondi'}
+        Table of atomic radii (default 'dms').
+    jobs : int
+        Number of processes (default 1); the results do not depend on it.
+
+    Returns
+    -------
+    FrameTables or None
+        `residues`, with a row for each residue in each frame: frame (its position in the file, from 0), time_ps (NaN where the
+        file has no times), chain, residue, residue_name, area (Å^2), mean_roughness (1 is flat, 0 is rough; NaN where the
+        residue is buried), depth (Å) and the mean of each field. `frames`, with a row for each frame: frame, time_ps, area
+        (Å^2), volume (Å^3), components, cavities, dots and mean_roughness. None if `path` is given: memory then does not grow
+        with the number of frames.
+
+    Raises
+    ------
+    InputError
+        The trajectory does not belong to the structure, a frame has no surface, or an argument is outside of its limits.
+
+    Notes
+    -----
+    The numbers of a frame are those of `residues(surface(molecule, frame=...))`.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> tables = sparsurf.frames("data/tdp43/topology.pdb", "data/tdp43/trajectory.xtc", stride=500)
+    >>> tables.frames[["frame", "area"]].round().to_numpy().tolist()
+    [[0.0, 4560.0], [500.0, 4307.0]]
+    >>> len(tables.residues), list(tables.residues)[:4]
+    (122, ['frame', 'time_ps', 'chain', 'residue'])
+    """
+    stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
+    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, "keep")
+    request = FramesRequest(rules, field_names(fields, "fields"))
+    for field in request.fields:
+        kinds.load("field", field, "fields")
+    if path is not None:
+        parse_output(path, FORMATS)
+    source = opened_source(molecule)
+    if trajectory is not None and not isinstance(source, Source):
+        raise InputError(
+            "frames: a trajectory belongs to the path of a structure; give that as the molecule."
+        )
+    if isinstance(source, Source):
+        atoms = read_molecule(source, trajectory, stride=stride)
+    else:
+        atoms = _every(as_molecule(source), stride)
+    if path is None:
+        import pandas as pd  # here: it takes long to load
+
+        tables = [_tables(atoms, request, *part) for part in _parts(atoms, request, jobs, None)]
+        return FrameTables(*(pd.concat(each, ignore_index=True) for each in zip(*tables, strict=True)))
+    write_frames(atoms, request, path, jobs)
+    return None
+
+
+def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, jobs: int) -> tuple[int, int]:
+    """Write the tables of all frames, and return how many frames there are, and how many of them were finished before.
+
+    The numbers of some frames at a time are stored in a hidden folder next to the tables, which is deleted at the end.
+    """
+    suffix = parse_output(path, FORMATS)[0]
+    if suffix == ".parquet":
+        import_pyarrow()
+    store = Path(path).with_name(f".{Path(path).name}.frames")
+    store.mkdir(exist_ok=True)
+    done_before = 0
+    parts: list[tuple[Path, int]] = []
+    for file, first, was_there in _stored_parts(molecule, request, jobs, store):
+        parts.append((file, first))
+        done_before += was_there
+
+    def tables() -> Iterator[FrameTables]:
+        for file, first in parts:
+            yield _tables(molecule, request, _read_part(file), first)
+
+    for output, which in ((path, 0), (path_of_frames(path), 1)):
+        writers = {name: _writer(name, (each[which] for each in tables())) for name in FORMATS}
+        write_file(output, FORMATS, writers)
+    shutil.rmtree(store)
+    return molecule.n_frames, done_before
+
+
+def path_of_frames(path: str | Path) -> Path:
+    """Return the path of the table of frames, next to that of residues: run_frames.csv for run.csv."""
+    name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", r"_frames\1", Path(path).name, flags=re.IGNORECASE)
+    return Path(path).with_name(name)
+
+
+def _every(molecule: Molecule, stride: int) -> Molecule:
+    """Return every stride-th frame of a molecule."""
+    if stride == 1:
+        return molecule
+    chosen = {name: getattr(molecule, name)[::stride] for name in ("xyz", "time_ps", "frame_number")}
+    return replace(molecule, **chosen)
+
+
+def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last: int, threads: int) -> Part:
+    """Measure the frames from position `first` up to `last`."""
+    atom_radii = atomic_radii(molecule, request.rules.radii)
+    settings = Settings().model_copy(update={"surface": request.rules})
+    rows, tables = [], []
+    for position in range(first, last):
+        frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name="frames"), threads)
+        xyz, surface = molecule.xyz[position].round(3), frame.surface
+        origin = SurfaceOrigin.of_atoms(molecule, position, xyz, request.rules, D_LINK, atom_radii)
+        values = {}
+        if request.fields:
+            placed = replace(surface, origin=origin)
+            computed = compute_fields(request.fields, molecule.frame(position), surface.points, dots=placed)
+            values = {str(name): computed[name].to_numpy() for name in computed}
+        table = residue_table(
+            replace(surface, fields=values), frame.prepared.roughness, molecule, cavity=frame.cavity
+        )
+        table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
+        parts = summarize_components(columns_of_components(surface, frame.component))
+        columns = frame.columns | parts | {"dots": len(surface)}
+        rows.append([columns[name] for name in FRAME_COLUMNS])
+        tables.append(table[[*RESIDUE_COLUMNS, *request.names]].to_numpy(float))
+    return Part(np.array(rows, float), np.array(tables))
+
+
+def _depth(dots: Surface, rolled: RolledFrame, molecule: Molecule, xyz: np.ndarray) -> np.ndarray:
+    """Return the depth of each residue below dots of the density of `depth`, (n,), Å, on a probe that is rolled already."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+    outside = without_cavities(dots, rolled.components(dots))
+    return depth_of_residues(molecule, np.asarray(cKDTree(outside.points).query(xyz)[0]))
+
+
+def _bounds(n_frames: int) -> list[tuple[int, int]]:
+    """Return the first frame of each part, and the one after its last."""
+    return [(k, min(k + FRAMES_PER_PART, n_frames)) for k in range(0, n_frames, FRAMES_PER_PART)]
+
+
+def _parts(
+    molecule: Molecule, request: FramesRequest, jobs: int, done: Progress | None
+) -> Iterator[tuple[Part, int]]:
+    """Yield the parts in order, with the position of the first frame of each."""
+    bounds = _bounds(molecule.n_frames)
+    progress = Progress("frames", molecule.n_frames) if done is None else done
+    for (first, last), part in zip(bounds, _measured(molecule, request, bounds, jobs), strict=True):
+        yield part, first
+        progress.advance(last - first)
+    progress.close()
+
+
+def _stored_parts(
+    molecule: Molecule, request: FramesRequest, jobs: int, store: Path
+) -> Iterator[tuple[Path, int, int]]:
+    """Yield the file of each part in order, its first frame, and how many of its frames were there before."""
+    bounds = _bounds(molecule.n_frames)
+    files = [store / f"{_key(molecule, request, *ends)}.npz" for ends in bounds]
+    for stale in set(store.iterdir()) - set(files):
+        stale.unlink()
+    missing = [ends for ends, file in zip(bounds, files, strict=True) if not file.exists()]
+    n_before = molecule.n_frames - sum(last - first for first, last in missing)
+    progress = Progress("frames", molecule.n_frames, n_before)
+    computed = _measured(molecule, request, missing, jobs)
+    for (first, last), file in zip(bounds, files, strict=True):
+        was_there = (first, last) not in missing
+        if not was_there:
+            part = next(computed)
+            unfinished = file.with_suffix(".part")
+            with unfinished.open("wb") as stream:
+                np.savez(stream, **part._asdict())
+            unfinished.replace(file)
+            progress.advance(last - first)
+        yield file, first, was_there * (last - first)
+    progress.close()
+
+
+def _read_part(file: Path) -> Part:
+    """Read the numbers of a part."""
+    with np.load(file, allow_pickle=False) as arrays:
+        return Part(arrays["frames"], arrays["residues"])
+
+
+def _key(molecule: Molecule, request: FramesRequest, first: int, last: int) -> str:
+    """Return a hash of all that the numbers of a part follow from; that of a function of the user is its code."""
+    digest = hashlib.sha256(f"{__version__} {request.rules} {first} {last}".encode())
+    for field in request.fields:
+        code = getattr(field, "__code__", None)
+        digest.update(f"{field if isinstance(field, str) else request.names}".encode())
+        digest.update(b"" if code is None else code.co_code + repr(code.co_consts).encode())
+    for name in ("chain", "residue", "residue_name", "name", "element"):
+        digest.update("\n".join(map(str, getattr(molecule, name).tolist())).encode())
+    digest.update(molecule.frame_number[first:last].tobytes() + molecule.xyz[first:last].tobytes())
+    return digest.hexdigest()[:32]
+
+
+_shared: tuple[Molecule, FramesRequest] | None = None  # what the processes of `frames` share
+
+
+def _share(molecule: Molecule, request: FramesRequest) -> None:
+    """Keep the molecule in a process; one that is forked has it without a copy."""
+    global _shared
+    _shared = molecule, request
+
+
+def _part_in_process(ends: tuple[int, int]) -> Part:
+    """Measure a part in a process of several."""
+    assert _shared is not None
+    return part_of_frames(*_shared, *ends, 1)
+
+
+def _measured(
+    molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]], jobs: int
+) -> Iterator[Part]:
+    """Yield the parts of some frames in order; few of them wait at a time."""
+    if jobs == 1 or len(bounds) < 2:
+        for ends in bounds:
+            yield part_of_frames(molecule, request, *ends, available_cores())
+        return
+    import multiprocessing  # here: one process needs no others
+    from concurrent.futures import Future, ProcessPoolExecutor
+
+    methods = multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("fork" if "fork" in methods else None)
+    waiting: deque[Future[Part]] = deque()
+    with ProcessPoolExecutor(jobs, context, _share, (molecule, request)) as pool:
+        try:
+            for ends in bounds:
+                waiting.append(pool.submit(_part_in_process, ends))
+                if len(waiting) >= 2 * jobs:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _tables(molecule: Molecule, request: FramesRequest, part: Part, first: int) -> FrameTables:
+    """Return the tables of a part whose first frame is at position `first`."""
+    import pandas as pd
+
+    n, n_residues = part.residues.shape[:2]
+    here = slice(first, first + n)
+    head = {"frame": molecule.frame_number[here].astype(np.int64), "time_ps": molecule.time_ps[here]}
+    labels = molecule.residues
+    of_residues: dict[str, Any] = {name: np.repeat(values, n_residues) for name, values in head.items()}
+    of_residues |= {str(name): np.tile(labels[name].to_numpy(str), n) for name in labels}
+    names = (*RESIDUE_COLUMNS, *request.names)
+    of_residues |= dict(zip(names, part.residues.reshape(-1, len(names)).T, strict=True))
+    of_frames: dict[str, Any] = head | dict(zip(FRAME_COLUMNS, part.frames.T, strict=True))
+    of_frames |= {name: of_frames[name].astype(np.int64) for name in ("components", "cavities", "dots")}
+    return FrameTables(pd.DataFrame(of_residues), pd.DataFrame(of_frames))
+
+
+def _writer(suffix: str, tables: Iterator[pd.DataFrame]) -> Any:
+    """Return the function that writes tables one after another into a file."""
+
+    def csv(path: Path) -> None:
+        with path.open("w", encoding="utf-8", newline="") as stream:
+            for k, table in enumerate(tables):
+                table.to_csv(stream, index=False, header=k == 0, float_format="%.10g", lineterminator="\n")
+
+    def parquet(path: Path) -> None:
+        pyarrow = import_pyarrow()
+        first = next(tables)
+        schema = pyarrow.Schema.from_pandas(first, preserve_index=False).remove_metadata()
+        with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd") as writer:
+            writer.write_table(pyarrow.Table.from_pandas(first, schema, preserve_index=False))
+            for table in tables:
+                writer.write_table(pyarrow.Table.from_pandas(table, schema, preserve_index=False))
+
+    return csv if suffix == ".csv" else parquet

@@ -1,0 +1,58 @@
+"""`sparsurf frames`: area, roughness and fields of the residues in every frame of a trajectory."""
+
+import argparse
+
+from sparsurf.api.points import JOBS
+from sparsurf.arguments import STRIDE
+from sparsurf.cli import options, outputs
+from sparsurf.files import pluralise
+
+FORMATS = (".parquet", ".csv")
+EXAMPLES = """\
+FILE is the structure of the trajectory, or a file with several models. The table has a row for each residue in each frame: frame
+(its position in the file, from 0), time_ps, chain, residue, residue_name, area (Å^2), mean_roughness (1 is flat, 0 is rough;
+blank for a buried residue), depth (Å) and the mean of each field. A second table, run_frames.csv next to run.csv, has a row for
+each frame: area (Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
+
+A run that was stopped continues when the same command is given again, and writes the same bytes. Memory does not grow with the
+number of frames. Parquet needs pyarrow.
+
+examples:
+  sparsurf frames protein.pdb --trajectory run.xtc -o run.csv
+  sparsurf frames protein.pdb --trajectory run.xtc --stride 10 --jobs 4 -o run.parquet
+  sparsurf frames models.pdb --fields hydropathy -o models.csv
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument(
+        "file", metavar="FILE", help="structure of the trajectory, or a file with several models"
+    )
+    words = f"file to write ({' '.join(FORMATS)}); the table of frames is written next to it, with _frames in its name"
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=words)
+    words = "measure every n-th frame (default 1, all frames)"
+    parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=words)
+    options.add_fields(parser)
+    options.add_molecule(parser, with_frame=False)
+    group = parser.add_argument_group("surface")
+    options.add_probe_radius(group)
+    options.add_radii(group)
+    words = "number of processes (default 1)"
+    parser.add_argument("--jobs", type=options.number_within(JOBS), default=1, help=words)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Write the tables."""
+    outputs.check(args, FORMATS)
+    from sparsurf.api.field_values import check_fields  # here: wrong arguments need no numba
+    from sparsurf.api.frames import FramesRequest, path_of_frames, write_frames
+    from sparsurf.api.surfaces import placement
+
+    names = check_fields(options.names_of_requested_fields(args), "frames")
+    molecule = options.read_atoms(args, args.stride)
+    rules = placement(args.probe_radius, "auto", args.radii, "keep")
+    n_frames, n_before = write_frames(molecule, FramesRequest(rules, names), args.output, args.jobs)
+    words = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(n_frames, 'frame')}"
+    words += f", of which {n_before} were finished before" if n_before else ""
+    outputs.report(args, f"{words}; {path_of_frames(args.output)} has a row for each frame")

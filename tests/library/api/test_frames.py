@@ -1,0 +1,132 @@
+"""The tables of all frames: the numbers of each frame alone, the same bytes whatever stops and jobs, and bad trajectories."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from peptides import peptide, write
+from sparsurf.api import frames as api
+from sparsurf.cli import command
+from sparsurf.errors import InputError
+
+TDP43 = ROOT / "data" / "tdp43"
+FIELDS = ["hydropathy", "mean_curvature"]
+
+
+def models(n):
+    """Models of a peptide whose last residue lies farther out in each; one residue in the middle of the others is buried."""
+    text = ""
+    for k in range(n):
+        text += f"MODEL     {k + 1:4d}\n{peptide()}{peptide(['ALA'], 'B', 9, (0, 0, 4 + 0.5 * k))}ENDMDL\n"
+    return text + "END\n"
+
+
+@pytest.fixture
+def seven(tmp_path, monkeypatch):
+    """A file of seven models; three frames are stored together."""
+    monkeypatch.setattr(api, "FRAMES_PER_PART", 3)
+    return write(tmp_path / "m.pdb", models(7))
+
+
+def test_the_numbers_of_a_frame_are_those_of_its_surface(seven):
+    molecule, tables = sparsurf.read_molecule(seven), sparsurf.frames(seven, fields=FIELDS)
+    assert tables.frames["frame"].tolist() == list(range(7)) and tables.frames["time_ps"].isna().all()
+    for k in (0, 6):
+        dots = sparsurf.surface(molecule, frame=k)
+        values = sparsurf.fields(dots, FIELDS)
+        from dataclasses import replace
+
+        with_fields = replace(dots, fields={name: values[name].to_numpy() for name in FIELDS})
+        alone = sparsurf.residues(with_fields)
+        row, table = tables.frames.loc[k], tables.residues[tables.residues["frame"] == k]
+        parts = sparsurf.components(dots)[1]
+        signs = np.where(parts["cavity"], -1, 1)
+        assert row["area"] == dots.area.sum() and row["dots"] == len(dots)
+        assert row["volume"] == pytest.approx(signs @ parts["volume"]) and row["components"] == len(parts)
+        assert row["mean_roughness"] == pytest.approx(sparsurf.roughness(dots).mean())
+        labels = ["chain", "residue", "residue_name"]
+        assert table[labels].to_numpy().tolist() == alone[labels].to_numpy().tolist()
+        for name in ("area", "mean_roughness", "depth", "mean_hydropathy", "mean_mean_curvature"):
+            np.testing.assert_allclose(table[name], alone[name], rtol=1e-12)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch, suffix):
+    """Stopped in the second part; the first is not measured again."""
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow")
+    sparsurf.frames(seven, path=tmp_path / f"whole{suffix}")
+    sparsurf.frames(seven, path=tmp_path / f"jobs{suffix}", jobs=2)
+    measured, part_of_frames = [], api.part_of_frames
+
+    def stopping(molecule, request, first, last, threads):
+        measured.append(first)
+        if len(measured) == 2:
+            raise KeyboardInterrupt
+        return part_of_frames(molecule, request, first, last, threads)
+
+    monkeypatch.setattr(api, "part_of_frames", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        sparsurf.frames(seven, path=tmp_path / f"run{suffix}")
+    assert not (tmp_path / f"run{suffix}").exists()
+    assert sparsurf.frames(seven, path=tmp_path / f"run{suffix}") is None
+    assert measured == [0, 3, 3, 6]
+    for name in ("run", "jobs"):
+        for end in ("", "_frames"):
+            whole = (tmp_path / f"whole{end}{suffix}").read_bytes()
+            assert (tmp_path / f"{name}{end}{suffix}").read_bytes() == whole
+    assert not list(tmp_path.glob(".*"))
+    read = pd.read_csv if suffix == ".csv" else pd.read_parquet
+    in_memory = sparsurf.frames(seven)
+    pd.testing.assert_frame_equal(
+        read(tmp_path / f"run{suffix}").astype({"residue": str}),
+        in_memory.residues,
+        check_dtype=False,
+        rtol=1e-8,
+    )
+
+
+def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch):
+    """What a stopped run left behind belongs to other positions."""
+    part_of_frames = api.part_of_frames
+    monkeypatch.setattr(api, "_writer", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        sparsurf.frames(seven, path=tmp_path / "run.csv")
+    monkeypatch.undo()
+    assert api.part_of_frames is part_of_frames
+    moved = write(
+        tmp_path / "moved.pdb",
+        models(7).replace("MODEL        7", "MODEL        8").replace(" ALA B", " GLY B"),
+    )
+    sparsurf.frames(moved, path=tmp_path / "run.csv")
+    assert "GLY" in (tmp_path / "run.csv").read_text().rpartition("\n6,")[2]
+
+
+def test_one_frame_a_stride_and_a_trajectory(tmp_path, capsys):
+    topology, trajectory = str(TDP43 / "topology.pdb"), str(TDP43 / "trajectory.xtc")
+    out = tmp_path / "run.csv"
+    assert (
+        command.main(["frames", topology, "--trajectory", trajectory, "--stride", "700", "-o", str(out)]) == 0
+    )
+    assert "61 residues in 2 frames" in capsys.readouterr().err
+    frames = pd.read_csv(tmp_path / "run_frames.csv")
+    assert frames["frame"].tolist() == [0, 700] and (np.diff(frames["time_ps"]) > 0).all()
+    assert frames["area"][0] == pytest.approx(4559.595, abs=1e-3)
+    one = sparsurf.frames(topology)
+    assert len(one.frames) == 1 and len(one.residues) == 61
+    buried = one.residues[one.residues["area"] == 0]
+    assert buried["mean_roughness"].isna().all()
+
+
+def test_bad_input_is_refused_in_one_sentence(seven, tmp_path):
+    trajectory = TDP43 / "trajectory.xtc"
+    with pytest.raises(InputError, match="atoms"):
+        sparsurf.frames(seven, trajectory)
+    with pytest.raises(InputError, match="belongs to the path of a structure"):
+        sparsurf.frames(sparsurf.read_molecule(seven), trajectory)
+    with pytest.raises(InputError, match=r"ends in \.parquet, \.csv"):
+        sparsurf.frames(seven, path=tmp_path / "run.npz")
+    with pytest.raises(InputError, match="hydropaty"):
+        sparsurf.frames(seven, fields="hydropaty")
