@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import TypeVar
 
 DELAY = 2.0  # s; a shorter loop shows no bar
 SECONDS_PER_LINE = 30.0  # of a log, which shows no bar
@@ -64,8 +64,9 @@ def progress_bar(items: Iterable[Item], description: str, total: int | None = No
 
 def _counted(items: Iterable[Item], description: str, total: int | None) -> Iterator[Item]:
     """Iterate over items and count them."""
-    known: Any = items
-    shown = Progress(description, len(known) if total is None and hasattr(items, "__len__") else total)
+    if total is None and isinstance(items, Sized):
+        total = len(items)
+    shown = Progress(description, total)
     try:
         for item in items:
             yield item
@@ -91,9 +92,9 @@ def lines_in_log(command: str) -> Iterator[None]:
 
     def tell() -> None:
         while not ended.wait(SECONDS_PER_LINE):
-            words = stage or "working"
+            state = stage or "working"
             print(
-                f"sparsurf {command}: {words} (after {duration(time.monotonic() - start)})",
+                f"sparsurf {command}: {state} (after {duration(time.monotonic() - start)})",
                 file=sys.stderr,
                 flush=True,
             )

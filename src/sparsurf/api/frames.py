@@ -93,6 +93,7 @@ def frames(
     fields: FieldLike | Sequence[FieldLike] = (),
     probe_radius: float = PROBE_RADIUS,
     radii: str = "dms",
+    cavities: str = "keep",
     jobs: int = 1,
 ) -> FrameTables | None:
     """Measure the surface of every frame of a trajectory: area, roughness, depth and fields of each residue.
@@ -115,6 +116,8 @@ def frames(
         Radius of the probe, Å (default 1.4).
     radii : {'dms', 'bondi'}
         Table of atomic radii (default 'dms').
+    cavities : {'keep', 'remove'}
+        Whether the walls of closed cavities inside the molecule count (default 'keep').
     jobs : int
         Number of processes (default 1); the results do not depend on it.
 
@@ -146,7 +149,7 @@ def frames(
     (122, ['frame', 'time_ps', 'chain', 'residue'])
     """
     stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
-    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, "keep")
+    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
     request = FramesRequest(rules, field_names(fields, "fields"))
     for field in request.fields:
         kinds.load("field", field, "fields")
@@ -165,7 +168,7 @@ def frames(
         import pandas as pd  # here: it takes long to load
 
         tables = [_tables(atoms, request, *part) for part in _parts(atoms, request, jobs, None)]
-        return FrameTables(*(pd.concat(each, ignore_index=True) for each in zip(*tables, strict=True)))
+        return FrameTables(*(pd.concat(parts, ignore_index=True) for parts in zip(*tables, strict=True)))
     write_frames(atoms, request, path, jobs)
     return None
 
@@ -190,8 +193,8 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
         for file, first in parts:
             yield _tables(molecule, request, _read_part(file), first)
 
-    for output, which in ((path, 0), (path_of_frames(path), 1)):
-        writers = {name: _writer(name, (each[which] for each in tables())) for name in FORMATS}
+    for output, column in ((path, 0), (path_of_frames(path), 1)):
+        writers = {name: _writer(name, (pair[column] for pair in tables())) for name in FORMATS}
         write_file(output, FORMATS, writers)
     shutil.rmtree(store)
     return molecule.n_frames, done_before

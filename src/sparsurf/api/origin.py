@@ -13,29 +13,32 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.source import Source
 from sparsurf.version import __version__
 
-MAX_CHAINS = 20  # that are named
+NAMED_CHAINS = 20  # that are named
 
-Row = tuple[str, str]  # what it is, and its value
+OriginRow = tuple[str, str]  # what it is, and its value
 
 
 def rows_of_origin(
     files: Sequence[Any] = (), molecule: Molecule | None = None, frame: int | None = None, command: str = ""
-) -> tuple[Row, ...]:
+) -> tuple[OriginRow, ...]:
     """Return the rows of the block of origin of a page.
 
     `files` are the paths that were read, first the structure or the dots, then the trajectory; anything else, such as arrays, is
     left out. `frame` is the position of the frame that is shown, None for all frames.
     """
-    rows: list[Row] = []
+    rows: list[OriginRow] = []
     paths = [_path(file) for file in files]
-    for what, path in zip(("file", "trajectory"), paths, strict=False):
+    for label, path in zip(("file", "trajectory"), paths, strict=False):
         if path is not None and path.is_file():
-            rows.append((what, f"{path.name}, SHA-256 {checksum_of_file(path)}"))
+            rows.append((label, f"{path.name}, SHA-256 {checksum_of_file(path)}"))
     if molecule is not None:
         chains = list(dict.fromkeys(map(str, molecule.chain.tolist())))
-        named = ", ".join(name or "without a name" for name in chains[:MAX_CHAINS])
+        named = ", ".join(name or "without a name" for name in chains[:NAMED_CHAINS])
         rows.append(
-            ("chains", named + (f" and {len(chains) - MAX_CHAINS} more" if len(chains) > MAX_CHAINS else ""))
+            (
+                "chains",
+                named + (f" and {len(chains) - NAMED_CHAINS} more" if len(chains) > NAMED_CHAINS else ""),
+            )
         )
         if molecule.n_frames > 1 or (frame is not None and len(paths) > 1):
             last = int(molecule.frame_number[-1])

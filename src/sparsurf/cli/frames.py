@@ -29,17 +29,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="FILE", help="structure of the trajectory, or a file with several models"
     )
-    words = f"file to write ({' '.join(FORMATS)}); the table of frames is written next to it, with _frames in its name"
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=words)
-    words = "measure every n-th frame (default 1, all frames)"
-    parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=words)
+    text = f"file to write ({' '.join(FORMATS)}); the table of frames is written next to it, with _frames in its name"
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)
+    text = "measure every n-th frame (default 1, all frames)"
+    parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=text)
     options.add_fields(parser)
     options.add_molecule(parser, with_frame=False)
-    group = parser.add_argument_group("surface")
-    options.add_probe_radius(group)
-    options.add_radii(group)
-    words = "number of processes (default 1)"
-    parser.add_argument("--jobs", type=options.number_within(JOBS), default=1, help=words)
+    options.add_placement(parser)
+    text = "number of processes (default 1)"
+    parser.add_argument("--jobs", type=options.number_within(JOBS), default=1, help=text)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -51,8 +49,8 @@ def run(args: argparse.Namespace) -> None:
 
     names = check_fields(options.names_of_requested_fields(args), "frames")
     molecule = options.read_atoms(args, args.stride)
-    rules = placement(args.probe_radius, "auto", args.radii, "keep")
+    rules = placement(density="auto", **options.placement_options(args))
     n_frames, n_before = write_frames(molecule, FramesRequest(rules, names), args.output, args.jobs)
-    words = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(n_frames, 'frame')}"
-    words += f", of which {n_before} were finished before" if n_before else ""
-    outputs.report(args, f"{words}; {path_of_frames(args.output)} has a row for each frame")
+    text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(n_frames, 'frame')}"
+    text += f", of which {n_before} were finished before" if n_before else ""
+    outputs.report(args, f"{text}; {path_of_frames(args.output)} has a row for each frame")

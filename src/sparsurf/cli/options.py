@@ -102,8 +102,8 @@ def add_molecule(
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="trajectory whose frames belong to the structure")
     if with_frame:
-        words = "frame or model to read, from 0 (default 0)"
-        atoms.add_argument("--frame", type=number_within(FRAME), help=words)
+        meaning = "frame or model to read, from 0 (default 0)"
+        atoms.add_argument("--frame", type=number_within(FRAME), help=meaning)
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")

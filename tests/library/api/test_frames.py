@@ -1,5 +1,7 @@
 """The tables of all frames: the numbers of each frame alone, the same bytes whatever stops and jobs, and bad trajectories."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -36,8 +38,6 @@ def test_the_numbers_of_a_frame_are_those_of_its_surface(seven):
     for k in (0, 6):
         dots = sparsurf.surface(molecule, frame=k)
         values = sparsurf.fields(dots, FIELDS)
-        from dataclasses import replace
-
         with_fields = replace(dots, fields={name: values[name].to_numpy() for name in FIELDS})
         alone = sparsurf.residues(with_fields)
         row, table = tables.frames.loc[k], tables.residues[tables.residues["frame"] == k]

@@ -24,6 +24,7 @@ CALLS = {  # with which options are combined
     "recover": ("few.csv", "", {}),
     "points": ("two.pdb", "--n-dots 40", {"n_dots": 40}),
     "show": ("two.pdb", "--no-open", {}),
+    "frames": ("two.pdb", "", {}),
 }
 OF_ATOMS = {
     "--chains A": {"chains": "A"},
@@ -71,6 +72,8 @@ OPTIONS = {
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
      "--mesh --reach 2.5": {"mesh": True, "reach": 2.5}, "--mesh --colours": {"mesh": True, "colours": True}},
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
+    "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED, **CAGED,
+     "--stride 2": {"stride": 2}},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly": "apart.pdb",
@@ -236,9 +239,14 @@ def show(file, keys, out):
     return unpacked(page.html)[1]
 
 
+def frames(file, keys, out):
+    settings = some(keys, "stride", "fields", "probe_radius", "radii", "cavities")
+    return sparsurf.frames(molecule_of(file, keys), **settings).residues
+
+
 WANTED = {
     wanted.__name__: wanted
-    for wanted in (surface, residues, roughness, descriptors, minimal, recover, points, show)
+    for wanted in (surface, residues, roughness, descriptors, minimal, recover, points, show, frames)
 }
 
 
