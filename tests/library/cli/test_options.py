@@ -72,8 +72,8 @@ OPTIONS = {
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
      "--mesh --reach 2.5": {"mesh": True, "reach": 2.5}, "--mesh --colours": {"mesh": True, "colours": True}},
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
-    "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED, **CAGED,
-     "--stride 2": {"stride": 2}},
+    "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
+     **CAGED, "--stride 2": {"stride": 2}},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly": "apart.pdb",
