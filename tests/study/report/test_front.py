@@ -158,12 +158,16 @@ def test_a_page_says_what_the_run_was_started_with(tmp_path):
     (tmp_path / "p.pdb").write_text("a structure")
     (tmp_path / "q.pdb").write_text("another")
     origin = RunOrigin(
-        "make run CONFIG=mine.yaml", [str(tmp_path / f"{name}.pdb") for name in ("p", "gone", "q")], 3
+        "make run CONFIG=mine.yaml",
+        [str(tmp_path / f"{name}.pdb") for name in ("p", "gone", "q")],
+        3,
+        ["numpy 1.9 and 2.4", "numba 0.61"],
     )
     write_front(tmp_path / "index.html", write_run(tmp_path), {}, origin=origin)
     page = page_of(tmp_path)
     text = " ".join([page.words, *(told.text for told in page.find("dl"))])
     assert "with make run CONFIG=mine.yaml" in text
+    assert "Computed with numpy 1.9 and 2.4, numba 0.61." in text
     places = [text.rindex(hashlib.sha256(content).hexdigest()) for content in (b"a structure", b"another")]
     assert text.rindex("p.pdb") < places[0] < text.rindex("q.pdb") < places[1]  # each beside its file
     assert "gone.pdb" not in text and __version__ in text
