@@ -73,11 +73,8 @@ GRID_LIMITS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that
 QUICK_RESIDUES = "209-214"  # residues of the quick surface
 GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
 REFERENCE_PATCHES = 5
-PAIR_LIMITS = {
-    720: None,
-    14_400: 8,
-    50_000: 120,
-}  # dots of each partner: CPU seconds that comparing them may take
+# By the number of dots of each partner, the CPU seconds that comparing them may take
+PAIR_LIMITS = {720: None, 14_400: 8, 50_000: 120}
 
 
 def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:

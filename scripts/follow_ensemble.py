@@ -15,9 +15,8 @@ STRIDE_TO_FIRST_FRAME = 10**9  # leaves one frame: the residues are the same in 
 with job(snakemake) as s:
     files, options = (s.input.structure, s.input.get("trajectory")), s.params.molecule_options
     residues = read_molecule(*files, stride=STRIDE_TO_FIRST_FRAME, **options).residues
-    parts = [
-        pd.read_csv(path) for path in s.input.rows if Path(path).stat().st_size > 1
-    ]  # some have no frames
+    # A part without frames is an empty file, which pandas cannot read
+    parts = [pd.read_csv(path) for path in s.input.rows if Path(path).stat().st_size > 1]
     frames, over_time = split_residue_columns(pd.concat(parts), residues)
     write_rounded(s.output.table, frames)
     write_rounded(s.output.over_time, over_time)

@@ -67,11 +67,8 @@ DEFAULT_TEST_DOTS = 200  # of studies and functions
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
 PROBE_RADIUS = 1.4  # Å
 CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")  # of `surface`
-AUTO, INTERPOLANT, SPHERES = MODELS = (
-    "auto",
-    "interpolant",
-    "spheres",
-)  # by which a surface is reconstructed
+# The models by which a surface is reconstructed
+AUTO, INTERPOLANT, SPHERES = MODELS = "auto", "interpolant", "spheres"
 RADII_TABLES = ("dms", "bondi")  # of atomic radii
 R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
 R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods

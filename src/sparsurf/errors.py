@@ -4,9 +4,8 @@ import re
 from collections.abc import Callable
 
 ARGUMENT_NAME = re.compile(r"[A-Za-z_][\w.]*")  # of an argument, or of a key
-MARKED = re.compile(
-    "\x02([\\w.]+)\x03"
-)  # a name within a message; neither character is written in a file of text
+# The name of an argument within a message; neither character occurs in a file of text
+MARKED = re.compile("\x02([\\w.]+)\x03")
 
 
 class InputError(ValueError):

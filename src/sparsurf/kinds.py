@@ -20,9 +20,8 @@ from sparsurf.errors import InputError, argument
 from sparsurf.suggestions import F, did_you_mean, public
 
 ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
-CHOICES = re.compile(
-    r"^(?P<indent> *)\{choices of (?P<kind>\w+)\}$", re.MULTILINE
-)  # in the documentation of a function
+# The line of a docstring in whose place `with_choices` writes the names of a kind
+CHOICES = re.compile(r"^(?P<indent> *)\{choices of (?P<kind>\w+)\}$", re.MULTILINE)
 FARTHEST, COVER = "farthest", "cover"  # the samplers that "auto" stands for
 CHOICE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
 

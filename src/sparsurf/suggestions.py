@@ -18,15 +18,8 @@ def did_you_mean(value: str, names: Iterable[str]) -> str:
     return f"; did you mean {full_names[near[0]]!r}?" if near else ""
 
 
-PLACEMENT = (
-    "frame",
-    "probe_radius",
-    "density",
-    "radii",
-    "cavities",
-    "reentrant",
-    "d_link",
-)  # keywords of `surface`
+# The keywords of `surface`
+PLACEMENT = ("frame", "probe_radius", "density", "radii", "cavities", "reentrant", "d_link")
 
 
 def public(of_dots: bool = False) -> Callable[[F], F]:

@@ -85,9 +85,8 @@ def iterate_frames(
     """Load frames of a trajectory in parts: xyz (F, A, 3) float32, nm; time (F,), ps; box (F, 3, 3), nm, or (0, 3, 3)."""
     atoms = np.arange(n_atoms) if chosen.atoms is None else np.asarray(chosen.atoms)
     only = np.asarray(chosen.only, int)
-    return _run(
-        path, "frames", n_atoms, *chosen._replace(atoms=atoms, only=only)
-    )  # plain values, which need no class there
+    # The values alone, since the class would have to be imported in the other process
+    return _run(path, "frames", n_atoms, *chosen._replace(atoms=atoms, only=only))
 
 
 def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[Any]:

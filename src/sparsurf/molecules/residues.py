@@ -34,9 +34,8 @@ VARIANTS = {
     }.items()
     for variant in variants.split()
 }
-NUCLEOTIDES_WITH_PHOSPHATE = frozenset(
-    ["A", "C", "G", "U", "DA", "DC", "DG", "DT"]
-)  # nucleotides, counted with their phosphate
+# Nucleotides whose usual number of atoms includes a phosphate
+NUCLEOTIDES_WITH_PHOSPHATE = frozenset(["A", "C", "G", "U", "DA", "DC", "DG", "DT"])
 ATOMS_OF_PHOSPHATE = ("P", "OP1", "OP2")
 MAX_PHOSPHATE = 3.0  # Å, between the two oxygen atoms that a phosphorus joins (2.5)
 AMINO_ACIDS = frozenset(name for name in HEAVY_ATOMS if len(name) == 3)
@@ -317,9 +316,8 @@ def _absent_from_nucleotides(
     before = xyz[atom["O3'"][atom["O3'"] >= 0]]
     for residue in np.flatnonzero(nucleotide & (atom["P"] < 0) & (atom["O5'"] >= 0)):
         distance = np.linalg.norm(before - xyz[atom["O5'"][residue]], axis=1)
-        bridged = (distance > MAX_RESIDUE_BOND) & (
-            distance < MAX_PHOSPHATE
-        )  # a phosphorus belongs between the two
+        # At this distance, the two oxygens share a phosphorus that is missing
+        bridged = (distance > MAX_RESIDUE_BOND) & (distance < MAX_PHOSPHATE)
         absent[residue] += 0 if bridged.any() else len(ATOMS_OF_PHOSPHATE)
     return absent
 

@@ -38,9 +38,8 @@ REFUSED_STEP, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, an
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
 BYTES_IN_MEMORY = 2**25  # of frames; more lie in a temporary file
 
-LabelledPart = tuple[
-    np.ndarray, np.ndarray, np.ndarray
-]  # xyz (F, A, 3), Å; time (F,), ps; box (F, 3, 3), Å, or (0, 3, 3)
+# xyz (F, A, 3), Å; time (F,), ps; box (F, 3, 3), Å, or (0, 3, 3)
+LabelledPart = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)

@@ -178,9 +178,8 @@ def _crossings(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
     return crossings
 
 
-Near = tuple[
-    np.ndarray, np.ndarray, np.ndarray
-]  # pairs of atoms (P, 2), their distance, and that across the border
+# Pairs of atoms (P, 2), their distance, and that across the border
+Near = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _links(near: Near, n_atoms: int) -> np.ndarray:

@@ -47,10 +47,8 @@ PUBLISHED = "published"
 
 
 DescriptorLike = str | Callable[[Patches], np.ndarray]
-PROBE_DOTS, FLAT_PATCH_RADIUS = (
-    12,
-    2.0,
-)  # side of the flat patch, and Å: they show how many numbers a function returns
+# Dots along a side of a flat patch, and its radius, Å: the patch shows how many numbers a function returns
+PROBE_DOTS, FLAT_PATCH_RADIUS = 12, 2.0
 
 
 def descriptor_of(value: DescriptorLike) -> Descriptor:

@@ -56,10 +56,8 @@ ON_FULL = Reading()
 KEPT_READING = "kept"  # of the authors' code, and of Table I
 SCALED_READING = "kept_scaled"
 FULL_READING = "full"
-GRID_READINGS = (
-    KEPT_READING,
-    FULL_READING,
-)  # decide which dots of one surface form a patch, and share one pass
+# These decide which dots of one surface form a patch, so that one pass computes them together
+GRID_READINGS = (KEPT_READING, FULL_READING)
 
 
 def reading_of(value: ReadingLike) -> Reading:

@@ -79,9 +79,8 @@ def _farthest_positions(
     leaves = 1
     while leaves < n_cells:
         leaves *= 2
-    winner = np.empty(
-        2 * leaves, np.int32
-    )  # tournament tree: the cell with the largest limit is at 1; -1 for none
+    # A tournament tree: the cell with the largest limit is at 1, and -1 stands for none
+    winner = np.empty(2 * leaves, np.int32)
     for k in range(leaves):
         winner[leaves + k] = k if k < n_cells else -1
     for node in range(leaves - 1, 0, -1):

@@ -22,9 +22,8 @@ from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
-COMPARED_STEPS_PER_ANGSTROM = (
-    2**16
-)  # of compared positions, so that rounding on another machine decides nothing
+# Positions are compared in these steps, so that rounding on another machine decides nothing
+COMPARED_STEPS_PER_ANGSTROM = 2**16
 MAX_PENALTY = 5.0  # by which an edge counts as longer
 SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
 

@@ -37,9 +37,8 @@ class Spheres(NamedTuple):
     names: list[str]
 
 
-Row = tuple[
-    Sequence[str], float | None, str
-]  # words of x, y and z; the radius in Å, None if it is no number; the name
+# The texts of x, y and z; the radius in Å, None if it is no number; the name
+Row = tuple[Sequence[str], float | None, str]
 
 
 def read_spheres(path: Path | str) -> Spheres:

@@ -5,13 +5,8 @@ import zlib
 from collections.abc import Mapping
 from typing import Any
 
-BATCH_FOLDERS = (
-    "surfaces",
-    "residues",
-    "dots",
-    "failures",
-    "warnings",
-)  # folders of a run, a file for each batch
+# Folders of a run, with a file for each batch
+BATCH_FOLDERS = ("surfaces", "residues", "dots", "failures", "warnings")
 MAX_STUDIED = 10  # structures without a grid; a study of more is analysed in batches
 # Share of the dots, where structures are analysed in batches and `minimal` requests nothing: an error,
 # which a study requests by default, would be measured on every structure

@@ -91,9 +91,8 @@ def values_of_front(
     """Collect what the page and the terminal say of a run; None or nothing for what the run does not have."""
     grid, changes, pairs = of_grid(run), of_changes(run), of_pairs(run)
     proteins = list(dict.fromkeys(place.split("/")[0] for place in run.grids or run.places))
-    few = bool(grid) or not (
-        changes or pairs
-    )  # runs on two forms or partners are not asked how few dots are enough
+    # A run on two forms or partners does not ask how few dots are enough
+    few = bool(grid) or not (changes or pairs)
     return {
         "run_name": run.folder.name,
         "proteins": proteins if len(proteins) <= MAX_PROTEINS else [],

@@ -18,11 +18,8 @@ IMPORT_AFTER_ANOTHER = re.compile(r"[:;][ \t]*(?:import|from)\b")  # in one line
 LOAD_OF_A_KIND = re.compile(r'kinds\.load\(\s*"(\w+)"')
 LARGEST_FILE_READ = 10**7  # bytes, of a file of an installed package
 PACKAGES = ("sparsurf", "sparsurf_study")
-FILES_WITHOUT_RESULTS = (
-    "sparsurf_study/workflow/",
-    "sparsurf_study/columns.",
-    "sparsurf_study/catalogue.",
-)  # frames of jobs, names of columns and outputs: no number follows; pages have the catalogue among their parameters
+# No number follows from the frame of jobs or the names of columns and outputs; pages have the catalogue among their parameters
+FILES_WITHOUT_RESULTS = ("sparsurf_study/workflow/", "sparsurf_study/columns.", "sparsurf_study/catalogue.")
 
 
 @cache
@@ -153,9 +150,8 @@ def code_of_package(choice: kinds.Choice) -> bytes:
     A file of more than 10 MB, such as the weights of a network, counts by its name and size: each job computes this hash.
     """
     digest = hashlib.sha256(choice.package.encode())
-    spec = find_spec(
-        str(choice.source).partition(":")[0].partition(".")[0]
-    )  # imports nothing: no dot in the name
+    # The name of a package without a dot, for which `find_spec` imports nothing
+    spec = find_spec(str(choice.source).partition(":")[0].partition(".")[0])
     folders = list(spec.submodule_search_locations or ()) if spec else []
     files = [Path(spec.origin)] if spec and spec.origin and not folders else []
     files += [

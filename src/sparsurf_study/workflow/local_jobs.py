@@ -33,9 +33,8 @@ def _end_jobs(process: subprocess.Popen) -> None:
     jobs, signalled = set[psutil.Process](), set[psutil.Process]()
     while (seconds := time.monotonic() - begin) < SECONDS_FOR_JOBS_TO_END:
         with suppress(psutil.NoSuchProcess):
-            jobs |= {
-                *snakemake.children(recursive=True)
-            }  # kept, as they are not below it when their parent has ended
+            # Those found before are kept: they are no longer below Snakemake once their parent has ended
+            jobs |= {*snakemake.children(recursive=True)}
         jobs = {job for job in jobs if _runs(job)}
         if process.poll() is not None and not jobs:
             return

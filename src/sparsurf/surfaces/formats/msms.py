@@ -115,9 +115,8 @@ def write_faces(
 ) -> None:
     """Write triangles (F, 3) between the vertices of a surface, turned outwards; the rest is that of `write_vertices`."""
     kinds = np.sort(surface.kind[triangles], axis=1)
-    kind = kinds[
-        :, 1
-    ]  # that of two corners at least; of three kinds, the saddle, which lies between the others
+    # The kind of at least two corners; where all three differ, the saddle, which lies between the others
+    kind = kinds[:, 1]
     corner = np.argmax(surface.kind[triangles] == kind[:, None], axis=1)
     face = faces[triangles[np.arange(len(triangles)), corner]]
     with open(path, "w", encoding="ascii") as stream:

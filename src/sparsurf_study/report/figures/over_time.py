@@ -34,9 +34,8 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
     panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_of_columns(table, "d_")}
     time, unit = time_axis(table)
-    window = (
-        (len(table) // WINDOWS_OF_TRAJECTORY) | 1 if len(table) >= 3 * WINDOWS_OF_TRAJECTORY else 0
-    )  # odd
+    # Odd, so that a running mean is centred on its frame
+    window = (len(table) // WINDOWS_OF_TRAJECTORY) | 1 if len(table) >= 3 * WINDOWS_OF_TRAJECTORY else 0
     figure = layout.constrained(PAGE_WIDTH, 18 + 32 * len(panels), name)
     rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
     for letter, (ax, side), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
