@@ -204,9 +204,7 @@ def test_the_field_is_at_every_kept_dot(results):
 
 @pytest.mark.slow
 def test_the_tables_of_batches_have_the_column(extended):
-    code = (
-        "from sparsurf_study.batches.tables import columns_of; print(columns_of('residues')['heavy_atoms'])"
-    )
+    code = "from sparsurf_study.batches.tables import columns_of_batch; print(columns_of_batch('residues')['heavy_atoms'])"
     assert call(extended, "-c", code) == "int32\n"
 
 
