@@ -42,6 +42,7 @@ MAX_REASON = 120  # characters
 NM_PER_ANGSTROM = 0.1
 MIN_CELL_ANGLE = 30.0  # degrees; the angles of all cells of simulations are larger
 SCALED_VARIABLES = ("coordinates", "cell_lengths", "cell_angles", "time")  # of NetCDF files
+NO_COORDINATES = "it has no variable called coordinates"  # of a NetCDF file
 DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
 # Name of the atom and its residue, chain identifier, segment, number of the residue, element, index of residue and chain
@@ -113,6 +114,10 @@ def _run(path: StrPath, task: str, *arguments: Any) -> Iterator[Any]:
     if DIFFERENT_ATOMS in reason:
         raise InputError(
             f"{source} and its topology have different numbers of atoms: give the topology that it was written with."
+        )
+    if NO_COORDINATES in reason:
+        raise InputError(
+            f"{source} is no trajectory of AMBER: {NO_COORDINATES}; give the file with coordinates."
         )
     reason = reason if code == 1 and reason else "its reader crashed"
     raise InputError(f"{source} cannot be read ({reason}): it is damaged or cut short; copy it again.")
@@ -245,6 +250,8 @@ def _units_of_netcdf(path: str) -> tuple[float, dict[str, float]]:
     from scipy.io import netcdf_file
 
     with netcdf_file(path, mmap=False) as file:
+        if "coordinates" not in file.variables:
+            raise ValueError(NO_COORDINATES)
         unit = getattr(file.variables.get("time"), "units", b"picosecond").decode("ascii", "replace").strip()
         for name in SCALED_VARIABLES:
             scale[name] = float(getattr(file.variables.get(name), "scale_factor", 1.0))

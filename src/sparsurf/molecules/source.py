@@ -6,6 +6,7 @@ format, and messages name the file by it. The extension of a name counts only wh
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import io
 import os
@@ -35,7 +36,7 @@ PDB_RECORDS = frozenset(
 )  # fmt: skip
 PDB_TITLES = frozenset(["TITLE", "COMPND", "SOURCE", "AUTHOR", "REMARK", "MODEL", "USER", "PARENT", "SPLIT"])
 LINE_OF_A_COUNT = re.compile(r"\s*\d+\s*")
-COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*")
+COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*", re.IGNORECASE)
 COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
 ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+\.\d+")
 ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
@@ -88,6 +89,8 @@ def open_source(path: StrPath | Source) -> Source:
     compressed = head.startswith(GZIP)
     if compressed:
         head = _uncompressed(head)
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError(f"{name} is stored as UTF-16: store it as UTF-8.")
     recognised = MOLECULE_FORMATS.get(_recognise(head))
     found = recognised or MOLECULE_FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), FILE_OF_DOTS)]
     if found.refusal:

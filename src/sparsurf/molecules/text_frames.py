@@ -328,7 +328,7 @@ def lines_of_card(lines: Lines) -> tuple[list[str] | None, tuple[tuple[int, int]
         line = lines.next()
     header = (line or "").split()
     n_atoms = count_of(lines, header[0] if header else None, "give a CARD file of CHARMM")
-    wide = "EXT" in header or n_atoms >= MAX_ATOMS_OF_CARD
+    wide = "EXT" in [word.upper() for word in header] or n_atoms >= MAX_ATOMS_OF_CARD
     begin = lines.number
     rows = lines.take(n_atoms)
     if rows is not None and not lines.at_end():
@@ -409,7 +409,15 @@ def _frame_of_dump(
     if scaled:
         xyz = origin + xyz @ box
     if "id" in columns:
-        xyz = xyz[np.argsort(_words(lines, rows, [columns.index("id")], begin)[:, 0], kind="stable")]
+        number = _words(lines, rows, [columns.index("id")], begin)[:, 0]
+        order = np.argsort(number, kind="stable")
+        repeated = np.flatnonzero(np.diff(number[order]) == 0)
+        if len(repeated):
+            lines.refuse(
+                f"has the id {number[order][repeated[0]]:g} of another atom of its frame: write the dump again",
+                begin + int(order[repeated[0] + 1]) + 1,
+            )
+        xyz = xyz[order]
     return TextFrame(xyz, box=box)
 
 

@@ -33,6 +33,9 @@ TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i
 MAX_TRR_VERSION = 100  # bytes of the name
 # A frame of XTC has 52 bytes before the number of its atoms and the precision, the steps per nm to which it is rounded
 XTC_PRECISION, XTC_PRECISION_OFFSET = struct.Struct(">if"), 52
+# A frame of XTC begins with its magic number (1995, or 2023 where the size has eight bytes), number of atoms, step, time, box and
+# the number again; precision, two corners and an index precede the size of the compressed positions
+XTC_MAGIC, XTC_HEAD, XTC_BEFORE_SIZE = (1995, 2023), 56, 32
 MIN_COMPRESSED_ATOMS = 10  # of XTC; fewer are stored without rounding
 REFUSED_STEP, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, and warned of
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
@@ -64,10 +67,11 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
         )
     if not source.format.text and not source.recognised:
         raise InputError(
-            f"{source} cannot be read: it does not begin as a {source.format.label} file does; check its name, or copy it again."
+            f"{source} cannot be read: its first bytes are not those of {source.format.label}; check its name, or copy it again."
         )
     if source.format.name == "xtc":
         check_precision(source)
+        refuse_other_atoms_in_xtc(source)
     stored, _ = _frames_with_positions(source)
     late = () if stored is None or not stored[0] else stored[:1]
     xyz, _, _ = next(
@@ -297,6 +301,36 @@ def warn_of_repeats(path: Source, xyz: np.ndarray, time: np.ndarray, number: np.
         frame = int(np.argmax(np.diff(time) < 0)) + 1
         message = "%s: time goes back to %g ps at frame %d; were two trajectories joined?"
         log.warning(message, path, time[frame], number[frame])
+
+
+def refuse_other_atoms_in_xtc(path: StrPath) -> None:
+    """Raise InputError if a frame of an XTC file has another number of atoms than the first one; mdtraj reads on."""
+    n_first, number, offset = -1, 0, 0
+    size = existing_file(path).stat().st_size
+    with Path(path).open("rb") as file:
+        while offset + XTC_HEAD <= size:
+            file.seek(offset)
+            magic, n_atoms = struct.unpack(">2i", file.read(8))
+            if magic not in XTC_MAGIC or n_atoms <= 0:
+                return  # damaged, which its reader tells
+            n_first = n_atoms if n_first < 0 else n_first
+            if n_atoms != n_first:
+                raise InputError(
+                    f"{path} has {n_atoms} atoms in frame {number} and {n_first} in the first one: give a trajectory of one "
+                    "molecule."
+                )
+            offset += XTC_HEAD
+            if n_atoms < MIN_COMPRESSED_ATOMS:
+                offset += 12 * n_atoms
+            else:
+                file.seek(offset + XTC_BEFORE_SIZE)
+                wide = magic == XTC_MAGIC[1]
+                content = file.read(8 if wide else 4)
+                if len(content) < (8 if wide else 4):
+                    return
+                n_bytes = struct.unpack(">q" if wide else ">i", content)[0]
+                offset += XTC_BEFORE_SIZE + len(content) + -(-n_bytes // 4) * 4
+            number += 1
 
 
 def check_precision(path: StrPath) -> None:

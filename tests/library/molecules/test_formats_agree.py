@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.io import netcdf_file
 
 import formats
 import sparsurf
@@ -256,6 +257,38 @@ def test_a_wrong_number_of_atoms_is_one_sentence(example, tmp_path, kind):
         with pytest.raises(InputError) as error:
             read_molecule(*paths)
         assert path.name in str(error.value) and "\n" not in str(error.value), wrong
+
+
+def test_sound_files_of_another_kind_are_refused_in_a_true_sentence(example, tmp_path):
+    plain = tmp_path / "plain.pdb"
+    example.write_pdb(plain)
+    formats.of_mdtraj(tmp_path / "one.xtc", example)
+    formats.of_mdtraj(tmp_path / "half.xtc", example.take(np.arange(example.n_atoms // 2)))
+    joined = (tmp_path / "one.xtc").read_bytes() + (tmp_path / "half.xtc").read_bytes()
+    (tmp_path / "joined.xtc").write_bytes(joined)
+    with netcdf_file(tmp_path / "empty.nc", "w") as file:
+        file.createDimension("atom", example.n_atoms)
+    formats.lammps_dump(tmp_path / "a.dump", example.frame(0))
+    rows = (tmp_path / "a.dump").read_text().split("\n")
+    rows[10] = f"{rows[9].split()[0]} {rows[10].partition(' ')[2]}"
+    (tmp_path / "twice.dump").write_text("\n".join(rows))
+    for name, expected in (
+        ("joined.xtc", f"has {example.n_atoms // 2} atoms in frame 2 and {example.n_atoms} in the first"),
+        ("empty.nc", "is no trajectory of AMBER: it has no variable called coordinates"),
+        ("twice.dump", f"line 11 has the id {example.n_atoms} of another atom"),
+    ):
+        with pytest.raises(InputError, match=expected) as error:
+            read_molecule(plain, tmp_path / name)
+        assert "damaged" not in str(error.value)
+    assert read_molecule(plain, tmp_path / "one.xtc").n_frames == 2
+    formats.gro(tmp_path / "a.gro", example)
+    (tmp_path / "wide.gro").write_text((tmp_path / "a.gro").read_text(), encoding="utf-16")
+    with pytest.raises(InputError, match="stored as UTF-16: store it as UTF-8"):
+        read_molecule(tmp_path / "wide.gro")
+    formats.card(tmp_path / "a.crd", example, extended=True)
+    whole = read_molecule(tmp_path / "a.crd")
+    (tmp_path / "a.crd").write_text((tmp_path / "a.crd").read_text().replace("EXT", "ext"))
+    assert np.array_equal(read_molecule(tmp_path / "a.crd").xyz, whole.xyz)
 
 
 def test_what_is_no_file_of_atoms_says_what_to_do(tmp_path):
