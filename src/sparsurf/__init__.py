@@ -54,7 +54,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sparsurf import progress, surfaces
+from sparsurf import progress
 from sparsurf.errors import InputError
 from sparsurf.kernel_cache import choose_kernel_cache, choose_matplotlib_folder, require_kernel_cache
 from sparsurf.version import __version__
@@ -169,14 +169,6 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"sparsurf.{module}"), name)
 
 
-def _views() -> Any:
-    """Load the functions that draw a surface, for its methods."""
-    from sparsurf.api import views
-
-    return views
-
-
-surfaces.views = _views
 choose_kernel_cache()
 choose_matplotlib_folder()
 

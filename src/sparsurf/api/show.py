@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import sys
-import tempfile
 import webbrowser
 from numbers import Integral
 from pathlib import Path
@@ -16,7 +15,14 @@ from sparsurf.api.fields import labelled
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.surfaces import as_surface, surface
-from sparsurf.api.views import View, in_notebook
+from sparsurf.api.views import (
+    View,
+    in_notebook,
+    page_of_dots,
+    surface_of_result,
+    temporary_page,
+    values_of_dots,
+)
 from sparsurf.api.whole import placed_again
 from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import check_flag
@@ -25,6 +31,7 @@ from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
+from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
     from sparsurf.surfaces.mesh import Mesh
@@ -94,7 +101,25 @@ def show(
     if path is not None:
         write_page(path, view.html)
     if open_browser and not in_notebook() and has_display():
-        open_page(path or _temporary(view.html))
+        open_page(path or temporary_page(view.html))
+    return view
+
+
+def show_in_notebook(result: Any, values: Any = None, path: str | Path | None = None) -> View:
+    """Show a result on an interactive page, in the browser if there is no notebook; see `Shown.show`."""
+    if isinstance(values, str | Path) and path is None:
+        values, path = None, values
+    if path is not None:
+        parse_output(path, PAGE_ENDINGS)
+    if values is None and not isinstance(result, Surface):
+        view = View(page_of_surface(*surface_to_show(result, None, 0)))
+    else:
+        surface = surface_of_result(result)
+        view = View(page_of_dots(surface, values_of_dots(surface, values)))
+    if path is not None:
+        write_page(path, view.html)
+    if not in_notebook() and (path is None or has_display()):
+        open_page(path or temporary_page(view.html))
     return view
 
 
@@ -135,10 +160,3 @@ def open_page(path: str | Path) -> bool:
     if not found:
         log.warning("show: there is no browser; open %s in one", path)
     return found
-
-
-def _temporary(html: str) -> str:
-    """Write a page into a temporary file, which stays for the browser."""
-    with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:
-        file.write(html)
-    return file.name

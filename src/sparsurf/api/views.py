@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
-import logging
 import sys
 import tempfile
-import webbrowser
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 from sparsurf.api.pages import patches_for
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
@@ -28,8 +27,6 @@ from sparsurf.views.viewer.page import MAX_DOTS, DotValues, page
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
-
-log = logging.getLogger("sparsurf")
 
 MAX_DOTS_IN_NOTEBOOK = 50_000  # 0.7 MB; of larger surfaces a notebook holds a picture
 NOTEBOOK_HEIGHT = 480  # pixels, of the page in a notebook
@@ -60,15 +57,16 @@ class View:
         Path(path).write_text(self.html, encoding="utf-8")
 
 
-def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> Axes:
-    """Draw a surface, in Å, as the reports do: lit discs, seen along its smallest axis, with a scale bar; see `Surface.plot`."""
+def plot(result: Any, values: ArrayLike | None = None, ax: Any = None) -> Axes:
+    """Draw a result, in Å, as the reports do: lit discs, seen along its smallest axis, with a scale bar; see `Shown.plot`."""
     try:
         import matplotlib.pyplot as plt
 
         from sparsurf.views import layout, render
     except ImportError:
         raise InputError("plot() needs matplotlib: run pip install matplotlib.") from None
-    numbers = _values_of_dots(surface, values)
+    surface = surface_of_result(result)
+    numbers = values_of_dots(surface, values)
     ax = plt.figure(layout="constrained").add_subplot() if ax is None else ax
     if ax.name == "3d":
         raise InputError("plot: these axes are 3D, and the picture is flat; give axes without a projection.")
@@ -85,21 +83,28 @@ def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> A
     return ax
 
 
-def show_in_notebook(surface: Surface, values: ArrayLike | None = None) -> View:
-    """Show a surface on an interactive page, in the browser if there is no notebook; see `Surface.show`."""
-    view = View(_page(surface, _values_of_dots(surface, values)))
-    if not in_notebook():
-        with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:
-            file.write(view.html)
-        if not webbrowser.open(Path(file.name).as_uri()):
-            log.warning("show: there is no browser; open %s in one", file.name)
-    return view
+def temporary_page(html: str) -> str:
+    """Write a page into a temporary file, which stays for the browser, and return its path."""
+    with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False, encoding="utf-8") as file:
+        file.write(html)
+    return file.name
 
 
-def notebook_html(surface: Surface) -> str:
-    """Return what a notebook shows of a surface: its view, or a picture if it has many dots."""
+def surface_of_result(result: Any) -> Surface:
+    """Return the dots of a result: those of a Surface, a Subset, points or a mesh, or those that are placed on a molecule."""
+    if isinstance(result, Molecule):
+        from sparsurf.api.surfaces import surface as place_dots  # here: dots need no molecule
+
+        return place_dots(result)
+    dots = getattr(result, "vertices", None) or getattr(result, "surface", None)
+    return dots if isinstance(dots, Surface) else result
+
+
+def notebook_html(result: Any) -> str:
+    """Return what a notebook shows of a result: its view, or a picture if it has many dots."""
+    surface = surface_of_result(result)
     if len(surface) <= MAX_DOTS_IN_NOTEBOOK:
-        return View(_page(surface, None))._repr_html_()
+        return View(page_of_dots(surface, None))._repr_html_()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -108,10 +113,12 @@ def notebook_html(surface: Surface) -> str:
     plot(surface, ax=figure.add_subplot())
     figure.savefig(png, format="png")
     text = base64.b64encode(png.getvalue()).decode("ascii")
-    return f'<p>{escape(repr(surface))}</p><img alt="{escape(repr(surface))}" src="data:image/png;base64,{text}">'
+    return (
+        f'<p>{escape(repr(result))}</p><img alt="{escape(repr(result))}" src="data:image/png;base64,{text}">'
+    )
 
 
-def _page(surface: Surface, values: np.ndarray | None) -> str:
+def page_of_dots(surface: Surface, values: np.ndarray | None) -> str:
     """Return the page of a surface; dots that are far apart are linked by their own spacing."""
     prepared = PreparedSurface(surface, Settings(patches=patches_for(surface)), threads=available_cores())
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
@@ -126,7 +133,7 @@ def _page(surface: Surface, values: np.ndarray | None) -> str:
     )  # fmt: skip
 
 
-def _values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | None:
+def values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | None:
     """Return one number for each dot; raise InputError for anything else."""
     if values is None:
         return None

@@ -1,7 +1,8 @@
 """One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,7 @@ from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.cover import cover_dots
 from sparsurf.sampling.samplers import farthest, subset_areas, subset_weights
 from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
+from sparsurf.shown import Shown
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
@@ -42,7 +44,7 @@ INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors a
 
 
 @dataclass(frozen=True, eq=False)
-class Subset:
+class Subset(Shown):
     """Dots that represent a surface; its length is their number.
 
     Attributes
@@ -56,6 +58,7 @@ class Subset:
         chosen by the sampler cover, whose number follows from the dots themselves
     sampler : str, how the dots were chosen
     model : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
+    measure_errors : function without arguments that measures how far the surface deviates from the reconstructed one
     """
 
     dots: np.ndarray
@@ -65,6 +68,7 @@ class Subset:
     interval: tuple[float, float] | None = None
     sampler: str = "farthest"
     model: str = INTERPOLANT
+    measure_errors: Callable[[], pd.DataFrame] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         return f"Subset of {len(self):,} dots of {self.weight.sum():,}"
@@ -90,6 +94,18 @@ class Subset:
     def normals(self) -> np.ndarray:
         """Outward normals of the kept dots, (n, 3) float64."""
         return self.surface.normals
+
+    @property
+    def density(self) -> float:
+        """Kept dots per Å^2 of the surface; NaN where its area is not known."""
+        return len(self) / float(self.surface.area.sum())
+
+    @cached_property
+    def error(self) -> float:
+        """Mean distance of the surface from the one that is reconstructed from the dots, Å, measured when it is first read."""
+        if self.measure_errors is None:
+            raise InputError("error: this subset does not know its surface; choose it with minimal().")
+        return float(self.measure_errors()["mean"].iloc[0])
 
     def to_frame(self) -> pd.DataFrame:
         """Return `table`, like `to_frame` of a Surface."""
@@ -203,8 +219,9 @@ def represent(
     if request.model == SPHERES:  # refuse dots that do not lie on spheres
         reconstruct(kept, model=SPHERES, threads=threads)
     model = INTERPOLANT if trials.model == INTERPOLANT else SPHERES
-    subset = Subset(dots, weight, kept, molecule, interval, trials.sampler, model)
-    return Representation(trials, subset, molecule)
+    few = Subset(dots, weight, kept, molecule, interval, trials.sampler, model)
+    measure = partial(Representation(trials, few, molecule).errors, threads)
+    return Representation(trials, replace(few, measure_errors=measure), molecule)
 
 
 def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> SurfaceOrigin | None:

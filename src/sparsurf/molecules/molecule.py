@@ -12,6 +12,7 @@ from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.pdb import write_pdb
 from sparsurf.molecules.residues import split_label
 from sparsurf.molecules.selection import select_atoms
+from sparsurf.shown import Shown
 
 if TYPE_CHECKING:
     import mdtraj
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Molecule:
+class Molecule(Shown):
     """Atoms of a molecule in one or more frames.
 
     Attributes
@@ -97,6 +98,13 @@ class Molecule:
         """Return the columns of `labels` by name."""
         labels = {name: getattr(self, name)[atoms] for name in ("chain", "residue", "residue_name")}
         return labels | {"atom_name": self.name[atoms], "atom": atoms}
+
+    def to_frame(self, frame: int = 0) -> pd.DataFrame:
+        """Tabulate chain, residue, residue_name, atom_name, atom and element of all atoms, and x, y, z in a frame, Å."""
+        import pandas as pd  # here: it takes long to load
+
+        columns = self.label_columns(np.arange(self.n_atoms)) | {"element": self.element}
+        return pd.DataFrame(columns | dict(zip("xyz", self.xyz[frame].T, strict=True)))
 
     def take(self, atoms: np.ndarray | slice) -> Molecule:
         """Return the molecule with only `atoms`, a mask or indices."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.shown import Shown
 from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def on_steps(points: np.ndarray) -> np.ndarray:
     return np.rint(points * STEPS_PER_ANGSTROM) / STEPS_PER_ANGSTROM
 
 
-class Points(tuple):
+class Points(Shown, tuple):
     """Points with normals on the surface of a molecule: the pair (points, normals), with all that is known of them.
 
     As a pair it unpacks: ``points, normals = sparsurf.points(...)``. Functions that take dots take it too, such as `fields`,
@@ -66,6 +67,11 @@ class Points(tuple):
     def normals(self) -> np.ndarray:
         """Outward unit normals, (n, 3) float32."""
         return self[-1]
+
+    @property
+    def n_dots(self) -> int:
+        """Number of points; the length of the pair is 2."""
+        return len(self.surface)
 
     @property
     def area(self) -> np.ndarray:

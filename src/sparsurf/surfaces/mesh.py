@@ -17,6 +17,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
+from sparsurf.shown import Shown
 from sparsurf.surfaces.components import (
     OPEN,
     EnclosedCentres,
@@ -68,7 +69,7 @@ SAME_DEPTH = 1e-9  # Å; of two spheres that are equally near, either decides
 
 
 @dataclass(frozen=True)
-class Mesh:
+class Mesh(Shown):
     """A closed surface of triangles.
 
     Attributes
@@ -87,6 +88,11 @@ class Mesh:
 
     def __repr__(self) -> str:
         return f"Mesh of {len(self.triangles):,} triangles"
+
+    @property
+    def area(self) -> float:
+        """Area of the triangles, Å^2."""
+        return float(self.vertices.area.sum())
 
     @property
     def volume(self) -> float:

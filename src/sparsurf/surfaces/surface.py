@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from sparsurf import surfaces
 from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES
 from sparsurf.errors import InputError, argument
 from sparsurf.files import shorten
+from sparsurf.shown import Shown
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, DTypeLike
 
     from sparsurf.molecules.molecule import Molecule
@@ -185,7 +184,7 @@ class SurfaceOrigin:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Surface:
+class Surface(Shown):
     """Dots of a molecular surface.
 
     The order of the dots matters, since the method visits them in this order. The arrays are copied.
@@ -338,18 +337,6 @@ class Surface:
         molecule = self.molecule if molecule is None else molecule
         table |= {} if molecule is None else molecule.label_columns(self.atom)
         return table | {name: values for name, values in self.fields.items() if name not in table}
-
-    def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
-        """Draw the surface with matplotlib as the reports do, coloured by `values` (N,) or by kind, and return the Axes."""
-        return surfaces.views().plot(self, values, ax)
-
-    def show(self, values: ArrayLike | None = None) -> Any:
-        """Show the surface on an interactive page, with the values of `plot`; `save` of the result writes the page."""
-        return surfaces.views().show_in_notebook(self, values)
-
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
-        return surfaces.views().notebook_html(self)
 
 
 def _not_placed(*_: Any) -> Any:

@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 
 import sparsurf
-from peptides import peptide
+from peptides import peptide, write
 from sparsurf import Surface
 from sparsurf.api import views
 from sparsurf.errors import InputError
+from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
 
 
@@ -103,7 +104,7 @@ def test_a_view_opens_with_its_values_and_has_the_fields_and_residues(tmp_path):
     dots = replace(dots, fields={"score": np.arange(len(dots)) / 8})
     values = dots.points[:, 0]
     for given, colour, shown in ((values, 1, ["R_i", "value", "score"]), (None, "kind", ["R_i", "score"])):
-        header = header_of(views._page(dots, given))
+        header = header_of(views.page_of_dots(dots, given))
         assert (header["sampler"], header["colour"], header["total"]) == ("all", colour, len(dots))
         assert [scale["symbol"] for scale in header["values"]] == shown
         ends = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header["values"]}
@@ -111,4 +112,25 @@ def test_a_view_opens_with_its_values_and_has_the_fields_and_residues(tmp_path):
         assert given is None or ends["value"] == pytest.approx((values.min(), values.max()))
         assert header["residues"] == [f"{name} A" for name in ("ALA 1", "ALA 2", "ALA 3", "ALA 4")]
     unknown = replace(dots, kind=np.full(len(dots), -1), atom=np.full(len(dots), -1), fields={}, origin=None)
-    assert header_of(views._page(unknown, None))["colour"] == 0
+    assert header_of(views.page_of_dots(unknown, None))["colour"] == 0
+
+
+def test_all_results_share_one_interface(tmp_path, monkeypatch):
+    """A page, a picture, a file, a table and the display of a notebook; a path given first is the path of the page."""
+    monkeypatch.setattr(webbrowser, "open", lambda link: True)
+    molecule = sparsurf.read_molecule(write(tmp_path / "p.pdb", peptide()))
+    dots = sparsurf.surface(molecule)
+    few, points = sparsurf.minimal(dots, n_dots=60), sparsurf.points(molecule, 80)
+    mesh = sparsurf.mesh(molecule, n_vertices=120)
+    for result, n in ((molecule, None), (dots, len(dots)), (few, 60), (points, 80), (mesh, 120)):
+        assert result.show(tmp_path / "x.html").html == (tmp_path / "x.html").read_text()
+        assert result.show(path=tmp_path / "y.html").html == (tmp_path / "y.html").read_text()
+        result.write(tmp_path / "z.ply" if result is mesh else tmp_path / "z.pdb")
+        assert "<i" in result._repr_html_() and result.plot().get_images()
+        if n is not None:
+            assert "values" in result.show(np.arange(n)).html and len(result.to_frame()) == n
+    assert molecule.to_frame()[["x", "y", "z"]].to_numpy() == pytest.approx(molecule.xyz[0])
+    assert few.density == pytest.approx(60 / dots.area.sum()) and points.n_dots == 80 and len(points) == 2
+    assert mesh.area == mesh.vertices.area.sum()
+    distances = distance_to_recovered(dots.points, few.points, few.normals, 1)
+    assert 0.5 < few.error / distances[np.setdiff1d(np.arange(len(dots)), few.dots)].mean() < 2

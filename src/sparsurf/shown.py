@@ -1,0 +1,55 @@
+"""What all classes of results share: their picture, their page, their files and their display in a notebook."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike
+
+
+def _functions(module: str) -> Any:
+    """Return a module of the functions for users, by its name: figures and pages are made of results, not the other way round."""
+    return import_module(f"sparsurf.api.{module}")
+
+
+class Shown:
+    """A result that can be drawn, shown and written."""
+
+    __slots__ = ()
+
+    def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
+        """Draw the result with matplotlib as the reports do, coloured by `values`, one for each of its dots, or by kind.
+
+        Parameters
+        ----------
+        values : (N,) array, optional
+            Number of each dot, point or vertex.
+        ax : Axes, optional
+            Where it is drawn (default a new figure).
+        """
+        return _functions("views").plot(self, values, ax)
+
+    def show(self, values: ArrayLike | str | Path | None = None, *, path: str | Path | None = None) -> Any:
+        """Show the result on an interactive page, in the browser if there is no notebook.
+
+        Parameters
+        ----------
+        values : (N,) array, optional
+            Number of each dot, point or vertex, as in `plot`. A path in this place is `path`.
+        path : str or Path, optional
+            File in .html for the page (default a temporary file).
+        """
+        return _functions("show").show_in_notebook(self, values, path)
+
+    def write(self, path: str | Path, **options: Any) -> None:
+        """Write the result in the format that the suffix of the path names; the options are those of `sparsurf.write`."""
+        _functions("writing").write(self, path, **options)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        html: str = _functions("views").notebook_html(self)
+        return html
