@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.about import About, heard
 from sparsurf.api.fields import labelled
+from sparsurf.api.frame_pages import page_of_frames
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.surfaces import as_surface, surface
@@ -47,14 +48,15 @@ def show(
     path: str | Path | None = None,
     *,
     trajectory: str | Path | None = None,
-    frame: int = 0,
+    frame: int | None = None,
     open_browser: bool = True,
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.
 
     The page shows the surface, which can be rotated, its roughness and its fields as colours and numbers, the mean roughness of
-    the residues along each chain, the ten roughest residues, and the parts of the structure that were left out. The page is one
-    file that needs no network.
+    the residues along each chain, the ten roughest residues, and the parts of the structure that were left out. A residue that
+    is clicked on the surface, in the list or in the profile, or searched for, is shown by all of them, with its atoms as sticks
+    and the chain as a tube. The page is one file that needs no network.
 
     Parameters
     ----------
@@ -65,9 +67,11 @@ def show(
     path : str or Path, optional
         File in .html for the page. By default a temporary file, unless the page is not opened.
     trajectory : path, optional
-        Trajectory that belongs to the structure `source`.
-    frame : int
-        Position of the frame of the molecule, or of the model, from 0 (default 0).
+        Trajectory that belongs to the structure `source`. Without a `frame`, the page shows its frames, at most 100 of them:
+        a slider chooses one, and curves show the area of the surface and the numbers of a residue over time.
+    frame : int, optional
+        Position of the one frame of the molecule that is shown, or of the model, from 0. By default all frames of a trajectory
+        are shown, and the first frame of anything else.
     open_browser : bool
         Whether the page is opened in the browser (default True). It never is in a notebook, which shows the page itself, and
         where there is no display.
@@ -97,7 +101,7 @@ def show(
     check_flag(open_browser, "open_browser")
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
-    view = View(page_of_surface(*surface_to_show(source, trajectory, frame)))
+    view = View(_page_to_show(source, trajectory, frame))
     if path is not None:
         write_page(path, view.html)
     if open_browser and not in_notebook() and has_display():
@@ -123,9 +127,19 @@ def show_in_notebook(result: Any, values: Any = None, path: str | Path | None = 
     return view
 
 
+def _page_to_show(source: Any, trajectory: str | Path | None, frame: int | None) -> str:
+    """Return the page of what the user gave."""
+    source = opened_source(source)
+    if trajectory is not None and frame is None and isinstance(source, Source) and has_atoms(source):
+        with heard(source) as messages:
+            molecule = read_molecule(source, trajectory)
+        if molecule.n_frames > 1:
+            return page_of_frames(molecule, About(title(source), messages), Path(trajectory).name)
+    return page_of_surface(*surface_to_show(source, trajectory, frame or 0))
+
+
 def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> tuple[Any, About]:
     """Return the surface of what the user gave, and what the page says of it."""
-    source = opened_source(source)
     is_path = isinstance(source, Source)
     if trajectory is not None and not (is_path and has_atoms(source)):
         raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")

@@ -2,8 +2,11 @@
 
 import argparse
 import os
+import sys
+from functools import partial
 from pathlib import Path
 
+from sparsurf.api.frame_pages import page_of_frames, shown_positions
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.show import PAGE_ENDINGS, has_display, open_page, write_page
 from sparsurf.cli import options, outputs
@@ -16,14 +19,17 @@ BYTES_OF_A_TABLE_HEAD = 1000
 
 EXAMPLES = """\
 The page shows the surface, which you can rotate and colour by roughness, fields or the kinds of its dots; the roughness of the
-residues along each chain; the ten roughest residues; and the parts of the structure that were left out. The page is one file that
-needs no network. It opens in the browser unless --no-open is given or there is no display.
-Without -o, the page is written into the current folder, under the name of FILE with the suffix .html.
+residues along each chain; the ten roughest residues; and the parts of the structure that were left out. A residue that you click
+or search for is shown on the surface, in the list and in the profile. With --trajectory and without --frame, the page shows at
+most 100 frames with a slider, and which residues change. The page is one file that needs no network. It opens in the browser
+unless --no-open is given or there is no display. Without -o, the page is written into the current folder, under the name of FILE
+with the suffix .html, to which _frames is added for a trajectory, and _frame20 for frame 20.
 
 examples:
   sparsurf show protein.pdb
   sparsurf show protein.pdb --no-open -o page.html
   sparsurf show dots.csv --no-open
+  sparsurf show protein.pdb --trajectory run.xtc
   sparsurf show protein.pdb --trajectory run.xtc --frame 20
 """
 
@@ -44,15 +50,39 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the page, and open it where there is a display."""
     if args.output is None:
-        args.output = f"{stem(args.file)}.html"
+        args.output = f"{stem(args.file)}{_of_frames(args)}.html"
         _refuse_other_file(Path(args.output))
     outputs.check(args, PAGE_ENDINGS)
-    surface, _ = options.read_dots(args)
-    write_page(args.output, page_of_surface(surface, options.about(args)))
+    molecule = options.read_atoms(args, stride=1) if _shows_frames(args) else None
+    if molecule is not None and molecule.n_frames > 1:
+        page = page_of_frames(molecule, options.about(args), Path(args.trajectory).name, partial(_say, args))
+        counted = f"{len(shown_positions(molecule.n_frames))} frames"
+    else:
+        surface, _ = options.read_dots(args)
+        page, counted = page_of_surface(surface, options.about(args)), f"{len(surface):,} dots"
+    write_page(args.output, page)
     opens = not args.no_open and has_display() and os.path.isfile(args.output)
-    outputs.report(args, f"{len(surface):,} dots{'' if opens else '; open this page in a browser'}")
+    outputs.report(args, f"{counted}{'' if opens else '; open this page in a browser'}")
     if opens:
         open_page(args.output)
+
+
+def _shows_frames(args: argparse.Namespace) -> bool:
+    """Return whether the page is asked to show the frames of a trajectory."""
+    return args.trajectory is not None and args.frame is None and options.reads_atoms(args)
+
+
+def _of_frames(args: argparse.Namespace) -> str:
+    """Return what the frames that are shown add to the name of the page."""
+    return (
+        f"_frame{args.frame}" if args.frame is not None else "_frames" if args.trajectory is not None else ""
+    )
+
+
+def _say(args: argparse.Namespace, text: str) -> None:
+    """Print what is being done."""
+    if not args.quiet:
+        print(text, file=sys.stderr, flush=True)
 
 
 def _refuse_other_file(path: Path) -> None:

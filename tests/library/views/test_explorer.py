@@ -11,8 +11,11 @@ import sparsurf
 from accessibility import inaccessible
 from browser import Browser, programs
 from conftest import ROOT
-from peptides import peptide
+from parsed_pages import Page
+from peptides import moved, peptide
 from small_study import unpacked
+from sparsurf.api import frame_pages
+from sparsurf.cli import command
 from sparsurf.views.explorer import page as explorer
 from sparsurf.views.explorer import shapes
 
@@ -265,3 +268,150 @@ def test_the_profile_of_a_long_chain_fits_on_the_page(browser, tmp_path):
     assert [residue for _, marks in rows for residue, _ in marks] == [*range(230)]
     assert rows[2][1][5][1] == rows[0][1][5][1]
     assert browser.complaints() == []
+
+
+def steps(n=5):
+    """PDB text of models that drift by 3 Å, in which the last two residues fold away from the others."""
+    begin, end = (
+        peptide(["ALA"] * k, first=first, origin=at)
+        for k, first, at in ((4, 1, (0, 0, 0)), (2, 5, (12.6, 0, 0)))
+    )
+    models = []
+    for k in range(n):
+        text = moved(begin, 3.0 * k) + moved(end, 3.0 * k + [0, 0.4, 4.0, 8.0, 8.1][k % 5])
+        models.append(f"MODEL     {k + 1:4d}\n{text}TER\nENDMDL\n")
+    return "".join(models) + "END\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A structure and its trajectory of five frames."""
+    folder = tmp_path_factory.mktemp("frames")
+    (folder / "top.pdb").write_text(steps(1))
+    (folder / "run.pdb").write_text(steps())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def frames_html(folder):
+    """The page of its frames."""
+    return sparsurf.show(folder / "top.pdb", trajectory=folder / "run.pdb", open_browser=False).html
+
+
+def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(folder, frames_html):
+    header, columns = unpacked(frames_html)
+    molecule = sparsurf.read_molecule(folder / "top.pdb", folder / "run.pdb")
+    dots = [sparsurf.surface(molecule, frame=k) for k in range(5)]
+    tables = [sparsurf.residues(each) for each in dots]
+    assert [label.split(",")[0] for label in header["frames"]] == [f"frame {k}" for k in range(5)]
+    assert header["areas"] == pytest.approx(
+        [each.area.sum() for each in dots], rel=2e-3
+    )  # one density for all
+    area, rough = (np.array([table[name] for table in tables]) for name in ("area", "mean_roughness"))
+    sd, *shown = (
+        (described["low"] + described["step"] * columns[f"number {k}"]).reshape(-1, 6)
+        for k, described in enumerate(header["numbers"])
+    )
+    assert np.abs(shown[0] - area).max() < 2 and np.abs(shown[1] - rough).max() < 0.05
+    assert np.allclose(sd, shown[0].std(axis=0, ddof=1), atol=0.05)
+    positions = []
+    for k in range(5):
+        steps_ = np.column_stack([columns[f"atom {axis}{k}"] for axis in "xyz"])
+        positions.append(steps_ if not k else positions[-1] + steps_)
+        points, triangles = corners_of(header, columns, k)
+        gap = cKDTree(points).query(positions[-1] * header["step"])[0]
+        assert len(triangles) > 200 and gap.max() < 4 and gap.min() > 1  # around its atoms
+    drift = np.linalg.norm((positions[1] - positions[0])[:20] * header["step"], axis=1)
+    assert drift.max() < 0.6  # superposed, though it drifts by 3 Å
+    page = Page(frames_html)
+    most = labels_of(tables[0])[area.std(axis=0, ddof=1).argmax()]
+    assert (
+        "run.pdb has 5 frames of 6 residues." in page.text and f"The area of {most} changes most" in page.text
+    )
+    rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
+    assert rows[0][0] == most and rows[0][1] == f"{sd.max():.1f}"
+
+
+def labels_of(table):
+    """Labels of residues."""
+    return [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in table.itertuples()]
+
+
+def test_the_slider_the_keys_and_the_curves_choose_a_frame(browser, frames_html, tmp_path):
+    (tmp_path / "page.html").write_text(frames_html, encoding="utf-8")
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.wait_for(READY)
+    header, _ = unpacked(frames_html)
+    shown = "return [view.frame, element('frame-text').textContent, +element('frame').value]"
+
+    def is_shown(frame):
+        assert browser.run(shown) == [frame, header["frames"][frame], frame]
+        number = f"{header['areas'][frame]:.0f} in the shown frame"
+        assert number in browser.run(
+            "return document.querySelector('.over-time svg').getAttribute('aria-label')"
+        )
+
+    is_shown(0)
+    label = browser.run(
+        "document.querySelector('table button.residue').click(); return head.residues[view.chosen]"
+    )
+    assert label == Page(frames_html).find("button")[0].text
+    assert (
+        browser.run("return document.querySelectorAll('.over-time').length") == 3
+    )  # of all, and two of the residue
+    words = browser.run("return element('chosen').textContent")
+    browser.press("#frame", "\ue014")
+    is_shown(1)
+    assert browser.run("return element('chosen').textContent") != words
+    browser.press("#canvas", ".")
+    is_shown(2)
+    browser.press("#canvas", ",")
+    is_shown(1)
+    browser.run(
+        "const svg = document.querySelectorAll('.over-time svg')[1], box = svg.getBoundingClientRect();"
+        "svg.dispatchEvent(new MouseEvent('click', {bubbles: true, clientX: box.right - 8, clientY: box.top + 9}))"
+    )
+    is_shown(4)
+    assert browser.run("return head.residues[view.chosen]") == label
+    assert inaccessible(browser) == []
+    browser.screen(400, 800)
+    try:
+        assert browser.run("return document.documentElement.scrollWidth") <= 400
+        assert browser.run("return element('frame').getBoundingClientRect().right") <= 400
+    finally:
+        browser.screen(None, None)
+    assert browser.complaints() == []
+
+
+def test_a_page_shows_at_most_a_hundred_frames_evenly(folder, monkeypatch):
+    for n, every in ((1, 1), (100, 1), (101, 2), (10_000, 100), (9_999, 100)):
+        positions = frame_pages.shown_positions(n)
+        assert (
+            len(positions) <= 100
+            and positions[0] == 0
+            and {*np.diff(positions)} <= {every}
+            and n - positions[-1] <= every
+        )
+    monkeypatch.setattr(explorer, "MAX_FRAMES", 3)
+    html = sparsurf.show(folder / "top.pdb", trajectory=folder / "run.pdb", open_browser=False).html
+    assert "has 5 frames of 6 residues, of which this page shows every 2nd." in Page(html).text
+    assert [label.split(",")[0] for label in unpacked(html)[0]["frames"]] == ["frame 0", "frame 2", "frame 4"]
+
+
+def test_the_command_says_first_how_many_frames_there_are_and_names_the_page_after_them(
+    folder, monkeypatch, capsys
+):
+    monkeypatch.chdir(folder)
+    (folder / "one.pdb").write_text(steps(1))
+    for options, name, said in (
+        (["--trajectory", "run.pdb"], "top_frames.html", "5 frames of 6 residues; about"),
+        (["--trajectory", "run.pdb", "--frame", "2"], "top_frame2.html", ""),
+        (["--trajectory", "one.pdb"], "top_frames.html", ""),  # one frame has no slider
+    ):
+        assert command.main(["show", "top.pdb", "--no-open", *options]) == 0
+        told = capsys.readouterr().err
+        assert said in told and f"wrote {name}" in told
+    assert 'id="frame"' not in (folder / "top_frames.html").read_text(encoding="utf-8")
+    (folder / "other.pdb").write_text(peptide(["ALA"] * 5) + "END\n")
+    assert command.main(["show", "top.pdb", "--no-open", "--trajectory", "other.pdb"]) == 1
+    assert "atoms" in capsys.readouterr().err

@@ -3,7 +3,7 @@
 const UNKNOWN = 255, GREY = [160, 160, 160], WHITE = [1, 1, 1], CHOSEN = [224, 60, 10];
 const SEEN_THROUGH = 0.45; // opacity of the surface above the chain
 const FRAMES_PER_SECOND = 5;
-const CURVE = { width: 640, height: 110, left: 64, right: 10, top: 10, bottom: 22 }; // px, of a drawing over time and its margins
+const CURVE = { width: 380, height: 110, left: 58, right: 10, top: 10, bottom: 22 }; // px, of a drawing over time and its margins
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, frame: 0, chosen: -1, places: null };
 let head, data, scene, middle, listed = [], order = [], atomsOf = new Map(), asked = false, coloured = "", playing = null;
 
@@ -334,7 +334,7 @@ function curves() {
 
 function curve(title, values, digits) {
   const known = values.filter((value) => value !== null), [low, high] = [Math.min(...known), Math.max(...known)];
-  const figure = document.createElement("div"), heading = document.createElement("h3"), { width, height, left, right, top, bottom } = CURVE;
+  const figure = document.createElement("div"), heading = document.createElement("p"), { width, height, left, right, top, bottom } = CURVE;
   heading.textContent = title[0].toUpperCase() + title.slice(1);
   figure.className = "over-time";
   figure.append(heading);
@@ -354,7 +354,7 @@ function curve(title, values, digits) {
   drawing.setAttribute("aria-label", `${title}: from ${number(low, digits)} to ${number(high, digits)}; ${number(values[view.frame], digits)} in the shown frame`);
   for (const value of high > low ? [low, high] : [low]) {
     drawing.append(svg("line", { class: "level", x1: left, x2: width - right, y1: down(value), y2: down(value) }));
-    drawing.append(svg("text", { x: left - 6, y: down(value) + 4, "text-anchor": "end" }, number(value, digits)));
+    drawing.append(svg("text", { x: left - 6, y: down(value) + 4, "text-anchor": "end" }, digits ? number(value, digits) : value.toLocaleString("en", { maximumFractionDigits: 0 })));
   }
   const stretches = [[]];
   values.forEach((value, frame) => (value === null ? stretches.push([]) : stretches.at(-1).push(`${across(frame).toFixed(1)},${down(value).toFixed(1)}`)));

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.molecules.molecule import Molecule
 
+PAGE = "page.html.j2"
 N_OPEN = 8  # chains whose profile is not folded
 
 
@@ -116,7 +117,7 @@ def overview(
 
     def fill(data: str) -> str:
         """Return the page around packed dots."""
-        return render_template(data=data, **context)
+        return render_template(PAGE, data=data, **context)
 
     if drawn is not None and residues is not None:
         dots = DotsBelow(
@@ -171,7 +172,7 @@ def render_residues(title: str, residues: pd.DataFrame) -> str:
         "linked": False,
         "n_frames": 1,
     }
-    return render_template(title=title, **context, **residue_words(residues))
+    return render_template(PAGE, title=title, **context, **residue_words(residues))
 
 
 def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
@@ -207,8 +208,8 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
-def render_template(**context: Any) -> str:
-    """Render the template."""
+def render_template(template: str, **context: Any) -> str:
+    """Render a template of this folder."""
     from markupsafe import Markup
 
     is_linked = context["linked"]
@@ -220,13 +221,13 @@ def render_template(**context: Any) -> str:
     names = (PROFILE_CSS, "page.css")
     style = Markup("".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names))
     shared = {"version": __version__, "style": style, "viewer": parts, "n_open": N_OPEN, "data": ""}
-    text = _template().render(shared | context)
+    text = _templates().get_template(template).render(shared | context)
     return "\n".join(line for line in text.lstrip().splitlines() if line.strip()) + "\n"
 
 
 @cache
-def _template() -> jinja2.Template:
-    """Load the template."""
+def _templates() -> jinja2.Environment:
+    """Return the environment of the templates."""
     import jinja2  # here: only pages need it
 
     environment = jinja2.Environment(
@@ -237,4 +238,4 @@ def _template() -> jinja2.Template:
         lstrip_blocks=True,
     )
     environment.filters["number"] = number
-    return environment.get_template("page.html.j2")
+    return environment

@@ -18,7 +18,10 @@ RESIDUES_PER_ROW = 100  # of a chain, at most
 LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 26  # margins around its curve
 LABEL_ROOM = 44  # from one number below the axis to the next
 STEPS_OF_LABELS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-STEP_OF_LEVELS = 0.1
+STEP_OF_LEVELS = 0.1  # of the axis of the roughness
+STEPS_OF_WIDER_AXES = (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
+MAX_LEVELS = 10
+ROUGHNESS_COLUMN = "mean_roughness"
 
 
 class Mark(NamedTuple):
@@ -28,7 +31,7 @@ class Mark(NamedTuple):
     y: float
     label: str
     value: float
-    rough: bool  # one of the roughest of the molecule
+    rough: bool  # one of the residues that are marked
     residue: int  # its row in the table
 
 
@@ -52,10 +55,10 @@ class Panel(NamedTuple):
     rows: list[PanelRow]
 
 
-def roughest(residues: pd.DataFrame) -> pd.DataFrame:
+def roughest(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN) -> pd.DataFrame:
     """Return the rows of the residues with the lowest mean roughness, the lowest first; buried ones have none."""
-    exposed = residues[residues["mean_roughness"].notna()]
-    return exposed.sort_values("mean_roughness", kind="stable").head(N_ROUGHEST)
+    exposed = residues[residues[column].notna()]
+    return exposed.sort_values(column, kind="stable").head(N_ROUGHEST)
 
 
 def labels_of(residues: pd.DataFrame) -> list[str]:
@@ -64,15 +67,13 @@ def labels_of(residues: pd.DataFrame) -> list[str]:
     return [" ".join(filter(None, map(str, name))) for name in names]
 
 
-def stretches(residues: pd.DataFrame) -> list[np.ndarray]:
-    """Return the positions in a chain's table of residues that follow one another: numbered so, and with a roughness."""
+def stretches(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN) -> list[np.ndarray]:
+    """Return the positions in a chain's table of residues that follow one another: numbered so, and with a value."""
     numbers = residue_numbers(residues)
-    has_roughness = residues["mean_roughness"].notna().to_numpy()
+    has_value = residues[column].notna().to_numpy()
     jumps = np.diff(numbers) > 1
-    ends = 1 + np.flatnonzero(jumps | ~has_roughness[1:] | ~has_roughness[:-1])
-    return [
-        part for part in np.split(np.arange(len(residues)), ends) if has_roughness[part].all() and len(part)
-    ]
+    ends = 1 + np.flatnonzero(jumps | ~has_value[1:] | ~has_value[:-1])
+    return [part for part in np.split(np.arange(len(residues)), ends) if has_value[part].all() and len(part)]
 
 
 def residue_numbers(residues: pd.DataFrame) -> np.ndarray:
@@ -80,19 +81,24 @@ def residue_numbers(residues: pd.DataFrame) -> np.ndarray:
     return residues["residue"].astype(str).str.extract(r"(-?\d+)", expand=False).fillna("0").to_numpy(int)
 
 
-def chains(residues: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Iterate over the chains that have a residue with a roughness, in the order of the structure."""
+def chains(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Iterate over the chains that have a residue with a value, in the order of the structure."""
     for name, rows in residues.groupby("chain", sort=False):
-        if rows["mean_roughness"].notna().any():
+        if rows[column].notna().any():
             yield str(name), rows
 
 
-def limits(residues: pd.DataFrame) -> tuple[float, float]:
-    """Return the ends of the axis of the mean roughness: tenths around all values."""
-    low, high = residues["mean_roughness"].min(), residues["mean_roughness"].max()
-    return math.floor(low / STEP_OF_LEVELS) * STEP_OF_LEVELS, math.ceil(
-        high / STEP_OF_LEVELS + 1e-9
-    ) * STEP_OF_LEVELS
+def limits(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN) -> tuple[float, float]:
+    """Return the ends of the axis of the values: multiples of its step, tenths for the roughness, around all of them."""
+    low, high = residues[column].min(), residues[column].max()
+    step = step_of_levels(low, high)
+    return math.floor(low / step) * step, math.ceil(high / step + 1e-9) * step
+
+
+def step_of_levels(low: float, high: float) -> float:
+    """Return the step of the numbers beside an axis."""
+    steps = (STEP_OF_LEVELS, *STEPS_OF_WIDER_AXES)
+    return next((step for step in steps if (high - low) / step <= MAX_LEVELS), steps[-1])
 
 
 def places_of_labels(residues: pd.DataFrame, room: float) -> list[int]:
@@ -106,33 +112,37 @@ def places_of_labels(residues: pd.DataFrame, room: float) -> list[int]:
     return places or [0]
 
 
-def panels(residues: pd.DataFrame) -> list[Panel]:
-    """Lay out the drawing of every chain, with one axis of roughness for all; none where no residue has a roughness."""
-    if not residues["mean_roughness"].notna().any():
+def panels(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN, largest: bool = False) -> list[Panel]:
+    """Lay out the drawing of every chain, with one axis for all; none where no residue has a value.
+
+    The residues with the lowest values are marked, or those with the `largest`.
+    """
+    if not residues[column].notna().any():
         return []
-    low, high = limits(residues)
-    rough = residues.index.isin(roughest(residues).index)
-    marked = residues.assign(rough=rough)
-    return [Panel(name, [*_rows(rows, low, high)]) for name, rows in chains(marked)]
+    low, high = limits(residues, column)
+    step = step_of_levels(residues[column].min(), residues[column].max())
+    marked = residues[column].nlargest(N_ROUGHEST).index if largest else roughest(residues, column).index
+    drawn = residues.assign(rough=residues.index.isin(marked), drawn=residues[column])
+    return [Panel(name, [*_rows(rows, low, high, step)]) for name, rows in chains(drawn, "drawn")]
 
 
-def _rows(residues: pd.DataFrame, low: float, high: float) -> Iterator[PanelRow]:
-    """Lay out the rows of one chain, as wide as the page; rows without a residue on the surface are left out."""
+def _rows(residues: pd.DataFrame, low: float, high: float, step: float) -> Iterator[PanelRow]:
+    """Lay out the rows of one chain, as wide as the page; rows without a value are left out."""
     per_row = min(len(residues), RESIDUES_PER_ROW)
     for begin in range(0, len(residues), RESIDUES_PER_ROW):
         part = residues.iloc[begin : begin + RESIDUES_PER_ROW]
-        if part["mean_roughness"].notna().any():
-            yield _row(part, per_row, low, high)
+        if part["drawn"].notna().any():
+            yield _row(part, per_row, low, high, step)
 
 
-def _row(rows: pd.DataFrame, per_row: int, low: float, high: float) -> PanelRow:
+def _row(rows: pd.DataFrame, per_row: int, low: float, high: float, step_of_axis: float) -> PanelRow:
     """Lay out residues of one chain, of which a row has room for `per_row`; the roughest of the molecule are `rough`."""
-    values = rows["mean_roughness"].to_numpy(float)
+    values = rows["drawn"].to_numpy(float)
     width = PROFILE_WIDTH
     step = (width - LEFT - RIGHT) / per_row
     across = LEFT + step * (np.arange(len(rows)) + 0.5)
     down = TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)
-    curves = [" ".join(f"{across[k]:.1f},{down[k]:.1f}" for k in part) for part in stretches(rows)]
+    curves = [" ".join(f"{across[k]:.1f},{down[k]:.1f}" for k in part) for part in stretches(rows, "drawn")]
     labels, rough = labels_of(rows), rows["rough"].tolist()
     marks = [
         Mark(
@@ -147,9 +157,10 @@ def _row(rows: pd.DataFrame, per_row: int, low: float, high: float) -> PanelRow:
     ]
     places = places_of_labels(rows, LABEL_ROOM / step)
     ticks = [(round(float(across[k]), 1), str(rows["residue"].iloc[k])) for k in places]
-    count = round((high - low) / STEP_OF_LEVELS)
+    count = round((high - low) / step_of_axis)
+    digits = 0 if step_of_axis >= 1 else 1
     levels = [
-        (round(TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * k / count, 1), number(high - k * STEP_OF_LEVELS, 1))
+        (round(TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * k / count, 1), number(high - k * step_of_axis, digits))
         for k in range(0, count + 1, max(1, math.ceil(count / 5)))
     ]
     lowest, highest = (choose(marks, key=lambda mark: mark.value) for choose in (min, max))

@@ -1,0 +1,153 @@
+"""The page of a trajectory: the surface of its frames, and how its residues change from frame to frame."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sparsurf.api.about import About
+from sparsurf.arguments import D_LINK, PROBE_RADIUS
+from sparsurf.errors import InputError
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.residues import mean_roughness_by_residue
+from sparsurf.files import pluralise
+from sparsurf.molecules.conformations import superpose
+from sparsurf.progress import progress_bar
+from sparsurf.settings import Settings
+from sparsurf.surfaces.components import on_cavities
+from sparsurf.surfaces.mesh import molecular_mesh, widest_step
+from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.surface import Placement
+from sparsurf.threads import available_cores, parallel_map
+
+if TYPE_CHECKING:
+    from sparsurf.molecules.molecule import Molecule
+    from sparsurf.views.explorer.shapes import Shape
+
+SECONDS_BETWEEN_REPORTS = 30  # in a log
+FRAMES_PER_CORE = 2  # of a batch, after which progress is reported
+PS_PER_NS = 1000
+
+
+class ShownFrame(NamedTuple):
+    """What a page shows of a frame."""
+
+    shape: Shape
+    area: np.ndarray  # (R,) Å^2, of the residues
+    roughness: np.ndarray  # (R,), NaN where a residue has no surface
+
+
+def shown_positions(n_frames: int) -> np.ndarray:
+    """Return the positions of the frames that a page shows: every n-th, so that they are at most `MAX_FRAMES`."""
+    from sparsurf.views.explorer.page import MAX_FRAMES
+
+    return np.arange(0, n_frames, math.ceil(n_frames / MAX_FRAMES))
+
+
+def page_of_frames(
+    molecule: Molecule, about: About, trajectory: str, say: Callable[[str], None] = lambda text: None
+) -> str:
+    """Return the page of a molecule with several frames; `say` takes what is said of them before and during the work.
+
+    Parameters
+    ----------
+    molecule : Molecule with at least two frames
+    about : what the page says besides the frames
+    trajectory : name of the file of the frames
+    say : called with a sentence on the frames and the time that they take, and with the progress in a log
+    """
+    from sparsurf.views.explorer.shapes import atoms_to_draw
+    from sparsurf.views.overview.frames import overview_of_frames
+
+    positions = shown_positions(molecule.n_frames)
+    atoms, trace, _ = atoms_to_draw(molecule)
+    drawn = superposed(molecule.xyz[positions], atoms[trace[trace >= 0]] if (trace >= 0).sum() > 2 else atoms)
+    atom_radii, rules = radii(molecule), Placement()
+    density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, "show")
+
+    def frame_at(k: int) -> ShownFrame:
+        """Compute the surface of a frame, and reduce it to what the page shows."""
+        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, rules, density)
+
+    begin = time.monotonic()
+    frames = [frame_at(0)]
+    cores = available_cores()
+    say(_announced(molecule, len(positions), (time.monotonic() - begin) * (len(positions) - 1) / cores))
+    batch = FRAMES_PER_CORE * cores
+    reported = time.monotonic()
+    for first in progress_bar(range(1, len(positions), batch), "frames"):
+        size = min(batch, len(positions) - first)
+        frames += parallel_map(lambda k, _, first=first: frame_at(first + k), size, cores, 1)  # type: ignore[misc]
+        if time.monotonic() - reported > SECONDS_BETWEEN_REPORTS and not sys.stderr.isatty():
+            reported = time.monotonic()
+            say(f"{len(frames)} of {len(positions)} frames")
+    return overview_of_frames(
+        about.name,
+        trajectory,
+        molecule,
+        [frame.shape for frame in frames],
+        np.array([frame.area for frame in frames]),
+        np.array([frame.roughness for frame in frames]),
+        [label_of_frame(molecule, int(k)) for k in positions],
+        about.heard.sentences if about.heard else (),
+        about.heard.left_out if about.heard else None,
+    )
+
+
+def _announced(molecule: Molecule, n_shown: int, seconds: float) -> str:
+    """Say how many frames a page shows, and about how long they take."""
+    every = "" if n_shown == molecule.n_frames else f", of which the page shows {n_shown}"
+    took = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
+    return f"{molecule.n_frames:,} frames of {pluralise(molecule.n_residues, 'residue')}{every}; about {took} remain"
+
+
+def superposed(xyz: np.ndarray, atoms: np.ndarray) -> np.ndarray:
+    """Return frames (F, A, 3), Å, superposed on the first by some atoms, or moved onto it where several rotations fit."""
+    try:
+        return superpose(xyz, atoms)
+    except InputError:
+        return xyz - xyz[:, atoms].mean(axis=1, keepdims=True) + xyz[0, atoms].mean(axis=0)
+
+
+def shown_frame(
+    molecule: Molecule,
+    position: int,
+    drawn: np.ndarray,
+    atoms: np.ndarray,
+    atom_radii: np.ndarray,
+    rules: Placement,
+    density: float,
+) -> ShownFrame:
+    """Compute what a page shows of a frame: its surface as triangles at the positions `drawn`, (A, 3), and its residues."""
+    from sparsurf.views.explorer.shapes import MERGED_CELL, Shape, reduced
+
+    try:
+        rolled = roll_frame(molecule, position, atom_radii, rules)
+        dots = rolled.surface(density)
+        mesh = molecular_mesh(
+            drawn.round(3), atom_radii, PROBE_RADIUS, widest_step(PROBE_RADIUS), 1, rules.cavities
+        )
+    except InputError as error:
+        raise InputError(f"frame {int(molecule.frame_number[position])}: {error.args[0]}") from None
+    residue, n = molecule.residue_index[dots.atom], molecule.n_residues
+    rough = PreparedSurface(dots, Settings()).roughness
+    outside = np.where(on_cavities(dots, rolled.components(dots)), np.nan, rough)
+    shape = Shape(
+        mesh.vertices.points, mesh.triangles, molecule.residue_index[mesh.vertices.atom], drawn[atoms]
+    )
+    area = np.bincount(residue, dots.area, n)
+    return ShownFrame(reduced(shape, MERGED_CELL)[0], area, mean_roughness_by_residue(outside, residue, n))
+
+
+def label_of_frame(molecule: Molecule, position: int) -> str:
+    """Return the number of a frame in its file, and its time where the file has times."""
+    label, ps = f"frame {int(molecule.frame_number[position])}", float(molecule.time_ps[position])
+    if math.isnan(ps):
+        return label
+    return f"{label}, {ps / PS_PER_NS:g} ns" if ps >= 10 * PS_PER_NS else f"{label}, {ps:g} ps"
