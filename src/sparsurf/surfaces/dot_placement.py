@@ -137,19 +137,40 @@ def finish_dots(
         _set_exact_areas(
             dots[CONTACT], dots[CONCAVE], placed.share, rolled.rolling, rolled.radii, rolled.probe
         )
-    atom = by_position[np.concatenate([part.atom[:, 0] for part in dots.values()])]
-    kind = np.repeat(np.array(list(dots), np.int8), [len(part.atom) for part in dots.values()])
-    by_atom = np.argsort(atom, kind="stable")
+    n_dots = np.zeros(len(by_position), np.int64)
+    for part in dots.values():
+        n_dots[by_position] += np.bincount(part.atom[:, 0], minlength=len(by_position))
+    n, slot, origin = int(n_dots.sum()), np.cumsum(n_dots) - n_dots, np.array(rolled.origin)
+    points, normals, area = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
+    kind, atom = np.empty(n, np.int8), np.empty(n, np.int32)
+    for code in list(dots):  # each is freed once it is copied, as they take more memory than what is returned
+        rows, owner = dots.pop(code)
+        _copy_by_atom(rows, owner, code, by_position, origin, slot, points, normals, area, kind, atom)
+    return points, normals, area, kind, atom
 
-    def columns(
-        begin: int, end: int
-    ) -> np.ndarray:  # one after the other, since copies of all take much memory
-        return np.concatenate([part.rows[:, begin:end] for part in dots.values()])[by_atom]
 
-    points, normals, area = columns(0, 3), columns(3, 6), columns(6, 7)[:, 0]
-    points += rolled.origin
-    dots.clear()  # they take more memory than what is returned
-    return points, normals, area, kind[by_atom], atom[by_atom].astype(np.int32)
+@njit(cache=True, nogil=True)
+def _copy_by_atom(
+    rows: np.ndarray,
+    owner: np.ndarray,
+    code: int,
+    by_position: np.ndarray,
+    origin: np.ndarray,
+    slot: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray,
+    area: np.ndarray,
+    kind: np.ndarray,
+    atom: np.ndarray,
+) -> None:
+    """Copy dots of one kind to the next free places of their atoms, `slot` (A,), which is advanced."""
+    for n in range(len(rows)):
+        i = by_position[owner[n, 0]]
+        k = slot[i]
+        slot[i] = k + 1
+        for a in range(3):
+            points[k, a], normals[k, a] = rows[n, a] + origin[a], rows[n, 3 + a]
+        area[k], kind[k], atom[k] = rows[n, 6], code, i
 
 
 def checked_spheres(
