@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sparsurf.arguments import DENSITY_LIMITS, PROBE
 from sparsurf.errors import InputError, printable
+from sparsurf.garbage import collect_rarely
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:
@@ -108,7 +109,10 @@ def parse(command_line: Sequence[str]) -> dict[str, str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Triangulate the spheres of a file as MSMS does, and return the exit status."""
-    command_line = sys.argv[1:] if arguments is None else list(arguments)
+    if arguments is None:  # the process belongs to the command
+        arguments = sys.argv[1:]
+        collect_rarely()
+    command_line = list(arguments)
     started = time.process_time()
     print(f"MSMS 2.6.1 replaced by sparsurf {__version__}")
     try:
