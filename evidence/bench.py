@@ -3,8 +3,9 @@
 Figures are medians over several runs: CPU seconds on one core with BLAS at one thread, and wall time. They are measured on
 A1 of the paper (20045 dots; without its file, on the embedded structure) and on A1 repeated on a lattice. Peak memory,
 start-up, a ribosome and the default study are measured in processes of their own. `at most` is what the project
-promises on a machine of 2 cores. With a base, the bench of that commit measures the same figures in the same hour, and each
-figure is printed as a ratio to it. Other programs are measured where they are installed.
+promises on a machine of 2 cores. With a base, a commit or the folder of another checkout, its bench measures the same figures
+in the same hour, this one runs its commands and its default study, and each figure is printed as a ratio to it. Other programs
+are measured where they are installed.
 """
 
 import argparse
@@ -17,7 +18,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -31,6 +33,7 @@ from measures.points import msms_program
 from measures.timing import Table, machine, peak_memory, timed
 from sparsurf.api.points import points
 from sparsurf.api.surfaces import mesh
+from sparsurf.api.surfaces import surface as placed_surface
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
@@ -42,6 +45,7 @@ from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import published as published_sampling
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
@@ -62,7 +66,6 @@ EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
 HIGH_DENSITY, N_POINTS = 25, 1024
 MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
-KEPT_FRACTION = 0.05  # of the dots, by farthest point
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
 DESCRIPTOR_LIMITS = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
 MAX_MICROSECONDS_ROBUST = 60  # µs that a rotation-robust descriptor may take
@@ -73,6 +76,19 @@ GRID_LIMITS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that
 QUICK_RESIDUES = "209-214"  # residues of the quick surface
 GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
 REFERENCE_PATCHES = 5
+COMMANDS = (
+    "surface {} -o dots.npz",
+    "points {} -n 512 -o points.npz",
+    "roughness {} -o roughness.npz",
+    "minimal {} --percent 10 -o minimal.npz",
+    "show {} --no-open -o page.html",
+)
+# Copies of the embedded structure of 953 atoms whose cost an atom is compared: 4,000, 60,000 and 320,000 atoms
+GROWTH, MAX_GROWTH = (4, 63, 336), 1.15
+MAX_POINTS_PER_SURFACE = 1.8  # time of `points` over that of its surface
+SIZES_OF_DENSITY = (("209-247", 1), (None, 4), (None, 16))  # residues and copies: 600, 4,000 and 15,000 atoms
+MAX_DEFAULT_DENSITY = 1.2  # time of dots of the default density over that of the same density by hand
+FARTHEST = ((1, 1024), (10, 1024), (32, 512), (10, 22_335))  # copies of A1, number of farthest dots
 # By the number of dots of each partner, the CPU seconds that comparing them may take
 PAIR_LIMITS = {720: None, 14_400: 8, 50_000: 120}
 
@@ -247,6 +263,58 @@ def measure_points(table: Table, repeats: int, residues: str | None = None) -> N
     table.time(f"a mesh of {N_POINTS} vertices", None, partial(mesh, molecule, N_POINTS), repeats)
 
 
+def measure_processes(table: Table, repeats: int, tree: Path = ROOT, kernels: str | None = None) -> None:
+    """Measure commands of a checkout on the embedded structure as whole processes, warm: CPU seconds and peak memory."""
+    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+    environment |= {"NUMBA_CACHE_DIR": kernels} if kernels else {}
+    with tempfile.TemporaryDirectory() as folder:
+        for command in COMMANDS:
+            call = [sys.executable, "-m", "sparsurf", *command.format(EMBEDDED).split(), "-q"]
+            subprocess.run(call, check=True, capture_output=True, cwd=folder, env=environment)  # may compile
+            cpu, wall = cpu_of_process(call, repeats, cwd=folder, env=environment)
+            name = f"`sparsurf {command.format('FILE').partition(' -o')[0]}`"
+            table.add(f"{name}, a warm process", None, cpu, "s", wall)
+            code = "import runpy, sys\nfrom measures.timing import peak_memory\ntry:\n    runpy.run_module('sparsurf', "
+            code += "run_name='__main__')\nexcept SystemExit:\n    sys.exit(str(peak_memory()))"
+            places = os.pathsep.join([environment["PYTHONPATH"], str(ROOT / "evidence")])
+            memory = subprocess.run(
+                [sys.executable, "-c", code, *call[3:]],
+                cwd=folder, env=environment | {"PYTHONPATH": places}, capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            table.add(f"{name}, peak memory", None, float(memory.stderr.split()[-1]) / 1e6, "MB")
+
+
+def measure_growth(table: Table, repeats: int) -> None:
+    """Measure the cost an atom of dots of one density on larger and larger molecules, and of points over their surface."""
+    xyz, r = embedded()
+    first = None
+    for copies in GROWTH:
+        spheres, n = (lattice(xyz, copies), np.tile(r, copies)), copies * len(r)
+        here = repeats if copies < GROWTH[-1] else 1
+        run = partial(molecular_surface, *spheres)
+        spent = table.time(f"surface per atom, {n} atoms, of growth", None, run, here, "µs", 1e6 / n)
+        first = first or spent
+        table.add(f"ratio, {n} atoms to {GROWTH[0] * len(r)}", None, spent / first, "times", most=MAX_GROWTH)
+        if copies == GROWTH[0]:
+            spent = table.time(
+                f"{N_POINTS} points, {n} atoms", None, partial(points, spheres, N_POINTS), here
+            )
+            ratio = spent / (first * n / 1e6)
+            table.add("ratio, points to their surface", None, ratio, "times", most=MAX_POINTS_PER_SURFACE)
+
+
+def measure_density(table: Table, repeats: int) -> None:
+    """Measure dots of the default density as multiples of the same density given by hand."""
+    for residues, copies in SIZES_OF_DENSITY:
+        xyz, r = embedded(residues)
+        spheres = lattice(xyz, copies), np.tile(r, copies)
+        density = len(spread := placed_surface(spheres)) / spread.area.sum()
+        default = timed(partial(placed_surface, spheres), repeats)[0]
+        by_hand = timed(partial(placed_surface, spheres, density=density), repeats)[0]
+        what = f"ratio, default density to the same by hand, {len(spheres[1])} atoms"
+        table.add(what, None, default / by_hand, "times", most=MAX_DEFAULT_DENSITY)
+
+
 def measure_commands(table: Table, repeats: int, quick: bool) -> None:
     """Measure whole processes on the embedded structure: its surface, warm and cold, beside MSMS, and its page.
 
@@ -288,7 +356,6 @@ def cpu_of_process(command: Sequence[str | Path], repeats: int = 1, **keys: Any)
 
 def measure_peers(table: Table, surface: Surface, repeats: int) -> list[str]:
     """Measure other programs on the same work, ours, and the ratio of theirs to ours; return the programs that are missing."""
-    n, keep = len(surface), round(KEPT_FRACTION * len(surface))
     xyz, r = embedded()
     missing = []
     with tempfile.TemporaryDirectory() as folder:
@@ -320,11 +387,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> list[str]:
         theirs = table.time("peer: accessible area of the embedded structure by biotite", None, run, repeats)
         compare_with(table, "biotite", theirs, "its molecular surface here", area, repeats)
     if fpsample := installed("fpsample", missing):
-        farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
-        theirs = table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
-        prepared, rng = PreparedSurface(surface, streams=Streams(name="bench")), np.random.default_rng(0)
-        ours = partial(farthest, prepared, keep, rng)
-        compare_with(table, "fpsample", theirs, "the same here", ours, repeats, n)
+        compare_with_fpsample(table, fpsample, surface, repeats)
     image = np.random.default_rng(0).random((PIXELS, PIXELS))
     images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
     others: dict[str, Callable[[], Any]] = {}
@@ -339,6 +402,20 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> list[str]:
         here, ours = "the same here, 512 images", partial(published.moments, images)
         compare_with(table, name, theirs, here, ours, repeats, None, "µs", 1e6 / 512)
     return missing
+
+
+def compare_with_fpsample(table: Table, fpsample: ModuleType, surface: Surface, repeats: int) -> None:
+    """Measure farthest dots of small and large surfaces here and by the fastest of fpsample's samplers."""
+    for copies, n_s in FARTHEST:
+        dots = repeated(surface, copies)
+        n = len(dots)
+        kdline = fpsample.bucket_fps_kdline_sampling
+        samplers = [fpsample.bucket_fps_kdtree_sampling, *(partial(kdline, h=h) for h in (5, 7, 9))]
+        times = [timed(partial(sampler, dots.points, n_s), repeats)[0] for sampler in samplers]
+        theirs = table.add(f"peer: {n_s} farthest dots by fpsample's best sampler", n, min(times), "s")
+        index = build_index(dots.points, dots.normals)
+        ours = partial(farthest_point_sampling, index, n_s, np.random.default_rng(0))
+        compare_with(table, "fpsample", theirs, f"{n_s} farthest dots here", ours, repeats, n)
 
 
 def compare_with(
@@ -461,26 +538,24 @@ def measure_start(table: Table, quick: bool) -> None:
             table.add(f"{what} start: imports and kernels", None, cpu, "s", wall)
 
 
-def measure_study(table: Table) -> None:
-    """Measure the default study from the start, split by rule, and again with nothing to do; wall seconds."""
+def measure_study(table: Table, tree: Path = ROOT) -> None:
+    """Measure the default study of a checkout from the start, split by rule, and again with nothing to do; CPU and wall seconds.
+
+    Its kernels are compiled before: in this checkout by `make setup`, in another one by a run in vain.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "data").symlink_to(ROOT / "data")
-        files = [
-            "--snakefile",
-            ROOT / "Snakefile",
-            "--configfile",
-            ROOT / "config.yaml",
-            "--directory",
-            folder,
-        ]
-        command = [sys.executable, "-m", "snakemake", *map(str, files), "--cores", "all", "--quiet", "all"]
-        for what, most in (("default study", None), ("default study, nothing to do", 5)):
-            begin = time.perf_counter()
-            subprocess.run(command, check=True, capture_output=True)
-            wall = time.perf_counter() - begin
-            table.add(what, None, None, "s", wall, most)
-            if most is None:
-                measure_rules(table, Path(folder, ".snakemake", "metadata"), wall)
+        for run in ("study",) if tree == ROOT else ("in vain", "study"):
+            place = Path(folder, run)
+            place.mkdir()
+            (place / "data").symlink_to(tree / "data")
+            files = ["--snakefile", tree / "Snakefile", "--configfile", tree / "config.yaml"]
+            options = ["--directory", place, "--cores", "all", "--quiet", "all"]
+            command = [sys.executable, "-m", "snakemake", *map(str, files + options)]
+            cpu, wall = cpu_of_process(command)
+        table.add("default study", None, cpu, "s", wall)
+        measure_rules(table, place / ".snakemake" / "metadata", wall)
+        cpu, wall = cpu_of_process(command)
+        table.add("default study, nothing to do", None, cpu, "s", wall, 5)
 
 
 def measure_rules(table: Table, metadata: Path, wall: float) -> None:
@@ -507,7 +582,7 @@ def main(
     path_to_output: str | Path, quick: bool = False, reference: str | None = None, base: str | None = None
 ) -> None:
     """Measure, print and write the JSON file, and the same table as Markdown."""
-    if base:
+    if base and not Path(base).is_dir():
         git("cat-file", "-e", f"{base}^{{commit}}")
     table, surface = Table(), a1(quick)
     copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
@@ -526,7 +601,11 @@ def main(
         measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
         measure_frames(table, quick)
         measure_points(table, repeats, QUICK_RESIDUES if quick else None)
+        measure_density(table, repeats)
+        if not quick:
+            measure_growth(table, repeats)
         measure_commands(table, repeats, quick)
+        measure_processes(table, repeats)
         missing = measure_peers(table, surface, repeats)
         if reference:
             measure_reference(table, surface, reference)
@@ -540,7 +619,7 @@ def main(
         measure_ribosome(table)
     if not quick:
         measure_study(table)
-    ratios = ratios_to(figures_of(base, quick), table.rows) if base else {}
+    ratios = ratios_to(figures_of(base, quick, repeats), table.rows) if base else {}
     if base:
         print(f"\nTimes here divided by those of {base}, measured after them on this machine")
         print("\n".join(f"{ratio:6.2f}  {what}" for what, ratio in ratios.items()))
@@ -563,31 +642,36 @@ def git(*arguments: str | Path) -> None:
         )
 
 
-def figures_of(commit: str, quick: bool) -> list[dict[str, Any]]:
-    """Return the figures that the bench of another commit measures on this machine, in a working tree of its own."""
+@contextmanager
+def tree_of(base: str) -> Iterator[Path]:
+    """Yield the folder of another checkout, or a working tree of a commit, which is removed afterwards."""
+    if Path(base).is_dir():
+        yield Path(base).resolve()
+        return
     with tempfile.TemporaryDirectory() as folder:
-        tree, out = Path(folder, "tree"), Path(folder, "bench.json")
-        git("worktree", "add", "--detach", tree, commit)
+        tree = Path(folder, "tree")
+        git("worktree", "add", "--detach", tree, base)
         try:
-            places = {
-                "PYTHONPATH": tree / "src",
-                "NUMBA_CACHE_DIR": Path(folder, "kernels"),
-                "SPARSURF_SHARED": SHARED,
-            }
-            environment = os.environ | {name: str(place) for name, place in places.items()}
-            bench = [
-                sys.executable,
-                tree / "evidence" / "bench.py",
-                *(["--quick"] if quick else []),
-                "--out",
-                out,
-            ]
-            done = subprocess.run(bench, cwd=tree, env=environment, capture_output=True, text=True)
-            if done.returncode:
-                raise InputError(f"the bench of {commit} failed: {done.stderr.strip().splitlines()[-1]}")
-            return json.loads(out.read_text(encoding="utf-8"))["figures"]
+            yield tree
         finally:
             git("worktree", "remove", "--force", tree)
+
+
+def figures_of(base: str, quick: bool, repeats: int) -> list[dict[str, Any]]:
+    """Return the figures of a base on this machine: its commands and study measured from here, and those of its own bench."""
+    with tree_of(base) as tree, tempfile.TemporaryDirectory() as folder:
+        kernels, out, table = str(Path(folder, "kernels")), Path(folder, "bench.json"), Table()
+        measure_processes(table, repeats, tree, kernels)
+        if not quick:
+            measure_study(table, tree)
+        places = {"PYTHONPATH": tree / "src", "NUMBA_CACHE_DIR": kernels, "SPARSURF_SHARED": SHARED}
+        environment = os.environ | {name: str(place) for name, place in places.items()}
+        options = [*(["--quick"] if quick else []), "--out", out]
+        bench = [sys.executable, tree / "evidence" / "bench.py", *options]
+        done = subprocess.run(bench, cwd=tree, env=environment, capture_output=True, text=True)
+        if done.returncode:
+            raise InputError(f"the bench of {base} failed: {done.stderr.strip().splitlines()[-1]}")
+        return table.rows + json.loads(out.read_text(encoding="utf-8"))["figures"]
 
 
 def ratios_to(base: Sequence[dict[str, Any]], rows: Sequence[dict[str, Any]]) -> dict[str, float]:
