@@ -144,9 +144,9 @@ def frames(
     >>> import sparsurf
     >>> tables = sparsurf.frames("data/tdp43/topology.pdb", "data/tdp43/trajectory.xtc", stride=500)
     >>> tables.frames[["frame", "area"]].round().to_numpy().tolist()
-    [[0.0, 4560.0], [500.0, 4307.0]]
+    [[0.0, 4560.0], [500.0, 4305.0], [1000.0, 4239.0]]
     >>> len(tables.residues), list(tables.residues)[:4]
-    (122, ['frame', 'time_ps', 'chain', 'residue'])
+    (183, ['frame', 'time_ps', 'chain', 'residue'])
     """
     stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
