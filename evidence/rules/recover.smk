@@ -132,9 +132,7 @@ rule measure_spheres:
         "../measure.py"
 
 
-OTHER_DOTS = names_in_set(STRUCTURES, "chains")[
-    config["other_dots"]["first"] :: config["other_dots"]["every"]
-]
+OTHER_DOTS = config["other_dots"]["structures"]
 
 
 rule measure_other_dots:
