@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mdtraj
 import pandas as pd
 import pytest
 
@@ -80,6 +81,9 @@ def test_more_dots_are_better_than_few_and_than_uniform_ones(folder):
 
 def test_the_commands_and_the_python_of_the_readme_do_what_they_say(folder, tmp_path):
     shutil.copy(folder / "protein.pdb", tmp_path)
+    frame, moved = (mdtraj.load(folder / "protein.pdb") for _ in range(2))
+    moved.xyz += 0.1
+    mdtraj.join([frame, moved]).save_xtc(tmp_path / "run.xtc")
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     (commands,) = re.findall(r"(?ms)^```bash\npip install \.\n(.*?)^```", text)
     (lines,) = re.findall(r"(?ms)^```python\n(.*?)^```", text)

@@ -104,7 +104,7 @@ class Subset(Shown):
     def error(self) -> float:
         """Mean distance of the surface from the one that is reconstructed from the dots, Å, measured when it is first read."""
         if self.measure_errors is None:
-            raise InputError("error: this subset does not know its surface; choose it with minimal().")
+            raise InputError("error: this subset has lost its surface; choose it with minimal().")
         return float(self.measure_errors()["mean"].iloc[0])
 
     def to_frame(self) -> pd.DataFrame:
