@@ -54,7 +54,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sparsurf import progress
+from sparsurf import progress, shown
 from sparsurf.errors import InputError
 from sparsurf.kernel_cache import choose_kernel_cache, choose_matplotlib_folder, require_kernel_cache
 from sparsurf.version import __version__
@@ -169,6 +169,7 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"sparsurf.{module}"), name)
 
 
+shown.find_functions_by(lambda module: import_module(f"sparsurf.api.{module}"))
 choose_kernel_cache()
 choose_matplotlib_folder()
 

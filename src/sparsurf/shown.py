@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +11,18 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-def _functions(module: str) -> Any:
-    """Return a module of the functions for users, by its name: figures and pages are made of results, not the other way round."""
-    return import_module(f"sparsurf.api.{module}")
+# Set by `sparsurf`, which names them, since figures and pages are made of results
+_functions: list[Callable[[str], Any]] = []
+
+
+def find_functions_by(find: Callable[[str], Any]) -> None:
+    """Set what returns a module of the functions for users by its name."""
+    _functions[:] = [find]
+
+
+def functions(module: str) -> Any:
+    """Return a module of the functions for users by its name."""
+    return _functions[0](module)
 
 
 class Shown:
@@ -31,7 +40,7 @@ class Shown:
         ax : Axes, optional
             Where it is drawn (default a new figure).
         """
-        return _functions("views").plot(self, values, ax)
+        return functions("views").plot(self, values, ax)
 
     def show(self, values: ArrayLike | str | Path | None = None, *, path: str | Path | None = None) -> Any:
         """Show the result on an interactive page, in the browser if there is no notebook.
@@ -43,13 +52,13 @@ class Shown:
         path : str or Path, optional
             File in .html for the page (default a temporary file).
         """
-        return _functions("show").show_in_notebook(self, values, path)
+        return functions("show").show_in_notebook(self, values, path)
 
     def write(self, path: str | Path, **options: Any) -> None:
         """Write the result in the format that the suffix of the path names; the options are those of `sparsurf.write`."""
-        _functions("writing").write(self, path, **options)
+        functions("writing").write(self, path, **options)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = _functions("views").notebook_html(self)
+        html: str = functions("views").notebook_html(self)
         return html

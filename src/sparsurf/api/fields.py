@@ -219,7 +219,7 @@ def residues(
         weight = kept.weight if weight is None else weight
         kept = kept.dots
     dots_kept = index_array(kept, len(surface), "kept")
-    if len(dots_kept):
+    if dots_kept.size:
         dots_kept = subset_indices("kept", dots_kept, len(surface))
     weights = np.ones(len(dots_kept), int) if weight is None else np.asarray(weight)
     if weight is not None and not (real_numbers(weight, "weight") >= 0).all():

@@ -135,7 +135,7 @@ def _page_to_show(source: Any, trajectory: str | Path | None, frame: int | None)
             molecule = read_molecule(source, trajectory)
         if molecule.n_frames > 1:
             return page_of_frames(molecule, About(title(source), messages), Path(trajectory).name)
-    return page_of_surface(*surface_to_show(source, trajectory, frame or 0))
+    return page_of_surface(*surface_to_show(source, trajectory, 0 if frame is None else frame))
 
 
 def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> tuple[Any, About]:

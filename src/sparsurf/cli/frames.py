@@ -9,17 +9,21 @@ from sparsurf.files import pluralise
 
 FORMATS = (".parquet", ".csv")
 EXAMPLES = """\
-FILE is the structure of the trajectory, or a file with several models. The table has a row for each residue in each frame: frame
-(its position in the file, from 0), time_ps, chain, residue, residue_name, area (Å^2), mean_roughness (1 is flat, 0 is rough;
-blank for a buried residue), depth (Å) and the mean of each field. A second table, run_frames.csv next to run.csv, has a row for
-each frame: area (Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
+FILE is the structure of the trajectory, or a file with several models. The
+table has a row for each residue in each frame: frame (its position in the
+file, from 0), time_ps, chain, residue, residue_name, area (Å^2),
+mean_roughness (1 is flat, 0 is rough; blank for a buried residue), depth (Å)
+and the mean of each field. A second table, run_frames.csv next to run.csv,
+has a row for each frame: area (Å^2), volume (Å^3), components, cavities, dots
+and mean_roughness.
 
-A run that was stopped continues when the same command is given again, and writes the same bytes. Memory does not grow with the
-number of frames. Parquet needs pyarrow.
+A run that was stopped continues when the same command is given again, and
+writes the same bytes. Memory does not grow with the number of frames. Parquet
+needs pyarrow.
 
 examples:
   sparsurf frames protein.pdb --trajectory run.xtc -o run.csv
-  sparsurf frames protein.pdb --trajectory run.xtc --stride 10 --jobs 4 -o run.parquet
+  sparsurf frames protein.pdb --trajectory run.xtc --jobs 4 -o run.parquet
   sparsurf frames models.pdb --fields hydropathy -o models.csv
 """
 

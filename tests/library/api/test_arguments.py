@@ -70,6 +70,10 @@ CALLS = [
         "n_vertices": 302, "density": {"n_vertices": None, "density": 9.0}, "step": {"n_vertices": None, "step": 0.6},
         "fields": ["hydropathy"]}),
     ("mesh", lambda g, **k: sparsurf.mesh(PROTEIN, 300, **k), {}, {"cavities": "keep"}),
+    ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k), {}, {
+        "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
+    ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {}, {"cavities": "remove"}),
+    ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700}, MOVING),
     ("depth", lambda g, **k: sparsurf.depth(g.frames, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
     ("depth", lambda g, **k: sparsurf.depth(PROTEIN, **k), {}, {"cavities": "keep"}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.dots, **k), {"percent": 10}, {
@@ -122,6 +126,7 @@ ELSEWHERE = {
     ("write", "frame"): "api/test_writing.py",
     ("write", "colours"): "api/test_writing.py",
     ("points_of", "jobs"): "api/test_points.py",
+    ("frames", "jobs"): "api/test_frames.py",
     ("show", "open_browser"): "api/test_show.py",
     ("roughness", "roughness"): "test_kinds.py",
     ("error_at", "sampler"): "recovery/test_law.py",

@@ -103,7 +103,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.minimal(d, percent=10, n_dots=5), "only one of percent, n_dots, density, error and max_z"),
         (lambda d: sparsurf.components(d, d), "give the molecule first"),
         (lambda d: sparsurf.components(d[::2]), "components: this Surface is a subset; pass the complete surface"),
-        (lambda d: sparsurf.components(d.origin.molecule, sparsurf.minimal(d, percent=10)), "components: these are not all"),
+        (lambda d: sparsurf.components(d.origin.molecule, sparsurf.minimal(d, percent=10)), "this Surface is a subset"),
         (lambda d: sparsurf.fields(d, d.origin.molecule), "molecule first"),
         (lambda d: sparsurf.fields(PEPTIDE, names="bfactor"), "fields: dots are missing; call sparsurf.fields("),
         (lambda d: sparsurf.fields(d, names=[]), "names: there are no fields"),

@@ -235,6 +235,9 @@ def points(file, keys, out):
 
 
 def show(file, keys, out):
+    if "trajectory" in keys and "frame" not in keys:
+        page = sparsurf.show(file, trajectory=keys["trajectory"], open_browser=False)
+        return unpacked(page.html)[1]
     page = sparsurf.show(dots_of(file, keys, *RULES), open_browser=False)
     return unpacked(page.html)[1]
 

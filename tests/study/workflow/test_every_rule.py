@@ -22,7 +22,7 @@ import sparsurf
 from peptides import peptide, write
 from small_study import run_script, unpacked
 from sparsurf.evaluation.statistics import mean_interval
-from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -213,16 +213,20 @@ def test_the_first_page_of_a_surface_shows_its_roughness_and_residues(run, place
     text = (folder / "surface.html").read_text(encoding="utf-8")
     header, columns = unpacked(text)
     surface, roughness = read_npz(folder / "surface.npz"), pd.read_csv(folder / "roughness.csv")["roughness"]
-    scale = header["values"][0]
-    shown = scale["low"] + columns["value 0"] / 254 * (scale["high"] - scale["low"])
-    assert np.abs(shown - roughness).max() <= (scale["high"] - scale["low"]) / 254 / 2 + 1e-6
-    assert scale["symbol"] == "R_i" and header["radius"] == 4.0 and header["total"] == len(surface)
+    if "moving" in place:  # a mesh and its residues
+        scale, residues = header["numbers"][0], pd.read_csv(folder / "residues.csv")
+        of_residues = scale["low"] + columns["number 0"] * scale["step"]
+        assert scale["name"] == "mean roughness"
+        assert header["residues"] == [f"{row.residue_name} {row.residue}" for row in residues.itertuples()]
+        assert np.allclose(of_residues, residues["mean_roughness"], rtol=0, atol=scale["step"])
+    else:
+        scale = header["values"][0]
+        of_dots = scale["low"] + columns["value 0"] / 254 * (scale["high"] - scale["low"])
+        assert np.abs(of_dots - roughness).max() <= (scale["high"] - scale["low"]) / 254 / 2 + 1e-6
+        assert scale["symbol"] == "R_i" and header["radius"] == 4.0 and header["total"] == len(surface)
     title = place if "moving" in place else "ready"
     assert f"<title>The surface of {title}</title>" in text
     assert 'href="view.html"' in text and 'href="../../index.html"' in text
-    if "moving" in place:
-        labels = residue_labels(folder / "structure.pdb")
-        assert [header["residues"][k] for k in columns["residue"]] == [labels[atom] for atom in surface.atom]
     drawn = (folder / "figures/roughness.svg").read_text(encoding="utf-8")
     assert f"mean {roughness.mean():.2f}" in drawn and place in drawn
     page = (folder / "view.html").read_text(encoding="utf-8")
