@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 BOOK = ROOT / "docs" / "_build" / "html"
 built = pytest.mark.skipif(not BOOK.is_dir(), reason="make docs has not been run")
-PAGES = ("index", "method", "_gallery/index")
+PAGES = ("few_dots", "method", "_gallery/index")
 
 
 def test_an_example_is_short():

@@ -121,7 +121,8 @@ def _outputs_together(snakemake: Any) -> Iterator[Job]:
         yield Job(snakemake)
         return
     entry = Entry(snakemake)
-    staging = Staging(snakemake.output, Path(snakemake.log[0]).stem)
+    # Jobs of one rule may write into one folder; the folders of their logs tell them apart
+    staging = Staging(snakemake.output, "-".join(Path(snakemake.log[0]).with_suffix("").parts[-4:]))
     # The earlier record goes first and the new one comes last. Killed at any line, the job leaves outputs without a record,
     # which are computed again, and never a record of other outputs than those that lie there.
     entry.begin()
