@@ -93,6 +93,8 @@ def make_schema(tree):
 def call(tree, *arguments):
     """Run Python with the packages of a tree; return what it prints."""
     environment = os.environ | {"PYTHONPATH": str(tree / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    # The tests in it share no folder with those of other workers
+    environment.pop("PYTEST_XDIST_WORKER", None)
     command = [sys.executable, *map(str, arguments)]
     done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
