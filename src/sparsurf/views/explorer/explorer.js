@@ -1,11 +1,11 @@
 // The page that links the surface, the list and the profile of the residues, and the frames of a trajectory.
 
-const UNKNOWN = 255, GREY = [160, 160, 160], WHITE = [1, 1, 1], CHOSEN = [224, 60, 10];
+const UNKNOWN = 255, CHOSEN = [224, 60, 10];
 const SEEN_THROUGH = 0.45; // opacity of the surface above the chain
 const FRAMES_PER_SECOND = 5;
 const CURVE = { width: 380, height: 110, left: 58, right: 10, top: 10, bottom: 22 }; // px, of a drawing over time and its margins
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, frame: 0, chosen: -1, places: null };
-let head, data, scene, middle, listed = [], order = [], atomsOf = new Map(), asked = false, coloured = "", playing = null;
+let head, data, scene, middle, listed = [], order = [], atomsOf = new Map(), coloured = "", playing = null;
 
 async function start() {
   [head, data] = await unpack(PACKED);
@@ -18,12 +18,7 @@ async function start() {
   listen();
   showFrame(0);
   describe();
-  new ResizeObserver(redraw).observe(element("canvas"));
-  addEventListener("beforeprint", () => {
-    drawNow(WHITE);
-    element("printed").src = element("canvas").toDataURL("image/png");
-    redraw();
-  });
+  redrawWhereNeeded();
   document.body.dataset.ready = "yes";
 }
 
@@ -231,41 +226,17 @@ function paintKinds(residues) {
   redraw();
 }
 
-// A box of each colour and its name, for the legend.
-function boxed(pairs) {
-  return pairs.flatMap(([name, rgb]) => {
-    const box = document.createElement("i");
-    box.style.background = `rgb(${rgb})`;
-    return [box, name];
-  });
-}
-
 const ofChosen = () => (view.chosen < 0 ? [] : [[head.residues[view.chosen], CHOSEN]]);
 
 function legend(scale, hasUnknown) {
-  const bar = document.createElement("div"), ends = document.createElement("div"), digits = scale.bright - scale.dark >= 100 ? 0 : 2;
-  const unitOf = scale.unit ? ` ${scale.unit.trim()}` : "";
-  bar.className = "bar";
-  bar.style.background = `linear-gradient(to right, ${head.stops.map((rgb) => `rgb(${rgb})`)})`;
-  ends.className = "ends";
-  for (const [end, colour] of [["low", "dark"], ["high", "bright"]]) {
-    ends.appendChild(document.createElement("span")).append(`${number(scale[colour], digits)}${unitOf} ${scale[`${end} is`]}`);
-  }
+  const drawn = legendOf(scale, scale.unit ? ` ${scale.unit.trim()}` : "");
   const nodes = boxed([...(hasUnknown ? [[scale["unknown is"], GREY]] : []), ...ofChosen()]);
-  element("legend").replaceChildren(...subscripts(scale.name), bar, ends, ...nodes);
-  coloured = `${inLetters(scale.name)}, dark ${number(scale.dark, digits)}${unitOf}, bright ${number(scale.bright, digits)}${unitOf}`;
-}
-
-function redraw() {
-  if (asked) return;
-  asked = true;
-  requestAnimationFrame(() => drawNow());
+  element("legend").replaceChildren(...subscripts(scale.name), ...drawn.nodes, ...nodes);
+  coloured = inLetters(scale.name) + drawn.words;
 }
 
 function drawNow(behind = ofPage()) {
-  const canvas = element("canvas"), sharp = Math.min(2, window.devicePixelRatio || 1);
-  asked = false;
-  [canvas.width, canvas.height] = [Math.max(1, canvas.clientWidth * sharp), Math.max(1, canvas.clientHeight * sharp)];
+  const canvas = cleared();
   scene.draw(view, behind, element("through").checked ? SEEN_THROUGH : 1);
   const tag = element("tag"), at = view.chosen < 0 ? null : centreOf(view.chosen);
   tag.hidden = !at;
@@ -274,11 +245,6 @@ function drawNow(behind = ofPage()) {
   tag.textContent = head.residues[view.chosen];
   tag.style.left = `${canvas.clientWidth / 2 + pixel * (dot(t.slice(0, 3), at) + view.shift[0])}px`;
   tag.style.top = `${canvas.clientHeight / 2 - pixel * (dot(t.slice(3, 6), at) + view.shift[1])}px`;
-}
-
-function putBack() {
-  Object.assign(view, { turn: [...head.turn], shift: [0, 0], zoom: 1 });
-  redraw();
 }
 
 // Residues whose name, number and chain begin with the words of a search, those of which all words are equal first.
@@ -370,37 +336,13 @@ function curve(title, values, digits) {
   return figure;
 }
 
-// The picture, on white, with a line that says what it shows.
 function picture() {
-  drawNow(WHITE);
-  const canvas = element("canvas"), out = document.createElement("canvas"), line = Math.max(14, canvas.width / 60);
-  [out.width, out.height] = [canvas.width, canvas.height + 3.2 * line];
-  const pen = out.getContext("2d");
-  pen.fillStyle = "white";
-  pen.fillRect(0, 0, out.width, out.height);
-  pen.drawImage(canvas, 0, 0);
-  pen.fillStyle = "black";
-  pen.font = `${line}px sans-serif`;
-  pen.fillText([document.title, head.frames[view.frame]].filter(Boolean).join(", "), line / 2, canvas.height + line);
-  pen.fillText(`colour: ${coloured}${view.chosen < 0 ? "" : `; ${head.residues[view.chosen]} in orange`}`, line / 2, canvas.height + 2.4 * line);
-  redraw();
-  return out;
+  const residue = view.chosen < 0 ? "" : `; ${head.residues[view.chosen]} in orange`;
+  return pictureAbove([[document.title, head.frames[view.frame]].filter(Boolean).join(", "), `colour: ${coloured}${residue}`]);
 }
 
 function save() {
-  const link = document.createElement("a");
-  link.download = `${[document.title, head.frames[view.frame]].filter(Boolean).join(" ").replace(/\W+/g, "_")}.png`;
-  link.href = picture().toDataURL("image/png");
-  link.click();
-}
-
-// What a key does, where it is typed on a part of the page.
-function onKeys(part, keys) {
-  part.addEventListener("keydown", (event) => {
-    if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
-    event.preventDefault();
-    keys[event.key]();
-  });
+  saveAs([document.title, head.frames[view.frame]].filter(Boolean).join(" "), picture());
 }
 
 function listen() {
@@ -448,7 +390,6 @@ function listen() {
     element("play").addEventListener("click", play);
   }
   follow(canvas, (left, top) => choose(scene.pick(view, left, top), false));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
 start().catch((error) => {

@@ -26,7 +26,7 @@ from sparsurf.views.viewer.packing import in_steps, pack
 
 MAX_EXPLORER_BYTES = 10_000_000  # of a page
 MAX_FRAMES = 100  # of a page
-SHARED_SCRIPTS = ("unpack.js", "gl.js", "camera.js")  # of the viewer of dots
+SHARED_SCRIPTS = ("unpack.js", "gl.js", "drawing.js")  # of the viewer of dots
 OWN_SCRIPTS = ("chain.js", "meshes.js", "explorer.js")
 STYLES = ("explorer.css",)
 UNKNOWN_NUMBER = -1  # in place of a number that a residue does not have

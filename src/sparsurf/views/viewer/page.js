@@ -1,9 +1,9 @@
 // The page's controls: what is shown, in which colour, and what the tables say about it.
 
 const LAW = ["alpha", "beta", "gamma", "delta"];
-const UNKNOWN = 255, GREY = [160, 160, 160], WHITE = [1, 1, 1];
+const UNKNOWN = 255;
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, seed: 1, picked: -1, shown: new Uint32Array(0) };
-let head, dots, scene, cover, luck, keep, ranked = {}, asked = false, coloured = "";
+let head, dots, scene, cover, luck, keep, ranked = {}, coloured = "";
 
 async function start() {
   [head, dots] = await unpack(PACKED);
@@ -25,12 +25,7 @@ async function start() {
   newDraw();
   choose();
   paint();
-  new ResizeObserver(redraw).observe(element("canvas"));
-  addEventListener("beforeprint", () => {
-    drawNow(WHITE);
-    element("printed").src = element("canvas").toDataURL("image/png");
-    redraw();
-  });
+  redrawWhereNeeded();
 }
 
 function fillMenus() {
@@ -114,48 +109,26 @@ function paint() {
   if (wish === "kind") {
     dots.kind.forEach((kind, i) => out.set(head.kinds[kind < 0 ? 3 : kind][1], 3 * i));
     const present = head.kinds.filter((_, k) => dots.kind.includes(k === 3 ? -1 : k));
-    element("legend").replaceChildren(...present.flatMap(([name, rgb]) => boxed(name, rgb)));
+    element("legend").replaceChildren(...boxed(present));
     coloured = present.map(([name]) => name).join(", ");
   } else {
     const scale = head.values[wish], values = dots[`value ${wish}`];
     const share = (value) => Math.min(1, Math.max(0, (scale.low + ((scale.high - scale.low) * value) / 254 - scale.dark) / (scale.bright - scale.dark || 1)));
     values.forEach((value, i) => out.set(value === UNKNOWN ? GREY : shade(share(value)), 3 * i));
-    const bar = document.createElement("div"), ends = document.createElement("div");
-    bar.className = "bar";
-    bar.style.background = `linear-gradient(to right, ${head.stops.map((rgb) => `rgb(${rgb})`)})`;
-    ends.className = "ends";
-    const digits = scale.bright - scale.dark >= 100 ? 0 : 2;
-    for (const [end, colour] of [["low", "dark"], ["high", "bright"]]) {
-      ends.appendChild(document.createElement("span")).append(`${number(scale[colour], digits)}${scale.unit} ${scale[`${end} is`]}`);
-    }
-    const unknown = values.includes(UNKNOWN) ? boxed(scale["unknown is"], GREY) : [], known = values.some((value) => value !== UNKNOWN);
-    element("legend").replaceChildren(...subscripts(scale.name), ...(known ? [bar, ends] : []), ...unknown);
-    coloured = inLetters(scale.name) + (known ? `, dark ${number(scale.dark, digits)}${scale.unit}, bright ${number(scale.bright, digits)}${scale.unit}` : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
+    const legend = legendOf(scale, scale.unit);
+    const unknown = values.includes(UNKNOWN) ? boxed([[scale["unknown is"], GREY]]) : [], known = values.some((value) => value !== UNKNOWN);
+    element("legend").replaceChildren(...subscripts(scale.name), ...(known ? legend.nodes : []), ...unknown);
+    coloured = inLetters(scale.name) + (known ? legend.words : "") + (unknown.length ? `, grey ${scale["unknown is"]}` : "");
   }
   scene.colour(out);
   redraw();
 }
 
-// A box of a colour and its name, for the legend.
-function boxed(name, rgb) {
-  const box = document.createElement("i");
-  box.style.background = `rgb(${rgb})`;
-  return [box, name];
-}
-
 // Discs that just cover the surface when all dots are there, larger on request.
 const radius = () => (view.shown.length === head.stored ? 1.3 : 0.9) * head.spacing * element("size").value;
 
-function redraw() {
-  if (asked) return;
-  asked = true;
-  requestAnimationFrame(() => drawNow());
-}
-
 function drawNow(behind = ofPage()) {
-  const canvas = element("canvas"), sharp = Math.min(2, window.devicePixelRatio || 1);
-  asked = false;
-  [canvas.width, canvas.height] = [Math.max(1, canvas.clientWidth * sharp), Math.max(1, canvas.clientHeight * sharp)];
+  cleared();
   scene.draw(view, view.shown, radius(), element("pale").checked ? 1.3 * head.spacing : 0, view.picked, behind);
 }
 
@@ -175,32 +148,14 @@ function pick(i) {
   element("picked").replaceChildren(...subscripts(`${words.join(", ")}.`));
 }
 
-function putBack() {
-  Object.assign(view, { turn: [...head.turn], shift: [0, 0], zoom: 1 });
-  redraw();
-}
-
 function drawAgain() {
   view.seed += 1;
   newDraw();
   choose();
 }
 
-// The picture, on white, with a line that says what it shows.
 function picture() {
-  drawNow(WHITE);
-  const canvas = element("canvas"), out = document.createElement("canvas"), line = Math.max(14, canvas.width / 60);
-  [out.width, out.height] = [canvas.width, canvas.height + 3.2 * line];
-  const pen = out.getContext("2d");
-  pen.fillStyle = "white";
-  pen.fillRect(0, 0, out.width, out.height);
-  pen.drawImage(canvas, 0, 0);
-  pen.fillStyle = "black";
-  pen.font = `${line}px sans-serif`;
-  pen.fillText(`${document.title}: ${element("shown").textContent}`, line / 2, canvas.height + line);
-  pen.fillText(caption(), line / 2, canvas.height + 2.4 * line);
-  redraw();
-  return out;
+  return pictureAbove([`${document.title}: ${element("shown").textContent}`, caption()]);
 }
 
 function caption() {
@@ -210,10 +165,7 @@ function caption() {
 }
 
 function save() {
-  const link = document.createElement("a");
-  link.download = `${document.title.replace(/\W+/g, "_")}.png`;
-  link.href = picture().toDataURL("image/png");
-  link.click();
+  saveAs(document.title, picture());
 }
 
 // Move a slider to a value, which its limits and steps may lack.
@@ -239,16 +191,11 @@ function listen() {
     "+": () => zoom(1.15), "=": () => zoom(1.15), "-": () => zoom(1 / 1.15), 0: putBack, n: drawAgain, s: save,
   };
   const canvas = element("canvas");
-  canvas.addEventListener("keydown", (event) => {
-    if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
-    event.preventDefault();
-    keys[event.key]();
-  });
+  onKeys(canvas, keys);
   follow(canvas, (left, top) => {
     pick(scene.pick(view, view.shown, radius(), left, top));
     redraw();
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
 start().catch((error) => {
