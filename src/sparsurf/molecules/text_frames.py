@@ -24,7 +24,6 @@ FIRST_COLUMN_OF_GRO = 20  # of the coordinates
 DECIMALS_OF_GRO = 5  # columns of a number besides its decimals
 BOX_OF_GRO = re.compile(r"-?\d+\.\d{5}")  # GROMACS writes five decimals
 TIME_OF_GRO = re.compile(r"\bt *= *([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)")
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 # mdcrd has a title, then ten numbers of eight characters per line; a restart file six of twelve. Each frame, and each box,
 # begins a new line.
 MDCRD, RESTART = (10, 8), (6, 12)
