@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,15 +13,14 @@ import numpy as np
 from sparsurf.api.about import About
 from sparsurf.arguments import D_LINK, PROBE_RADIUS
 from sparsurf.errors import InputError
-from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.residues import mean_roughness_by_residue
+from sparsurf.evaluation.frames import surface_of_frame
 from sparsurf.files import pluralise
 from sparsurf.molecules.conformations import superpose
-from sparsurf.progress import progress_bar
+from sparsurf.progress import Progress, duration
 from sparsurf.settings import Settings
-from sparsurf.surfaces.components import on_cavities
+from sparsurf.streams import Streams
 from sparsurf.surfaces.mesh import molecular_mesh, widest_step
-from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
+from sparsurf.surfaces.molecular_surface import density_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Placement
 from sparsurf.threads import available_cores, parallel_map
@@ -30,8 +29,8 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.views.explorer.shapes import Shape
 
-SECONDS_BETWEEN_REPORTS = 30  # in a log
-FRAMES_PER_CORE = 2  # of a batch, after which progress is reported
+NAME_IN_ERRORS = "show"
+FRAMES_PER_CORE = 2  # of a batch, after which progress is counted
 PS_PER_NS = 1000
 
 
@@ -53,14 +52,14 @@ def shown_positions(n_frames: int) -> np.ndarray:
 def page_of_frames(
     molecule: Molecule, about: About, trajectory: str, say: Callable[[str], None] = lambda text: None
 ) -> str:
-    """Return the page of a molecule with several frames; `say` takes what is said of them before and during the work.
+    """Return the page of a molecule with several frames; `say` takes what is said of them before the work.
 
     Parameters
     ----------
     molecule : Molecule with at least two frames
     about : what the page says besides the frames
     trajectory : name of the file of the frames
-    say : called with a sentence on the frames and the time that they take, and with the progress in a log
+    say : called with a sentence on the frames and the time that they take
     """
     from sparsurf.views.explorer.shapes import atoms_to_draw
     from sparsurf.views.overview.frames import overview_of_frames
@@ -69,24 +68,24 @@ def page_of_frames(
     atoms, trace, _ = atoms_to_draw(molecule)
     drawn = superposed(molecule.xyz[positions], atoms[trace[trace >= 0]] if (trace >= 0).sum() > 2 else atoms)
     atom_radii, rules = radii(molecule), Placement()
-    density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, "show")
+    density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, NAME_IN_ERRORS)
+    rules = replace(rules, density=density)  # of all frames
 
     def frame_at(k: int) -> ShownFrame:
         """Compute the surface of a frame, and reduce it to what the page shows."""
-        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, rules, density)
+        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, rules)
 
     begin = time.monotonic()
     frames = [frame_at(0)]
     cores = available_cores()
     say(_announced(molecule, len(positions), (time.monotonic() - begin) * (len(positions) - 1) / cores))
     batch = FRAMES_PER_CORE * cores
-    reported = time.monotonic()
-    for first in progress_bar(range(1, len(positions), batch), "frames"):
+    progress = Progress("frames", len(positions), len(frames))
+    for first in range(1, len(positions), batch):
         size = min(batch, len(positions) - first)
         frames += parallel_map(lambda k, _, first=first: frame_at(first + k), size, cores, 1)  # type: ignore[misc]
-        if time.monotonic() - reported > SECONDS_BETWEEN_REPORTS and not sys.stderr.isatty():
-            reported = time.monotonic()
-            say(f"{len(frames)} of {len(positions)} frames")
+        progress.advance(size)
+    progress.close()
     return overview_of_frames(
         about.name,
         trajectory,
@@ -103,8 +102,8 @@ def page_of_frames(
 def _announced(molecule: Molecule, n_shown: int, seconds: float) -> str:
     """Say how many frames a page shows, and about how long they take."""
     every = "" if n_shown == molecule.n_frames else f", of which the page shows {n_shown}"
-    took = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
-    return f"{molecule.n_frames:,} frames of {pluralise(molecule.n_residues, 'residue')}{every}; about {took} remain"
+    residues = pluralise(molecule.n_residues, "residue")
+    return f"{molecule.n_frames:,} frames of {residues}{every}; about {duration(seconds)} left"
 
 
 def superposed(xyz: np.ndarray, atoms: np.ndarray) -> np.ndarray:
@@ -122,27 +121,26 @@ def shown_frame(
     atoms: np.ndarray,
     atom_radii: np.ndarray,
     rules: Placement,
-    density: float,
 ) -> ShownFrame:
     """Compute what a page shows of a frame: its surface as triangles at the positions `drawn`, (A, 3), and its residues."""
     from sparsurf.views.explorer.shapes import MERGED_CELL, Shape, reduced
 
+    settings = Settings().model_copy(update={"surface": rules})
+    frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
     try:
-        rolled = roll_frame(molecule, position, atom_radii, rules)
-        dots = rolled.surface(density)
         mesh = molecular_mesh(
             drawn.round(3), atom_radii, PROBE_RADIUS, widest_step(PROBE_RADIUS), 1, rules.cavities
         )
     except InputError as error:
-        raise InputError(f"frame {int(molecule.frame_number[position])}: {error.args[0]}") from None
-    residue, n = molecule.residue_index[dots.atom], molecule.n_residues
-    rough = PreparedSurface(dots, Settings()).roughness
-    outside = np.where(on_cavities(dots, rolled.components(dots)), np.nan, rough)
+        raise InputError(
+            f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"
+        ) from None
     shape = Shape(
         mesh.vertices.points, mesh.triangles, molecule.residue_index[mesh.vertices.atom], drawn[atoms]
     )
-    area = np.bincount(residue, dots.area, n)
-    return ShownFrame(reduced(shape, MERGED_CELL)[0], area, mean_roughness_by_residue(outside, residue, n))
+    dots = frame.surface
+    area = np.bincount(molecule.residue_index[dots.atom], dots.area, molecule.n_residues)
+    return ShownFrame(reduced(shape, MERGED_CELL)[0], area, frame.roughness_by_residue())
 
 
 def label_of_frame(molecule: Molecule, position: int) -> str:

@@ -19,8 +19,8 @@ from sparsurf.api.points import JOBS
 from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import PROBE, STRIDE
-from sparsurf.dot_fields.depth import depth_of_residues
-from sparsurf.dot_fields.registry import FieldLike, compute_fields
+from sparsurf.dot_fields.depth import depth_below, depth_of_residues
+from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
 from sparsurf.errors import InputError
 from sparsurf.evaluation.frames import surface_of_frame
 from sparsurf.evaluation.residues import residue_table
@@ -73,7 +73,7 @@ class FramesRequest(NamedTuple):
     @property
     def names(self) -> list[str]:
         """Names of the columns of the fields."""
-        return [f"mean_{kinds.name_of('field', field, 'fields')}" for field in self.fields]
+        return [f"mean_{name}" for name in names_of_fields(self.fields, "fields")]
 
 
 class Part(NamedTuple):
@@ -167,7 +167,7 @@ def frames(
     if path is None:
         import pandas as pd  # here: it takes long to load
 
-        tables = [_tables(atoms, request, *part) for part in _parts(atoms, request, jobs, None)]
+        tables = [_tables(atoms, request, *part) for part in _parts(atoms, request, jobs)]
         return FrameTables(*(pd.concat(parts, ignore_index=True) for parts in zip(*tables, strict=True)))
     write_frames(atoms, request, path, jobs)
     return None
@@ -241,10 +241,8 @@ def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last:
 
 def _depth(dots: Surface, rolled: RolledFrame, molecule: Molecule, xyz: np.ndarray) -> np.ndarray:
     """Return the depth of each residue below dots of the density of `depth`, (n,), Å, on a probe that is rolled already."""
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
     outside = without_cavities(dots, rolled.components(dots))
-    return depth_of_residues(molecule, np.asarray(cKDTree(outside.points).query(xyz)[0]))
+    return depth_of_residues(molecule, depth_below(outside, xyz))
 
 
 def _bounds(n_frames: int) -> list[tuple[int, int]]:
@@ -252,12 +250,10 @@ def _bounds(n_frames: int) -> list[tuple[int, int]]:
     return [(k, min(k + FRAMES_PER_PART, n_frames)) for k in range(0, n_frames, FRAMES_PER_PART)]
 
 
-def _parts(
-    molecule: Molecule, request: FramesRequest, jobs: int, done: Progress | None
-) -> Iterator[tuple[Part, int]]:
+def _parts(molecule: Molecule, request: FramesRequest, jobs: int) -> Iterator[tuple[Part, int]]:
     """Yield the parts in order, with the position of the first frame of each."""
     bounds = _bounds(molecule.n_frames)
-    progress = Progress("frames", molecule.n_frames) if done is None else done
+    progress = Progress("frames", molecule.n_frames)
     for (first, last), part in zip(bounds, _measured(molecule, request, bounds, jobs), strict=True):
         yield part, first
         progress.advance(last - first)

@@ -11,7 +11,7 @@ from sparsurf.surfaces.spacing import DENSITY
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
-    from sparsurf.surfaces.surface import SurfaceOrigin
+    from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 
 def depth_of_atoms(xyz: np.ndarray, radii: np.ndarray, probe: float, cavities: str = "remove") -> np.ndarray:
@@ -20,9 +20,13 @@ def depth_of_atoms(xyz: np.ndarray, radii: np.ndarray, probe: float, cavities: s
     An atom that the probe touches lies exactly its radius below the surface. Others are too deep by up to 0.2 Å, since the
     nearest point of the surface lies between dots.
     """
+    return depth_below(roll_spheres(xyz, radii, probe, cavities=cavities).surface(DENSITY), xyz)
+
+
+def depth_below(dots: Surface, xyz: np.ndarray) -> np.ndarray:
+    """Return the distance of atoms at (A, 3) from the nearest dot, (A,), Å."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
-    dots = roll_spheres(xyz, radii, probe, cavities=cavities).surface(DENSITY)
     return np.asarray(cKDTree(dots.points).query(xyz)[0])
 
 
