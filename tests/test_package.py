@@ -176,11 +176,12 @@ def test_a_wheel_that_pip_builds_brings_its_kernels(project, tmp_path):
     python = environment_with(wheel, tmp_path / "environment")
     value, compiled = use_kernel(python, tmp_path)
     assert not compiled
+    brought = [*(tmp_path / "environment").rglob("*.nbc")]
     assert use_kernel(python, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == (value, False)
     other = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     assert use_kernel(python, tmp_path, **other) == (pytest.approx(value), True)
     run([sys.executable, "-m", "pip", "--python", python, "uninstall", "--yes", "--quiet", "sparsurf"])
-    assert [*(tmp_path / "environment").rglob("*.nbc")] == [*(tmp_path / "environment").rglob("*.2.nbc")]
+    assert brought and not any(path.exists() for path in brought)
     (tmp_path / "plain").mkdir()
     (project / "src" / "sparsurf" / "compile_kernels.py").write_text("raise SystemExit(1)\n")
     assert build_wheel(project, tmp_path / "plain").name.endswith("-py3-none-any.whl")

@@ -7,11 +7,13 @@ numba still prepares itself before it compiles. Kernels of users stay as they ar
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import inspect
 import os
 import re
 import sys
+import uuid
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -28,14 +30,41 @@ LIBRARY = Path(__file__).resolve().parent
 COMPILED = (b"@njit(", b"@intrinsic")  # in a source with kernels
 IMPORTED = re.compile(rb"^from (sparsurf\w*(?:\.\w+)+) import ([^\n(]*)", re.MULTILINE)
 # what `LightCache` uses of numba, which does not document it
-NUMBA_INTERNALS = ("load_overload", "_index_key", "_guard_against_spurious_io_errors")
-NUMBA_OFFERS_IT = (
-    hasattr(caching, "FunctionCache")
-    and all(hasattr(caching.FunctionCache, name) for name in NUMBA_INTERNALS)
-    and hasattr(caching, "IndexDataCacheFile")
-    and hasattr(getattr(runtime, "rtsys", None), "initialize")
-)
+NUMBA_INTERNALS = {
+    "FunctionCache": ("load_overload", "_index_key", "_guard_against_spurious_io_errors"),
+    "IndexDataCacheFile": ("save", "_load_index", "_save_index", "_save_data"),
+}
+NUMBA_OFFERS_IT = all(
+    hasattr(getattr(caching, owner, None), name) for owner, names in NUMBA_INTERNALS.items() for name in names
+) and hasattr(getattr(runtime, "rtsys", None), "initialize")
 Cache: Any = caching.FunctionCache if NUMBA_OFFERS_IT else object
+Files: Any = caching.IndexDataCacheFile if NUMBA_OFFERS_IT else object
+
+
+class StoredForms(Files):
+    """The files of the compiled forms of one kernel: an index, and a file of each form under a name of its own.
+
+    numba numbers these files, and writes the index before the file that it names. A process that reads in between, or after a
+    kill there, would load a form of an older version, or of another signature.
+    """
+
+    def __init__(self, folder: str, name: str, stamp: Any) -> None:
+        """Name the files as numba does, and stamp the index with numba's version and what the kernels are compiled from."""
+        super().__init__(folder, name, stamp)
+        self._folder, self._name = Path(folder), name
+        # The version is compared before the rest of a file is read: the types that another version of this package names there
+        # may be gone
+        self._version: Any = (numba.__version__, stamp)
+
+    def save(self, key: Any, data: Any) -> None:
+        """Store a form, then name it in the index, then remove the forms that the index does not name."""
+        file = f"{self._name}.{uuid.uuid4().hex[:16]}.nbc"
+        self._save_data(file, data)
+        forms = self._load_index() | {key: file}
+        self._save_index(forms)
+        for path in self._folder.glob(f"{glob.escape(self._name)}.*.nbc"):
+            if path.name not in forms.values():
+                path.unlink(missing_ok=True)
 
 
 class LightCache(Cache):
@@ -56,13 +85,9 @@ class LightCache(Cache):
             stamp = stamp, self._impl.locator.get_source_stamp()
         folder_of_source = os.path.join(os.path.dirname(source), "__pycache__")
         self._installed, self._cache_file = (
-            caching.IndexDataCacheFile(folder, self._impl.filename_base, stamp)
+            StoredForms(folder, self._impl.filename_base, stamp)
             for folder in (folder_of_source, self._cache_path)
         )
-        # Beside numba's version, which is compared before the rest of a file is read: the types that another version of this
-        # package names there may be gone
-        for stored in (self._installed, self._cache_file):
-            stored._version = stored._version, stamp
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored form for a signature; None if it is not stored."""

@@ -72,6 +72,30 @@ def test_an_upgrade_that_renames_a_type_compiles_anew(tmp_path):
             assert run.stdout == f"{printed}\n", run.stderr[-500:]
 
 
+KILLED = """
+import os
+from numba.core import caching
+opened = caching.IndexDataCacheFile._open_for_write
+def kill_at_a_form(self, path):
+    return os._exit(1) if path.endswith(".nbc") else opened(self, path)
+caching.IndexDataCacheFile._open_for_write = kill_at_a_form
+"""
+
+
+def test_a_kill_between_the_files_of_a_kernel_loads_no_older_form(tmp_path):
+    """Nor does a process that reads while another one writes them: the index of numba names the form before it is there."""
+    (tmp_path / "kernels_of_a_type").mkdir()
+    (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
+    for factor, before in ((1, ""), (2, KILLED), (2, "")):
+        code = OF_A_TYPE.format(type="Same", factor=factor)
+        (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(code)
+        call = [sys.executable, "-c", before + "import kernels_of_a_type.scaling"]
+        run = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert run.returncode == bool(before), run.stderr[-500:]
+    assert run.stdout == "42.0\n"
+    assert len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
+
+
 ALL_COMMANDS = """
 import sys
 from numba.core.dispatcher import Dispatcher
