@@ -40,6 +40,7 @@ rule tabulate_best:
     output:
         ranges=in_report("results/{run}/{protein}/{conformation}/ranges.csv"),
         best="results/{run}/{protein}/{conformation}/best.json",
+        winners="results/{run}/{protein}/{conformation}/winners.npz",
     log:
         "results/{run}/logs/{protein}/{conformation}/tabulate_best.log",
     conda:
@@ -69,17 +70,11 @@ rule draw_figures:
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
     output:
         required_dots=in_report("results/{run}/{protein}/{conformation}/figures/required_dots.png"),
-        number_of_dots=(
-            in_report("results/{run}/{protein}/{conformation}/figures/number_of_dots.png")
-            if "paper" in config
-            else []
-        ),
+        number_of_dots=in_report("results/{run}/{protein}/{conformation}/figures/number_of_dots.png"),
         d_over_grid=in_report("results/{run}/{protein}/{conformation}/figures/d_over_grid.png"),
         rough_and_flat=in_report("results/{run}/{protein}/{conformation}/figures/rough_and_flat.png"),
         subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png"),
-        number_of_dots_svg=(
-            "results/{run}/{protein}/{conformation}/figures/number_of_dots.svg" if "paper" in config else []
-        ),
+        number_of_dots_svg="results/{run}/{protein}/{conformation}/figures/number_of_dots.svg",
         d_over_grid_svg="results/{run}/{protein}/{conformation}/figures/d_over_grid.svg",
         rough_and_flat_svg="results/{run}/{protein}/{conformation}/figures/rough_and_flat.svg",
         subsets_svg="results/{run}/{protein}/{conformation}/figures/subsets.svg",

@@ -9,6 +9,7 @@ from sparsurf.patches.readings import SCALED_READING
 from sparsurf_study.analysis import tables
 from sparsurf_study.analysis.grid import add_scaled_link, read_grid
 from sparsurf_study.analysis.islands import add_islands
+from sparsurf_study.analysis.winners import write_winners
 from sparsurf_study.rounding import write_rounded
 
 with job(snakemake) as s:
@@ -24,3 +25,4 @@ with job(snakemake) as s:
         ranges = add_scaled_link(ranges, prepared, n_tests, evaluation.draws)
     write_rounded(s.output.ranges, ranges)
     Path(s.output.best).write_text(json.dumps(best, indent=2) + "\n", encoding="utf-8")
+    write_winners(s.output.winners, ranges, prepared)

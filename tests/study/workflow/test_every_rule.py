@@ -156,6 +156,12 @@ def test_tables_of_the_papers_sampling_agree(run, place):
     assert chosen["n_S"].tolist() == [best["kept"]["unrestricted"]["n_S"]]
     ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'kept'")
     assert len(ranges) == 10 and ranges["n_combinations"].sum() == len(grid) - 1  # the largest is in none
+    winners = np.load(folder / "winners.npz")
+    assert winners.files == ["kept", "full"] and winners["full"].any(axis=1).sum() > 3
+    for row, kept in zip(ranges.to_dict("records"), winners["kept"], strict=True):
+        assert len(kept) == n and kept.sum() == pytest.approx(
+            row["n_S"] if row["n_combinations"] else 0, rel=0.1
+        )
     page = html.unescape((run / "index.html").read_text())
     for row in ranges.dropna(subset="d_cv").to_dict("records"):
         assert interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]) in page  # rounded as the table is
@@ -164,6 +170,16 @@ def test_tables_of_the_papers_sampling_agree(run, place):
     bins = pd.read_csv(folder / "rough_and_flat.csv")
     drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
     assert drawn.to_list() == pytest.approx([10 * 20] * 2, abs=1e-3)  # ten means of six digits
+
+
+def test_the_dots_of_a_winner_are_those_of_its_first_draw(run, ready):
+    _, prepared = ready
+    ranges, winners = pd.read_csv(run / "ready/c1/ranges.csv"), np.load(run / "ready/c1/winners.npz")
+    for reading, rows in ranges.groupby("reading"):
+        for row, kept in zip(rows.to_dict("records"), winners[reading], strict=True):
+            if row["n_combinations"]:
+                sampled = prepared.pair([row[key] for key in ("alpha", "beta", "gamma", "delta")], 0)[0]
+                assert np.array_equal(np.flatnonzero(kept), sampled)
 
 
 @pytest.mark.parametrize("place", MOLECULES)
@@ -332,7 +348,8 @@ def test_the_scaled_link_takes_the_test_dots_and_draws_of_the_grid(run, ready, t
     params = {name: config[name] for name in ("patches", "sampling", "seed")} | {"ranges": 10}
     params["evaluation"] = config["evaluation"] | {"readings": ["kept", "full", "kept_scaled"]}
     inputs = {name: str(run / "ready/c1" / file) for name, file in names.items()}
-    outputs = {name: str(tmp_path / file) for name, file in (("ranges", "ranges.csv"), ("best", "best.json"))}
+    files = {"ranges": "ranges.csv", "best": "best.json", "winners": "winners.npz"}
+    outputs = {name: str(tmp_path / file) for name, file in files.items()}
     run_script("tabulate_best", tmp_path, inputs, outputs, params, protein="ready", conformation="c1")
     ranges = read_table(tmp_path / "ranges.csv")
     own = add_scaled_link(ranges, prepared, 20, 2)["d_kept_scaled"]
@@ -669,7 +686,6 @@ def test_the_first_page_leads_to_every_page_and_figure(run):
     )
     assert len(shown) == len(pictures) > 10
     found -= pictures
-    found = {path for path in found if not path.endswith("number_of_dots.png")}  # on the page on the paper
     assert found <= links and len(found) > 45
     assert not [path for path in links if not path.startswith("#") and not (run / path).exists()]
 

@@ -266,7 +266,7 @@ def test_what_does_not_need_what_failed_has_all_of_its_files(checkout, study):
     }
     still, of_small, good, both = names.values()
     of_grid = "best.json compare.csv distances.npz grid.csv ranges.csv rough_and_flat.csv"
-    of_grid += " pictures/minimal.png pictures/sampled.png"
+    of_grid += " pictures/minimal.png pictures/sampled.png winners.npz"
     assert good == both and still <= of_small
     assert {name for name in of_small - still if not name.startswith("figures/")} == {*of_grid.split()}
     assert {"figures/roughness.png", "figures/roughness.svg"} <= still
