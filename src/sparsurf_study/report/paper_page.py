@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,9 +32,12 @@ PAPER_TEMPLATE = "paper.html.j2"
 YES, NO = "yes", "no"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
-LIMIT_CASES = {  # of Eq. 2, by the parameters that are 0
-    "p does not depend on R: β = γ = 0": ("beta", "gamma"),
-    "p does not depend on the distance: γ = δ = 0": ("gamma", "delta"),
+LIMIT_CASES: dict[
+    str, dict[str, float]
+] = {  # of Eq. 2, by the values of the parameters that are set to 0 or 1
+    "A, p does not depend on R: β = γ = 0": {"beta": 0, "gamma": 0},
+    "B, p does not depend on the distance: γ = δ = 0": {"gamma": 0, "delta": 0},
+    "C, p is steepest in R: α = β = 1": {"alpha": 1, "beta": 1},
 }
 OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
 MAX_LINK_COLUMNS = 6
@@ -210,14 +213,14 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) 
         "is_ours": str(Combination.from_row(ours[KEPT_READING])) == name,
         "ours": ours,
         "run": run.to_dict(),
-        "limits": [{"name": name} | limit_case(grid, zero) for name, zero in LIMIT_CASES.items()],
+        "limits": [{"name": name} | limit_case(grid, fixed) for name, fixed in LIMIT_CASES.items()],
         "published": published.iloc[0] if len(published) else None,
     }
 
 
-def limit_case(grid: pd.DataFrame, zero: Sequence[str]) -> dict[str, Any]:
-    """Return by reading the combination with the highest d among those whose parameters `zero` are 0; None if there is none."""
-    rows = grid[(grid[[*zero]] == 0).all(axis=1)]
+def limit_case(grid: pd.DataFrame, fixed: Mapping[str, float]) -> dict[str, Any]:
+    """Return by reading the combination with the highest d among those with these values of parameters; None if there is none."""
+    rows = grid[np.isclose(grid[[*fixed]], [*fixed.values()]).all(axis=1)]
     return {
         reading: rows.iloc[int(rows[f"d_{reading}"].to_numpy().argmax())].to_dict() if len(rows) else None
         for reading in GRID_READINGS

@@ -427,16 +427,22 @@ def test_the_published_best_must_be_among_ours(page):
 
 
 def test_limit_cases_are_the_best_of_their_parameters(page):
-    """By hand: of four combinations two do not depend on R, two not on the distance, and one of each has the highest d."""
+    """By hand: of six combinations, two do not depend on R, two not on the distance and one is steepest."""
     grid = pd.DataFrame(
-        {"alpha": 1.0, "beta": [0.0, 0, 0.4, 0], "gamma": [0.0, 0, 0, 6], "delta": [0.0, 4, 0, 0]}
+        {
+            "alpha": [1.0, 1, 1, 1, 1, 0.4],
+            "beta": [0.0, 0, 0.4, 0, 1, 1],
+            "gamma": [0.0, 0, 0, 6, 2, 2],
+            "delta": [0.0, 4, 0, 0, 0, 0],
+        }
     )
-    for reading, d in (("kept", [0.1, 0.5, 0.3, 9]), ("full", [-0.1, -0.5, -0.3, 9])):
+    for reading, d in (("kept", [0.1, 0.5, 0.3, 9, -1, 9]), ("full", [-0.1, -0.5, -0.3, 9, -1, 9])):
         grid = grid.assign(**{f"d{end}_{reading}": d for end in ("", "_low", "_high")})
-    of_r, of_distance = (limit_case(grid, zero) for zero in LIMIT_CASES.values())
+    of_r, of_distance, steepest = (limit_case(grid, fixed) for fixed in LIMIT_CASES.values())
     assert (of_r["kept"]["delta"], of_r["full"]["delta"]) == (4, 0)
     assert (of_distance["kept"]["beta"], of_distance["full"]["beta"]) == (0.4, 0)
-    assert limit_case(grid[3:], ("gamma", "delta")) == {"kept": None, "full": None}
+    assert steepest["kept"]["d_kept"] == steepest["full"]["d_full"] == -1
+    assert limit_case(grid[3:4], {"gamma": 0, "delta": 0}) == {"kept": None, "full": None}
 
 
 def test_kept_dots_are_counted_from_rough_to_flat(page):
