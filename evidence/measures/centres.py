@@ -58,8 +58,8 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame: percent, sampler, n (proteins), n_S_percent, ratio with its 95 % interval over proteins, its lowest and highest,
-    more_than_uniform (ratio less that of the uniform subset) with its 95 % interval, n_below and n_above (proteins whose ratio
-    is below and above that of the uniform subset)
+    more_than_uniform (ratio less that of the random subset) with its 95 % interval, n_below and n_above (proteins whose ratio
+    is below and above that of the random subset)
     """
     keys, rows = ["protein", "percent"], []
     uniform = table[table["sampler"] == UNIFORM].set_index(keys)["ratio"]

@@ -44,7 +44,7 @@ def clumps_table(
     Returns
     -------
     DataFrame: row (of Table I, of the paper's sampling), n_S_percent, subset, reading, Z and Z_se, its standard error over
-    draws and test dots, and d (Z of the uniform subset less Z, paired by draw and test dot) with its 95 % interval
+    draws and test dots, and d (Z of the random subset less Z, paired by draw and test dot) with its 95 % interval
     """
     methods: dict[str, Callable[[int, np.random.Generator], np.ndarray]] = {
         FARTHEST: lambda n, rng: get_sampler(FARTHEST)(prepared, n, rng)

@@ -2,7 +2,7 @@
 
 The pool, many draws of the combinations that may be the best at many test dots, stands for the population: its means are
 the truth. A replicate draws test dots and draws from it, with replacement, and is analysed by the functions of the study. All
-combinations share them, as in a study: in a draw, they share their uniform subsets.
+combinations share them, as in a study: in a draw, they share their random subsets.
 """
 
 from collections.abc import Sequence

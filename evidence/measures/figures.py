@@ -17,6 +17,7 @@ from sparsurf.sampling.combination import (
     combination_labels,
     split_combinations,
 )
+from sparsurf_study.report.paper_page import LIMIT_CASES, limit_case
 
 WIDTH = 1400  # pixels of a figure in the book
 HALVES = {"rougher half": "rough_half", "flatter half": "flat_half"}
@@ -54,6 +55,9 @@ def numbers(
         add(3, f"largest d, {reading}", *(winner[f"d_cv{end}"] for end in ("", "_low", "_high")))
         add(3, f"combinations that may be the best, {reading}", winner["n_best_set"])
         add(3, f"share of combinations with d above 0, {reading}", (at_one[d[1]] > 0).mean())
+        for name, fixed in LIMIT_CASES.items():
+            highest = limit_case(grid, fixed)[reading]
+            add(3, f"highest d of limit case {name[0]}, {reading}", *(highest[key] for key in d))
     for _, row in bins[bins["bin"].isin(HALVES)].iterrows():
         for reading in GRID_READINGS:
             d = [row[f"{key}_{reading}"] for key in ("d", "d_low", "d_high")]

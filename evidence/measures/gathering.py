@@ -21,7 +21,7 @@ def draw_gathering(job: Job) -> None:
             Surface(prepared.points[kept], prepared.normals[kept]) for kept in prepared.pair(combination, 0)
         )
         cells.append((f"the paper's sampling, {name}", sampled, layout.SAMPLED))
-        cells.append(("uniform subset of the same size", uniform, layout.RANDOM))
+        cells.append(("random subset of the same size", uniform, layout.RANDOM))
     drawn = subsets.figure(Surface(prepared.points, prepared.normals), cells)
     drawn.savefig(path, dpi=200, metadata={"Software": None})
     reduce_figure(path, path, 256)

@@ -44,10 +44,12 @@ def differences(
     n_tests: int,
     draws: int,
     threads: int,
+    combinations: np.ndarray = PUBLISHED_ROWS,
+    in_place: Sequence[str] = tuple(IN_PLACE),
 ) -> pd.DataFrame:
-    """Measure d of the published combinations with R_i and with other values in its place.
+    """Measure d of combinations, those of Table I by default, with R_i and with other values in its place.
 
-    Test dots, the random numbers of all pairs (centre, dot) and the random orders of the uniform subsets are the same, so that
+    Test dots, the random numbers of all pairs (centre, dot) and the random orders of the random subsets are the same, so that
     the values differ by what stands in the place of R_i only.
 
     Returns
@@ -57,9 +59,10 @@ def differences(
     """
     first = PreparedSurface(surface, settings, None, streams, threads)
     rng, found = first.stream("values in the place of R"), {}
-    for name, values in IN_PLACE.items():
-        prepared = PreparedSurface(surface, settings, values(first.roughness, rng), streams, threads)
-        found[name] = evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws, tuple(readings))
+    for name in in_place:
+        values = IN_PLACE[name](first.roughness, rng)
+        prepared = PreparedSurface(surface, settings, values, streams, threads)
+        found[name] = evaluate_grid(prepared, combinations, n_tests, draws, tuple(readings))
     rows = []
     for r, reading in enumerate(readings):
         own = tables.d_values(found[OWN], r)
@@ -67,7 +70,7 @@ def differences(
             d = tables.d_values(result, r)
             change, mean = estimate(own - d), d.mean(axis=(1, 2))
             percent = 100 * result.n_s.mean(axis=1) / result.n_dots
-            for k in range(len(PUBLISHED_ROWS)):
+            for k in range(len(combinations)):
                 row = {
                     "reading": reading,
                     "row": k + 1,

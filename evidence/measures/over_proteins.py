@@ -18,7 +18,7 @@ from sparsurf_study.analysis.summary import SurfaceResult, evaluated_readings, s
 from sparsurf_study.analysis.tables import range_index, range_limits
 
 FRESH = "fresh dots"  # the floor of other dots of the same surface
-TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
+TARGETS = (10.0, 25.0, 40.0)  # % of random dots as they are; the other subsets must reach their Z
 SCALED = f"d_{SCALED_READING}"
 # Of `d_by_range`: columns of the summary
 COLUMNS = {"own": "d_cv", "from_all": "d_from_all", "lost": "lost", "near": "near", "scaled": SCALED}
@@ -39,7 +39,7 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; `scaled`, d of the protein's own best
     with a scaled link; with their intervals; n_below_scaled, proteins whose interval of that lies below 0;
     n_above and n_below, proteins whose own interval of cross-validated d lies above and below 0; n_worse, those on which both
-    the sampling and the uniform subset have a higher Z than the mean patch in place of every patch.
+    the sampling and the random subset have a higher Z than the mean patch in place of every patch.
     """
     rows = []
     sampled = summary[summary["n_combinations"] > 0].assign(
@@ -117,11 +117,11 @@ def median_interval(values: np.ndarray) -> tuple[float, float]:
 
 
 def needed(curves: pd.DataFrame) -> pd.DataFrame:
-    """Find how many dots each sampler needs on each protein, as they are and recovered, for the Z of uniform dots as they are.
+    """Find how many dots each sampler needs on each protein, as they are and recovered, for the Z of random dots as they are.
 
     Returns
     -------
-    DataFrame: protein, target (% of uniform dots), Z, sampler, reading, n_S_percent, factor (target over n_S_percent) and
+    DataFrame: protein, target (% of random dots), Z, sampler, reading, n_S_percent, factor (target over n_S_percent) and
     bound: whether n_S lies beyond those measured and counts as the nearest measured one
     """
     rows = []

@@ -90,6 +90,75 @@ rule tabulate_null_result:
         "../measure.py"
 
 
+rule measure_full_weight:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/why/{{protein}}/full_weight.csv",
+    log:
+        f"{RESULTS}/logs/why/{{protein}}/measure_full_weight.log",
+    threads: 2
+    params:
+        surface=lambda wildcards: config["fragments"]["surface"] if wildcards.protein == PAPERS else {},
+        hydrogens=lambda wildcards: "keep" if wildcards.protein == PAPERS else config["proteins"]["hydrogens"],
+        patches=config["fragments"]["patches"],
+        test_dots=config["why"]["null_result"]["test_dots"],
+        draws=config["why"]["null_result"]["draws"],
+        seed=config["seed"],
+    message:
+        "Roughness at full weight on {wildcards.protein}"
+    script:
+        "../measure.py"
+
+
+rule tabulate_full_weight:
+    input:
+        tables=expand(f"{RESULTS}/why/{{protein}}/full_weight.csv", protein=RECONSTRUCTED),
+    output:
+        table=f"{TABLES}/why_full_weight.csv",
+        means=f"{TABLES}/why_full_weight_means.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_full_weight.log",
+    localrule: True
+    message:
+        "What roughness contributes at full weight"
+    script:
+        "../measure.py"
+
+
+rule measure_denser:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/why/{{protein}}/denser.csv",
+    log:
+        f"{RESULTS}/logs/why/{{protein}}/measure_denser.log",
+    params:
+        hydrogens=config["proteins"]["hydrogens"],
+        powers=config["why"]["denser"]["powers"],
+        densities=config["why"]["denser"]["densities"],
+        seed=config["seed"],
+    message:
+        "Dots that are denser where {wildcards.protein} is rough"
+    script:
+        "../measure.py"
+
+
+rule tabulate_denser:
+    input:
+        tables=expand(f"{RESULTS}/why/{{protein}}/denser.csv", protein=MANY_PROTEINS),
+    output:
+        table=f"{TABLES}/why_denser.csv",
+        means=f"{TABLES}/why_denser_means.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_denser.log",
+    localrule: True
+    message:
+        "Errors of dots that are denser where the surface is rough"
+    script:
+        "../measure.py"
+
+
 LAW_CHAINS = names_in_set(STRUCTURES, "chains")[:: config["why"]["every"]]
 LAW_PARTS = {f"chains_{k}": LAW_CHAINS[k :: config["why"]["parts"]] for k in range(config["why"]["parts"])}
 LAW_PARTS |= {part: config["why"]["with_hydrogens"] for part in ("with_hydrogens", "hydrogens_removed")}
