@@ -245,14 +245,15 @@ def _smallest(
     if trials.sampler != COVER or trials.model == INTERPOLANT or trials.atoms is None:
         return trials, *smallest_subset_of_error(trials, error, hydrogens, error_99)
     bound = TAIL_PER_ERROR * error if error_99 is None else error_99
-    dots = smallest_cover(trials, error, bound)
-    if dots is not None:
-        dots_were_added = len(dots) > len(cover_dots(trials.prepared.surface, trials.atoms))
-        if dots_were_added or request.sampler != AUTO:
-            return trials, dots, None
+    touching = cover_dots(trials.prepared.surface, trials.atoms)
+    dots = smallest_cover(trials, touching, error, bound)
+    if dots is not None and (len(dots) > len(touching) or request.sampler != AUTO):
+        return trials, dots, None
     # dots that touch every atom are more than enough, or do not determine their spheres
     model = INTERPOLANT if dots is None and request.model == AUTO else AUTO
     spread = Trials(trials.prepared, FARTHEST, len(trials.tests), choices, model, trials.atoms)
+    if dots is not None and spread.error(len(dots)).over(error, bound) > 1:  # evenly spread, they are too few
+        return trials, dots, None
     few, interval = smallest_subset_of_error(spread, error, hydrogens, error_99 if dots is None else bound)
     if dots is not None and len(dots) <= len(few):
         return trials, dots, None

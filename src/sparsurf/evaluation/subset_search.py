@@ -15,7 +15,7 @@ from sparsurf.evaluation.trials import MIN_RECONSTRUCTED_DOTS, MeasuredError, Tr
 from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import ROUNDS, cover_dots, dots_to_add, rebuilt_from
+from sparsurf.sampling.cover import ROUNDS, dots_to_add, rebuilt_from
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
 
 log = logging.getLogger("sparsurf")
@@ -159,8 +159,8 @@ def smallest_subset_of_error(
     return subset, interval
 
 
-def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray | None:
-    """Find few dots that touch every exposed atom and reconstruct the surface with a mean and a 99 % error, Å.
+def smallest_cover(trials: Trials, touching: np.ndarray, error: float, error_99: float) -> np.ndarray | None:
+    """Find few dots, those `touching` every exposed atom first, that reconstruct the surface with a mean and a 99 % error, Å.
 
     The 99 % error bounds the distances of the true surface from the reconstructed one and those of the reconstructed surface from
     the true one, so that no part is missing and none is invented.
@@ -169,7 +169,7 @@ def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray 
     """
     surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
     assert atoms is not None
-    chosen, fewer = cover_dots(surface, atoms), 0
+    chosen, fewer = touching, 0
     for largest_error in (*ROUNDS, None):
         rebuilt = rebuilt_from(surface, atoms, chosen, threads)
         if rebuilt.share < MIN_SHARE:

@@ -36,6 +36,9 @@ KEPT_AROUND = 3  # nearest kept dots of a point, which all must lie on the rebui
 MAX_MOVE = 0.6  # Å, of a point of the interpolant onto the rebuilt surface
 FILL = 0.7  # Å around moved points in which dots of the rebuilt surface close holes
 SAME_SIDE = 0.3  # cosine of the normals of a point and of the rebuilt surface
+EITHER_SIDE = -2.0  # below every cosine
+# The nearest dot is first looked for within this share of the distance where it may lie: dense dots have one there
+NEARER = 0.3
 PUSHES = 3  # out of the probe balls of kept dots
 # Distance of a new dot from all others, in 1 / sqrt(density), which makes up to a third more dots than requested
 SEPARATION = 0.72
@@ -128,8 +131,6 @@ def _moved(
     threads: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points and normals of the guide, those between dots on the rebuilt surface moved onto it, and which these are."""
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
     points, normals = guide[0].copy(), guide[1].copy()
     if push:
         parallel_map(
@@ -138,9 +139,13 @@ def _moved(
             threads,
             POINTS_PER_TASK,
         )
-    around = min(KEPT_AROUND, n_kept)
-    near = np.asarray(cKDTree(kept).query(points, k=around, workers=threads)[1])
-    trusted = lies_on[near].reshape(len(points), -1).all(axis=1)
+    trusted = np.full(len(points), True)
+    if not lies_on.all():
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+        around = min(KEPT_AROUND, n_kept)
+        near = np.asarray(cKDTree(kept).query(points, k=around, workers=threads)[1])
+        trusted = np.all(lies_on[near].reshape(len(points), -1), axis=1)
     nearest = _nearest_facing(index, points, normals, MAX_MOVE, SAME_SIDE, threads)
     moves = trusted & (nearest >= 0)
     new = moves.copy()
@@ -175,13 +180,10 @@ def _filled(
     threads: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Add the dots of the rebuilt surface around moved points, which close holes, before the guide, and thin what overlaps."""
-    from scipy.spatial import cKDTree
-
-    distance, nearest = cKDTree(points[moved]).query(
-        surface.points, distance_upper_bound=FILL, workers=threads
-    )
-    near = np.flatnonzero(distance < FILL)
-    cosine = np.einsum("ij,ij->i", surface.normals[near], normals[moved][np.asarray(nearest)[near]])
+    index = build_grid(points[moved], normals[moved], side=FILL)
+    nearest = _nearest_facing(index, surface.points, surface.normals, FILL, EITHER_SIDE, threads)
+    near = np.flatnonzero(nearest >= 0)
+    cosine = np.einsum("ij,ij->i", surface.normals[near], index.normals[nearest[near]])
     fill = near[cosine > SAME_SIDE]
     points = np.concatenate([points[:n_kept], surface.points[fill], points[n_kept:]])
     normals = np.concatenate([normals[:n_kept], surface.normals[fill], normals[n_kept:]])
@@ -219,21 +221,31 @@ def _write_nearest_facing(
     for i in range(begin, end):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
-        best, found = radius * radius, -1
-        a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
-        b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
-        c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
-        for a in range(a0, a1 + 1):
-            for b in range(b0, b1 + 1):
-                if c1 < c0:
-                    continue
-                row = (a * index.shape[1] + b) * index.shape[2]
-                for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                    d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
-                    if d2 < best:
-                        along = u * index.normals[q, 0] + v * index.normals[q, 1] + w * index.normals[q, 2]
-                        if along > cosine:
-                            best, found = d2, q
+        found = -1
+        for within in (NEARER * radius, radius):
+            best = within * within
+            a0, a1 = cells_within(x, within, index.origin[0], index.side, index.shape[0])
+            b0, b1 = cells_within(y, within, index.origin[1], index.side, index.shape[1])
+            c0, c1 = cells_within(z, within, index.origin[2], index.side, index.shape[2])
+            for a in range(a0, a1 + 1):
+                for b in range(b0, b1 + 1):
+                    if c1 < c0:
+                        continue
+                    row = (a * index.shape[1] + b) * index.shape[2]
+                    for q in range(index.start[row + c0], index.start[row + c1 + 1]):
+                        d2 = (
+                            (index.xyz[q, 0] - x) ** 2
+                            + (index.xyz[q, 1] - y) ** 2
+                            + (index.xyz[q, 2] - z) ** 2
+                        )
+                        if d2 < best:
+                            along = (
+                                u * index.normals[q, 0] + v * index.normals[q, 1] + w * index.normals[q, 2]
+                            )
+                            if along > cosine:
+                                best, found = d2, q
+            if found >= 0:
+                break
         out[i] = found
 
 
