@@ -118,10 +118,11 @@ def run(args: argparse.Namespace) -> None:
 def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
-    how = "from the atoms that they determine" if result.subset.model == SPHERES else "by interpolation"
+    is_rebuilt = result.subset.model == SPHERES
+    surface = "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
-        f"The surface reconstructed from these dots {how} deviates by {errors['mean']:.3f} Å on average (99 %: "
+        f"The surface {surface} deviates by {errors['mean']:.3f} Å on average (99 %: "
         f"{errors['high_99']:.3f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}).\n"
         f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
