@@ -8,7 +8,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a random subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
-    few = sparsurf.minimal(dots)                   # the fewest dots for a mean error of 0.02 Å
+    few = sparsurf.minimal(dots)                   # few dots for a mean error of 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
@@ -28,7 +28,7 @@ cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
 random subset  dots drawn at random, each with the same chance
-minimal subset  the fewest dots from which the surface is reconstructed with a mean error of 0.02 Å, or a requested number
+minimal subset  few dots from which the surface is reconstructed with a mean error of 0.02 Å, or a requested number
 combination    one choice of (alpha, beta, gamma, delta)
 draw           one random realisation of a combination, or of a random subset
 test dot       dot at which the descriptors of two surfaces are compared

@@ -265,7 +265,7 @@ class Minimal(Section):
         "spheres with the sampler cover, else the interpolant.",
     )
     error: Distance = optional(
-        "Mean error in Å of the surface reconstructed from the subset; the fewest dots that reach it are kept. "
+        "Mean error in Å of the surface reconstructed from the subset, which keeps no more dots than its sampler needs for it. "
         f"{DEFAULT_ERROR:g} if no other of these keys is given; in batches, percent: 10 instead."
     )
     error_99: Distance = optional(
@@ -276,7 +276,8 @@ class Minimal(Section):
     percent: Percent = optional("Share of the dots to keep, %.")
     n_dots: Positive = optional("Number of dots to keep.")
     max_z: Number = optional(
-        "Largest acceptable Z under the reading `full`; the fewest dots that reach it are kept.", ge=0
+        "Largest acceptable Z under the reading `full`; no more dots are kept than the sampler needs for it.",
+        ge=0,
     )
     combination: CombinationSetting = optional(
         "alpha, beta, gamma and delta of the paper's sampling, which is drawn once; the sampler is paper, unless "

@@ -72,7 +72,7 @@ def minimal(
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
 ) -> Subset:
-    """Choose a few dots that represent a surface, by default the fewest with a mean error of 0.02 Å.
+    """Choose few dots that represent a surface, by default with a mean error of 0.02 Å.
 
     Where an error is requested of dots that were placed on atoms, the kept dots touch every exposed atom (sampler 'cover'), and
     `recover` infers the atoms from them. Such dots serve this reconstruction alone: with the interpolant they err by 20 to 40 %

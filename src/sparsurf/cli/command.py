@@ -32,7 +32,7 @@ COMMANDS = {
     "residues": "area, roughness and fields of every residue",
     "frames": "area, roughness and fields of every residue in every frame of a trajectory",
     "points": "a few points with normals of a structure, or of every structure of a folder",
-    "minimal": "keep the fewest dots that represent a surface",
+    "minimal": "keep few dots that represent a surface",
     "recover": "reconstruct a dense surface from a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
 }

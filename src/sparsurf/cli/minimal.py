@@ -18,7 +18,7 @@ FORMATS = (*writing.DOTS_ALONE, *writing.PAGE_FORMATS)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
-By default, the command keeps the smallest subset from which the surface is reconstructed with a mean error of 0.02 Å and a 99 %
+By default, the command keeps few dots from which the surface is reconstructed with a mean error of 0.02 Å and a 99 %
 error of 0.1 Å (see --error and --error-99). The error is the distance of independent dots of the whole surface from the surface
 that `sparsurf recover` reconstructs from the kept ones. For a file of dots, whose atoms are not known, it is the distance of the
 dots that are not kept.
@@ -52,8 +52,8 @@ HELP = {
     "percent": "share of all dots to keep, %%",
     "n_dots": f"number of dots to keep (approximate for {' and '.join(kinds.samplers_of_combinations())})",
     "density": "number of dots to keep per Å^2",
-    "error": "keep the fewest dots from which the surface is reconstructed with this mean error, Å (default 0.02)",
-    "max_z": "keep the fewest dots whose Z, without reconstruction, is at most this value",
+    "error": "keep as many dots as the sampler needs for this mean error of the reconstructed surface, Å (default 0.02)",
+    "max_z": "keep as many dots as the sampler needs for this Z, without reconstruction",
 }
 
 
@@ -119,7 +119,9 @@ def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
     is_rebuilt = result.subset.model == SPHERES
-    surface = "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
+    surface = (
+        "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
+    )
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
         f"The surface {surface} deviates by {errors['mean']:.3f} Å on average (99 %: "
