@@ -26,6 +26,7 @@ PUBLISHED_LINK = 0.5  # Å
 FIRST_ROWS = 8  # rows 9 and 10 of Table I have no gain at any link
 HALF = 100 * FRAGMENTED_BELOW  # % of the kept dots of a patch
 WHOLE = 90.0  # % from which a patch counts as nearly whole
+ZERO = "link / spacing where d falls below 0"
 BEND = 1.5  # link / spacing up to which the curve bends, also of rows with few dots
 SHARES = np.linspace(0, 100, 11)  # %, limits of the groups of shares
 SHOWN = 2.6  # link / spacing up to which curves are drawn: beyond, they are flat
@@ -76,6 +77,16 @@ def residual(x: np.ndarray, y: np.ndarray, n_groups: int) -> float:
     return float(np.sqrt((rest**2).sum() / (len(y) - len(np.unique(group)))))
 
 
+def residual_in_rows(table: pd.DataFrame) -> float:
+    """Return the standard deviation of d about a curve for each row of Table I, in groups of as many points as surfaces."""
+    squares, freedom = 0.0, 0
+    for _, part in table.groupby("row"):
+        n_groups = len(part) // part["surface"].nunique()
+        of_row = residual(part["ratio"].to_numpy(), part["d"].to_numpy(), n_groups)
+        squares, freedom = squares + of_row**2 * (len(part) - n_groups), freedom + len(part) - n_groups
+    return float(np.sqrt(squares / freedom))
+
+
 def numbers(table: pd.DataFrame) -> pd.DataFrame:
     """Return what the curve shows: DataFrame of quantity, rows (of Table I), n, value, sd, lowest and highest.
 
@@ -92,6 +103,7 @@ def numbers(table: pd.DataFrame) -> pd.DataFrame:
             "d, residual over link / spacing": residual(
                 part["ratio"].to_numpy(), part["d"].to_numpy(), n_links
             ),
+            "d, residual over link / spacing in each row": residual_in_rows(part),
         }
         rows += [
             {"quantity": key, "rows": of, "n": len(part), "value": value} for key, value in values.items()
@@ -102,7 +114,7 @@ def numbers(table: pd.DataFrame) -> pd.DataFrame:
         return [crossing(c["ratio"].to_numpy(), c[column].to_numpy(), level) for c in curves]
 
     found = {
-        "link / spacing where d falls below 0": crossings("d", 0.0),
+        ZERO: crossings("d", 0.0),
         "link / spacing where an island holds half of a random patch": crossings("share_tR_percent", HALF),
         "link / spacing where an island holds half of a sampled patch": crossings("share_tS_percent", HALF),
         "largest d of a curve": [c["d"].max() for c in curves],
@@ -114,6 +126,15 @@ def numbers(table: pd.DataFrame) -> pd.DataFrame:
         known = pd.Series(values_of_curves, dtype=float).dropna()
         row = {"quantity": key, "rows": "1 to 8", "n": len(known), "value": known.mean(), "sd": known.std()}
         rows.append(row | {"lowest": known.min(), "highest": known.max()})
+    of_row = pd.Series([curve["row"].iloc[0] for curve in curves])
+    at_zero = pd.Series(found[ZERO]).groupby(of_row)
+    for row, zeros in at_zero:
+        known = {"quantity": ZERO, "rows": str(row), "n": int(zeros.count()), "value": zeros.mean()}
+        rows.append(known | {"sd": zeros.std(), "lowest": zeros.min(), "highest": zeros.max()})
+    of_rows = {f"{ZERO}, mean of a row": at_zero.mean(), f"{ZERO}, sd in a row": at_zero.std()}
+    for key, values_of_rows in of_rows.items():
+        row = {"quantity": key, "rows": "1 to 8", "n": len(values_of_rows), "value": values_of_rows.mean()}
+        rows.append(row | {"lowest": values_of_rows.min(), "highest": values_of_rows.max()})
     return pd.DataFrame(rows)
 
 

@@ -55,9 +55,18 @@ def numbers(
         add(3, f"largest d, {reading}", *(winner[f"d_cv{end}"] for end in ("", "_low", "_high")))
         add(3, f"combinations that may be the best, {reading}", winner["n_best_set"])
         add(3, f"share of combinations with d above 0, {reading}", (at_one[d[1]] > 0).mean())
+        add(3, f"largest d of all, {reading}", *grid.loc[grid[d[0]].idxmax(), d])
+        for beta, of_beta in at_one.groupby("beta"):
+            add(
+                3,
+                f"highest d at alpha 1 and beta {beta:g}, {reading}",
+                *of_beta.loc[of_beta[d[0]].idxmax(), d],
+            )
+        most = grid.loc[grid["n_S_percent"].idxmax()]
+        add(3, f"d of {Combination.from_row(most)}, which keeps the most dots, {reading}", *most[d])
         for name, fixed in LIMIT_CASES.items():
-            highest = limit_case(grid, fixed)[reading]
-            add(3, f"highest d of limit case {name[0]}, {reading}", *(highest[key] for key in d))
+            if highest := limit_case(grid, fixed)[reading]:  # a small grid may lack a case
+                add(3, f"highest d of limit case {name[0]}, {reading}", *(highest[key] for key in d))
     for _, row in bins[bins["bin"].isin(HALVES)].iterrows():
         for reading in GRID_READINGS:
             d = [row[f"{key}_{reading}"] for key in ("d", "d_low", "d_high")]

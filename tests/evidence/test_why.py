@@ -7,12 +7,12 @@ import pandas as pd
 import pytest
 
 import naive
-from measures import centres, clumps, curve, holes, law, null_result
+from measures import centres, clumps, curve, denser, full_weight, holes, law, null_result
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling.combination import PUBLISHED_ROWS
-from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.sampling.farthest_point import farthest_after, farthest_point_sampling
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -76,6 +76,10 @@ def test_the_residual_is_the_scatter_that_a_variable_does_not_explain():
     y = 3 * x + rng.normal(0, 0.2, 4000)
     assert curve.residual(x, y, 40) == pytest.approx(np.hypot(0.2, 3 / 40 / np.sqrt(12)), rel=0.05)
     assert curve.residual(rng.permutation(x), y, 40) == pytest.approx(y.std(), rel=0.05)
+    table = pd.DataFrame({"row": np.arange(4000) % 2, "surface": np.arange(4000) // 2 % 4, "ratio": x})
+    table["d"] = y + 5 * table["row"]  # two curves, which are one apart from the other
+    assert curve.residual_in_rows(table) == pytest.approx(0.2, rel=0.05)
+    assert curve.residual(x, table["d"].to_numpy(), 40) == pytest.approx(2.5, rel=0.05)
     few = np.repeat([1.0, 2.0], 50)  # equal x form one group, whatever their number
     values = few + np.tile([-1, 1], 50)
     assert curve.residual(few, values, 2) == pytest.approx(np.sqrt(100 / 98))
@@ -123,6 +127,56 @@ def test_changes_are_averaged_over_proteins_and_the_paper_stands_apart():
         [0.1, 2.7]
     )
     assert found.loc[("proteins", "1"), "n_S_change"] == pytest.approx(1)
+
+
+def test_a_weight_of_roughness_of_0_leaves_farthest_points_and_others_keep_the_heaviest_gap(
+    surface, prepared
+):
+    points, first = surface.points, 17
+    even = denser.farthest_by_weight(points, np.ones(len(points)), first, 60)
+    assert np.array_equal(even, farthest_after(prepared.index, np.array([first]), 60))
+    weights = np.random.default_rng(2).uniform(0.2, 1, len(points))
+    kept = denser.farthest_by_weight(points, weights, first, 40)
+    for k in range(1, 40):
+        gaps = np.linalg.norm(points[:, None] - points[kept[:k]], axis=2).min(axis=1)
+        assert kept[k] == np.argmax(gaps * weights)
+
+
+def test_changes_by_roughness_are_those_against_even_dots_of_the_same_protein_and_density():
+    table = pd.DataFrame(
+        [
+            {"protein": name, "power": power, "requested": 0.6} | dict.fromkeys(denser.ERRORS, error * factor)
+            for name, error in (("a", 0.01), ("b", 0.03), ("c", 0.05))
+            for power, factor in ((0.0, 1.0), (1.0, {"a": 1.2, "b": 0.9, "c": 1.3}[name]))
+        ]
+    )
+    even, rough = denser.means(table).to_dict("records")
+    assert even["mean"] == pytest.approx(0.03) and even["change_mean"] == 0
+    assert rough["change_mean"] == pytest.approx(100 * (0.2 - 0.1 + 0.3) / 3)
+    assert (rough["n_above_mean"], rough["n_below_mean"]) == (2, 1)
+    assert rough["change_largest_low"] < rough["change_largest"] < rough["change_largest_high"]
+
+
+def test_shares_at_full_weight_are_those_of_the_mean_over_proteins():
+    assert (full_weight.with_full_weight()[:, 1] == 1).all() and PUBLISHED_ROWS[4, 1] == 0
+    assert np.array_equal(np.delete(full_weight.with_full_weight(), 1, 1), np.delete(PUBLISHED_ROWS, 1, 1))
+    rows = [
+        {"protein": protein, "reading": "full", "row": row, "values": values, "n_S_percent": 10.0 * row, "d": d * row,
+         "change": change * (values != "R"), "change_se": 0.1}
+        for protein, d, change in (("a", -1.0, -0.3), ("b", -2.0, -0.1), ("c", -3.0, 0.4))
+        for row in (1, 2)
+        for values in ("R", "mean of R")
+    ]  # fmt: skip
+    found = full_weight.means(pd.DataFrame(rows)).set_index("rows")
+    assert found.loc["1", ["n", "d", "change", "share_percent"]].tolist() == pytest.approx(
+        [3, -2, 0, 0], abs=1e-9
+    )
+    assert found.loc["all", ["n_cases", "n_lower", "n_higher"]].tolist() == [
+        6,
+        2,
+        2,
+    ]  # b lies within its error
+    assert found.loc["all", "d"] == pytest.approx(-3)
 
 
 def test_the_law_is_found_on_one_half_and_predicts_the_other():

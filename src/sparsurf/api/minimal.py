@@ -105,7 +105,7 @@ def minimal(
     error_99 : float, optional
         Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' 99 % of the
         reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; with others
-        only the mean is bounded, and 99 % is then about 5.5 times the mean.
+        only the mean is bounded, and 99 % is then about 5 to 7 times the mean.
     d_link : float
         Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int

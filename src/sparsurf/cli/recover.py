@@ -28,8 +28,9 @@ FILE contains a few dots with normals, such as minimal.csv, or the dots of any p
 then the new dots between them. Other columns of FILE, such as a potential, are interpolated.
 Every dot of a molecular surface lies on a sphere of known radius, and the atoms follow from few dots with their normals. Where
 dots agree with the inferred atoms, the surface is that of the atoms, and elsewhere it is interpolated; --model interpolant never
-infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, and 99 % of the surface deviates by less
-than 0.11 Å. FILE may name the probe radius, the atomic radii and the model; otherwise the dots tell them.
+infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, 99 % of the surface deviates by less
+than 0.11 Å, and the largest deviation is about 0.5 Å. FILE may name the probe radius, the atomic radii and the model; otherwise
+the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
 --mesh writes a closed surface of triangles, with --density vertices per Å^2 or the fineness of a --step. It closes holes between
