@@ -20,7 +20,7 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis.relation import with_interval
 
-EVEN = 0.0  # power of 1 - R with which the dots are spread evenly
+EVEN = 0.0  # power of 1 - R of a density that is even
 
 
 def farthest_by_weight(points: np.ndarray, weights: np.ndarray, first: int, n: int) -> np.ndarray:
@@ -40,18 +40,19 @@ def farthest_by_weight(points: np.ndarray, weights: np.ndarray, first: int, n: i
 def errors_by_power(
     surface: Surface, powers: Sequence[float], densities: Sequence[float], streams: Streams
 ) -> Iterator[dict]:
-    """Measure the errors of the interpolant from dots chosen by distance times (1 - R)^power.
+    """Measure the errors of the interpolant from dots whose number per Å^2 follows (1 - R)^power.
 
     Yields rows with power, requested and density (kept dots per Å^2) and `ERRORS`, distances (Å) of independent dots of the whole
-    surface to the reconstructed one, and back. Before each dot, the one is chosen whose distance to the nearest kept dot, times
-    (1 - R)^power of its patch, is largest; the first dot is the same for all powers.
+    surface to the reconstructed one, and back. Each next dot is the one whose distance to the nearest kept dot, times
+    (1 - R)^(power / 2) of its patch, is largest, so that the square of the spacing follows 1 / (1 - R)^power. The first dot is
+    the same for all powers.
     """
     prepared = PreparedSurface(surface, Settings(), None, streams)
     assert surface.origin is not None
     test = independent_dots(surface.origin)
     first = int(prepared.stream("denser").integers(len(prepared)))
     for power in powers:
-        weights = (1.0 - prepared.roughness) ** power
+        weights = (1.0 - prepared.roughness) ** (power / 2)
         order = farthest_by_weight(prepared.points, weights, first, round(max(densities) * prepared.area))
         for density in densities:
             kept = order[: round(density * prepared.area)]
