@@ -41,6 +41,7 @@ COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
 ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+\.\d+")
 ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
 LINE_OF_NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
+INTEGERS_OF_OLD_PRMTOP = re.compile(r"(?:[ \d]{5}\d){12} *")
 ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*\r?$", re.MULTILINE)
 
 
@@ -146,7 +147,11 @@ def _recognise_text(text: str) -> str:
         return "mmcif"
     if text.startswith("PSF"):
         return "psf"
-    if first.startswith(("%VERSION", "%FLAG")):
+    # before AMBER 7, the counts stood on three lines behind the title
+    counts = lines[1:3]
+    if first.startswith(("%VERSION", "%FLAG")) or (
+        len(counts) == 2 and all(map(INTEGERS_OF_OLD_PRMTOP.fullmatch, counts))
+    ):
         return "parm7"
     if first.startswith("ITEM:"):
         return "lammps dump"
