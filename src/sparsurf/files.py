@@ -13,7 +13,7 @@ import re
 import stat
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -28,6 +28,7 @@ StrPath: TypeAlias = str | os.PathLike[str]
 MAX_UNPACKED_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
 GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
+N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row is complete
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
 
@@ -168,6 +169,25 @@ def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
 def read_text(path: str | os.PathLike[str]) -> str:
     """Return the text of a file, see `read_bytes` and `decode_text`."""
     return decode_text(read_bytes(path), path)
+
+
+def ends_within_a_row(text: str, split: Callable[[str], Sequence[str]] = str.split) -> bool:
+    """Return whether the end of a text cuts the last row of its table, as where a copy was interrupted.
+
+    The row has no line feed and, unlike those before, which agree, fewer words, an empty last word, or fewer decimals in it.
+    """
+    text = text.rstrip(" \t")
+    rows = [split(line) for line in text.rsplit("\n", N_ROWS_TO_COMPARE)[1:]]
+    if text.endswith("\n") or len(rows) < N_ROWS_TO_COMPARE or not all(rows):
+        return False
+    *before, last = rows
+    lengths, ends = {len(row) for row in before}, [row[-1] for row in before]
+    decimals = {len(end.partition(".")[2]) for end in ends}
+    return (
+        (len(lengths) == 1 and len(last) < lengths.pop())
+        or (all(ends) and not last[-1])
+        or (len(decimals) == 1 and len(last[-1].partition(".")[2]) < decimals.pop())
+    )
 
 
 def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> dict[str, np.ndarray]:

@@ -68,7 +68,11 @@ def read_parm7(source: Source) -> AtomFile:
 def _fields(source: Source) -> dict[str, list[str]]:
     """Return the words of every flag, in columns of the width that its format says."""
     lines = source.text().split("\n")
-    if not any(line.startswith("%") for line in lines[:2]):
+    if not source.recognised:
+        raise InputError(
+            f"{source} is not an AMBER topology by its content: check its name, or copy it again."
+        )
+    if not any(line.startswith("%") for line in lines):
         return _fields_without_flags(lines, source)
     fields: dict[str, list[str]] = {}
     values, width = list[str](), 4
@@ -101,8 +105,8 @@ def _fields_without_flags(lines: list[str], source: Source) -> dict[str, list[st
         nonlocal begin
         per_line, width = layout
         end = begin + max(1, -(-size // per_line))
-        words = [word for line in lines[begin:end] for word in _words(line, width)]
-        fields[flag], begin = words[:size], end
+        values = [word for line in lines[begin:end] for word in _words(line, width)]
+        fields[flag], begin = values[:size], end
         _of_size(fields, flag, size, source)
 
     take("POINTERS", N_OLD_POINTERS, OLD_INTEGERS)

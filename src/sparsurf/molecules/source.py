@@ -42,7 +42,7 @@ ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+
 ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
 LINE_OF_NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
 INTEGERS_OF_OLD_PRMTOP = re.compile(r"(?:[ \d]{5}\d){12} *")
-ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*\r?$", re.MULTILINE)
+ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*$", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +69,8 @@ class Source(os.PathLike[str]):
         """Open the file to read its lines one after another, each ending in a line feed."""
         with open(self.name, "rb") as stored:
             unpacked: Any = gzip.GzipFile(fileobj=stored) if self.compressed else stored
+            if unpacked.peek(len(codecs.BOM_UTF8)).startswith(codecs.BOM_UTF8):
+                unpacked.read(len(codecs.BOM_UTF8))
             # a title may be in any encoding, and numbers are the same in all
             with io.TextIOWrapper(unpacked, encoding="latin-1", newline=None) as lines:
                 yield lines
@@ -132,12 +134,15 @@ def _recognise(head: bytes) -> str:
         return "tpr"
     if head.startswith((b"DESM", b"DESK")) or b"s_m_m2io_version" in head[:200]:
         return "desmond"
-    return "" if b"\0" in head else _recognise_text(head.decode("latin-1").removeprefix("ï»¿"))
+    if b"\0" in head:
+        return ""
+    text = head.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    return _recognise_text(text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
 def _recognise_text(text: str) -> str:
     """Return the name of the format that a text begins as; empty for any other."""
-    lines = text.splitlines()
+    lines = text.split("\n")  # not `splitlines`, for which the second byte of Å in UTF-8 ends a line
     first = ""
     for line in lines:  # the first one that is neither empty nor a comment of mmCIF
         first = line.lstrip()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 import numpy as np
 
 from sparsurf import kinds
 from sparsurf.errors import InputError
-from sparsurf.files import read_bytes
+from sparsurf.files import decode_text, read_bytes
 from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.surface import Surface, SurfaceFormat
 
@@ -61,6 +62,8 @@ def _recognised(path: Path | str) -> tuple[bytes, SurfaceFormat]:
         surface_format = _format_of(name)
         if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        decode_text(content, path)  # which refuses it
     raise InputError(
         f"{path} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY, a .vert of MSMS or an npz. The command "
         "`sparsurf surface` places dots on a structure."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import read_text, shorten
+from sparsurf.files import ends_within_a_row, read_text, shorten
 from sparsurf.molecules.formats import suffix
 from sparsurf.surfaces.radii import RADII, RADIUS_OF_OTHER_ELEMENTS
 
@@ -19,6 +20,8 @@ log = logging.getLogger("sparsurf")
 
 N_SPHERE_COLUMNS = 4
 N_PQR_COLUMNS = 5  # x, y, z, charge and radius at the end of a line
+N_PQR_WORDS = 10  # of a line without a chain
+ATOM_OF_SDF = re.compile(r"(?: *-?\d+\.\d{4}){3} +[A-Za-z]")
 MIN_ATOMS_OF_DRAWING = 5  # four atoms in a plane may be a molecule
 
 
@@ -45,7 +48,8 @@ def read_spheres(path: Path | str) -> Spheres:
     """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi."""
     read = SPHERE_READERS.get(suffix(path), _xyzr)
     rows, names = [], []
-    for number, (coordinates, radius, name) in read(read_text(path).splitlines(), path):
+    text = read_text(path)
+    for number, (coordinates, radius, name) in read(text.removesuffix("\n").split("\n"), path):
         row = [*map(_number, coordinates), radius]
         numbers = [value for value in row if value is not None]
         if len(numbers) < N_SPHERE_COLUMNS:
@@ -61,6 +65,12 @@ def read_spheres(path: Path | str) -> Spheres:
         names.append(name)
     if not rows:
         raise InputError(f"{path} holds no atoms; give a file of atoms with radii or elements.")
+    last = text[text.rfind("\n") + 1 :]
+    is_row = read is _xyzr or (read is _pqr and last.startswith(("A", "H")))  # and not END
+    if is_row and ends_within_a_row(text):
+        raise InputError(
+            f"{path} is cut short: line {text.count(chr(10)) + 1} is not complete; copy it again."
+        )
     table = np.array(rows)
     return Spheres(table[:, :3], table[:, 3], names)
 
@@ -92,7 +102,10 @@ def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
             if radius == 0:
                 without += 1
                 continue
-            is_complete = len(columns) > N_PQR_COLUMNS + 2
+            # Where columns touch, words are fewer; if one is missing, the number of the residue stands in the place of x.
+            is_complete = len(columns) > N_PQR_COLUMNS + 2 and (
+                len(columns) >= N_PQR_WORDS or all("." in word for word in columns[-N_PQR_COLUMNS:])
+            )
             yield (
                 number,
                 (
@@ -127,6 +140,11 @@ def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
         n = int(lines[3][:3]) if lines[3][:3].strip().isdigit() else -1
         if not 0 <= n <= len(lines) - 4:
             raise InputError(f"{path}: line 4 does not hold the number of atoms of the molecule; repair it.")
+        beyond = next((k for k, line in enumerate(lines[4 + n :], 4 + n) if ATOM_OF_SDF.match(line)), None)
+        if beyond is not None:
+            raise InputError(
+                f"{path}: line {beyond + 1} is an atom beyond the {n} that line 4 announces; correct their number."
+            )
         atoms = [
             (k + 1, [line[:10], line[10:20], line[20:30]], line[31:34].strip())
             for k, line in enumerate(lines[4 : 4 + n], 4)
@@ -141,17 +159,24 @@ def _mol2(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
     """Yield the atoms of the only molecule of a MOL2 file."""
     if sum(line.startswith("@<TRIPOS>MOLECULE") for line in lines) > 1:
         raise InputError(f"{path} holds several molecules; give a file of one.")
-    section = ""
+    section, begin, n_atoms, n_announced = "", 0, 0, None
     for number, line in enumerate(lines, 1):
         columns = line.split()
         if line.startswith("@<TRIPOS>"):
-            section = line.strip()
+            section, begin = line.strip(), number
+        elif section == "@<TRIPOS>MOLECULE" and number == begin + 2:
+            n_announced = _number(columns[0]) if columns else None
         elif section == "@<TRIPOS>ATOM" and columns:
             if len(columns) < 6:
                 raise InputError(
                     f"{path}: line {number} is not an atom with position and type: {shorten(repr(line))}."
                 )
+            n_atoms += 1
             yield number, (columns[2:5], _radius(columns[5].split(".")[0], path, number), columns[1])
+    if n_announced is not None and n_atoms != n_announced:
+        raise InputError(
+            f"{path} has {n_atoms} atoms and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
+        )
 
 
 def _radius(symbol: str, path: Path | str, number: int) -> float:

@@ -170,6 +170,37 @@ def test_a_topology_from_before_amber_7_has_the_bonds_that_it_lists(example, tmp
             MOLECULE_READERS["parm7"](open_source(tmp_path / "cut.prmtop"))
 
 
+@pytest.mark.parametrize("title", ["Ångström".encode(), "Å".encode("latin-1"), b"\x85 \x0c"])
+@pytest.mark.filterwarnings("ignore")
+def test_content_is_recognised_behind_a_title_and_a_mark_of_any_encoding(example, tmp_path, title):
+    write_all(tmp_path, example)
+    path = tmp_path / "unnamed"
+    for name in (
+        "a.gro",
+        "a.crd",
+        "extended.crd",
+        "a.psf",
+        "a.xyz",
+        "a.mdcrd",
+        "a.rst7",
+        "old.prmtop",
+        "a.lammpstrj",
+        "a.data",
+    ):
+        content = (tmp_path / name).read_bytes()
+        for word in (b"title", b"comment"):
+            content = content.replace(word, word + b" " + title, 1)
+        for changed in (content, b"\xef\xbb\xbf" + content, content.replace(b"\n", b"\r")):
+            path.write_bytes(changed)
+            source = open_source(path)
+            assert source.recognised and source.format == open_source(tmp_path / name).format, name
+            if source.format.places:
+                pair = [path] if source.format.atoms else [tmp_path / "plain.pdb", path]
+                np.testing.assert_allclose(
+                    read_molecule(*pair).xyz[0], example.xyz[0], atol=2e-5, err_msg=name
+                )
+
+
 def test_fields_do_not_depend_on_how_a_program_spells_names(example):
     usual = replace(example, name=usual_names(example.residue_name, example.name))
     assert {"HN", "CD"} <= {*example.name} and {"H", "CD1", "HB3"} <= {*usual.name} and "HN" not in usual.name

@@ -75,6 +75,17 @@ def test_a_file_with_radii_or_elements_is_a_molecule(tmp_path, name, text):
         ("a.xyzr", "0 0 0 -1\n", "radii above 0"),
         ("a.xyzr", "0 0 inf 1\n", "coordinates must be finite"),
         ("a.xyzr", "0 0 0\n", "line 1 does not hold"),
+        # cut by the end of the file, or with a wrong count
+        ("a.xyzr", 10 * "0.10 0.20 0.30 1.50\n" + "0.40 0.50 0.60 1", "line 11 is not complete"),
+        ("a.xyzrn", 10 * "0.1 0.2 0.3 1.5 1 C\n" + "0.4 0.5 0.6 1.7", "line 11 is not complete"),
+        (
+            "a.pqr",
+            10 * "ATOM 1 HG12VAL 7 0.1 0.2 0.3 -0.30 1.50\n" + "ATOM 1 HG12VAL 7 0.1 0.2 0.3 -0.30 1.",
+            "line 11 is not",
+        ),
+        ("a.pqr", "ATOM 1 HG12 VAL 7 10.1 0.2 0.3 -0.30\n", "line 1 does not hold"),
+        ("a.sdf", V2000.replace("  3  2", "  2  2"), "line 7 is an atom beyond the 2 that line 4 announces"),
+        ("a.mol2", MOL2.replace("x\n", "x\n4 2 1\n"), "has 3 atoms and announces 4"),
     ],
 )
 def test_a_file_that_holds_no_such_spheres_is_refused(tmp_path, name, text, words):

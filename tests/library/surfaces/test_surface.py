@@ -307,8 +307,46 @@ def test_a_last_number_of_fewer_decimals_than_all_others_is_cut_short(tmp_path, 
     if last != ["0.1234", "0.12"]:  # nine numbers do not tell, nor does a longer one
         assert len(read_surface(written(tmp_path, text, "a.csv"))) == 8 + len(last)
         return
-    with pytest.raises(InputError, match="is cut short: line 11 ends within a number"):
+    with pytest.raises(InputError, match="is cut short: line 11 is not complete"):
         read_surface(written(tmp_path, text, "a.csv"))
+
+
+@pytest.mark.parametrize(
+    ("end", "is_cut"),
+    [("", False), ("3.5,2,3,0,0,1,", True), ("3.5,2,3,0,0", True), ("3.5,2,3,0,0,1,AL", False)],
+)
+def test_a_last_row_of_fewer_cells_than_all_others_is_cut_short(tmp_path, end, is_cut):
+    text = "x,y,z,nx,ny,nz,residue_name\n" + "".join(f"{k},2,3,0,0,1,ALA\n" for k in range(9)) + end
+    path = written(tmp_path, text, "a.csv")
+    if is_cut:
+        with pytest.raises(InputError, match="is cut short: line 11 is not complete"):
+            read_surface(path)
+    else:
+        assert len(read_surface(path)) == 9 + bool(end)
+
+
+def test_a_line_of_a_dms_file_that_is_no_dot_is_refused_where_it_stands(tmp_path):
+    lines = DMS["no chain"].splitlines(keepends=True)
+    with pytest.raises(InputError, match="line 3 is neither an atom nor a dot: 'SS0 by hand'; repair it"):
+        read_surface(written(tmp_path, "".join([*lines[:2], "SS0 by hand\n", *lines[2:]])))
+
+
+def test_a_vert_file_has_as_many_vertices_as_it_announces(tmp_path):
+    vertex = "    {}.000     0.000     0.000     1.000     0.000     0.000       1       1  1 C\n"
+    head = "# MSMS solvent excluded surface vertices for x\n#vertex #sphere density probe_r\n   {}   1  1.00  1.50\n"
+    vertices = "".join(vertex.format(k) for k in range(1, 5))
+    assert len(read_surface(written(tmp_path, head.format(4) + vertices, "a.vert"))) == 4
+    assert len(read_surface(written(tmp_path, vertices, "a.vert"))) == 4  # of -no_header
+    with pytest.raises(InputError, match="has 4 vertices and announces 5"):
+        read_surface(written(tmp_path, head.format(5) + vertices, "a.vert"))
+
+
+@pytest.mark.parametrize("text", [LINE, "ply\nformat ascii 1.0\n"])
+def test_dots_in_utf_16_are_named_so(tmp_path, text):
+    path = tmp_path / "a.txt"
+    path.write_text(text, encoding="utf-16")
+    with pytest.raises(InputError, match="is stored as UTF-16"):
+        read_surface(path)
 
 
 def test_dots_of_frames_and_places_of_tables(tmp_path):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.files import decode_text, shorten
+from sparsurf.files import decode_text, ends_within_a_row, shorten
 from sparsurf.surfaces.surface import (
     Reconstruction,
     Surface,
@@ -35,7 +35,6 @@ DOT_FORMAT = "%.4f"  # of positions, normals and areas that are written: positio
 FIELD_FORMAT = "%.6g"  # of fields, which may be small
 MAX_COLUMNS = 1000
 COLUMNS_OF_DOTS = ["x", "y", "z", "nx", "ny", "nz"]
-N_LINES_TO_COMPARE = 10  # their decimals show whether the last number is complete
 # Empty lines, Excel's line sep=, and comments before the header.
 # A header whose first column begins with # (#,x,y,z or #id,x,y,z) is not a comment.
 COMMENTS = re.compile(r"(?:[ \t,;]*\n|[sS][eE][pP]=.?\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
@@ -140,8 +139,8 @@ def _columns(
     lines = _lines_of_rows(text, n_skipped)
     if names == COLUMNS_OF_DOTS:
         _check_sizes(table, lines, path)
-    if not text.endswith("\n") and _ends_within_a_number(text):
-        raise InputError(f"{path} is cut short: line {lines[-1]} ends within a number; copy it again.")
+    if ends_within_a_row(text, lambda line: next(csv.reader([line], skipinitialspace=True), [""])):
+        raise InputError(f"{path} is cut short: line {lines[-1]} is not complete; copy it again.")
     return values, fields, lines, table
 
 
@@ -229,13 +228,6 @@ def _lines_of_rows(text: str, n_skipped: int) -> list[int]:
             numbers.append(begin)
         begin = n_skipped + reader.line_num + 1
     return numbers[1:]
-
-
-def _ends_within_a_number(text: str) -> bool:
-    """Return whether the last number has fewer decimals than those of the lines before, which all have equally many."""
-    ends = [line.rpartition(",")[2].strip() for line in text.rstrip().split("\n")[-N_LINES_TO_COMPARE:]]
-    decimals = [len(end.partition(".")[2]) for end in ends]
-    return len(ends) == N_LINES_TO_COMPARE and len(set(decimals[:-1])) == 1 and decimals[-1] < decimals[0]
 
 
 FORMAT = SurfaceFormat(_sniff, read_csv)

@@ -27,12 +27,18 @@ def read_dms(content: bytes, path: Path | str) -> Surface:
     """Read a DMS file from both sides of the type of each dot, since the columns before it shift; `atom` counts its atoms."""
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
     text = decode_text(content, path)
+    n_lines = text.count("\n") + 1
     for number, line in enumerate(text.split("\n"), 1):
         types = list(DOT_TYPE.finditer(line))
         if not types:
             is_atom = line.rstrip().endswith(" A")
             if not is_atom and _floats(line.split()[-4:]) and len(line.split()) > 7:
                 raise InputError(f"{path}: line {number} is a dot of no type SC, SS or SR; repair it.")
+            # a line without a line feed may be cut, which is told below
+            is_remark = not line.strip() or line.startswith("#")
+            if not is_atom and not is_remark and number < n_lines:
+                quoted = shorten(repr(line.strip()))
+                raise InputError(f"{path}: line {number} is neither an atom nor a dot: {quoted}; repair it.")
             atom += is_atom
             continue
         rows.append(_dot_of_line(line, types[-1], number, path))

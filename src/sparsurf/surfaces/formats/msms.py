@@ -54,11 +54,13 @@ def read_vertices(content: bytes, path: Path | str) -> Surface:
     """Read the vertices of MSMS as dots; `atom` counts the spheres, from 0."""
     rows: list[list[float]] = []
     lines: list[int] = []
-    for number, line in enumerate(decode_text(content, path).splitlines(), 1):
+    n_announced = None
+    for number, line in enumerate(decode_text(content, path).split("\n"), 1):
         if line.startswith("#") or not line.strip():
             continue
         texts = line.split()
         if not lines and len(texts) in (2, 4):  # vertices, spheres, density and probe radius
+            n_announced = _number(texts[0])
             continue
         values = [_number(word) for word in texts[:N_VERTEX_COLUMNS]]
         if len(values) < N_VERTEX_COLUMNS or None in values or values[8] not in KIND_OF_LEVEL:
@@ -68,6 +70,10 @@ def read_vertices(content: bytes, path: Path | str) -> Surface:
             )
         rows.append([float(value or 0) for value in values])
         lines.append(number)
+    if n_announced is not None and len(rows) != n_announced:
+        raise InputError(
+            f"{path} has {len(rows)} vertices and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
+        )
     table = np.array(rows, float).reshape(-1, N_VERTEX_COLUMNS)
     kind = [KIND_OF_LEVEL[int(level)] for level in table[:, 8]]
     columns: dict[str, ArrayLike] = {
