@@ -15,7 +15,7 @@ from sparsurf.evaluation.trials import MIN_RECONSTRUCTED_DOTS, MeasuredError, Tr
 from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import ROUNDS, dots_to_add, rebuilt_from
+from sparsurf.sampling.cover import ROUNDS, deviations, dots_to_add, rebuilt_from
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
 
 log = logging.getLogger("sparsurf")
@@ -178,7 +178,7 @@ def smallest_cover(trials: Trials, touching: np.ndarray, error: float, error_99:
             return _fewest_of_round(trials, chosen, fewer, error, error_99)
         if largest_error is not None:
             errs = min(largest_error, error_99)
-            added = dots_to_add(surface, chosen, rebuilt, errs, threads)
+            added = dots_to_add(surface, chosen, rebuilt, deviations(surface, rebuilt, threads), errs)
             chosen, fewer = np.concatenate([chosen, added]), len(chosen)
     return None
 

@@ -9,7 +9,7 @@ grows from 0.002 to 0.06 to 0.1 Å.
 from __future__ import annotations
 
 import heapq
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -46,6 +46,13 @@ class SurfaceOnAtoms(SampledSurface, Protocol):
     threads: int
 
 
+class Deviations(NamedTuple):
+    """Distances between all dots of a surface and the surface that is rebuilt from some of them."""
+
+    of_dots: np.ndarray  # (N,) float64, Å, of each dot from the rebuilt surface
+    of_rebuilt: np.ndarray  # (M,) float64, Å, of each point of the rebuilt surface from the dots
+
+
 def cover_dots(surface: Surface, atoms: SurfaceOrigin) -> np.ndarray:
     """Return dots, (n,) int64, of which a contact dot touches each exposed atom, and another dot touches it once more.
 
@@ -79,18 +86,26 @@ def atoms_of(surface: Surface) -> SurfaceOrigin:
 
 
 def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Touch every exposed atom, then add dots where the surface rebuilt from them errs, and at last farthest points."""
-    surface = prepared.surface
+    """Touch every exposed atom, then add dots where the surface rebuilt from them errs, and at last farthest points.
+
+    Of all rounds, the one with the smallest largest error stays: dots that are close together can agree by chance on an atom
+    that is not there, so that more of them do not always err less.
+    """
+    surface, threads = prepared.surface, prepared.threads
     atoms = atoms_of(surface)
-    chosen = cover_dots(surface, atoms)
+    chosen = best = cover_dots(surface, atoms)
     if n <= len(chosen):  # evenly spread ones of them
         return chosen[farthest_point_sampling(build_grid(surface.points[chosen]), n, rng)]
-    for errs in ROUNDS:
-        if len(chosen) < n:
-            rebuilt = rebuilt_from(surface, atoms, chosen, prepared.threads)
-            added = dots_to_add(surface, chosen, rebuilt, errs, prepared.threads)
-            chosen = np.concatenate([chosen, added])
-    return farthest_after(prepared.index, chosen[:n], n)
+    least = np.inf
+    for errs in (*ROUNDS, None):
+        rebuilt = rebuilt_from(surface, atoms, chosen, threads)
+        found = deviations(surface, rebuilt, threads)
+        if found.of_dots.max() < least:
+            best, least = chosen, found.of_dots.max()
+        if errs is None or len(chosen) == n:
+            break
+        chosen = np.concatenate([chosen, dots_to_add(surface, chosen, rebuilt, found, errs)])[:n]
+    return farthest_after(prepared.index, best, n)
 
 
 def rebuilt_from(surface: Surface, atoms: SurfaceOrigin, dots: np.ndarray, threads: int = 1) -> Rebuilt:
@@ -106,23 +121,23 @@ def rebuilt_from(surface: Surface, atoms: SurfaceOrigin, dots: np.ndarray, threa
     )
 
 
+def deviations(surface: Surface, rebuilt: Rebuilt, threads: int = 1) -> Deviations:
+    """Measure how far the dots lie from the surface that was rebuilt from some of them, and it from them."""
+    of_dots = distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
+    return Deviations(of_dots, distance_to_surface(rebuilt.points, surface.points, surface.normals, threads))
+
+
 def dots_to_add(
-    surface: Surface,
-    chosen: np.ndarray,
-    rebuilt: Rebuilt,
-    errs: float,
-    threads: int = 1,
+    surface: Surface, chosen: np.ndarray, rebuilt: Rebuilt, found: Deviations, errs: float
 ) -> np.ndarray:
     """Return dots, the worst first, that lie more than `errs` Å from the rebuilt surface, or under where it overshoots."""
     from scipy.spatial import cKDTree
 
-    errors_of_dots = distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
-    errors_of_rebuilt = distance_to_surface(rebuilt.points, surface.points, surface.normals, threads)
-    worst = _worst(surface.points, errors_of_dots, errs, len(errors_of_dots))
-    over = _worst(rebuilt.points, errors_of_rebuilt, max(OVERSHOOTS, errs), MAX_OVERSHOOTS)
+    worst = _worst(surface.points, found.of_dots, errs, len(found.of_dots))
+    over = _worst(rebuilt.points, found.of_rebuilt, max(OVERSHOOTS, errs), MAX_OVERSHOOTS)
     under = np.asarray(cKDTree(surface.points).query(rebuilt.points[over])[1], np.int64)
     dots = np.concatenate([worst, under])
-    order = np.argsort(-np.concatenate([errors_of_dots[worst], errors_of_rebuilt[over]]), kind="stable")
+    order = np.argsort(-np.concatenate([found.of_dots[worst], found.of_rebuilt[over]]), kind="stable")
     _, first = np.unique(dots[order], return_index=True)
     dots = dots[order][np.sort(first)]
     return dots[~np.isin(dots, chosen)]
