@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -55,13 +56,11 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
 def _panel(ax: Axes, places: pd.DataFrame, rows: pd.DataFrame, name: str) -> None:
     """Draw one measure: a bar from the lowest to the highest run, the published value, the value on the full surface."""
     for y, row in enumerate(places.to_dict("records")):
-        ax.plot([row[f"{name}_lowest"], row[f"{name}_highest"]], [y, y], **RUNS_STYLE)
-        ax.plot(
-            [row[f"{name}_published"]],
-            [y],
-            color="black" if row[f"{name}_inside"] else SAMPLED,
-            **PUBLISHED_STYLE,
-        )
+        ends = [row[f"{name}_lowest"], row[f"{name}_highest"]]
+        ax.plot(ends, [y, y], **RUNS_STYLE)
+        # A range that no run reached says nothing about the published value
+        is_outside = not row[f"{name}_inside"] and not any(map(math.isnan, ends))
+        ax.plot([row[f"{name}_published"]], [y], color=SAMPLED if is_outside else "black", **PUBLISHED_STYLE)
     ax.plot(rows[f"{name}_{FULL_READING}"], range(len(rows)), **OTHER)
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.spines["left"].set_visible(False)
