@@ -3,6 +3,7 @@
 import inspect
 from types import SimpleNamespace
 
+import mdtraj
 import numpy as np
 import pandas as pd
 import pytest
@@ -24,10 +25,13 @@ def given(tmp_path_factory):
     (place / "folder").mkdir()
     write(place / "folder" / "a.pdb", two_models())
     dots = sparsurf.surface(pdb)
+    peptide = mdtraj.load(TRAJECTORY, top=PROTEIN, stride=1000).atom_slice(range(60))
+    peptide[0].save(place / "peptide.pdb")
+    peptide.save(place / "two_frames.xtc")
     return SimpleNamespace(
         place=place, pdb=pdb, folder=place / "folder", dots=dots, ready=sparsurf.prepare(dots),
         frames=sparsurf.read_molecule(PROTEIN, TRAJECTORY, residues="209-212", stride=1000),
-        few=sparsurf.minimal(dots, percent=10),
+        few=sparsurf.minimal(dots, percent=10), peptide=place / "peptide.pdb", two_frames=place / "two_frames.xtc",
     )  # fmt: skip
 
 
@@ -45,8 +49,10 @@ def around(molecule):
 
 
 def page(given, **options):
-    """Return the page that `show` writes."""
-    sparsurf.show(PROTEIN, given.place / "page.html", open_browser=False, **options)
+    """Return the page that `show` writes of a peptide, with two frames for the trajectory."""
+    if "trajectory" in options:
+        options["trajectory"] = given.two_frames
+    sparsurf.show(given.peptide, given.place / "page.html", open_browser=False, **options)
     return (given.place / "page.html").read_bytes()
 
 

@@ -5,12 +5,12 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 
 import pandas as pd
 import pytest
 from test_slurm import checkout
 
+import warm_python
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import output
@@ -38,7 +38,7 @@ def folder(tmp_path):
 
 def run(folder, *options):
     """Run Snakemake in a folder as the documentation says; return what lies in its results, by path."""
-    call = [sys.executable, "-m", "snakemake", "--cores", "2", *options]
+    call = [warm_python.interpreter(), "-m", "snakemake", "--cores", "2", *options]
     process = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
     assert process.returncode == 0, output(process)
     paths = [path for path in folder.rglob("results/**/*") if path.is_file() and ".ledger" not in path.parts]
