@@ -7,14 +7,10 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+import sparsurf
 from sparsurf_study.workflow.jobs import Job
 from measures.molecules import atoms_of
-from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.recovery.recovering import interpolate_surface
-from sparsurf.sampling.samplers import farthest
-from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import molecular_surface
-from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
 from sparsurf_study.report.figures import subsets
@@ -89,16 +85,14 @@ def paired(table: pd.DataFrame, first: str, second: str, measures: Sequence[str]
 
 
 def draw_recovery(job: Job) -> None:
-    """Draw the dots of the embedded example, a tenth of them, and the surface reconstructed from these."""
-    atoms = atoms_of(job.input.structure)
-    prepared = PreparedSurface(molecular_surface(*atoms), streams=Streams(1, "example"), threads=job.threads)
-    dots = farthest(prepared, len(prepared.points) // 10, prepared.stream("figure"))
-    subset = prepared.points[dots], prepared.normals[dots]
-    recovered = interpolate_surface(*subset, threads=job.threads)
-    distance = distances(recovered[0], truth(*atoms))
+    """Draw the embedded example, the few dots that `minimal` keeps by default, and the surface rebuilt from these."""
+    surface = sparsurf.surface(job.input.structure)
+    few = sparsurf.minimal(surface)
+    rebuilt = sparsurf.recover(few)
+    distance = distances(rebuilt.points, truth(*atoms_of(job.input.structure)))
     figure = subsets.figure(
-        Surface(prepared.points, prepared.normals),
-        [("a tenth of them, with normals", Surface(*subset), layout.DARK)],
-        ("the surface reconstructed from these", Surface(*recovered), distance),
+        surface,
+        [("the dots that are kept, with normals", few.surface, layout.DARK)],
+        ("the surface reconstructed from these", rebuilt, distance),
     )
     figure.savefig(job.output.figure, dpi=200, metadata={"Software": None})
