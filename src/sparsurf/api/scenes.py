@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import tempfile
@@ -38,34 +39,34 @@ python end
 bg_color white
 orient
 """
-# Whole numbers keep the script of a fine mesh small: hundredths of colours and normals, thousandths of an Å
+# Bytes keep the script of a fine mesh small: colours in 255ths, normals in 127ths, positions in thousandths of an Å
+PYMOL_VERTEX = np.dtype("3u1, 3i1, 3<i4")
 PYMOL_MESH = (
     """\
 {structure}python
+import base64
+import struct
 from pymol import cgo
-table = """
+table = base64.b64decode("""
     + '"""'
     + """
-{vertices}
-"""
+{vertices}"""
     + '"""'
-    + """
+    + """)
 vertices = []
-for row in table.split("\\n")[1:-1]:
-    numbers = [int(number) for number in row.split()]
-    vertices.append([number / 100 for number in numbers[:6]] + [number / 1000 for number in numbers[6:]])
-table = """
+for r, g, b, u, v, w, x, y, z in struct.iter_unpack("<3B3b3i", table):
+    colour_and_normal = [r / 255, g / 255, b / 255, u / 127, v / 127, w / 127]
+    vertices.append(colour_and_normal + [x / 1000, y / 1000, z / 1000])
+table = base64.b64decode("""
     + '"""'
     + """
-{corners}
-"""
+{corners}"""
     + '"""'
-    + """
+    + """)
 scene = [cgo.BEGIN, cgo.TRIANGLES]
-for row in table.split("\\n")[1:-1]:
-    for k in row.split():
-        r, g, b, u, v, w, x, y, z = vertices[int(k)]
-        scene += [cgo.COLOR, r, g, b, cgo.NORMAL, u, v, w, cgo.VERTEX, x, y, z]
+for corner in struct.iter_unpack("<i", table):
+    r, g, b, u, v, w, x, y, z = vertices[corner[0]]
+    scene += [cgo.COLOR, r, g, b, cgo.NORMAL, u, v, w, cgo.VERTEX, x, y, z]
 cmd.load_cgo(scene + [cgo.END], "mesh")
 python end
 bg_color white
@@ -179,9 +180,11 @@ def _write_pml(
             pdb = Path(folder, "structure.pdb").read_text(encoding="latin-1")
         structure = PYMOL_STRUCTURE.format(lines="\n".join(map(ascii, pdb.splitlines(keepends=True))))
     if triangles is not None:
-        table = np.rint(np.hstack([100 * colours, 100 * surface.normals, 1000 * surface.points])).astype(int)
+        table = np.empty(len(surface), PYMOL_VERTEX)
+        table["f0"], table["f1"] = np.rint(255 * colours), np.rint(127 * surface.normals)
+        table["f2"] = np.rint(1000 * surface.points)
         vertices, corners = (
-            "\n".join(" ".join(map(str, row)) for row in rows.tolist()) for rows in (table, triangles)
+            base64.encodebytes(rows.tobytes()).decode() for rows in (table, triangles.astype("<i4"))
         )
         script = PYMOL_MESH.format(structure=structure, vertices=vertices, corners=corners)
     else:
