@@ -14,6 +14,7 @@ import yaml
 
 import sparsurf
 import sparsurf_study.columns
+from sparsurf import kinds
 from sparsurf.cli import command
 from sparsurf_study import catalogue
 
@@ -122,6 +123,15 @@ def odd_files(outcome: str) -> Iterator[str]:
         yield f"| {file} | {does} | `{case}` |\n"
 
 
+def formats() -> Iterator[str]:
+    """A row for each format of files that hold dots, meshes, spheres or tables: its suffix, content, and what it carries."""
+    yield "| suffix | format | carries | read | written |\n|---|---|---|---|---|\n"
+    for name, choice in kinds.TABLE["format"].items():
+        cells = [f"`.{name}`", f"{choice.label}: {choice.meaning}", ", ".join(choice.carries)]
+        cells += ["yes" if holds else "" for holds in (choice.is_read, choice.is_written)]
+        yield f"| {' | '.join(cells)} |\n"
+
+
 def renewed(text: str) -> str:
     """Return a page with its generated parts as the code has them now."""
     return PLACE.sub(
@@ -136,4 +146,5 @@ PARTS = {
     "files": files,
     "columns": columns,
     "odd_files": odd_files,
+    "formats": formats,
 }

@@ -44,7 +44,8 @@ class Choice(NamedTuple):
     condition : of a reading, which dots of a patch it removes, as the end of a sentence
     line : of a sampler, colour, line width and marker in figures; other samplers get spare ones
     takes_dots : of a field, whether its function takes the dots in place of (molecule, points)
-    carries : of a format, what its files can hold
+    carries : of a format, what its files can hold: "dots", "triangles", their "fields", "colours" and "atoms"; "spheres" with
+        radii; tables of "points", of "residues", and of residues in "frames"; or a "page", or a "script" that opens other files
     is_read, is_written : of a format, whether files are read, and written
     sniff : of a registered format, the function of the first bytes of a file that recognises it
     """
@@ -66,6 +67,11 @@ class Choice(NamedTuple):
     is_read: bool = False
     is_written: bool = False
     sniff: Callable[[bytes], bool] | None = None
+
+    @property
+    def holds_dots_to_read(self) -> bool:
+        """Of a format, whether it is one of those that a file of dots may have."""
+        return self.is_read and "dots" in self.carries
 
     @property
     def is_built_in(self) -> bool:
@@ -246,11 +252,18 @@ TABLE: dict[str, dict[str, Choice]] = {
         ),
     },
     "format": {
+        "parquet": Choice(
+            "sparsurf.api.frames:write_frames",
+            "Parquet",
+            "A table of the points of many structures, or of the residues in many frames.",
+            carries=("points", "frames"),
+            is_written=True,
+        ),
         "csv": Choice(
             "sparsurf.surfaces.formats.csv:FORMAT",
             "CSV",
             "A row with x, y, z, nx, ny and nz for each dot, and a column for each field.",
-            carries=("dots", "fields", "atoms"),
+            carries=("dots", "fields", "atoms", "residues", "frames"),
             is_read=True,
             is_written=True,
         ),
@@ -258,7 +271,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "sparsurf.surfaces.formats.npz:FORMAT",
             "NumPy archive",
             "Arrays of the dots, their fields, and triangles if there are any.",
-            carries=("dots", "triangles", "fields", "atoms"),
+            carries=("dots", "triangles", "fields", "atoms", "points", "residues"),
             is_read=True,
             is_written=True,
         ),
@@ -274,7 +287,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "sparsurf.surfaces.formats.ply:FORMAT",
             "PLY",
             "The dots, or the vertices and triangles of a mesh, with fields and colours.",
-            carries=("dots", "triangles", "fields", "colours"),
+            carries=("dots", "triangles", "fields", "colours", "points"),
             is_read=True,
             is_written=True,
         ),
@@ -334,6 +347,71 @@ TABLE: dict[str, dict[str, Choice]] = {
             "The dots as spheres, for ChimeraX.",
             carries=("dots", "triangles", "colours"),
             is_written=True,
+        ),
+        "cxc": Choice(
+            "sparsurf.api.scenes:write_scene",
+            "ChimeraX script",
+            "A script that opens a .bild and a .pdb next to it; `sparsurf.write` writes all three.",
+            carries=("script",),
+            is_written=True,
+        ),
+        "html": Choice(
+            "sparsurf.api.pages:page_of_surface",
+            "page",
+            "An interactive page of dots, a mesh or the roughness along each chain.",
+            carries=("page",),
+            is_written=True,
+        ),
+        "png": Choice(
+            "sparsurf.api.pages:save_picture",
+            "picture",
+            "A picture of the same, for which matplotlib must be installed.",
+            carries=("page",),
+            is_written=True,
+        ),
+        "xyzr": Choice(
+            "sparsurf.surfaces.spheres:read_spheres",
+            "XYZR",
+            "Position and radius of a sphere in each line, as for the program MSMS.",
+            carries=("spheres",),
+            is_read=True,
+            is_written=True,
+        ),
+        "xyzrn": Choice(
+            "sparsurf.surfaces.spheres:read_spheres",
+            "XYZRN",
+            "The same, with a number and the name of the sphere.",
+            carries=("spheres",),
+            is_read=True,
+            is_written=True,
+        ),
+        "pqr": Choice(
+            "sparsurf.surfaces.spheres:read_spheres",
+            "PQR",
+            "Atoms with charges and radii, of which the radii are read.",
+            carries=("spheres",),
+            is_read=True,
+        ),
+        "sdf": Choice(
+            "sparsurf.surfaces.spheres:read_spheres",
+            "SDF",
+            "A small molecule, whose elements get radii of Bondi.",
+            carries=("spheres",),
+            is_read=True,
+        ),
+        "mol": Choice(
+            "sparsurf.surfaces.spheres:read_spheres",
+            "MOL",
+            "A small molecule, whose elements get radii of Bondi.",
+            carries=("spheres",),
+            is_read=True,
+        ),
+        "mol2": Choice(
+            "sparsurf.surfaces.spheres:read_spheres",
+            "MOL2",
+            "A small molecule, whose elements get radii of Bondi.",
+            carries=("spheres",),
+            is_read=True,
         ),
     },
 }
@@ -577,14 +655,18 @@ def suffixes(carried: str = "dots", is_read: bool = False) -> tuple[str, ...]:
 
 
 def formats_read() -> list[str]:
-    """Return the names of the formats that are read, in the order in which they are tried."""
-    built_in = [name for name, choice in TABLE["format"].items() if choice.is_read]
+    """Return the names of the formats of files of dots, in the order in which they are tried."""
+    built_in = [name for name, choice in TABLE["format"].items() if choice.holds_dots_to_read]
     return [*built_in, *(name for name in names("format") if name not in TABLE["format"])]
 
 
 def modules(kind: str) -> set[str]:
-    """Return the modules of the library that hold the functions of a kind."""
-    return {str(choice.source).partition(":")[0] for choice in TABLE[kind].values()}
+    """Return the modules of the library that hold the functions of a kind; of formats, those that read files of dots."""
+    return {
+        str(choice.source).partition(":")[0]
+        for choice in TABLE[kind].values()
+        if kind != "format" or choice.holds_dots_to_read
+    }
 
 
 def plugins_in_use(kind: str) -> dict[str, Choice]:

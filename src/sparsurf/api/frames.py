@@ -45,7 +45,7 @@ from sparsurf.version import __version__
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMATS = (".parquet", ".csv")
+FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness")
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth")

@@ -50,8 +50,8 @@ MESHES = tuple(
 )
 DOTS_ALONE = (*SUFFIXES_OF_NUMBERS, *SCENES)
 SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
-TABLE_FORMATS = (".csv", ".npz")
-PAGE_FORMATS = (".html", ".png")  # which show dots, or residues
+TABLE_FORMATS = kinds.suffixes("residues")
+PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
 

@@ -2,12 +2,13 @@
 
 import argparse
 
+from sparsurf import kinds
 from sparsurf.api.points import JOBS
 from sparsurf.arguments import STRIDE
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 
-FORMATS = (".parquet", ".csv")
+FORMATS = kinds.suffixes("frames")
 EXAMPLES = """\
 FILE is the structure of the trajectory, or a file with several models. The
 table has a row for each residue in each frame: frame (its position in the

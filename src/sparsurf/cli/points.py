@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TABLE_FORMAT = ".parquet"
-FORMATS = (TABLE_FORMAT, ".npz", ".ply")
+FORMATS = kinds.suffixes("points")
 ROWS_PER_GROUP = 100_000  # of a Parquet file
 EXAMPLES = """\
 FILE is a structure or a folder of structures. The points of all structures of a folder are written into one Parquet table. Its

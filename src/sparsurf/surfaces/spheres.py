@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import ends_within_a_row, read_text, shorten
 from sparsurf.molecules.formats import suffix
@@ -196,7 +197,7 @@ SPHERE_READERS: dict[str, Callable[[list[str], Path | str], Iterator[tuple[int, 
     ".mol": _sdf,
     ".mol2": _mol2,
 }
-SPHERE_FORMATS = tuple(SPHERE_READERS)
+SPHERE_FORMATS = kinds.suffixes("spheres", is_read=True)
 
 
 def write_spheres(
