@@ -36,7 +36,7 @@ SAMPLE = 3  # errors are seen from every third dense dot of the true surface
 STEADY, STEADY_TESTS, FLOOR_DRAWS = "rotation_robust", 200, 2  # the second descriptor, and its floor
 KEPT, UNIFORM, MESH, CORNERS, ATOMS = (
     "farthest dots",
-    "uniform dots",
+    "random dots",
     "decimated mesh",
     "its corners on the surface",
     "atoms",
