@@ -173,12 +173,16 @@ def rearranged(value, order=None, turn=None, bend=0.0):
         return type(value)(rearranged(part, order, turn, bend) for part in value)
     if isinstance(value, Molecule) and turn is not None:
         return replace(value, xyz=turn.apply(value.xyz[0])[None] + [30.0, -20, 10])
-    rows = None if order is None or not hasattr(value, "__len__") or isinstance(value, str) else order(len(value))
+    rows = (
+        None
+        if order is None or not hasattr(value, "__len__") or isinstance(value, str)
+        else order(len(value))
+    )
     if isinstance(value, Surface):
         points, normals = value.points, value.normals
         points = points + bend * (points @ [0.2, 0.4, -0.3])[:, None] ** 2 * [1.0, 0.5, 0.3]
         if turn is not None:
-            points, normals = turn.apply(points) + [30.0, -20, 10], turn.apply(normals)
+            points, normals = turn.apply(points) + np.array([30.0, -20, 10]), turn.apply(normals)
         surface = replace(value, points=points, normals=normals)
         return surface if rows is None else surface[rows]
     if rows is None or not isinstance(value, np.ndarray | pd.DataFrame):
