@@ -125,6 +125,7 @@ rule draw_frames:
         explained="results/{run}/{protein}/explained.csv",
     output:
         png=in_report("results/{run}/{protein}/figures/frames.png"),
+        svg="results/{run}/{protein}/figures/frames.svg",
     log:
         "results/{run}/logs/{protein}/draw_frames.log",
     localrule: True

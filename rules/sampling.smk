@@ -75,6 +75,7 @@ rule draw_figures:
         rough_and_flat=in_report("results/{run}/{protein}/{conformation}/figures/rough_and_flat.png"),
         subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png"),
         number_of_dots_svg="results/{run}/{protein}/{conformation}/figures/number_of_dots.svg",
+        required_dots_svg="results/{run}/{protein}/{conformation}/figures/required_dots.svg",
         d_over_grid_svg="results/{run}/{protein}/{conformation}/figures/d_over_grid.svg",
         rough_and_flat_svg="results/{run}/{protein}/{conformation}/figures/rough_and_flat.svg",
         subsets_svg="results/{run}/{protein}/{conformation}/figures/subsets.svg",

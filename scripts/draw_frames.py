@@ -8,4 +8,6 @@ from sparsurf_study.report.figures.frames import figure_of_tables
 
 with job(snakemake) as s:
     tables = {name: pd.read_csv(path) for name, path in s.input.items()}
-    layout.save(figure_of_tables(**tables, name=s.wildcards.protein), s.output.png)
+    drawn = figure_of_tables(**tables, name=s.wildcards.protein)
+    for path in s.output:
+        layout.save(drawn, path)

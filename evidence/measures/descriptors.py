@@ -107,7 +107,7 @@ def draw(means: pd.DataFrame) -> Figure:
         rows = means[means["descriptor"] == name].set_index("change").loc[kinds]
         error = [rows["ratio"] - rows["ratio_low"], rows["ratio_high"] - rows["ratio"]]
         x = [k + 0.36 * (d - 0.5) for k in range(len(kinds))]
-        ax.bar(x, rows["ratio"], 0.32, yerr=error, color=colour, capsize=2, label=name)
+        ax.bar(x, rows["ratio"], 0.32, yerr=error, color=colour, capsize=2, label=kinds.label("descriptor", name))
     ax.set_xticks(range(len(kinds)), [kind.replace(", ", ",\n") for kind in kinds])
     ax.set_ylabel("change / difference of two patches")
     legend(figure, 14, 61, ax.get_legend_handles_labels()[0], ncols=2)

@@ -101,12 +101,12 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
     return table.join(held_out).assign(published_may_be_best=may_be)
 
 
-def reduce_figure(path: str, copy: str, colours: int = 0) -> None:
-    """Copy a PNG for the book, at most `WIDTH` pixels wide, in a number of colours unless 0."""
+def reduce_figure(path: str, copy: str) -> None:
+    """Copy a PNG for the book, at most `WIDTH` pixels wide."""
     image = Image.open(path).convert("RGB")
     if image.width > WIDTH:
         image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
-    (image.quantize(colours) if colours else image).save(copy, optimize=True)
+    image.save(copy, optimize=True)
 
 
 def tabulate_figures(job: Job) -> None:

@@ -234,13 +234,13 @@ def draw(table: pd.DataFrame) -> Figure:
         axis.set_minor_locator(NullLocator())
     left.set_xlim(ends)
     left.set_xlabel("kept dots per Å²")
-    left.set_ylabel("mean error / Å")
+    left.set_ylabel("mean error (Å)")
     left.legend(loc="lower left")
     right.set_xlabel("atoms")
-    right.set_ylabel("mean error × dots per Å² / Å")
+    right.set_ylabel("mean error × dots per Å² (Å)")
     right.set_ylim(0, None)
-    layout.panel_title(left, "a", "Error by density")
-    layout.panel_title(right, "b", "Error × density by size")
+    layout.panel_title(left, "A", "Error by density")
+    layout.panel_title(right, "B", "Error × density by size")
     return layout.fix_layout(figure)
 
 

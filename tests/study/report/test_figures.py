@@ -61,7 +61,7 @@ WORDS = {  # with numbers that follow from the invented tables by hand
     "rough_and_flat": ["mean patch for all, 1.50", "fresh dots, 0.50"],
     "subsets": ["p/c1: 45 dots reconstruct the surface", "the surface 400 dots",
                 "the paper's best, (1, 0, 6, 0) 200 dots, 50 %", "random subset of the same size 200 dots, 50 %"],
-    "required_dots_of_many": ["median of 7: 16 % of the dots, error 0.017 Å"],
+    "required_dots_of_many": ["median of 7: 16.0 % of the dots, error 0.017 Å"],
     "ensemble": ["mean 40.00, sd 0.71", "mean 0.6000, sd 0.0071", "mean 1.02, sd 0.14", "mean −0.96, sd 0.13",
                  "α = 1, β = 0, γ = 6, δ = 4", "moving mean, 5 frames"],
     # 1.6 times the Z, which falls with the square root of the number

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 PANELS = {  # column of `summary.measures` and what is written at its axis
     "atoms": "atoms",
     "mean_roughness": "mean roughness",
-    "area_per_atom": "area per atom / Å²",
-    "cavity_percent": "dots in cavities / %",
+    "area_per_atom": "area per atom (Å²)",
+    "cavity_percent": "dots in cavities (%)",
 }
 BINS = 40
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from sparsurf.recovery.law import MEASURED_FROM, MEASURED_TO, error_at
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
-from sparsurf.views.numbers import share
+from sparsurf.views.numbers import number
 from sparsurf_study.analysis.tables import read_table
 
 if TYPE_CHECKING:
@@ -62,8 +62,14 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
             dashes=dashes or (None, None),
             label=f"evenly spread: mean{suffix}",
         )
-        if not hydrogens:
-            ax.plot(density, high_99, color=HIGH, linewidth=1.0, label="evenly spread: 99 % of the surface")
+        ax.plot(
+            density,
+            high_99,
+            color=HIGH,
+            linewidth=1.0,
+            dashes=dashes or (None, None),
+            label=f"evenly spread: 99 %{suffix}",
+        )
     size = 6 if len(table) == 1 else 4
     for column, marker, colour, label in (("mean", "o", MEAN, "mean"), ("high_99", "s", HIGH, "99 %")):
         points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {label}"}
@@ -72,7 +78,7 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
         xscale="log",
         yscale="log",
         xlabel="dots kept per Å²",
-        ylabel="deviation of the reconstructed surface / Å",
+        ylabel="deviation of the reconstructed surface (Å)",
     )
     for axis, ticks in ((ax.xaxis, DENSITIES), (ax.yaxis, DISTANCES)):
         axis.set_major_locator(FixedLocator(ticks))
@@ -81,7 +87,7 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     middle = table.median(numeric_only=True)
     prefix = f"median of {len(table)}: " if len(table) > 1 else ""
     ax.set_title(
-        f"{prefix}{share(middle['n_S_percent'])} % of the dots, {'' if prefix else 'mean '}error {middle['mean']:.3f} Å",
+        f"{prefix}{number(middle['n_S_percent'], 1)} % of the dots, {'' if prefix else 'mean '}error {middle['mean']:.3f} Å",
         color=MEAN, fontweight="bold", fontsize=8,
     )  # fmt: skip
     drawing.legend(loc="outside right upper", labelspacing=0.9, handlelength=2.2)

@@ -29,8 +29,10 @@ GAIN_REFERENCES = {
     "Z_mean_descriptor": ("mean patch for all", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
+TOPS_THAT_DIFFER = 1.2  # largest end of an axis of Z over the smallest, above which the figure says so
 MIN_PATCHES_OF_BIN = 5  # patches of a bin that is drawn
 POINTS_OF_A_CURVE = 20  # points of a curve between two bins that a name is kept away from
+PLACES_OF_NAMES = {"right": 0.99, "left": 0.01, "center": 0.5}  # of a line, across the axes
 PANEL = 70.0, 40.0  # mm
 PITCH = 57.0  # mm, from panel to panel
 CURVES = ("the paper's sampling", layout.SAMPLED), ("random subset", layout.RANDOM)
@@ -88,6 +90,7 @@ def figure(
     are lines.
     """
     figure = layout.sheet(layout.COLUMN, 7 + PITCH * len(panels), name)
+    drawn_axes: list[Axes] = []
     for k, (title, roughness, z_ts, z_tr) in enumerate(panels):
         y = 8 + PITCH * k
         layout.letter(figure, 1, y - 1, ascii_uppercase[k])
@@ -103,10 +106,20 @@ def figure(
         ax.set_ylim(bottom=0)
         ax.yaxis.set_major_locator(MaxNLocator(4))
         _lines(ax, references or {}, np.concatenate(drawn, axis=1))
+        drawn_axes.append(ax)
+    if len(drawn_axes) > 1 and _tops_differ(drawn_axes):
+        for ax in drawn_axes:
+            ax.set_ylabel("error $Z$ of a patch (scales differ)")
     handles = [Line2D([], [], color=colour, marker="o", label=label) for label, colour in CURVES]
     band = Patch(color=BAND, label="middle half")
     layout.legend(figure, 5, 1.5, [*handles, band], ncols=3, columnspacing=1, handlelength=1.6)
     return figure
+
+
+def _tops_differ(drawn_axes: Sequence[Axes]) -> bool:
+    """Return whether the axes of Z end at so different values that heights cannot be compared."""
+    tops = [ax.get_ylim()[1] for ax in drawn_axes]
+    return max(tops) > TOPS_THAT_DIFFER * min(tops)
 
 
 def _curve(
@@ -154,13 +167,16 @@ def _lines(ax: Axes, references: Mapping[str, Any], drawn: np.ndarray) -> None:
 
 
 def _name_line(ax: Axes, y: float, label: str, drawn: np.ndarray) -> None:
-    """Write the name of a line above it at the right or at the left, where it touches fewer medians, then fewer bands."""
-    name = ax.text(0.99, y, label, transform=ax.get_yaxis_transform(), path_effects=layout.HALO, va="bottom")
-    touched = {}
-    for side, x in (("right", 0.99), ("left", 0.01)):
-        name.set(x=x, ha=side)
-        box = name.get_window_extent().transformed(ax.transData.inverted())
-        inside = np.all((drawn >= box.min) & (drawn <= box.max), axis=2)
-        touched[side] = (int(inside[0].sum()), int(inside[1:].sum()))
-    side = min(touched, key=lambda side: touched[side])
-    name.set(x=0.99 if side == "right" else 0.01, ha=side)
+    """Write the name of a line above or below it, where it touches the fewest medians, then the fewest bands."""
+    name = ax.text(0.99, y, label, transform=ax.get_yaxis_transform(), path_effects=layout.HALO)
+    touched: dict[tuple[str, str], tuple[int, int]] = {}
+    for side, x in PLACES_OF_NAMES.items():
+        for va in ("bottom", "top"):
+            name.set(x=x, ha=side, va=va)
+            box = name.get_window_extent().transformed(ax.transData.inverted())
+            if box.y0 < 0 or box.y1 > ax.get_ylim()[1]:
+                continue
+            inside = np.all((drawn >= box.min) & (drawn <= box.max), axis=2)
+            touched[side, va] = (int(inside[0].sum()), int(inside[1:].sum()))
+    side, va = min(touched, key=lambda place: touched[place], default=("right", "bottom"))
+    name.set(x=PLACES_OF_NAMES[side], ha=side, va=va)
