@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter
 from sparsurf.views import layout
 
 MADE_BY = "3.11"  # matplotlib that drew the stored pictures; others space letters otherwise
-REDUCED = 4  # stored pixels are so many of a figure's on a side
+REDUCED = 6  # stored pixels are so many of a figure's on a side
 # Of 255, over 3 by 3 stored pixels: more than another FreeType changes, less than an eye sees
 TOLERANCE = 12
 

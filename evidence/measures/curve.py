@@ -221,4 +221,4 @@ def tabulate_curve(job: Job) -> None:
     table, out = read_tables(job.input.curves), job.output
     write_tables({out.table: table, out.numbers: numbers(table)})
     write_tables({out.shares: by_share(table), out.signs: signs(table)})
-    draw(table, job.params.marked).savefig(out.figure, dpi=200, metadata={"Software": None})
+    layout.save(draw(table, job.params.marked), out.figure)

@@ -15,6 +15,7 @@ from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.streams import stream
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
+from sparsurf.views import layout
 from sparsurf.views.layout import COLUMN, PALETTE, axes, legend, sheet, styled
 from sparsurf_study.analysis.relation import with_interval
 
@@ -102,13 +103,15 @@ def draw(means: pd.DataFrame) -> Figure:
     """Draw the change of each descriptor relative to the difference of two patches, with 95 % intervals over structures."""
     figure = sheet(COLUMN, 66)
     ax = axes(figure, 14, 3, 70, 46)
-    kinds = list(means["change"].unique())
+    changes = list(means["change"].unique())
     for d, (name, colour) in enumerate(COLOURS.items()):
-        rows = means[means["descriptor"] == name].set_index("change").loc[kinds]
+        rows = means[means["descriptor"] == name].set_index("change").loc[changes]
         error = [rows["ratio"] - rows["ratio_low"], rows["ratio_high"] - rows["ratio"]]
-        x = [k + 0.36 * (d - 0.5) for k in range(len(kinds))]
-        ax.bar(x, rows["ratio"], 0.32, yerr=error, color=colour, capsize=2, label=kinds.label("descriptor", name))
-    ax.set_xticks(range(len(kinds)), [kind.replace(", ", ",\n") for kind in kinds])
+        x = [k + 0.36 * (d - 0.5) for k in range(len(changes))]
+        ax.bar(
+            x, rows["ratio"], 0.32, yerr=error, color=colour, capsize=2, label=kinds.label("descriptor", name)
+        )
+    ax.set_xticks(range(len(changes)), [change.replace(", ", ",\n") for change in changes])
     ax.set_ylabel("change / difference of two patches")
     legend(figure, 14, 61, ax.get_legend_handles_labels()[0], ncols=2)
     return figure
@@ -133,4 +136,4 @@ def tabulate_descriptors(job: Job) -> None:
     over_structures = means(changes, ["density", "descriptor", "change"])
     write_tables({job.output.changes: changes, job.output.changes_means: over_structures})
     at_lowest = over_structures[over_structures["density"] == over_structures["density"].min()]
-    draw(at_lowest).savefig(job.output.figure, dpi=200, metadata={"Software": None})
+    layout.save(draw(at_lowest), job.output.figure)

@@ -23,5 +23,5 @@ def draw_gathering(job: Job) -> None:
         cells.append((f"the paper's sampling, {name}", sampled, layout.SAMPLED))
         cells.append(("random subset of the same size", uniform, layout.RANDOM))
     drawn = subsets.figure(Surface(prepared.points, prepared.normals), cells)
-    drawn.savefig(path, dpi=layout.DPI, metadata={"Software": None})
+    layout.save(drawn, path)
     reduce_figure(path, path)

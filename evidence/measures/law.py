@@ -269,4 +269,4 @@ def tabulate_law(job: Job) -> None:
     write_tables({out.table: table, out.fits: fitted_law, out.by_density: by_density(table)})
     parts = by_part(read_tables(job.input.parts))
     write_tables({out.required: required(table, fitted_law), out.by_part: parts})
-    draw(table).savefig(out.figure, dpi=200, metadata={"Software": None})
+    layout.save(draw(table), out.figure)

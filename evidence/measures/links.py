@@ -135,4 +135,4 @@ def tabulate_links(job: Job) -> None:
     """Tabulate and draw d of the published combinations by linking distance and reading, over several surfaces."""
     table = read_tables(job.input.links)
     write_tables({job.output.table: table, job.output.readings: readings_table(table)})
-    draw(table).savefig(job.output.figure, dpi=200, metadata={"Software": None})
+    layout.save(draw(table), job.output.figure)

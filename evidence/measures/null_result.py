@@ -175,4 +175,4 @@ def tabulate_null_result(job: Job) -> None:
     """Tabulate and draw what roughness contributes to d of Table I over proteins."""
     table, out, paper = read_tables(job.input.tables), job.output, job.params.paper
     write_tables({out.table: table, out.means: means(table, paper)})
-    draw(table, paper).savefig(out.figure, dpi=200, metadata={"Software": None})
+    layout.save(draw(table, paper), out.figure)

@@ -17,6 +17,7 @@ from sparsurf.settings import Settings
 from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
+from sparsurf.views import layout
 
 
 def prepare_proteins(params: Any, study: str, threads: int) -> Iterator[tuple[str, PreparedSurface]]:
@@ -52,4 +53,4 @@ def tabulate_proteins(job: Job) -> None:
     write_tables({output[name]: table for name, table in of_study.items()})
     stored |= {name: pd.read_csv(output[name]) for name in of_study}
     for name, draw in FIGURES.items():
-        draw(stored).savefig(output[f"figure_{name}"], dpi=200, metadata={"Software": None})
+        layout.save(draw(stored), output[f"figure_{name}"])

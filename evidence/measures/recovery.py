@@ -95,4 +95,4 @@ def draw_recovery(job: Job) -> None:
         [("the dots that are kept, with normals", few.surface, layout.DARK)],
         ("the surface reconstructed from these", rebuilt, distance),
     )
-    figure.savefig(job.output.figure, dpi=200, metadata={"Software": None})
+    layout.save(figure, job.output.figure)

@@ -16,6 +16,7 @@ from sparsurf.recovery.reconstructing import measured_model, reconstruct
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
+from sparsurf.views.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,8 +68,8 @@ def figure(
     _show(figure, corners, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
     for k, (caption, subset, colour) in enumerate(subsets, 1):
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
-        share = 100 * len(subset) / len(surface)
-        _show(figure, corners, k, scene, f"{fill(caption, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
+        percent = number(100 * len(subset) / len(surface), 1)
+        _show(figure, corners, k, scene, f"{fill(caption, 38)}\n{len(subset):,} dots, {percent} %", colour)
     if recovered is None:
         return figure
     title, back, distance = recovered
