@@ -34,5 +34,8 @@ with job(snakemake) as s:
             radii(molecule, settings.surface.radii),
         )
         dots = replace(dots, origin=SurfaceOrigin.of_atoms(molecule, 0, *atoms))
-    about = About(s.params.title, patches=settings.patches, roughness=roughness, is_whole=True, links=LINKS)
+    about = About(
+        s.params.title, patches=settings.patches, roughness=roughness, is_whole=True, links=LINKS,
+        files=(s.input.structure or s.input.surface,), is_dated=False,
+    )  # fmt: skip
     Path(s.output.page).write_text(page_of_surface(dots, about), encoding="utf-8")

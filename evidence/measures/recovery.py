@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from sparsurf_study.workflow.jobs import Job
-from measures.molecules import atoms_of
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
@@ -87,12 +86,10 @@ def paired(table: pd.DataFrame, first: str, second: str, measures: Sequence[str]
 def draw_recovery(job: Job) -> None:
     """Draw the embedded example, the few dots that `minimal` keeps by default, and the surface rebuilt from these."""
     surface = sparsurf.surface(job.input.structure)
-    few = sparsurf.minimal(surface)
-    rebuilt = sparsurf.recover(few)
-    distance = distances(rebuilt.points, truth(*atoms_of(job.input.structure)))
+    few, prepared = sparsurf.minimal(surface), sparsurf.prepare(surface)
     figure = subsets.figure(
         surface,
         [("the dots that are kept, with normals", few.surface, layout.DARK)],
-        ("the surface reconstructed from these", rebuilt, distance),
+        subsets.recovered_from(prepared, few.surface, job.threads, "these"),
     )
     layout.save(figure, job.output.figure)

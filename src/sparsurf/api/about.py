@@ -43,6 +43,10 @@ class About:
     kept : the dots of `whole`, or of the surface that is shown, that a subset keeps; these are shown first
     is_whole : whether the dots are known to be all dots of a surface, though they do not know where they were placed
     links : address and words of other pages on the same surface
+    files : the file that was read, and that of its trajectory; their checksums are on the page
+    model : number of the only model of the file that was read, if it was chosen
+    command : the command, or the call, that made the page
+    is_dated : whether the page says its date; the pages of a study follow from its inputs alone
     """
 
     name: str = ""
@@ -53,6 +57,10 @@ class About:
     kept: Sequence[int] | np.ndarray = ()
     is_whole: bool = False
     links: tuple[tuple[str, str], ...] = ()
+    files: tuple[Any, ...] = ()
+    model: int | None = None
+    command: str = ""
+    is_dated: bool = True
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.api.about import About
+from sparsurf.api.origin import rows_of_origin
 from sparsurf.arguments import D_LINK, PROBE_RADIUS
 from sparsurf.errors import InputError
 from sparsurf.evaluation.frames import surface_of_frame
@@ -96,6 +97,7 @@ def page_of_frames(
         [label_of_frame(molecule, int(k)) for k in positions],
         about.heard.sentences if about.heard else (),
         about.heard.left_out if about.heard else None,
+        rows_of_origin(about, molecule, rules=rules),
     )
 
 

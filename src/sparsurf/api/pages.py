@@ -10,6 +10,7 @@ import numpy as np
 
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
+from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
 from sparsurf.api.surfaces import MeshSize, mesh_of_atoms
 from sparsurf.api.whole import WholeSurface, whole_surface
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
@@ -104,6 +105,7 @@ def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -
         extent=_extent(surface, whole, cavity, about.is_whole),
         links=about.links,
         drawn=drawn,
+        origin=rows_of_surface(about, surface),
     )
 
 
@@ -145,7 +147,9 @@ def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | N
 
 def title_of(about: About, surface: Surface) -> str:
     """Return the heading of a page."""
-    return f"The surface of {about.name}" if about.name else repr(surface)
+    if not about.name:
+        return repr(surface)
+    return f"The surface of {about.name}{shown_part(about, surface)}"
 
 
 def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:
@@ -176,12 +180,13 @@ def _counts(molecule: Molecule) -> str:
     return f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(chains, 'chain')}, of {molecule.n_atoms:,} atoms"
 
 
-def page_of_residues(table: pd.DataFrame, name: str) -> str:
-    """Return the page of a table of residues: their profile and the roughest."""
-
+def page_of_residues(table: pd.DataFrame, about: About, surface: Surface | None = None) -> str:
+    """Return the page of a table of residues: their profile, the roughest, and the surface that they are measured on."""
     from sparsurf.views.overview.page import render_residues
 
-    return render_residues(f"The residues of {name}", table)
+    origin = rows_of_origin(about) if surface is None else rows_of_surface(about, surface)
+    part = "" if surface is None else shown_part(about, surface)
+    return render_residues(f"The residues of {about.name}{part}", table, origin)
 
 
 def refuse_other_table(table: pd.DataFrame, name: str) -> None:

@@ -10,7 +10,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sparsurf.api.about import About, heard
+from sparsurf.api.about import About, Heard, heard
 from sparsurf.api.fields import labelled
 from sparsurf.api.frame_pages import page_of_frames
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
@@ -134,7 +134,7 @@ def _page_to_show(source: Any, trajectory: str | Path | None, frame: int | None)
         with heard(source) as messages:
             molecule = read_molecule(source, trajectory)
         if molecule.n_frames > 1:
-            return page_of_frames(molecule, About(title(source), messages), Path(trajectory).name)
+            return page_of_frames(molecule, _about(source, messages, trajectory, None), Path(trajectory).name)
     return page_of_surface(*surface_to_show(source, trajectory, 0 if frame is None else frame))
 
 
@@ -143,19 +143,27 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
     is_path = isinstance(source, Source)
     if trajectory is not None and not (is_path and has_atoms(source)):
         raise InputError("show: a trajectory belongs to the path of a structure; give that as the source.")
-    name = title(source) if is_path else ""
     if has_atoms(source):
         with heard(source) as messages:
             molecule = read_molecule(source, trajectory) if is_path else as_molecule(source)
             dots = surface(molecule, frame=frame)
-        return dots, About(name, messages if is_path else None)
+        return dots, _about(source, messages, trajectory, frame) if is_path else About()
     if not isinstance(frame, Integral) or frame != 0:
         raise InputError("show: a frame is that of a molecule; leave it out for dots.")
     if is_subset(source) and (whole := placed_again(source.surface)) is not None:
         return whole, About(kept=source.dots)
     with heard(source) as messages:
         dots = as_surface(labelled(source))
-    return dots, About(name, messages if is_path else None)
+    return dots, _about(source, messages, None, 0) if is_path else About()
+
+
+def _about(source: Source, messages: Heard, trajectory: str | Path | None, frame: int | None) -> About:
+    """Return what the page of a file says besides the dots, with the call that makes it."""
+    call = [repr(str(source))]
+    call += [] if trajectory is None else [f"trajectory={str(trajectory)!r}"]
+    call += [f"frame={frame}"] if frame else []
+    command = f"sparsurf.show({', '.join(call)})"
+    return About(title(source), messages, files=(source, trajectory), command=command)
 
 
 def write_page(path: str | Path, html: str) -> None:

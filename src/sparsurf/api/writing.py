@@ -309,11 +309,16 @@ def mesh_dots(mesh: Mesh) -> DotsToWrite:
 
 
 def write_table(
-    output: str | Path, table: pd.DataFrame, arrays: Mapping[str, Any] | None = None, name: str = ""
+    output: str | Path,
+    table: pd.DataFrame,
+    arrays: Mapping[str, Any] | None = None,
+    about: About = About(),  # noqa: B008, frozen
+    surface: Surface | None = None,
 ) -> None:
     """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
 
-    Residues can also be written as a page or a picture of their profile; `name` is that of their molecule.
+    Residues can also be written as a page or a picture of their profile; `about` says what the page does besides, and
+    `surface` are the dots that they were measured on.
     """
     table = table.reset_index() if table.index.name else table
     columns = {str(name): column for name, column in table.items()} if arrays is None else arrays
@@ -321,19 +326,24 @@ def write_table(
         ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
         ".npz": lambda path: _npz(path, columns),
     }
-    writers |= dict.fromkeys(PAGE_FORMATS, lambda path: _write_profile(path, table, name, str(output)))
+    writers |= dict.fromkeys(
+        PAGE_FORMATS, lambda path: _write_profile(path, table, about, surface, str(output))
+    )
     write_file(output, (*TABLE_FORMATS, *PAGE_FORMATS), writers)
 
 
-def _write_profile(path: Path, table: pd.DataFrame, name: str, output: str) -> None:
+def _write_profile(
+    path: Path, table: pd.DataFrame, about: About, surface: Surface | None, output: str
+) -> None:
     """Write the page or the picture of a table of residues."""
     from sparsurf.api.pages import page_of_residues, refuse_other_table, save_picture
 
     refuse_other_table(table, output)
     if path.suffix == ".html":
-        path.write_text(page_of_residues(table, name or Path(output).stem), encoding="utf-8")
+        named = about if about.name else replace(about, name=Path(output).stem)
+        path.write_text(page_of_residues(table, named, surface), encoding="utf-8")
     else:
-        save_picture(path, output, "profile_picture", table, name)
+        save_picture(path, output, "profile_picture", table, about.name)
 
 
 @public()

@@ -128,6 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         several = not any(word.startswith("-") for word in unparsed)
         hint = " (one file at a time, the rest are options; a study takes a folder)" if several else ""
         (options or parser).error(f"unrecognized arguments: {' '.join(unparsed)}{hint}")
+    args.words = arguments  # which a page names as its command
     progress.enabled = not args.quiet
     try:
         with _warnings_to_stderr(), _compiling(args.quiet), progress.lines_in_log(args.command):

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import shlex
 import sys
 from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import replace
@@ -315,7 +316,12 @@ def read_atoms(args: argparse.Namespace, stride: int | None = None) -> Molecule:
 
 def about(args: argparse.Namespace, **attributes: Any) -> About:
     """Return what a page or picture says besides the dots; `attributes` are further attributes of About."""
-    return About(title(args.file), args.heard, **attributes)
+    files = args.file, getattr(args, "trajectory", None)
+    model = getattr(args, "model", None)
+    return About(
+        title(args.file), args.heard, files=files, model=model, command=shlex.join(["sparsurf", *args.words]),
+        **attributes,
+    )  # fmt: skip
 
 
 def say(text: str) -> None:

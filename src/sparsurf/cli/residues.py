@@ -8,7 +8,6 @@ from sparsurf.api import writing
 from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import title
 
 FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
@@ -46,5 +45,5 @@ def run(args: argparse.Namespace) -> None:
     table = table.drop(columns=["kept", "weight"])  # of a subset
     if args.residues is not None:
         table = table.iloc[np.unique(molecule.residue_index[options.requested_atoms(args, molecule)])]
-    writing.write_table(args.output, table, name=title(args.file))
+    writing.write_table(args.output, table, about=options.about(args), surface=surface)
     outputs.report(args, f"{len(table):,} residues, {table['area'].sum():,.0f} Å^2")

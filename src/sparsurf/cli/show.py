@@ -23,7 +23,7 @@ residues along each chain; the ten roughest residues; and the parts of the struc
 or search for is shown on the surface, in the list and in the profile. With --trajectory and without --frame, the page shows at
 most 100 frames with a slider, and which residues change. The page is one file that needs no network. It opens in the browser
 unless --no-open is given or there is no display. Without -o, the page is written into the current folder, under the name of FILE
-with the suffix .html, to which _frames is added for a trajectory, and _frame20 for frame 20.
+with the suffix .html, to which _frames is added for a trajectory, _frame20 for frame 20, and _model3 for model 3.
 
 examples:
   sparsurf show protein.pdb
@@ -73,10 +73,10 @@ def _shows_frames(args: argparse.Namespace) -> bool:
 
 
 def _of_frames(args: argparse.Namespace) -> str:
-    """Return what the frames that are shown add to the name of the page."""
-    return (
-        f"_frame{args.frame}" if args.frame is not None else "_frames" if args.trajectory is not None else ""
-    )
+    """Return what the model and the frames that are shown add to the name of the page."""
+    model = "" if args.model is None else f"_model{args.model}"
+    frame = "_frames" if args.trajectory is not None else ""
+    return model + (frame if args.frame is None else f"_frame{args.frame}")
 
 
 def _say(args: argparse.Namespace, text: str) -> None:

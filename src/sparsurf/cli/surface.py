@@ -5,13 +5,11 @@ import os
 from dataclasses import replace
 
 from sparsurf.api import writing
-from sparsurf.api.about import About
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
-from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import SPHERE_FORMATS
@@ -102,7 +100,7 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component, "atom": dots.atom}
     message = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
     dots = options.with_fields_of_spheres(dots, names)
-    return writing.DotsToWrite(dots, table, message=message, about=About(title(args.file)))
+    return writing.DotsToWrite(dots, table, message=message, about=options.about(args))
 
 
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:

@@ -1,6 +1,7 @@
 """The page on a molecule or a surface: its numbers are those of the functions, and it opens only where somebody sees it."""
 
 import base64
+import hashlib
 import importlib.util
 import json
 import logging
@@ -315,9 +316,59 @@ def test_the_browser_opens_only_where_there_is_a_display(tmp_path, monkeypatch, 
     view = sparsurf.show(path, tmp_path / "first.html")
     assert opened[1:] == [(tmp_path / "first.html").as_uri()]
     assert view.html == (tmp_path / "first.html").read_text(encoding="utf-8")
-    assert view.html == (tmp_path / "second.html").read_text(encoding="utf-8")
+    of_command = (tmp_path / "second.html").read_text(
+        encoding="utf-8"
+    )  # which names its own command as its origin
+    assert view.html.partition("<dt>command")[0] == of_command.partition("<dt>command")[0]
     sparsurf.show(path)
     assert len(opened) == 3 and opened[2].startswith("file:///") and opened[2].endswith(".html")
+
+
+def origin_of(path):
+    """The block of origin of a page, by the name of each row."""
+    page = Page(path.read_text(encoding="utf-8"))
+    names, values = ([row.text for row in page.find(kind, "origin")] for kind in ("dt", "dd"))
+    return dict(zip(names, values, strict=True))
+
+
+@pytest.mark.parametrize("name", ["show", "surface", "roughness", "residues", "minimal"])
+def test_a_page_says_where_it_is_from(tmp_path, monkeypatch, name):
+    """The second of two models, of which the function shows the same atoms."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    write(tmp_path / "two.pdb", two_models())
+    words = [name, "two.pdb", "--frame", "1", "--radii", "bondi", "--cavities", "remove"]
+    words += ["--percent", "20"] if name == "minimal" else []
+    words += ["--no-open"] if name == "show" else []
+    words += ["-o", "x y.html"]
+    assert ended(*words) == 0
+    sum_of_file = hashlib.sha256((tmp_path / "two.pdb").read_bytes()).hexdigest()
+    molecule = sparsurf.read_molecule("two.pdb")
+    expected = {
+        "file": f"two.pdb, SHA-256 {sum_of_file}", "chains": ", ".join(dict.fromkeys(molecule.chain)),
+        "atoms": f"{molecule.n_atoms} atoms of {molecule.n_residues} residues", "frame": "1 of 0 to 1",
+        "surface": "probe radius 1.4 Å, atomic radii bondi, walls of cavities removed", "date": "1970-01-02",
+        "version": f"sparsurf {sparsurf.__version__}", "command": f"sparsurf {' '.join(words[:-1])} 'x y.html'",
+    }  # fmt: skip
+    assert origin_of(tmp_path / "x y.html") == expected
+    if name != "show":
+        return
+    sparsurf.show("two.pdb", "f.html", frame=1, open_browser=False)
+    expected |= {"command": "sparsurf.show('two.pdb', frame=1)"}
+    expected |= {"surface": "probe radius 1.4 Å, atomic radii dms, walls of cavities kept"}
+    assert origin_of(tmp_path / "f.html") == expected
+
+
+def test_the_default_name_and_the_heading_of_a_page_hold_the_model_and_the_frame(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "two.pdb", two_models())
+    for words, name, part in (
+        ([], "two.html", ", frame 0"),
+        (["--frame", 1], "two_frame1.html", ", frame 1"),
+        (["--model", 2], "two_model2.html", ", model 2"),
+    ):
+        assert ended("show", "two.pdb", *words, "--no-open") == 0
+        assert Page((tmp_path / name).read_text()).find("h1")[0].text == f"The surface of two{part}"
 
 
 def test_a_file_that_is_no_page_of_ours_is_not_replaced_without_a_name(tmp_path, monkeypatch, capsys):

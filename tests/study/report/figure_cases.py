@@ -105,7 +105,7 @@ def kept(n=400, shown=3):
         for k, (title, own) in enumerate(zip(titles, slices, strict=False))
     ]
     distance = np.where(points[:, 0] < 0, 0.01, 0.3) + np.arange(n) / 1e5
-    return subsets.figure(whole, cells, ("recovered", whole, distance), "p/c1")
+    return subsets.figure(whole, cells, ("recovered", whole, distance, np.arange(n)), "p/c1")
 
 
 def rough(n=400, values=None):

@@ -125,8 +125,10 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
     assert kept.pop() == pytest.approx(winner["n_S"], rel=0.1) and f" {len(minimal)} dots, " in few
     assert f"fresh dots, {best['references']['floors']['fresh dots']:.2f}" in texts["rough_and_flat"]
     pd.testing.assert_frame_equal(pd.read_csv(outputs["bins"]), pd.read_csv(folder / "rough_and_flat.csv"))
-    distance = drawn["subsets"].axes[-1]  # of the surface that was reconstructed
-    assert distance.lines[0].get_xdata()[0] == pytest.approx(recovered["mean"], abs=0.02)
+    distance = drawn["subsets"].axes[
+        -1
+    ]  # of the dots from the reconstructed surface, measured as in the table
+    assert distance.lines[0].get_xdata()[0] == pytest.approx(recovered["mean"], rel=0.1)
 
 
 def test_frames_are_drawn_where_their_tables_say():
@@ -177,7 +179,7 @@ def test_the_law_and_the_subset_are_drawn_where_they_are():
         2.4
     )  # as far as was measured
     assert (mean.tolist(), high.tolist()) == ([[0.7, 0.02]], [[0.7, 0.1]])
-    assert ax.get_title() == "13.0 % of the dots, mean error 0.020 Å"
+    assert ax.get_title(loc="left") == "13.0 % of the dots, mean error 0.020 Å"
 
 
 def test_a_cell_of_the_map_has_the_colour_of_its_d():

@@ -29,11 +29,12 @@ def overview_of_frames(
     labels: Sequence[str],
     notes: Sequence[str] = (),
     left_out: Sequence[str] | None = None,
+    origin: Sequence[tuple[str, str]] = (),
 ) -> str:
     """Render the page of the frames of a molecule, in one file.
 
     `shapes` are the surfaces of the shown frames, `area` (F, R), Å^2, and `roughness` (F, R) those of their residues, and
-    `labels` their names. `notes` and `left_out` are what reading the molecule said.
+    `labels` their names. `notes` and `left_out` are what reading the molecule said, and `origin` says where the page is from.
     """
     residues = change_table(molecule, area, roughness)
     changing = residues.nlargest(N_CHANGING, "sd_area")
@@ -51,7 +52,7 @@ def overview_of_frames(
         "every": -(-molecule.n_frames // len(shapes)),
         "smallest": (whole.min(), labels[int(whole.argmin())]), "largest": (whole.max(), labels[int(whole.argmax())]),
         "most": rows, "panels": panels(residues, "sd_area", largest=True),
-        "notes": notes, "left_out": None if left_out is None else ", ".join(left_out),
+        "notes": notes, "left_out": None if left_out is None else ", ".join(left_out), "origin": origin,
         "linked": True, "orders": "the most changing", "n_open": N_OPEN,
     }  # fmt: skip
 

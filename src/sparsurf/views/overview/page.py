@@ -84,6 +84,7 @@ def overview(
     extent: Extent = NO_EXTENT,
     links: Sequence[tuple[str, str]] = (),
     drawn: DrawnMolecule | None = None,
+    origin: Sequence[tuple[str, str]] = (),
 ) -> str:
     """Render the page of a surface, in one file.
 
@@ -91,7 +92,8 @@ def overview(
     `order` are the dots in the order of farthest-point sampling, `residues` is the table of `evaluation.residues`, `labels`
     names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
     the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å,
-    `extent` says how much of a surface the dots are, and `links` are addresses and words of other pages on the surface.
+    `extent` says how much of a surface the dots are, `links` are addresses and words of other pages on the surface, and `origin`
+    says in pairs where the page is from.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     facts = {
@@ -109,7 +111,7 @@ def overview(
         "fields": [_range(field) for field in shown if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
-        "links": links, "linked": drawn is not None, "n_frames": 1, "orders": "the roughest",
+        "links": links, "origin": origin, "linked": drawn is not None, "n_frames": 1, "orders": "the roughest",
     }  # fmt: skip
     context |= residue_words(residues)
 
@@ -156,8 +158,8 @@ def columns_of_means(residues: pd.DataFrame) -> list[str]:
     return [str(name) for name in residues if str(name).startswith("mean_") and name != "mean_roughness"]
 
 
-def render_residues(title: str, residues: pd.DataFrame) -> str:
-    """Render a page of residues alone: their profile and the roughest."""
+def render_residues(title: str, residues: pd.DataFrame, origin: Sequence[tuple[str, str]] = ()) -> str:
+    """Render a page of residues alone: their profile, the roughest, and where the page is from."""
     context = {
         "surface": None,
         "fields": (),
@@ -166,6 +168,7 @@ def render_residues(title: str, residues: pd.DataFrame) -> str:
         "missing": (),
         "counts": "",
         "links": (),
+        "origin": origin,
         "linked": False,
         "n_frames": 1,
     }

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MEAN, HIGH = "#0072B2", "#E69F00"
 SPAN = 0.1, 3.0  # dots per Å^2 at least shown
 DENSITIES = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5]  # ticks, dots per Å^2
-DISTANCES = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]  # ticks, Å
+DISTANCES = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]  # ticks, Å
 MARKERS: dict[str, Any] = {
     "linestyle": "none",
     "zorder": 3,
@@ -88,7 +88,7 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     prefix = f"median of {len(table)}: " if len(table) > 1 else ""
     ax.set_title(
         f"{prefix}{number(middle['n_S_percent'], 1)} % of the dots, {'' if prefix else 'mean '}error {middle['mean']:.3f} Å",
-        color=MEAN, fontweight="bold", fontsize=8,
+        color=MEAN, fontweight="bold", fontsize=8, loc="left",
     )  # fmt: skip
-    drawing.legend(loc="outside right upper", labelspacing=0.9, handlelength=2.2)
+    drawing.legend(loc="outside lower left", ncols=3, handlelength=2.2)
     return layout.fix_layout(drawing)

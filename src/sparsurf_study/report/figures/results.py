@@ -19,5 +19,5 @@ class Results:
     recovered_errors: Any = None  # recovered.csv
     best: dict[str, Any] = field(default_factory=dict)  # as in best.json
     subsets: list[tuple[str, Surface, str]] = field(default_factory=list)  # title, dots and colour
-    recovered: Any = ()  # (title, Surface, distance), for the last picture of `subsets`
+    recovered: Any = ()  # of `subsets.recovered_from`, for its last picture
     rough_and_flat: dict[str, Any] = field(default_factory=dict)  # arguments of `rough_and_flat.figure`
