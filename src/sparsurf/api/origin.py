@@ -96,9 +96,8 @@ def _rows_of_atoms(about: About, molecule: Molecule, frame: int | None) -> Itera
 def _words_of_rules(rules: Rules, of_molecule: bool) -> str:
     """Say how dots were placed."""
     table = f", atomic radii {rules.radii}" if of_molecule else ""
-    density = "" if isinstance(rules.density, str) else f", {rules.density:.4g} dots per Å²"
     cavities = {"keep": "kept", "remove": "removed"}[rules.cavities]
-    return f"probe radius {rules.probe_radius:g} Å{table}, walls of cavities {cavities}{density}"
+    return f"probe radius {rules.probe_radius:g} Å{table}, walls of cavities {cavities}"
 
 
 def today() -> date:
