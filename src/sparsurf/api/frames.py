@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
-import shutil
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -15,6 +13,13 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.inputs import MoleculeLike, as_molecule, field_names, opened_source
+from sparsurf.api.parts import (
+    LENGTH_OF_KEY,
+    digest_of_arguments,
+    forget_other_parts,
+    store_beside,
+    write_part,
+)
 from sparsurf.api.points import JOBS
 from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import parse_output, write_file
@@ -40,7 +45,6 @@ from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
 from sparsurf.threads import available_cores
-from sparsurf.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -181,22 +185,20 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
     suffix = parse_output(path, FORMATS)[0]
     if suffix == ".parquet":
         import_pyarrow()
-    store = Path(path).with_name(f".{Path(path).name}.frames")
-    store.mkdir(exist_ok=True)
-    done_before = 0
-    parts: list[tuple[Path, int]] = []
-    for file, first, was_there in _stored_parts(molecule, request, jobs, store):
-        parts.append((file, first))
-        done_before += was_there
+    with store_beside(path, "frames") as store:
+        done_before = 0
+        parts: list[tuple[Path, int]] = []
+        for file, first, was_there in _stored_parts(molecule, request, jobs, store, str(path)):
+            parts.append((file, first))
+            done_before += was_there
 
-    def tables() -> Iterator[FrameTables]:
-        for file, first in parts:
-            yield _tables(molecule, request, _read_part(file), first)
+        def tables() -> Iterator[FrameTables]:
+            for file, first in parts:
+                yield _tables(molecule, request, _read_part(file), first)
 
-    for output, column in ((path, 0), (path_of_frames(path), 1)):
-        writers = {name: _writer(name, (pair[column] for pair in tables())) for name in FORMATS}
-        write_file(output, FORMATS, writers)
-    shutil.rmtree(store)
+        for output, column in ((path, 0), (path_of_frames(path), 1)):
+            writers = {name: _writer(name, (pair[column] for pair in tables())) for name in FORMATS}
+            write_file(output, FORMATS, writers)
     return molecule.n_frames, done_before
 
 
@@ -261,13 +263,12 @@ def _parts(molecule: Molecule, request: FramesRequest, jobs: int) -> Iterator[tu
 
 
 def _stored_parts(
-    molecule: Molecule, request: FramesRequest, jobs: int, store: Path
+    molecule: Molecule, request: FramesRequest, jobs: int, store: Path, path: str
 ) -> Iterator[tuple[Path, int, int]]:
     """Yield the file of each part in order, its first frame, and how many of its frames were there before."""
     bounds = _bounds(molecule.n_frames)
     files = [store / f"{_key(molecule, request, *ends)}.npz" for ends in bounds]
-    for stale in set(store.iterdir()) - set(files):
-        stale.unlink()
+    forget_other_parts(store, files, path, "part")
     missing = [ends for ends, file in zip(bounds, files, strict=True) if not file.exists()]
     n_before = molecule.n_frames - sum(last - first for first, last in missing)
     progress = Progress("frames", molecule.n_frames, n_before)
@@ -276,10 +277,7 @@ def _stored_parts(
         was_there = (first, last) not in missing
         if not was_there:
             part = next(computed)
-            unfinished = file.with_suffix(".part")
-            with unfinished.open("wb") as stream:
-                np.savez(stream, **part._asdict())
-            unfinished.replace(file)
+            write_part(file, part._asdict())
             progress.advance(last - first)
         yield file, first, was_there * (last - first)
     progress.close()
@@ -292,16 +290,12 @@ def _read_part(file: Path) -> Part:
 
 
 def _key(molecule: Molecule, request: FramesRequest, first: int, last: int) -> str:
-    """Return a hash of all that the numbers of a part follow from; that of a function of the user is its code."""
-    digest = hashlib.sha256(f"{__version__} {request.rules} {first} {last}".encode())
-    for field in request.fields:
-        code = getattr(field, "__code__", None)
-        digest.update(f"{field if isinstance(field, str) else request.names}".encode())
-        digest.update(b"" if code is None else code.co_code + repr(code.co_consts).encode())
+    """Return a hash of all that the numbers of a part follow from."""
+    digest = digest_of_arguments(request.rules, first, last, fields=request.fields)
     for name in ("chain", "residue", "residue_name", "name", "element"):
         digest.update("\n".join(map(str, getattr(molecule, name).tolist())).encode())
     digest.update(molecule.frame_number[first:last].tobytes() + molecule.xyz[first:last].tobytes())
-    return digest.hexdigest()[:32]
+    return str(digest.hexdigest()[:LENGTH_OF_KEY])
 
 
 _shared: tuple[Molecule, FramesRequest] | None = None  # what the processes of `frames` share

@@ -14,14 +14,15 @@ import numpy as np
 
 from sparsurf.api.field_values import check_fields, with_fields
 from sparsurf.api.inputs import MoleculeLike, as_spheres
+from sparsurf.api.parts import LENGTH_OF_KEY, digest_of_arguments, forget_other_parts, write_part
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.files import as_path, pluralise, warnings_of_reading
+from sparsurf.files import as_path, checksum_of_file, pluralise, warnings_of_reading
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, build_grid
-from sparsurf.progress import progress_bar
+from sparsurf.progress import Progress, progress_bar
 from sparsurf.sampling.farthest_point import farthest_points
 from sparsurf.streams import DEFAULT_SEED, stream
 from sparsurf.suggestions import public
@@ -33,6 +34,7 @@ from sparsurf.surfaces.surface import MAX_AREA, Rules, Surface, SurfaceOrigin
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
+    import pandas as pd
     from numpy.typing import ArrayLike
 
     from sparsurf.dot_fields.registry import FieldLike
@@ -43,6 +45,10 @@ N_POINTS = 1024
 DOTS_PER_POINT = 2.0  # placed for each point that is chosen, at least
 JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
+COLUMN, WARNINGS = (
+    "column ",
+    "warnings",
+)  # names of the arrays of a stored table begin so, and that of its warnings
 
 
 class PointsRequest(NamedTuple):
@@ -191,6 +197,26 @@ def _dense_dots(rolled: RolledFrame, n_dots: int | None, density: float | None) 
         placed *= 1.05 * DOTS_PER_POINT * n / len(dots)
 
 
+class StoredPoints(NamedTuple):
+    """The table of the points of a structure, which a call stored that may have been stopped."""
+
+    name: str
+    file: Path
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the table as `Points.to_frame` does."""
+        import pandas as pd  # here: it takes long to load
+
+        with np.load(self.file, allow_pickle=False) as arrays:
+            names = [name for name in arrays.files if name.startswith(COLUMN)]
+            return pd.DataFrame({name.removeprefix(COLUMN): arrays[name] for name in names})
+
+    def warnings(self) -> list[tuple[str, str]]:
+        """Return the kind and the sentence of each warning that the file of the structure caused."""
+        with np.load(self.file, allow_pickle=False) as arrays:
+            return [(str(kind), str(sentence)) for kind, sentence in arrays[WARNINGS]]
+
+
 class PointsOfFolder(Iterator[NamedPoints]):
     """The points of each structure of a folder, one after the other by name.
 
@@ -201,27 +227,62 @@ class PointsOfFolder(Iterator[NamedPoints]):
 
     def __init__(self, files: dict[str, Path], request: PointsRequest, jobs: int) -> None:
         self.failures: dict[str, str] = {}
+        self.n_before = 0  # structures that were finished by a call that was stopped
+        self._files, self._request, self._jobs = files, request, jobs
         self._notes: dict[str, list[tuple[str, str]]] = {}  # by kind of warning: name and sentence
         self._n_structures = len(files)
-        choose = partial(_outcome, request=request, threads=available_cores() if jobs == 1 else 1)
-        outcomes = map(choose, files.values()) if jobs == 1 else _in_processes(choose, files.values(), jobs)
-        self._results = self._successes(
-            progress_bar(zip(files, outcomes, strict=True), "structures", len(files))
-        )
+        outcomes = zip(files, self._outcomes(files), strict=True)
+        self._results = self._successes(progress_bar(outcomes, "structures", len(files)))
 
     def __next__(self) -> NamedPoints:
         return next(self._results)
 
+    def stored(self, store: Path, result: str | Path) -> Iterator[StoredPoints]:
+        """Yield the table of each structure, which is stored before; what a stopped call has stored is taken from there.
+
+        `store` is the folder of the parts of the file `result`.
+        """
+        parts = {name: store / f"{_key(path, self._request)}.npz" for name, path in self._files.items()}
+        forget_other_parts(store, parts.values(), str(result), "structure")
+        missing = {name: path for name, path in self._files.items() if not parts[name].exists()}
+        self.n_before = len(parts) - len(missing)
+        progress = Progress("structures", len(parts), self.n_before)
+        outcomes = self._outcomes(missing)
+        for name, part in parts.items():
+            few = StoredPoints(name, part)
+            outcome = next(outcomes) if name in missing else Outcome(None, few.warnings())
+            self._note(name, outcome)
+            if isinstance(outcome.result, Points):
+                columns = {f"{COLUMN}{key}": column for key, column in outcome.result.columns().items()}
+                write_part(part, columns | {WARNINGS: np.array(outcome.warnings, str).reshape(-1, 2)})
+            if name in missing:
+                progress.advance()
+            if name not in self.failures:
+                yield few
+        progress.close()
+        self._report()
+
+    def _outcomes(self, files: dict[str, Path]) -> Iterator[Outcome]:
+        """Yield what becomes of each of some structures, in order."""
+        threads = available_cores() if self._jobs == 1 else 1
+        choose = partial(_outcome, request=self._request, threads=threads)
+        paths = files.values()
+        yield from map(choose, paths) if self._jobs == 1 else _in_processes(choose, paths, self._jobs)
+
     def _successes(self, outcomes: Iterable[tuple[str, Outcome]]) -> Iterator[NamedPoints]:
         """Yield the points that there are, and report at the end what was wrong."""
         for name, outcome in outcomes:
-            for kind, sentence in outcome.warnings:
-                self._notes.setdefault(kind, []).append((name, sentence))
-            if isinstance(outcome.result, str):
-                self.failures[name] = outcome.result
-            else:
+            self._note(name, outcome)
+            if isinstance(outcome.result, Points):
                 yield NamedPoints.of_points(name, outcome.result)
         self._report()
+
+    def _note(self, name: str, outcome: Outcome) -> None:
+        """Keep the warnings on a structure, and why it has no points."""
+        for kind, sentence in outcome.warnings:
+            self._notes.setdefault(kind, []).append((name, sentence))
+        if isinstance(outcome.result, str):
+            self.failures[name] = outcome.result
 
     def _report(self) -> None:
         """Log one line for each kind of warning, and one for the structures that are left out."""
@@ -337,10 +398,20 @@ def structures_in(folder: str | Path) -> dict[str, Path]:
 
 
 class Outcome(NamedTuple):
-    """The points of a structure, or why there are none, and the warnings that its file caused: their kind and sentence."""
+    """The points of a structure, or why there are none, and the warnings that its file caused: their kind and sentence.
 
-    result: Points | str
+    The result is None where the points are stored.
+    """
+
+    result: Points | str | None
     warnings: list[tuple[str, str]]
+
+
+def _key(path: Path, request: PointsRequest) -> str:
+    """Return a hash of all that the points of a structure follow from."""
+    arguments = request._replace(fields=())
+    digest = digest_of_arguments(*arguments, checksum_of_file(path), fields=request.fields)
+    return str(digest.hexdigest()[:LENGTH_OF_KEY])
 
 
 def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:

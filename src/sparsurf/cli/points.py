@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf import kinds
 from sparsurf.api.inputs import is_file_of_spheres
-from sparsurf.api.points import JOBS, N_POINTS, points, points_of
+from sparsurf.api.parts import store_beside
+from sparsurf.api.points import JOBS, N_POINTS, StoredPoints, points, points_of
 from sparsurf.api.writing import parse_output, write, write_file
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
@@ -33,7 +35,8 @@ are float32. The points lie exactly on the surface, as far from one another as p
 no points in closed cavities, unless --cavities keep is given. Options of atoms choose those of one structure; a folder is read
 as it is. The same structure gives the same bytes on every machine. An npz contains points and normals, (n, 3)
 each, and the other columns by name. Structures of a folder that cannot be read are left out; a warning at the end and `failures`
-in the metadata of the table state the reasons.
+in the metadata of the table state the reasons. A call for a folder that was stopped continues from the structures that were
+finished, and writes the same bytes.
 
 examples:
   sparsurf points structures/ -n 1024 -o points.parquet
@@ -87,8 +90,17 @@ def run(args: argparse.Namespace) -> None:
     if is_folder:
         results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
         written: list[int] = []
-        write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, results, written)})
+        with store_beside(os.path.realpath(args.output), "structures") as store:
+            tables = results.stored(store, args.output)
+            failures = results.failures
+            write_file(
+                args.output,
+                formats,
+                {TABLE_FORMAT: lambda path: _write_table(path, tables, written, failures)},
+            )
         message = f"{sum(written):,} points on {pluralise(len(written), 'structure')}"
+        verb = "was" if results.n_before == 1 else "were"
+        message += f", of which {results.n_before} {verb} finished before" if results.n_before else ""
         left_out = pluralise(len(results.failures), "structure")
         outputs.report(args, message + (f"; {left_out} left out" if results.failures else ""))
         return
@@ -99,14 +111,19 @@ def run(args: argparse.Namespace) -> None:
     few = points(source, args.n_dots, **settings)
     if parse_output(args.output, formats)[0] == TABLE_FORMAT:
         named = [NamedPoints.of_points(title(args.file), few)]
-        write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, named, [])})
+        write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, named, [], {})})
     else:
         write(few, args.output)
     outputs.report(args, f"{len(few.points):,} points on the surface")
 
 
-def _write_table(path: Path, named: Iterable[NamedPoints], written: list[int]) -> None:
-    """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`."""
+def _write_table(
+    path: Path, named: Iterable[NamedPoints | StoredPoints], written: list[int], failures: dict[str, str]
+) -> None:
+    """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`.
+
+    `failures`, which is complete when all structures were taken, is stored in the metadata.
+    """
     import pandas as pd  # here: a file of another format needs no table
 
     pyarrow = import_pyarrow()
@@ -130,8 +147,7 @@ def _write_table(path: Path, named: Iterable[NamedPoints], written: list[int]) -
             raise InputError("points: all structures failed; the warnings give the reasons.")
         if waiting:
             writer.write_table(pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False))
-        failures = json.dumps(getattr(named, "failures", {}), ensure_ascii=False)
-        writer.add_key_value_metadata({"failures": failures})
+        writer.add_key_value_metadata({"failures": json.dumps(failures, ensure_ascii=False)})
     finally:
         if writer is not None:
             writer.close()

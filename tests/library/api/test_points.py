@@ -254,6 +254,35 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, mon
     assert list(failures) == ["c"] and "c.pdb" in failures["c"]
 
 
+def test_a_stopped_folder_continues_to_the_same_bytes(folder, tmp_path, monkeypatch, capfd):
+    """What is finished is not computed again, unless its file or the arguments differ."""
+    for name in ("a", "b", "d"):
+        text = (folder / f"{'b' if name == 'd' else name}.pdb").read_text()
+        (tmp_path / f"{name}.pdb").write_text(f"REMARK {name}\n{text}")
+    (tmp_path / "c.pdb").write_text("nothing")
+    taken, chosen = [], api_points._chosen
+
+    def noted(path, *arguments):
+        taken.append(path.stem)
+        if path.stem == "d" and len(taken) == 4:
+            raise KeyboardInterrupt
+        return chosen(path, *arguments)
+
+    monkeypatch.setattr(api_points, "_chosen", noted)
+    words = ["points", str(tmp_path), "-n", "40", "--fields", "hydropathy", "-o", str(tmp_path / "x.parquet")]
+    assert command.main(words) == command.INTERRUPTED and taken == [*"abcd"]
+    (store,) = tmp_path.glob(".x.parquet.*")
+    with (tmp_path / "b.pdb").open("a") as file:
+        file.write("REMARK another file\n")
+    capfd.readouterr()
+    assert command.main(words) == 0 and taken[4:] == [*"bcd"]
+    said = capfd.readouterr().err
+    assert ": 1 structure of a stopped call followed from other input" in said and not store.exists()
+    assert ": 120 points on 3 structures, of which 1 was finished before; 1 structure left out\n" in said
+    assert command.main([*words[:-1], str(tmp_path / "whole.parquet")]) == 0
+    assert (tmp_path / "whole.parquet").read_bytes() == (tmp_path / "x.parquet").read_bytes()
+
+
 def read_with_polars(polars, path):
     return polars.read_parquet(path).to_dict(as_series=False)
 
