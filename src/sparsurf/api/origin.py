@@ -81,8 +81,8 @@ def _rows_of_files(about: About) -> Iterator[OriginRow]:
 def _rows_of_atoms(about: About, molecule: Molecule, frame: int | None) -> Iterator[OriginRow]:
     """Yield the chains, the number of atoms, and the frames that are shown, by their numbers in the file."""
     chains = list(dict.fromkeys(map(str, molecule.chain.tolist())))
-    more = f" and {len(chains) - NAMED_CHAINS} more" if len(chains) > NAMED_CHAINS else ""
-    yield "chains", ", ".join(name or "without a name" for name in chains[:NAMED_CHAINS]) + more
+    unnamed = f" and {len(chains) - NAMED_CHAINS} more" if len(chains) > NAMED_CHAINS else ""
+    yield "chains", ", ".join(name or "without a name" for name in chains[:NAMED_CHAINS]) + unnamed
     yield "atoms", f"{molecule.n_atoms:,} atoms of {pluralise(molecule.n_residues, 'residue')}"
     numbers = molecule.frame_number
     if frame is None:

@@ -54,10 +54,10 @@ def store_beside(path: str | Path, kind: str) -> Iterator[Path]:
 
 
 def forget_other_parts(store: Path, files: Collection[Path], result: str, kind: str) -> None:
-    """Delete the stored parts that are not among the files of this call, and say in one line that they are made again."""
-    others = set(store.iterdir()) - set(files)
-    finished = [path for path in others if path.suffix == ".npz"]
-    for path in others:
+    """Delete the stored parts that are not among the files of this call, and say in one line that they cannot be used."""
+    stale = set(store.iterdir()) - set(files)
+    finished = [path for path in stale if path.suffix == ".npz"]
+    for path in stale:
         path.unlink()
     if finished:
         log.warning(

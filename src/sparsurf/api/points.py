@@ -45,7 +45,7 @@ N_POINTS = 1024
 DOTS_PER_POINT = 2.0  # placed for each point that is chosen, at least
 JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
-COLUMN, WARNINGS = (
+COLUMN_OF_PART, WARNINGS_OF_PART = (
     "column ",
     "warnings",
 )  # names of the arrays of a stored table begin so, and that of its warnings
@@ -208,13 +208,13 @@ class StoredPoints(NamedTuple):
         import pandas as pd  # here: it takes long to load
 
         with np.load(self.file, allow_pickle=False) as arrays:
-            names = [name for name in arrays.files if name.startswith(COLUMN)]
-            return pd.DataFrame({name.removeprefix(COLUMN): arrays[name] for name in names})
+            names = [name for name in arrays.files if name.startswith(COLUMN_OF_PART)]
+            return pd.DataFrame({name.removeprefix(COLUMN_OF_PART): arrays[name] for name in names})
 
     def warnings(self) -> list[tuple[str, str]]:
         """Return the kind and the sentence of each warning that the file of the structure caused."""
         with np.load(self.file, allow_pickle=False) as arrays:
-            return [(str(kind), str(sentence)) for kind, sentence in arrays[WARNINGS]]
+            return [(str(kind), str(sentence)) for kind, sentence in arrays[WARNINGS_OF_PART]]
 
 
 class PointsOfFolder(Iterator[NamedPoints]):
@@ -253,8 +253,10 @@ class PointsOfFolder(Iterator[NamedPoints]):
             outcome = next(outcomes) if name in missing else Outcome(None, few.warnings())
             self._note(name, outcome)
             if isinstance(outcome.result, Points):
-                columns = {f"{COLUMN}{key}": column for key, column in outcome.result.columns().items()}
-                write_part(part, columns | {WARNINGS: np.array(outcome.warnings, str).reshape(-1, 2)})
+                columns = {
+                    f"{COLUMN_OF_PART}{key}": column for key, column in outcome.result.columns().items()
+                }
+                write_part(part, columns | {WARNINGS_OF_PART: np.array(outcome.warnings, str).reshape(-1, 2)})
             if name in missing:
                 progress.advance()
             if name not in self.failures:
