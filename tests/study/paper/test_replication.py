@@ -683,7 +683,7 @@ SENTENCES = [
     "8 of the published d are above 0. The table counts all 1296 combinations.",
     "With α tuned to the same nS, 55 of 77 cases on the full surface lie significantly above 0.",
     "A subset whose Z exceeds 1.23",
-    "runs from 2.31 % to 98.76 %",
+    "runs from 2.31 % to 98.76 %. The answer is yes if both ends are less than 0.2 percentage points",
     "A dot lies in 3.5 patches (median)",
     "Here R runs from 0.12 to 0.99.",
     "r reaches 1.19 rpatch",
