@@ -1,11 +1,16 @@
 """Interpolate fields on a dense surface from their values at a few dots."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.surfaces.surface import Surface
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 DOTS_OF_FIELD_INTERPOLANT = 24  # dots that each interpolant passes through
 # Added to the diagonal, in cubed distances, since coincident dots would make the system singular
@@ -77,6 +82,8 @@ def recovery_table(
 
     The first `SUBSET_PERCENTS` % of `order`, farthest-point dots, are subsets; an empty `minimal` has no rows.
     """
+    import pandas as pd  # here: it takes long to load, and a mesh needs no table
+
     n = len(surface)
     subsets = [("minimal", np.asarray(minimal), np.asarray(minimal_points))] if len(minimal) else []
     for percent in SUBSET_PERCENTS:

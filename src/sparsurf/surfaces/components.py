@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import ArrayLike
 
+AT_A_PROBE = 1e-3  # Å, between the centre that a dot's normal points to and the probe that it lies on; far above rounding
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
 ROUNDING_OF_ANGLES = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
@@ -259,6 +260,25 @@ def _label_centres(rolling: Rolling) -> _LabelledCentres:
     return _LabelledCentres(roots, label, is_mixed, closed, is_accessible, meeting, order, first)
 
 
+def _nearest_probes(rolling: Rolling, atoms: np.ndarray, centres: np.ndarray) -> np.ndarray:
+    """Return the fixed probe at each centre (n, 3), which usually touches the atom (n,) of its dot; without loading scipy."""
+    probe = np.argsort(rolling.triple.ravel(), kind="stable") // 3  # by atom
+    first = np.searchsorted(np.sort(rolling.triple.ravel()), np.arange(atoms.max() + 2))
+    nearest = np.empty(len(atoms), np.int64)
+    by_atom = np.argsort(atoms, kind="stable")
+    for dots in np.split(by_atom, np.flatnonzero(np.diff(atoms[by_atom])) + 1):
+        atom = int(atoms[dots[0]])
+        candidates = probe[first[atom] : first[atom + 1]]
+        gap = np.full(len(dots), np.inf)
+        if len(candidates):
+            distance = np.linalg.norm(centres[dots, None] - rolling.probes[candidates], axis=2)
+            nearest[dots], gap = candidates[distance.argmin(axis=1)], distance.min(axis=1)
+        # where probes overlap, the atom nearest to a dot may be none of the three that its probe touches
+        for dot in dots[gap > AT_A_PROBE].tolist():
+            nearest[dot] = np.linalg.norm(rolling.probes - centres[dot], axis=1).argmin()
+    return nearest
+
+
 def analytical_faces(
     surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
 ) -> np.ndarray:
@@ -267,8 +287,6 @@ def analytical_faces(
     The faces are the concave triangles of the fixed probes, the saddles along the arcs, and the connected patches of the
     spheres that the probe touches alone.
     """
-    from scipy.spatial import cKDTree  # here: it takes long to load
-
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
     centres = surface.points - xyz[0] + probe * surface.normals
@@ -279,7 +297,7 @@ def analytical_faces(
     face = n_probes + 3 * n_arcs + owner  # of a sphere that touches no other
     concave = surface.kind == CONCAVE
     if concave.any():
-        face[concave] = cKDTree(rolling.probes).query(centres[concave])[1]
+        face[concave] = _nearest_probes(rolling, owner[concave], centres[concave])
     by_owner = np.flatnonzero(~concave)
     by_owner = by_owner[np.argsort(owner[by_owner], kind="stable")]
     for dots in np.split(by_owner, np.flatnonzero(np.diff(owner[by_owner])) + 1) if len(by_owner) else ():

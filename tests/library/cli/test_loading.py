@@ -9,7 +9,7 @@ from peptides import peptide
 
 CALL = """
 import sys
-from sparsurf.cli.command import main
+from sparsurf.cli.{} import main
 try:
     code = main(sys.argv[1:])
 except SystemExit as end:
@@ -18,11 +18,11 @@ print(code, *sorted(sys.modules))
 """
 
 
-def loaded(folder, *words):
+def loaded(folder, *words, module="command"):
     """The exit code of a command, and the modules that it loaded."""
-    call = [sys.executable, "-c", CALL, *words]
+    call = [sys.executable, "-c", CALL.format(module), *words]
     run = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=True)
-    code, *modules = run.stdout.split()
+    code, *modules = run.stdout.splitlines()[-1].split()
     return int(code), set(modules)
 
 
@@ -73,6 +73,14 @@ def test_a_warm_command_loads_nothing_that_it_does_not_need(tmp_path, command):
         code, modules = loaded(tmp_path, *command.split(), "-q")
     assert code == 0 and (tmp_path / command.split()[-1]).stat().st_size
     assert modules & {*LARGE} <= {*MAY_LOAD[command].split()}
+
+
+def test_the_command_of_msms_loads_neither_pandas_nor_scipy(tmp_path):
+    (tmp_path / "p.xyzr").write_text("0 0 0 1.5\n3 0 0 1.5\n1.5 2 0 1.5\n1.5 1 2 1.5\n")  # with concave parts
+    for _ in range(2):  # the first may compile kernels
+        code, modules = loaded(tmp_path, *["-if", "p.xyzr", "-of", "x", "-af", "x"], module="msms")
+    assert code == 0 and " 3 " in (tmp_path / "x.vert").read_text()
+    assert not modules & {"pandas", "scipy.spatial", "pydantic", "mdtraj", "xml.sax"}
 
 
 @pytest.mark.parametrize(("words", "is_own_process"), [("", True), ("['--version']", False)])

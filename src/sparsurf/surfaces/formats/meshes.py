@@ -6,7 +6,6 @@ import base64
 import importlib
 from collections.abc import Mapping
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -85,6 +84,8 @@ def write_vtp(
 
 def _array(name: str, values: np.ndarray) -> str:
     """Return an array as an element of XML: its length in bytes and its numbers, in base64."""
+    from xml.sax.saxutils import quoteattr  # here: it loads the modules of the network
+
     kind, dtype = VTK_TYPES[values.dtype.kind]
     content = np.ascontiguousarray(values, np.dtype(dtype).newbyteorder("<")).tobytes()
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
