@@ -217,6 +217,7 @@ def compare_many(
         max_patches = (b - a) * len(readings) * min(MAX_SUBSETS, n_subsets)
         ids, start = np.empty(max_patches * buffer_size, np.int32), np.empty(max_patches + 1, np.int64)
         places, rows = np.empty(max_patches, np.int64), np.empty(max_patches, np.int64)
+        # The table outlives the words: a patch that subsets of two words share is described once
         for w, word in enumerate(bit_words):
             subsets = slice(w * MAX_SUBSETS, min((w + 1) * MAX_SUBSETS, n_subsets))
             width = subsets.stop - subsets.start

@@ -213,6 +213,7 @@ def compact_groups(xyz: np.ndarray) -> np.ndarray:
                 low, high = min(low, xyz[order[k], c]), max(high, xyz[order[k], c])
             if high - low > longest:
                 axis, longest = c, high - low
+        # A multiple of the size of a group, so that only the last group of all has fewer dots
         middle = begin + (end - begin + GROUP_SIZE) // (2 * GROUP_SIZE) * GROUP_SIZE
         _divide(xyz, axis, order, begin, end, middle)
         stack[n_stacked, 0], stack[n_stacked, 1] = begin, middle
@@ -226,6 +227,7 @@ def _divide(xyz: np.ndarray, axis: int, order: np.ndarray, begin: int, end: int,
     """Reorder order[begin:end] until no entry before `middle` is above one after it along an axis (quickselect)."""
     low, high = begin, end - 1
     while low < high:
+        # The median of three: dots of a file are often sorted, for which an end as the pivot takes quadratic time
         a, b, c = xyz[order[low], axis], xyz[order[(low + high) // 2], axis], xyz[order[high], axis]
         pivot = max(min(a, b), min(max(a, b), c))
         left, right = low, high
@@ -301,6 +303,7 @@ def balls(
         s = int(scale * math.sqrt(ex * ex + ey * ey + ez * ez))
         ids[shells[s]] = work[k]
         shells[s] += 1
+    # Within `inner` of the middle, a dot lies in the balls of all members, which needs no comparison
     n_near, inner = 0, max(0.0, radius - extent)
     for k in range(n):
         p = np.uintp(ids[k])

@@ -33,6 +33,7 @@ def largest_island(
     tail = begin = end = np.intp(0)  # with a plain 0, numba compiles the called kernels twice
     best_key = np.int64(-1)
     for s in range(n):
+        # Fewer dots are left than the largest island has; as many could still form an equal one with a lower key
         if n - tail < end - begin:
             break
         if mark[np.uintp(ids[s])] == 0:
@@ -89,6 +90,7 @@ def spread_words(
         waiting[end] = k
         end += lacks
     begin, changed = 0, True
+    # Backwards and forwards in turn: bits that travel against the order of the dots need one sweep as well
     while changed:
         changed, first, last = False, end, begin
         for slot in range(end - 1, begin - 1, -1):

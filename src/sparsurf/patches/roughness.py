@@ -56,6 +56,7 @@ def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
     """Compute the mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
     out, order = np.empty(len(index.dot)), compact_groups(index.xyz)
     n_groups = -(-len(out) // GROUP_SIZE)
+    # Several slices for each thread, since groups in crowded places take longer; each dot has its own sum, whatever the slice
     size = -(-n_groups // (SLICES_PER_THREAD * threads))
     parallel_map(lambda a, b: _roughness(index, order, a, b, radius, out), n_groups, threads, size)
     return out
@@ -98,6 +99,7 @@ def _roughness(
         _sum_normals(index.normals, ids, bit_words, n, reached, table, sums, missed)
         for b in range(len(members)):
             p = members[b]
+            # An island of more than half of the dots is the largest one; otherwise it must be searched for
             if sums[b, COUNT_OF_SUMS] > missed[b]:
                 out[index.dot[p]] = _cosine(
                     sums[b, 0],
@@ -181,6 +183,7 @@ def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> f
 @njit(cache=True, nogil=True)
 def _cosine(mx: float, my: float, mz: float, ux: float, uy: float, uz: float, n: float) -> float:
     """Return the mean cosine of n unit vectors with the sum (ux, uy, uz) to (mx, my, mz), at least 0; 1 for a single one."""
+    # As in the authors' code, a patch of one dot is flat, and a negative mean is 0
     if n <= 1:
         return 1.0
     length = math.sqrt(mx * mx + my * my + mz * mz)

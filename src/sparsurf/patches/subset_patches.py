@@ -230,6 +230,7 @@ def nested_patches_of(
                     is_new |= not among_kept[r]
                     if among_kept[r]:
                         root = _join(index, in_ball, n_in, slot, parent, count, first)
+                        # The island of before may have been merged into another one, whose root counts from now on
                         best = _root(parent, best)
                         if (
                             root == best
@@ -248,6 +249,7 @@ def nested_patches_of(
                     start[patches] = end_of_ids
                     is_new = False
                 patch[r, s, t] = patches - 1
+            # Only what was set: clearing all N slots for each test would take longer than the search
             for k in range(n_in):
                 slot[in_ball[k]] = -1
     return int(patches)

@@ -38,6 +38,7 @@ def distance_to_surface(
     spacing = 0.0
     if len(surface_points) > 1:
         spacing = np.median(np.asarray(tree.query(surface_points[::EVERY], k=2)[0])[:, 1])
+    # The plane of a dot says nothing beyond its neighbours: over a hole, a height of 0 would hide the error
     return np.where(distance <= 2 * spacing, height, distance)
 
 
@@ -64,6 +65,7 @@ def _curvature(
             cosine = 0.0
             for c in range(3):
                 cosine += index.normals[p, c] * index.normals[q, c]
+            # Dots that face the other way lie on the far side of a thin wall
             if cosine > 0.0:
                 for c in range(3):
                     offset = index.xyz[q, c] - index.xyz[p, c]

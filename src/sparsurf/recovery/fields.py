@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 DOTS_OF_FIELD_INTERPOLANT = 24  # dots that each interpolant passes through
 # Added to the diagonal, in cubed distances, since coincident dots would make the system singular
 FIELD_RIDGE = 1e-9
+# Targets whose distances to the dots of their function are held at once, in about a megabyte
 POINTS_PER_BLOCK = 2048
 SUBSET_PERCENTS = (2.5, 5, 10, 20)  # n_S of the farthest-point subsets in a study, % of the dots
 
@@ -50,6 +51,7 @@ def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) ->
         cubed = np.linalg.norm(x[:, None] - centre[i], axis=2) ** 3
         c = coefficient[i]
         out[block] = (c[:, :k] * cubed).sum(axis=1) + c[:, k] + (c[:, k + 1 :] * x).sum(axis=1)
+    # A cubic function may overshoot far where the dots around a target are uneven
     return np.clip(out, values.min(), values.max())
 
 

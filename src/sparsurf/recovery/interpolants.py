@@ -52,6 +52,7 @@ def fit_interpolants(
     index, n, k = build_grid(points, normals), len(points), min(neighbours, len(points))
     near, distances = np.empty((n, k), np.int32), np.empty((n, k))
     box = np.maximum(np.ptp(index.xyz, axis=0), 1.0)
+    # Where the search begins, and grows if it finds too few dots: the area of the box stands for that of the surface
     first = 1.5 * math.sqrt(2 * (box[0] * box[1] + box[1] * box[2] + box[2] * box[0]) / n)
     parallel_map(
         lambda begin, end: nearest_on_same_side(index, begin, end, first, near, distances),
@@ -59,6 +60,7 @@ def fit_interpolants(
         threads,
         DOTS_PER_TASK,
     )
+    # At least a thousandth of an Å for dots that coincide, whose distances are 0
     support = SUPPORT * np.maximum(distances[:, -1], 1e-3)
     curvature, centre, coefficient = np.zeros(n), np.zeros((n, 3, k)), np.zeros((n, 4, k))
     count, spacing = (near >= 0).sum(axis=1), local_spacing(distances)

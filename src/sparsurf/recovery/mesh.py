@@ -55,6 +55,7 @@ def mesh_of_dense(dense: np.ndarray, outward: np.ndarray, step: float = GRID_STE
     if len(triangles) == 0:
         raise InputError("the mesh is too coarse for the surface; give a smaller step.")
     vertices = low + step * vertices
+    # Twice, as the planes that a vertex is measured by change once it has moved
     for _ in range(2):
         height, vertex_normals = _height(tree, outward, vertices, threads)
         vertices = vertices - height[:, None] * vertex_normals
@@ -75,6 +76,7 @@ def _height(
     distance, dots = tree.query(points, k=min(TANGENT_PLANES, tree.n), workers=threads)
     distance, dots = (np.reshape(array, (len(points), -1)) for array in (distance, dots))
     weight = np.exp(-((distance / (distance[:, :1] + 1e-9)) ** 2))
+    # The dots across a thin wall, whose planes face the other way, do not count
     same_side = np.einsum("ikc,ic->ik", outward[dots], outward[dots[:, 0]]) > 0
     weight *= same_side
     weight /= weight.sum(axis=1, keepdims=True)

@@ -47,6 +47,7 @@ def comparable_density(density: float, d_link: float = D_LINK) -> float:
 
     The descriptor of a patch depends on it: against 20 dots per Å^2, Z is 1.8 times the noise floor at 5.35, 1.2 times at 20.
     """
+    # A shorter link needs more dots, or each patch of the reconstructed surface would be fragmented
     least = DENSITY * max(1.0, (D_LINK / d_link) ** 2)
     return density if density > DENSITY_TOLERANCE * least else least
 

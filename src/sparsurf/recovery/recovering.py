@@ -56,6 +56,7 @@ def interpolate_surface(
     all_points = np.concatenate([points[:n_kept], *(disc_points for disc_points, _ in discs)])
     all_normals = np.concatenate([normals[:n_kept], *(disc_normals for _, disc_normals in discs)])
     del discs  # the peak of memory comes next
+    # Kept dots come first and always stay, so that they are among the result
     index, n = build_grid(all_points, side=CELL), len(all_points)
     chosen = select_separated(index, np.arange(n), MIN_DOT_SEPARATION / math.sqrt(density), n, n_kept)
     return all_points[chosen], all_normals[chosen]
@@ -116,6 +117,7 @@ def _place_discs(
         x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
         u, v = _tangents(index.normals[i])
         radius = reach * functions.spacing[i]
+        # A rival farther away than twice the radius is nearer to no point of the disc
         rivals, n_rivals = _rivals(index, i, 2.0 * radius, nearby, rivals)
         first = int(per_dot[i - begin] * gap**2 / max(radius**2, 1e-12)) + 1
         n = 0
@@ -132,6 +134,7 @@ def _place_discs(
 @njit(cache=True, nogil=True)
 def _tangents(n: np.ndarray) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return two unit vectors perpendicular to the unit vector n and to each other."""
+    # Duff et al., J. Comput. Graph. Tech. 6:1 (2017): no direction of n makes the denominator small
     sign = 1.0 if n[2] >= 0 else -1.0
     a = -1.0 / (sign + n[2])
     b = n[0] * n[1] * a
@@ -190,6 +193,7 @@ def _project(
             g = math.sqrt(u * u + v * v + w * w)
             if g < MIN_GRADIENT:
                 break
+            # Far from the dot the function is no distance, and a free step could reach another part of the surface
             along = min(max(f / g, -max_step), max_step) / g
             x, y, z = x - along * u, y - along * v, z - along * w
             if abs(f) < MAX_RESIDUAL * g:

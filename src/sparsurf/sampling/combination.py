@@ -68,6 +68,7 @@ class Choices(NamedTuple):
 
     def from_n_s(self, percent: float) -> np.ndarray:
         """Return the rows of the range, with its lower limit, that contains an n_S of `percent` %, and of all higher ranges."""
+        # A range includes its lower limit, as in the authors' code; below the first one, the first one serves
         above = np.searchsorted(self.lowest, percent, side="right")
         return self.rows[int(np.clip(above, 1, len(self.rows))) - 1 :]
 

@@ -7,6 +7,7 @@ import numpy as np
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, cells_within
 
+# A full list forces a comparison, and a longer one takes memory for every cell
 WAITING = 8  # chosen dots that a cell may have to compare with its dots
 
 
@@ -59,6 +60,7 @@ def _farthest_positions(
                 k += 1
     begin[n_cells], column[n_columns] = n_dots, n_cells
     # no np.sum, np.full or copy: a stored kernel that calls them imports scipy.linalg when it is loaded
+    # Larger than any squared distance, and finite, since its root becomes the number of a cell
     unlimited = 4.0 * index.side**2 * (index.shape[0] ** 2 + index.shape[1] ** 2 + index.shape[2] ** 2)
     gap, nearest = np.empty(n_dots), np.zeros(n_dots, np.int32)  # squared distance to the nearest chosen dot
     for q in range(n_dots):
@@ -83,6 +85,7 @@ def _farthest_positions(
     winner = np.empty(2 * leaves, np.int32)
     for k in range(leaves):
         winner[leaves + k] = k if k < n_cells else -1
+    # All limits are equal at first, and cells fill the leaves from the left: the left one is missing only with the right one
     for node in range(leaves - 1, 0, -1):
         winner[node] = winner[2 * node]
     out = np.empty(n, np.int32)
@@ -90,6 +93,7 @@ def _farthest_positions(
     for i in range(n):
         out[i] = p
         x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
+        # Wider than rounding, which might leave out a cell; a cell too many costs one comparison
         radius = 1.000001 * np.sqrt(reach2)
         a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
         b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])

@@ -110,6 +110,7 @@ def _sweep(
     starter, centre, start = np.empty(n, np.int32), np.empty(n, np.int32), np.zeros(n + 1, np.int64)
     dot, log_ratio = np.empty(4 * n + max_dots, np.int32), np.empty(4 * n + max_dots)
     patches = pairs = 0
+    # The order of the file, as in the authors' code: another order gives other patches (docs/method.md)
     for i in range(n):
         p = np.intp(index.position[i])
         if covered[p]:
@@ -125,6 +126,7 @@ def _sweep(
             if chance_in_every_patch or not covered[j]:
                 r = math.sqrt(squared_distance(point(index.xyz, j), origin))
                 dot[pairs] = index.dot[j]
+                # As logarithms, p of a pair is a product: a draw then needs no power, which would take most of its time
                 log_ratio[pairs] = -math.log(r / radius) if r > 0 else np.inf
                 pairs += 1
             covered[j] = True
@@ -155,6 +157,7 @@ def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
     """Compute the expected number of kept dots of combinations (K, 4), sum_j [1 - prod_i (1 - p_ij)], (K,)."""
     combinations = np.ascontiguousarray(combinations, np.float64)
     out = np.empty(len(combinations))
+    # Equal gamma and delta in a row, since the kernel computes their powers once
     by_power = np.lexsort((combinations[:, 3], combinations[:, 2]))
     out[by_power] = _expected_n_s(cover, combinations[by_power])
     return out
@@ -176,6 +179,7 @@ def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
         for c in range(len(cover.centre)):
             p_at_edge = alpha * (1.0 - cover.roughness[c]) ** beta
             for q in range(cover.start[c], cover.start[c + 1]):
+                # p exceeds 1 beyond r_patch of a centre that moved, and the authors' code keeps such a dot for certain
                 not_kept[np.uintp(cover.dot[q])] *= 1.0 - min(p_at_edge * decay[q], 1.0)
         for c in range(len(cover.centre)):
             not_kept[cover.centre[c]] = 0.0
@@ -200,6 +204,7 @@ def sample_cover(cover: Cover, combination: Sequence[float], rng: np.random.Gene
     """
     alpha, beta, gamma, delta = map(float, combination)
     keep = np.zeros(cover.n_dots, np.bool_)
+    # Blocks end with a patch; each pair gets the same number wherever they end
     block = np.unique(np.searchsorted(cover.start, np.arange(0, cover.start[-1], PAIRS_PER_BLOCK)))
     random = np.empty(PAIRS_PER_BLOCK + np.diff(cover.start).max())
     for first, last in zip(block, [*block[1:], len(cover.centre)], strict=True):

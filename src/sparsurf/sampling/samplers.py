@@ -118,6 +118,7 @@ def _sample_about(cover: published.Cover, choices: Choices, n: int, rng: np.rand
     """Draw about n dots with the first combination that can keep n."""
     rows = choices.from_n_s(100 * n / cover.n_dots)
     expected = published.expected_n_s(cover, [(1.0, *row[1:]) for row in rows])
+    # alpha = 1 keeps the most, so that a combination that keeps too few with it cannot keep n
     row = rows[int(np.argmax(expected >= n)) if (expected >= n).any() else int(np.argmax(expected))]
     return published.sample_cover(cover, tune_alpha(cover, row, n), rng)
 
@@ -126,10 +127,12 @@ def tune_alpha(cover: published.Cover, combination: Iterable[float], n: float) -
     """Return `combination` with the alpha in (0, 1] whose expected n_S is nearest to n; n_S grows with alpha."""
     _, *exponents = combination
     low, high = 0.0, 1.0
+    # Halved until no digit of n_S depends on it
     for _ in range(40):
         middle = (low + high) / 2
         too_few = published.expected_n_s(cover, [(middle, *exponents)])[0] < n
         low, high = (middle, high) if too_few else (low, middle)
+    # The upper end, which keeps n dots or more wherever any alpha does
     return (high, *exponents)
 
 
@@ -162,6 +165,7 @@ def _at_largest_length(
             high = length
         # the number of dots on a surface falls with the square of the length
         length *= np.sqrt(len(dots) / ((1 + MAX_SURPLUS / 2) * n))
+        # The law may leave the bracket where dots are uneven; halving does not
         if not low < length < high:
             length = (low + high) / 2 if np.isfinite(high) else 2 * low
         if high - low < 1e-4 * low:

@@ -15,6 +15,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
+from sparsurf.surfaces.chosen_points import on_steps
 from sparsurf.surfaces.mesh import Mesh, build_mesh
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
@@ -22,8 +23,6 @@ from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
-# Positions are compared in these steps, so that rounding on another machine decides nothing
-COMPARED_STEPS_PER_ANGSTROM = 2**16
 MAX_PENALTY = 5.0  # by which an edge counts as longer
 SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
 
@@ -46,16 +45,14 @@ def sized_mesh(
             )
         if (ratio := len(mesh.vertices) / n) >= MIN_REDUCTION:
             return decimate(mesh, n)
+        # The vertices grow with the square of 1 / step; the reserve makes a second attempt rare
         step *= math.sqrt(RESERVE * ratio / MIN_REDUCTION)
         mesh = generate(step)
 
 
 def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     """Reduce a closed mesh to `n_vertices` in float32 of the same topology; InputError if its parts and handles need more."""
-    points, normals = (
-        np.rint(values * COMPARED_STEPS_PER_ANGSTROM) / COMPARED_STEPS_PER_ANGSTROM
-        for values in (mesh.vertices.points, mesh.vertices.normals)
-    )
+    points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
     origin = np.array(mesh.triangles, np.int64).ravel()
     dead, alive = _collapse(
         points, normals, origin, _twins(origin, len(points)), max(n_vertices, MIN_VERTICES)
@@ -197,6 +194,7 @@ def _entry(
     """Return the entry of an edge in the heap; earlier ones of it no longer count."""
     latest[h] += 1
     u, v = origin[h], origin[twin[h]]
+    # After the cost the vertices, so that a tie of lengths is decided by the mesh and not by the order of the heap
     return cost, min(u, v), max(u, v), h, latest[h]
 
 
@@ -227,6 +225,7 @@ def _collapse(
             if best < 0:
                 continue
             now = _squared(points, u, v) * least * least
+            # The penalty is computed when its edge comes up, since most edges change before; a dearer one waits again
             if now > cost:
                 heapq.heappush(heap, _entry(h, now, origin, twin, latest))
                 continue

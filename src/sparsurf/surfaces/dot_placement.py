@@ -106,6 +106,7 @@ class Placed(NamedTuple):
 def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) -> RolledProbe:
     """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), Å; unless `exact`, as DMS does."""
     relative, shift = relative_positions(xyz)
+    # As DMS visits the atoms: which of two comes first decides where the strips of their saddle begin
     by_position = np.lexsort(relative.T[::-1])
     radii = radii[by_position]
     rolling = roll((relative + shift)[by_position], radii + probe)
@@ -209,6 +210,7 @@ def _distinct(xyz: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
 def relative_positions(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (A, 3) relative to the first, Å, equal bits wherever a molecule lies, and a random shift of each."""
+    # Rounded, since a difference of large coordinates has other last bits than that of small ones
     relative = np.round(xyz - xyz[0], 9)
     return relative, np.random.default_rng(SHIFT_SEED).uniform(
         -MAX_PROBE_SHIFT, MAX_PROBE_SHIFT, relative.shape
@@ -244,11 +246,13 @@ def _set_exact_areas(
     border_turn += np.bincount(pair[:, 0], np.sin(arcs[:, THETA_I]) * length, n)
     border_turn -= np.bincount(pair[:, 1], np.sin(arcs[:, THETA_J]) * length, n)
     owner, counted = contact.atom[:, 0], np.bincount(contact.atom[:, 0], contact.rows[:, 6], n)
+    # Whole by its nature (sphere 2, disc 1, ring 0), so that the counted area need only be right to half of 2 pi
     chi = np.round((counted / radii**2 + border_turn) / (2 * math.pi))
     area = np.maximum(radii**2 * (2 * math.pi * chi - border_turn), 0)
     if len(owner):
         has_dots = counted > 0
         contact.rows[:, 6] *= (area[has_dots] / counted[has_dots])[np.cumsum(has_dots)[owner] - 1]
+        # Atoms whose patch is too small for a dot leave their area to the others, so that the sum is that of the surface
         contact.rows[:, 6] *= area.sum() / area[has_dots].sum()
 
 
@@ -259,6 +263,7 @@ def sphere_template(radius: float, spacing: float) -> np.ndarray:
     for ring in range(1, n_rings):
         theta = math.pi * ring / n_rings
         n = max(1, int(2 * math.pi * radius * math.sin(theta) / spacing + 0.5))
+        # As DMS does: every second ring begins on the other side
         phi = 2 * math.pi * np.arange(n) / n + (0.0 if ring % 2 else math.pi)
         unit = np.column_stack([np.cos(phi), np.sin(phi), np.zeros(n)])
         rings.append(math.sin(theta) * unit + [0, 0, math.cos(theta)])
@@ -346,6 +351,7 @@ def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) ->
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     row_spacing = spacing * math.sqrt(0.75)
     cell, carried = spacing * row_spacing, 0.0
+    # The last arc first, as in the files of DMS
     for b in range(len(rolling.arcs) - 1, -1, -1):
         arc = rolling.arcs[b]
         radius, turn = arc[ARC_RADIUS], arc[PHI_1] - arc[PHI_0]

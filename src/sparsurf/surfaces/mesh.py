@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 GRID_STEP = 0.5  # Å
+# No value on a side of the grid may lie inside, or the mesh would be open there
 MARGIN_STEPS = 2  # of the grid around the surface
 POSITIONS_PER_TASK = 4096
 MAX_GRID_POINTS = 400_000_000  # more would take over 4 GB
@@ -215,6 +216,7 @@ def _mesh_of_grid(
 ) -> Mesh:
     """Find the values of the doubtful grid points (X, Y, Z), and return the mesh around all values above 0."""
     rolling, probe = spheres.rolling, spheres.probe
+    # A point that an edge of the grid joins to the surface lies at most a diagonal of a cube from it
     limit = probe + math.sqrt(3) * step
     cells = (
         sort_into_cells(at_least_one_probe(rolling.probes), limit),
@@ -495,6 +497,7 @@ def _vertices(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.ndar
                         a, b = d & 1, d >> 1 & 1
                         c = d >> 2
                         value, neighbour = values[i, j, k], values[i + a, j + b, k + c]
+                        # Kept from the ends, where several edges meet: vertices in one place would make triangles without area
                         t = min(max(value / (value - neighbour), MIN_SHARE_OF_EDGE), 1 - MIN_SHARE_OF_EDGE)
                         vertices[row, 0], vertices[row, 1], vertices[row, 2] = i + t * a, j + t * b, k + t * c
                         row += 1

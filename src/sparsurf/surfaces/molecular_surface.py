@@ -40,6 +40,7 @@ JUST_BELOW = 0.999  # of a limit: beyond rounding
 # Dots per Å^2 on which a link of 0.5 Å is 1.3 median spacings: 5.35 to 5.74 on 106 proteins without hydrogens, 4.65 to 4.91 on
 # six of which half of the atoms are hydrogens. On smaller molecules the dots of `DENSITY` are measured first.
 HEAVY_DENSITY, FEWER_WITH_HYDROGENS, AUTO_LINK = 5.8, 1.2, 0.5
+# Between the radius of hydrogen, 1.2 Å, and those of the other atoms of proteins, 1.4 Å and more
 MAX_HYDROGEN_RADIUS = 1.3  # Å
 MIN_ATOMS_TO_ESTIMATE = 300
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
@@ -98,6 +99,7 @@ class RolledFrame:
         near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
         density = _below_limit(self._estimate(d_link), d_link, name)
         gap, finish = self._placed(density, near, published if density == DENSITY else None)
+        # The spacing falls with the root of the density, in about one attempt; measured again, since it need not do so exactly
         while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
             density = _below_limit(density * (DENSITY_RESERVE * least / d_link) ** 2, d_link, name)
             gap, finish = self._placed(density, near)
@@ -149,6 +151,7 @@ def roll_frame(
     molecule: Molecule | SimpleNamespace, position: int, atom_radii: np.ndarray, settings: Rules
 ) -> RolledFrame:
     """Roll the probe over one frame of atoms with radii (A,), Å; positions get the decimals of a PDB file."""
+    # A structure gives the same dots before and after it is written to a PDB file
     xyz = molecule.xyz[position].round(3)
     return roll_spheres(xyz, atom_radii, settings.probe_radius, settings.reentrant, settings.cavities)
 

@@ -58,6 +58,7 @@ class Sample:
     """What is measured on a sample of n dots, each with the nearest others (n, k)."""
 
     def __init__(self, points: np.ndarray, normals: np.ndarray) -> None:
+        # From all parts of the file, as errors often concern one part
         dots = np.linspace(0, len(points) - 1, CHECKED_DOTS).astype(int)
         tree = _tree(points)
         distances, around = _surrounding(tree, dots)

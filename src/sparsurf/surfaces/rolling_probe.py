@@ -64,6 +64,7 @@ def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
     cells = sort_into_cells(centre, 2 * reach.max())
     atoms = RolledAtoms(centre, reach, *_overlaps(centre, reach, cells))
     arcs, pair, probes, ends = _arcs(atoms)
+    # By atoms and side, whichever arc a probe was found on
     by_position = np.lexsort(ends[:, 3::-1].T)
     first_arc = np.searchsorted(pair[:, 0], np.arange(len(centre) + 1))
     triple = np.column_stack([ends[:, 0], ends[:, 4:]])[by_position]
@@ -91,6 +92,7 @@ def _overlaps(centre: np.ndarray, reach: np.ndarray, cells: Cells) -> tuple[np.n
                     near = doubled(near)
                 if m == len(distance):
                     distance = doubled(distance)
+                # Nearest first, as `blocker` tries them in this order, and the nearest atoms cover most of a sphere
                 p = m
                 while p > 0 and distance[p - 1, 0] > d2:
                     distance[p, 0], near[total + p, 0] = distance[p - 1, 0], near[total + p - 1, 0]
@@ -258,6 +260,7 @@ def _arcs(atoms: RolledAtoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
                 n_arcs += 1
                 for end in range(2):
                     phi, slot_k = parts[p, end], int(parts[p, 2 + end])
+                    # A fixed probe ends arcs of three pairs; it is stored for the pair of its two lowest atoms alone
                     if slot_k < 0 or near[slot_k] < j:
                         continue
                     if n_probes == len(probes):

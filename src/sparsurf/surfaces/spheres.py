@@ -99,6 +99,7 @@ def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
     for number, line in enumerate(lines, 1):
         if line.startswith(("ATOM", "HETATM")):
             columns = line.split()
+            # From the end of the line, as some programs write a chain and others do not
             radius = _number(columns[-1])
             if radius == 0:
                 without += 1

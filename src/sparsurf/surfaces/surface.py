@@ -444,6 +444,7 @@ def surface_of_columns(
             "%s: dots that occur twice are removed (%d); numbers of dots count those that remain, from 0"
         )
         log.warning(message, path, len(points) - len(first))
+    # In the order of the file, on which the sampling depends
     first = np.sort(first)
     arrays = {name: value[first] for name, value in arrays.items()}
     if judge:
@@ -521,6 +522,7 @@ def dot_label(dot: int) -> str:
 
 def largest_area(areas: np.ndarray) -> float:
     """Return the largest area of one dot, Å^2, that dots with these areas (N,) can have."""
+    # The median of a few dots of a subset says nothing: one of them may own most of the surface
     median = np.median(areas) if len(areas) >= MIN_DOTS_TO_JUDGE else 0
     return float(min(MAX_AREA, MAX_AREA_PER_MEDIAN * median or MAX_AREA))
 
@@ -534,10 +536,11 @@ def check_values(
     where: Callable[[int], str],
 ) -> None:
     """Raise InputError if a coordinate, an area, a kind or an atom, each (N,) or None, is not possible; `where` names a dot."""
-    areas, kinds, atoms = (
-        np.asarray(np.full(len(points), default) if value is None else value, float)
-        for value, default in ((area, np.nan), (kind, -1), (atom, -1))
-    )
+
+    def known_or(value: ArrayLike | None, unknown: float) -> np.ndarray:
+        return np.full(len(points), unknown, float) if value is None else np.asarray(value, float)
+
+    areas, kinds, atoms = known_or(area, np.nan), known_or(kind, -1), known_or(atom, -1)
     unknown = np.isnan(areas)
     largest = MAX_AREA if unknown.any() else largest_area(areas)
     wrong = {

@@ -77,6 +77,7 @@ class Cells(NamedTuple):
 def sort_into_cells(points: np.ndarray, size: float) -> Cells:
     """Sort points (N, 3) into cubes; all within `size` of a position lie in the 3 x 3 x 3 cubes around it."""
     low = points.min(axis=0)
+    # An empty layer on each side, so that the cubes around a border have numbers of their own
     cube = ((points - low) / size).astype(np.int64) + 1
     shape = cube[:, 1:].max(axis=0) + 2
     key = (cube[:, 0] * shape[0] + cube[:, 1]) * shape[1] + cube[:, 2]

@@ -147,6 +147,7 @@ def _widen_columns(fine: np.ndarray, n: int, width: int, m: int, wide: np.ndarra
 def fill(sums: np.ndarray, mean: float, field: np.ndarray, spare: np.ndarray, flipped: np.ndarray) -> None:
     """Compute the field at the nodes: the mean under narrow bumps where they hold enough dots, else under wider ones."""
     field[:] = mean
+    # From wide to narrow bumps, so that each gap takes the value of the narrowest ones that reach dots
     for level in range(len(N_NODES) - 1, -1, -1):
         side = N_NODES[level]
         if level < len(N_NODES) - 1:

@@ -128,6 +128,7 @@ def project(
     cx, cy, cz = cx / total, cy / total, cz / total
     across = math.sqrt(mx * mx + my * my)
     length = math.sqrt(across * across + mz * mz)
+    # As in the authors' code: first about z, then about x. Another way to the same axis turns the pixels, and so the gaps
     c1, s1 = (my / across, mx / across) if across > 0.0 else (1.0, 0.0)
     c2, s2 = (sign * mz / length, sign * across / length) if length > 0.0 else (sign, 0.0)
     max_rho2, apex = 0.0, np.inf
@@ -147,6 +148,7 @@ def project(
     scale = PIXELS / (2 * edge)
     offset = edge * scale
     for k in range(n):
+        # As in the authors' code, a pixel is open at its lower end in x and closed at its upper one, and mirrored in y
         column = _larger(np.ceil(work[X, k] * scale + offset) - 1.0, 0.0)
         row = _larger(np.ceil(offset - work[Y, k] * scale) - 1.0, 0.0)
         work[PIXEL, k] = row * ROW_STRIDE + column
@@ -163,6 +165,7 @@ def project(
         weight = image[1, p]
         mean = image[0, p] / (weight if weight > 0.0 else 1.0)
         image[0, p], image[1, p] = mean, 1.0
+        # As in the authors' code, 0 marks an empty pixel, also that of a dot at the apex itself
         filled[p // np.uintp(ROW_STRIDE)] |= np.uint32(mean != 0.0) << np.uint32(p % np.uintp(ROW_STRIDE))
     return True
 

@@ -54,6 +54,7 @@ def basis(n_max: int = N_MAX) -> np.ndarray:
     k = np.arange(ENLARGED)
     x, y = np.meshgrid(k / half - 1.0, k[::-1] / half - 1.0)
     middle = (ENLARGED - 1) / 2
+    # The middle of the indices, not of x and y, which differ by half a pixel: so do the authors' scripts
     inside = (k[:, None] - middle) ** 2 + (k[None, :] - middle) ** 2 <= middle**2
     counted = inside.sum()
     r2 = (x * x + y * y)[inside]

@@ -88,6 +88,7 @@ def _images(
             for k in range(len(patch)):
                 work[WEIGHT, k] = weights[start[i] + k]
         out[:] = 0.0
+        # One dot has no extent: its image is empty, and its descriptor 0, as in the authors' code
         if len(patch) > 1 and project(xyz, normals, patch, centres[i], sign, work, image, filled):
             fill_gaps(image[0], filled, tables[3], tables[4])
             fold_image(image[0], tables[0], tables[1], tables[2], out)

@@ -185,6 +185,7 @@ def _orient(
     length = math.sqrt(across * across + mz * mz)
     c1, s1 = (my / across, mx / across) if across > 0.0 else (1.0, 0.0)
     c2, s2 = (sign * mz / length, sign * across / length) if length > 0.0 else (sign, 0.0)
+    # Weights with a mean of 1, so that HALF_WEIGHT counts dots whatever their weights
     depth, step, scale = math.sqrt(2.0) * radius, DISC_STEPS / radius, n / total
     sum_of_r = total_weight = 0.0
     for k in range(n):
@@ -195,6 +196,7 @@ def _orient(
         y = c2 * y1 - s2 * z
         z = s2 * y1 + c2 * z + depth
         rho2 = x * x + y * y
+        # Less the plane, so that a gap continues the patch around it and not the cone
         r = math.sqrt(rho2 + z * z) - math.sqrt(rho2 + depth * depth)
         cosine = sign * (s2 * (s1 * normals[a, 0] + c1 * normals[a, 1]) + c2 * normals[a, 2])
         g = dots[3, k] * scale * (max(0.0, cosine) + MIN_WEIGHT)

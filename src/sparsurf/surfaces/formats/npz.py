@@ -47,9 +47,11 @@ def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
         arrays.pop("faces", None)
     if absent := [name for name in REQUIRED_ARRAYS if name not in arrays]:
         raise InputError(f"{path} is not a surface written by this program: it has no {absent[0]}.")
-    columns = {
-        k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
-    }
+    columns = {}
+    for name, values in arrays.items():
+        is_field = is_field_name(name) and values.dtype.kind in "fiu"
+        if name in ARRAY_NAMES or is_field:
+            columns[name] = values
     reconstruction = reconstruction_of_file(arrays, path)
     n = columns["points"].shape[:1]
     further = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}

@@ -158,7 +158,8 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
     if has_more and header.count(b"\nelement ") == 1:
         raise InputError(f"{path} holds more than the {n} vertices that its header announces: copy it again.")
     table = dict(zip(names, columns, strict=True))
-    points, normals = (np.column_stack([table[axis] for axis in axes]) for axes in (AXES[:3], AXES[3:]))
+    points = np.column_stack([table[axis] for axis in AXES[:3]])
+    normals = np.column_stack([table[axis] for axis in AXES[3:]])
     warn_of_field_names(table, path)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
     reconstruction = _reconstruction(header.decode("latin-1"))
