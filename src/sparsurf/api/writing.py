@@ -29,7 +29,7 @@ from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, write_by_trimesh, write_vtp
-from sparsurf.surfaces.formats.msms import Header, faces_of_vertices, write_faces, write_vertices
+from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis, write_ply
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
@@ -218,7 +218,13 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
         _npz(path, arrays)
 
     n_spheres, names, header = _spheres_of(dots, str(output))
-    numbers = cache(lambda: faces_of_vertices(surface))  # for both files of MSMS
+
+    @cache
+    def numbers() -> np.ndarray:
+        """Return the numbers of the faces, which both files of MSMS have."""
+        from sparsurf.surfaces.components import faces_of_vertices  # here: other formats need no kernels
+
+        return faces_of_vertices(surface)
 
     writers: dict[str, Callable[[Path], Any]] = {
         ".vert": lambda path: write_vertices(path, surface, numbers(), n_spheres, names, header),

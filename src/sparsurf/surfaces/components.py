@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, relative_positions, roll_probe
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -99,6 +100,7 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
         labels[dots] = nearest
     roots = np.append(_roots(joined), np.arange(n_atoms) + n_arcs)
     _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
+    # The largest first, and of equal ones that with the first arc: the number of a component depends on nothing else
     return np.argsort(np.argsort(-count, kind="stable"))[labels]
 
 
@@ -314,6 +316,22 @@ def analytical_faces(
         side = rolling.pair[patch, 0] == atom
         face[dots] = n_probes + np.where(saddle, arcs[nearest], (n_arcs + 2 * patch + side)[nearest])
     return np.unique(face, return_inverse=True)[1].ravel() + 1
+
+
+def faces_of_vertices(surface: Surface) -> np.ndarray:
+    """Return the number of the analytical face of each dot or vertex, (N,) from 1, as files of MSMS have it.
+
+    Where the spheres below a surface are not known, the parts of one kind on one sphere take the place of its faces. Raise
+    InputError for a surface whose atoms or kinds are not known.
+    """
+    if surface.atom.min() < 0 or surface.kind.min() < 0:
+        raise InputError(
+            "surface: a .vert file needs the atom and the kind of every vertex; use PLY or npz instead."
+        )
+    if surface.origin is not None:
+        origin = surface.origin
+        return analytical_faces(surface, origin.xyz.round(3), origin.radii, origin.rules.probe_radius)
+    return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
 
 
 def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int) -> np.ndarray:

@@ -148,7 +148,7 @@ PAGES = {
 }
 EDITS = {  # file with a line more: rules that run again, and rules that do not
     "sparsurf/molecules/pdb.py": (SURFACES | {"choose_single_frame", "tabulate_residues"}, set()),
-    "sparsurf/surfaces/rolling_probe.py": (SURFACES, {"choose_single_frame"}),
+    "sparsurf/surfaces/rolling_probe.py": (SURFACES, {"choose_single_frame", "read_surface"}),
     "sparsurf/dot_fields/smoothing.py": (
         {"select_minimal_subset", "draw_view"},
         {"compute_surface", "evaluate_grid"},

@@ -152,22 +152,4 @@ def _comments(kind: str, header: Header) -> str:
     return f"# MSMS solvent excluded surface {kind} for {re.sub(r'[^!-~]', '_', header.name)}\n"
 
 
-def faces_of_vertices(surface: Surface) -> np.ndarray:
-    """Return the number of the analytical face of each dot or vertex, (N,) from 1.
-
-    Where the spheres below a surface are not known, the parts of one kind on one sphere take the place of its faces. Raise
-    InputError for a surface whose atoms or kinds are not known.
-    """
-    if surface.atom.min() < 0 or surface.kind.min() < 0:
-        raise InputError(
-            "surface: a .vert file needs the atom and the kind of every vertex; use PLY or npz instead."
-        )
-    if surface.origin is not None:
-        from sparsurf.surfaces.components import analytical_faces  # here: other formats need no kernels
-
-        origin = surface.origin
-        return analytical_faces(surface, origin.xyz.round(3), origin.radii, origin.rules.probe_radius)
-    return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
-
-
 FORMAT = SurfaceFormat(_sniff, read_vertices)
