@@ -29,7 +29,11 @@ BANNED = (
     ),
     (r"\bas (\S+ ){1,3}(do|does) it\b", "as the authors' code does it", "as in"),
     (r"\bmade for the\b", "a link made for the full surface", "chosen for"),
-    (r"\bholds? the (truth|true)\b", "intervals hold the truth", "contain the true value"),
+    (
+        r"\bholds? the true\b|\b(hold|contain)s? the truth\b",
+        "intervals hold the truth",
+        "contain the true value",
+    ),
     (r"\bone average patch\b", "but one average patch would be closer", "the mean patch"),
     (r"\bhardly\b", "the sign hardly depends on it", "little, rarely, almost not"),
     (r"\bwhat (it|they) (keep|take|give|hold)s?\b", "closer to what they keep", "a noun"),
@@ -73,7 +77,6 @@ BANNED = (
         "the highest point at which the cone contains all dots",
     ),
     (r"\bnot all dots of\b", "these are not all dots of their surface", "this Surface is a subset"),
-    (r"\bcontains? the truth\b", "intervals contain the truth", "contain the true value"),
     (r", as (?=[\[\d])", "a list in brackets, as [1, 2]", "such as"),
 )
 PATTERNS = {re.compile(pattern, re.I): plain for pattern, _, plain in BANNED}

@@ -55,7 +55,8 @@ def test_a_file_with_radii_or_elements_is_a_molecule(tmp_path, name, text):
     assert len(table) == len(expected) and table["area"].sum() == pytest.approx(
         expected.area.sum(), rel=0.001
     )
-    for command in (["surface", "--mesh"], ["roughness"], ["minimal"], ["points", "-n", "20"]):
+    calls = ("surface --mesh", "roughness", "minimal --percent 20", "points -n 20")
+    for command in map(str.split, calls):
         assert main([command[0], str(path), *command[1:], "-o", str(tmp_path / "out.npz")]) == 0
 
 

@@ -164,6 +164,9 @@ def test_two_forms_are_seen_alike_from_above_what_changes_most():
     assert normals[most].mean(axis=0)[2] > 0.99 * np.linalg.norm(normals[most].mean(axis=0))
 
 
+SHIFT = np.array([30.0, -20, 10])  # Å, of turned dots
+
+
 def rearranged(value, order=None, turn=None, bend=0.0):
     """Arguments of a figure with their dots in another order, or turned, or bent; tables of as many rows follow their dots.
 
@@ -172,7 +175,7 @@ def rearranged(value, order=None, turn=None, bend=0.0):
     if isinstance(value, list | tuple):
         return type(value)(rearranged(part, order, turn, bend) for part in value)
     if isinstance(value, Molecule) and turn is not None:
-        return replace(value, xyz=turn.apply(value.xyz[0])[None] + [30.0, -20, 10])
+        return replace(value, xyz=turn.apply(value.xyz[0])[None] + SHIFT)
     rows = (
         None
         if order is None or not hasattr(value, "__len__") or isinstance(value, str)
@@ -182,7 +185,7 @@ def rearranged(value, order=None, turn=None, bend=0.0):
         points, normals = value.points, value.normals
         points = points + bend * (points @ [0.2, 0.4, -0.3])[:, None] ** 2 * [1.0, 0.5, 0.3]
         if turn is not None:
-            points, normals = turn.apply(points) + np.array([30.0, -20, 10]), turn.apply(normals)
+            points, normals = turn.apply(points) + SHIFT, turn.apply(normals)
         surface = replace(value, points=points, normals=normals)
         return surface if rows is None else surface[rows]
     if rows is None or not isinstance(value, np.ndarray | pd.DataFrame):
