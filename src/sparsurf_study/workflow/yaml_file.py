@@ -81,9 +81,17 @@ def read_config(path: str | Path) -> dict:
 
 
 def run_of_config(path: str | Path) -> str:
-    """Return the name of a run whose config gives none: that of the config file, with underscores for special characters."""
+    """Return the name of a run whose config gives none: that of the config file, with underscores for special characters.
+
+    Raise InputError where nothing of it is left, since such configs would share a folder of results.
+    """
     name = re.sub(r"[^A-Za-z0-9_.-]", "_", Path(path).stem).lstrip("._-")
-    return name[:MOST_OF_RUN] or DEFAULT_RUN
+    if not name:
+        raise InputError(
+            f"config: {Path(path).name} has no letter from A to Z and no digit in its name, which is to name the folder of its "
+            "results; write a `run` into it."
+        )
+    return name[:MOST_OF_RUN]
 
 
 def _reason(error: yaml.YAMLError, content: bytes) -> str:

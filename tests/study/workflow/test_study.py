@@ -392,7 +392,6 @@ def test_a_profile_of_the_login_file_counts_only_beside_one_that_is_given(
     [
         ("my study (2).yaml", "my_study__2_"),
         ("default_of_mine.yml", "default_of_mine"),
-        ("é.yaml", "default"),
     ],
 )
 def test_a_config_without_a_run_gives_its_name_to_the_results(checkout, tmp_path, name, run):
@@ -404,6 +403,16 @@ def test_a_config_without_a_run_gives_its_name_to_the_results(checkout, tmp_path
         shutil.rmtree(checkout.root / "results")
     (tmp_path / name).write_text("run: own\nseed: 3\n")
     assert study.main(str(tmp_path / name)) == 0 and (checkout.root / "results/own").is_dir()
+
+
+def test_a_config_whose_name_names_no_folder_needs_a_run(checkout, tmp_path, capsys):
+    """Two of them would write into one folder, or into that of the default study."""
+    for name in ("é.yaml", "ü.yaml", "_.yml"):
+        (tmp_path / name).write_text("seed: 3\n")
+        assert study.main(str(tmp_path / name)) == 2 and not checkout.calls
+        assert "write a `run` into it" in capsys.readouterr().err
+    (tmp_path / "é.yaml").write_text("run: own\nseed: 3\n")
+    assert study.main(str(tmp_path / "é.yaml")) == 0 and (checkout.root / "results/own").is_dir()
 
 
 def record(path, text, **keys):
