@@ -113,7 +113,7 @@ rule measure_full_weight:
 
 rule tabulate_full_weight:
     input:
-        tables=expand(f"{RESULTS}/why/{{protein}}/full_weight.csv", protein=RECONSTRUCTED),
+        tables=expand(f"{RESULTS}/why/{{protein}}/full_weight.csv", protein=[PAPERS, *OTHERS]),
     output:
         table=f"{TABLES}/why_full_weight.csv",
         means=f"{TABLES}/why_full_weight_means.csv",
