@@ -38,6 +38,24 @@ rule tabulate_points:
         "../measure.py"
 
 
+POTENTIAL = config["potential"]["structures"]
+
+
+rule measure_potential:
+    input:
+        structures=ancient([structure_file(name) for name in POTENTIAL]),
+    output:
+        table=f"{TABLES}/points_potential.csv",
+    log:
+        f"{RESULTS}/logs/measure_potential.log",
+    params:
+        structures={name: structure_file(name) for name in POTENTIAL},
+    message:
+        "Our potential and that of APBS"
+    script:
+        "../measure.py"
+
+
 rule measure_interfaces:
     input:
         partners=ancient([structure_file(name) for pair in COMPLEXES.values() for name in pair]),
