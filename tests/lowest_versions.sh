@@ -9,6 +9,7 @@ timeout 60 "$place/bin/pip" install -q --retries 0 --timeout 5 uv > /dev/null 2>
   || { echo "uv could not be fetched: the lowest versions are not tested."; exit 0; }
 set -e
 export VIRTUAL_ENV="$PWD/$place"
+export NUMBA_CACHE_DIR="$PWD/$place/kernels" # those beside the sources are of the locked numba
 "$place/bin/uv" pip compile --quiet --resolution lowest-direct --extra plot --extra hdf5 --extra many \
   pyproject.toml envs/requirements.in --output-file "$place/lowest.txt" > /dev/null
 "$place/bin/uv" pip install --quiet --requirements "$place/lowest.txt" hypothesis pytest pytest-xdist

@@ -1,6 +1,7 @@
 """Stored kernels: loaded without what compiles them, complete for all commands; none where another numba lacks what they need."""
 
 import ast
+import os
 import subprocess
 import sys
 
@@ -86,11 +87,12 @@ def test_a_kill_between_the_files_of_a_kernel_loads_no_older_form(tmp_path):
     """Nor does a process that reads while another one writes them: the index of numba names the form before it is there."""
     (tmp_path / "kernels_of_a_type").mkdir()
     (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     for factor, before in ((1, ""), (2, KILLED), (2, "")):
         code = OF_A_TYPE.format(type="Same", factor=factor)
         (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(code)
         call = [sys.executable, "-c", before + "import kernels_of_a_type.scaling"]
-        run = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+        run = subprocess.run(call, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert run.returncode == bool(before), run.stderr[-500:]
     assert run.stdout == "42.0\n"
     assert len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
