@@ -5,6 +5,7 @@ import os
 from dataclasses import replace
 
 from sparsurf.api import writing
+from sparsurf.api.about import heard
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
@@ -91,7 +92,8 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     options.refuse_structure_options(args, "spheres")
     names = options.names_of_requested_fields(args)
     rules = options.placement_options(args, _cavities(args))
-    dots = surface(args.file, density="auto" if args.mesh else args.density or "auto", **rules)
+    with heard(args.file) as args.heard:
+        dots = surface(args.file, density="auto" if args.mesh else args.density or "auto", **rules)
     if args.mesh:
         made = mesh(dots, density=args.density, n_vertices=args.n_vertices, step=args.step, fields=names)
         return replace(writing.mesh_dots(made), coloured=args.colours)
