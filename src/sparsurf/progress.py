@@ -25,6 +25,7 @@ class Progress:
         """Begin a loop over `total` items, of which some may be done before."""
         self.description, self.total, self.done = description, total, done
         self._first, self._start, self._bar = done, time.monotonic(), None
+        self._stage_before = stage
         if enabled and ("ipykernel" in sys.modules or sys.stderr.isatty()):
             from tqdm import tqdm  # only where a bar is shown
 
@@ -39,9 +40,9 @@ class Progress:
         self._tell()
 
     def close(self) -> None:
-        """Remove the bar."""
+        """Remove the bar, and tell again what is done around the loop."""
         global stage
-        stage = ""
+        stage = self._stage_before
         if self._bar is not None:
             self._bar.close()
 

@@ -305,7 +305,7 @@ class PointsOfFolder(Iterator[NamedPoints]):
 
 @public()
 def points_of(
-    folder: str | Path,
+    folder: str | Path | Sequence[str | Path],
     n_dots: int | None = None,
     *,
     density: float | None = None,
@@ -316,12 +316,12 @@ def points_of(
     cavities: str = "remove",
     jobs: int = 1,
 ) -> PointsOfFolder:
-    """Choose points with normals on the surface of every structure of a folder.
+    """Choose points with normals on the surface of every structure of a folder, or of a list of files.
 
     Parameters
     ----------
-    folder : str or Path
-        Folder whose .pdb, .ent, .cif and .mmcif files are read, also compressed (.gz).
+    folder : str or Path, or list of these
+        Folder whose .pdb, .ent, .cif and .mmcif files are read, also compressed (.gz), or a list of files.
     n_dots : int, optional
         Number of points on each structure, as for `points` (default 1024, unless `density` is given).
     density : float, optional
@@ -342,7 +342,8 @@ def points_of(
     Yields
     ------
     name : str
-        Name of the file without its suffixes; the structures follow one another in the order of their names.
+        Name of the file without its suffixes; the structures follow one another in the order of their names, and those of a
+        list in its order.
     points, normals : (n_dots, 3) float32
         Å and unit vectors. The triple of name, points and normals also has the attributes of `Points`, such as `atom`,
         `fields` and `to_frame`. A structure that fails is left out: the attribute `failures` of the iterator holds its name
@@ -351,7 +352,8 @@ def points_of(
     Raises
     ------
     InputError
-        An argument is outside of its limits, or the folder has no structure or two of the same name.
+        An argument is outside of its limits, a file of the list does not exist, or the folder or the list has no structure or two
+        of the same name.
 
     Examples
     --------
@@ -381,21 +383,32 @@ def points_of(
     return PointsOfFolder(structures_in(folder), request, jobs)
 
 
-def structures_in(folder: str | Path) -> dict[str, Path]:
-    """Return the structures of a folder by name, which is that of the file without its suffixes."""
-    if not as_path(folder).is_dir():
-        raise InputError(f"{folder} is not a folder; name a folder of structures.")
+def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
+    """Return the structures of a folder or of a list by name, which is that of the file without its suffixes."""
+    if isinstance(folder, list | tuple):
+        paths, where = [as_path(file) for file in folder], "the list of files"
+        for path in paths:
+            if not path.is_file():
+                reason = "is a folder" if path.is_dir() else "does not exist"
+                raise InputError(f"{path} {reason}; give one folder, or a list of the files of structures.")
+    else:
+        if not as_path(folder).is_dir():
+            raise InputError(f"{folder} is not a folder; name a folder of structures.")
+        by_name = sorted(as_path(folder).iterdir(), key=lambda path: (stem(path), path.name))
+        paths = [path for path in by_name if suffix(path) in STRUCTURES and path.is_file()]
+        where = str(folder)
     files: dict[str, Path] = {}
-    for path in sorted(Path(folder).iterdir(), key=lambda path: (stem(path), path.name)):
-        if suffix(path) in STRUCTURES and path.is_file():
-            name = title(path)
-            if name in files:
-                raise InputError(
-                    f"{folder} holds {files[name].name} and {path.name}, which have the same name; rename one of them."
-                )
-            files[name] = path
+    for path in paths:
+        name = title(path)
+        if name in files:
+            first = files[name]
+            one, other = (first.name, path.name) if first.parent == path.parent else (first, path)
+            raise InputError(
+                f"{where} holds {one} and {other}, which have the same name; rename one of them."
+            )
+        files[name] = path
     if not files:
-        raise InputError(f"{folder} holds no structure ({', '.join(STRUCTURES)}, also .gz).")
+        raise InputError(f"{where} holds no structure ({', '.join(STRUCTURES)}, also .gz).")
     return files
 
 

@@ -68,6 +68,7 @@ def run(args: argparse.Namespace) -> None:
     surface, molecule = options.read_dots(args)
     dots = options.dots_of_residues(args, surface, molecule) if args.at is None else np.asarray(args.at)
     dots = dots[:: args.every or 1]
+    options.say(f"descriptors of {len(dots):,} patches")
     z = descriptors(
         surface,
         dots,

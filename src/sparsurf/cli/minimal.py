@@ -106,6 +106,7 @@ def run(args: argparse.Namespace) -> None:
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             message += ". The interval is wide: --percent keeps a fixed share"
         if len(few) < len(surface):
+            options.say(f"errors of the surface of {len(few):,} dots")
             message += f"\n{_error(result)}"
         elif (args.percent, args.n_dots, args.density) == (None, None, None):
             message += ". No smaller subset meets the limit"

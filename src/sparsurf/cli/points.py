@@ -28,10 +28,11 @@ TABLE_FORMAT = ".parquet"
 FORMATS = kinds.suffixes("points")
 ROWS_PER_GROUP = 100_000  # of a Parquet file
 EXAMPLES = """\
-FILE is a structure or a folder of structures. The points of all structures of a folder are written into one Parquet table. Its
-columns are name (of the structure), x, y, z (Å), nx, ny, nz (the normal), area (Å^2, of the surface that the point represents),
-kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name, atom_name, atom (its index, from 0) and the fields; numbers
-are float32. The points lie exactly on the surface, as far from one another as possible, and have its analytic normals. There are
+FILE is a structure, a folder of structures, or several structures. The points of all structures of a folder or of several
+files are written into one Parquet table. Its columns are name (of the structure), x, y, z (Å), nx, ny, nz (the normal), area
+(Å^2, of the surface that the point represents), kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name,
+atom_name, atom (its index, from 0) and the fields; numbers are float32. The points lie exactly on the surface, as far from one
+another as possible, and have its analytic normals. There are
 no points in closed cavities, unless --cavities keep is given. Options of atoms choose those of one structure; a folder is read
 as it is. The same structure gives the same bytes on every machine. An npz contains points and normals, (n, 3)
 each, and the other columns by name. Structures of a folder that cannot be read are left out; a warning at the end and `failures`
@@ -40,6 +41,7 @@ finished, and writes the same bytes.
 
 examples:
   sparsurf points structures/ -n 1024 -o points.parquet
+  sparsurf points one.pdb two.cif -o points.parquet
   sparsurf points structures/ --fields roughness,hydropathy -o points.parquet
   sparsurf points protein.pdb -n 512 -o points.npz
   sparsurf points protein.pdb --density 0.5 -o points.ply
@@ -48,7 +50,8 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure, or folder of structures")
+    help_text = "structure, folder of structures, or several structures"
+    parser.add_argument("files", nargs="+", metavar="FILE", help=help_text)
     options.add_output(parser, FORMATS)
     size = parser.add_mutually_exclusive_group()
     size.add_argument(
@@ -78,17 +81,21 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the points."""
-    is_folder = Path(args.file).is_dir()
+    is_folder = len(args.files) > 1 or Path(args.files[0]).is_dir()
     formats = (TABLE_FORMAT,) if is_folder else FORMATS
-    outputs.check(args, formats)
+    for file in args.files:
+        args.file = file
+        outputs.check(args, formats)
     if not is_folder and not is_file_of_spheres(args.file) and not options.reads_atoms(args):
         raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
     settings = {"density": args.density, "seed": args.seed, **options.placement_options(args, "remove")}
     settings["fields"] = options.names_of_requested_fields(args)
     if is_folder or is_file_of_spheres(args.file):
+        args.file = args.file if len(args.files) == 1 else "the list of files"
         options.refuse_structure_options(args, "structures" if is_folder else "spheres")
     if is_folder:
-        results = points_of(args.file, args.n_dots, jobs=args.jobs, **settings)
+        of_all = args.files if len(args.files) > 1 else args.files[0]
+        results = points_of(of_all, args.n_dots, jobs=args.jobs, **settings)
         written: list[int] = []
         with store_beside(os.path.realpath(args.output), "structures") as store:
             tables = results.stored(store, args.output)
@@ -108,6 +115,7 @@ def run(args: argparse.Namespace) -> None:
     if not is_file_of_spheres(args.file):
         source = options.read_atoms(args)
         settings["frame"] = args.frame or 0
+    options.say(f"points on {source.n_atoms:,} atoms" if hasattr(source, "n_atoms") else "points on spheres")
     few = points(source, args.n_dots, **settings)
     if parse_output(args.output, formats)[0] == TABLE_FORMAT:
         named = [NamedPoints.of_points(title(args.file), few)]

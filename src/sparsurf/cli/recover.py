@@ -98,6 +98,7 @@ def run(args: argparse.Namespace) -> None:
     )
     outputs.check(args, formats)
     few = read_surface(args.file)
+    options.say(f"surface reconstructed from {len(few):,} dots")
     points_at = None if args.at is None else read_points(args.at)
     if args.mesh:
         triangles = _mesh(args, few)

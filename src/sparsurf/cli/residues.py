@@ -41,6 +41,7 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(f"{args.file} holds dots, which have no residues; give a structure.")
     from sparsurf.api.fields import residues  # here: wrong arguments need no numba
 
+    options.say(f"roughness of {len(surface):,} dots")
     table = residues(options.with_requested_fields(args, surface, molecule))
     table = table.drop(columns=["kept", "weight"])  # of a subset
     if args.residues is not None:

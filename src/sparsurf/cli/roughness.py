@@ -38,11 +38,13 @@ def run(args: argparse.Namespace) -> None:
     from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
     from sparsurf.settings import PatchesSettings
 
+    options.say(f"roughness of {len(surface):,} dots")
     values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]
     table = {"roughness": values} | ({} if molecule is None else molecule.label_columns(surface.atom))
     message = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
     patches = PatchesSettings(r_patch=args.r_patch, d_link=args.d_link)
+    options.say(f"writing {len(surface):,} dots")
     about = options.about(args, patches=patches, roughness=values)
     outputs.write_output(args, writing.DotsToWrite(surface, table, "roughness", message=message, about=about))

@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> None:
         counted = f"{len(shown_positions(molecule.n_frames))} frames"
     else:
         surface, _ = options.read_dots(args)
+        options.say(f"page of {len(surface):,} dots")
         page, counted = page_of_surface(surface, options.about(args)), f"{len(surface):,} dots"
     write_page(args.output, page)
     opens = not args.no_open and has_display() and os.path.isfile(args.output)

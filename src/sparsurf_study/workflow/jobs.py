@@ -171,15 +171,22 @@ def used() -> str:
 
 
 def reporter(title: str, unit: str = "subsets", every: float = 2.0) -> Callable[[int, int], None]:
-    """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds."""
+    """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds.
+
+    The time to go follows from the steps after the first report: what comes before it, such as loading the code, is done once.
+    """
     begin = last = time.monotonic()
+    first: tuple[float, int] | None = None
 
     def report(done: int, total: int) -> None:
-        nonlocal last
+        nonlocal first, last
         now = time.monotonic()
-        if now - last >= every or done >= total:
+        if first is None:
+            first = (now, done)
+        since, steps = now - first[0], done - first[1]
+        if (now - last >= every and steps) or done >= total:
             last = now
-            left = (now - begin) * (total - done) / max(done, 1)
+            left = since * (total - done) / max(steps, 1)
             text = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
             print(f"{PROGRESS}{title}: {text}", file=sys.stderr)
 

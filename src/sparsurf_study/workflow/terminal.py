@@ -1,6 +1,6 @@
 """What a run prints: a line for each job, its warnings, the first picture, and how far a long job is.
 
-On a terminal, that is a bar that is drawn every second; in a file or pipe, it is a line every minute.
+On a terminal, that is a bar that is drawn every second; in a file or pipe, it is a line every half minute.
 
 Snakemake hands its events to `Terminal`. Its own messages are in .snakemake/log/, those of a job in the job's log.
 """
@@ -26,7 +26,7 @@ from sparsurf_study.workflow.job_logs import FAILED_JOBS, STOPPED, failure, prog
 from sparsurf_study.workflow.ledger import TO_MAKE_AGAIN
 
 SECONDS_BEFORE_BAR = 10
-SECONDS_BETWEEN_LINES = 60  # where there is no terminal to draw a bar on
+SECONDS_BETWEEN_LINES = 30  # where there is no terminal to draw a bar on
 BAR_WIDTH = 24  # characters
 FIRST_PICTURES = "draw_roughness"  # end of the name of the rule that draws them, which a workflow that imports it may extend
 REPEATED_ELSEWHERE = (  # in the line of the job, or at the end of the run
@@ -165,7 +165,7 @@ class Terminal(LogHandlerBase):
                 self._show(self._bar_of(*oldest)[: shutil.get_terminal_size().columns - 1] if oldest else "")
 
     def _report(self) -> None:
-        """Say every minute how far the job is that works longest; a closed pipe does not fail the run."""
+        """Say every half minute how far the job is that works longest; a closed pipe does not fail the run."""
         while not self._ends.wait(SECONDS_BETWEEN_LINES):
             with self._lock, suppress(OSError):
                 if oldest := self._longest(SECONDS_BEFORE_BAR):
@@ -180,7 +180,7 @@ class Terminal(LogHandlerBase):
         """Say how far a job is: what it does, steps done of all if its log has them, and seconds."""
         done, total, left = self._progress_of(record)
         steps = f", {done} of {total}" if total else ""
-        to_go = f", about {left:.0f} s to go" if total else ""
+        to_go = f", about {left:.0f} s of this job to go" if total else ""
         return f"{self._steps:>10}  {record.rule_msg}{steps}, {time.monotonic() - begin:.0f} s{to_go}"
 
     def _progress_of(self, record: Any) -> tuple[int, int, int]:
@@ -194,4 +194,4 @@ class Terminal(LogHandlerBase):
         if not total:
             return self._words_of(record, begin)
         full, seconds = round(BAR_WIDTH * done / total), f"{time.monotonic() - begin:.0f} s"
-        return f"{self._steps:>10}  {'█' * full}{'░' * (BAR_WIDTH - full)} {record.rule_msg}, {seconds}, {left:.0f} s to go"
+        return f"{self._steps:>10}  {'█' * full}{'░' * (BAR_WIDTH - full)} {record.rule_msg}, {seconds}, {left:.0f} s of this job to go"

@@ -206,6 +206,31 @@ def test_a_structure_counts_once_for_all_its_warnings_of_a_kind(tmp_path, caplog
     assert "2 of 2 structures, such as a: chain A holds several molecules" in caplog.text
 
 
+def test_a_list_of_files_gives_the_points_of_each_in_its_order(folder, tmp_path, capfd):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    files = [folder / "b.pdb", folder / "a.pdb"]
+    results = list(sparsurf.points_of(files, 40))
+    assert [few.name for few in results] == ["b", "a"]
+    of_folder = {few.name: few for few in sparsurf.points_of(folder, 40)}
+    assert all(np.array_equal(few.points, of_folder[few.name].points) for few in results)
+
+    def ended(*words, output="y.parquet"):
+        return command.main(["points", *map(str, [*files, *words]), "-n", "40", "-o", str(tmp_path / output)])
+
+    assert ended(output="x.parquet") == 0
+    assert parquet.read_table(tmp_path / "x.parquet")["name"].to_pylist() == ["b"] * 40 + ["a"] * 40
+    for wrong, output, sentence in (
+        ([folder / "no.pdb"], "y.parquet", "no.pdb does not exist; give one folder, or"),
+        ([folder], "y.parquet", "is a folder; give one folder, or a list"),
+        ([folder / "a.pdb"], "y.parquet", "which have the same name"),
+        (["--chains", "A"], "y.parquet", "--chains has no meaning for the list of files"),
+        ([], "y.npz", "name a file that ends in .parquet"),
+    ):
+        assert ended(*wrong, output=output) == 1 and sentence in capfd.readouterr().err
+    with pytest.raises(InputError, match="the list of files holds no structure"):
+        sparsurf.points_of([])
+
+
 def test_folders_of_structures(folder, tmp_path):
     with pytest.raises(InputError, match="holds no structure"):
         list(sparsurf.points_of(tmp_path))

@@ -143,7 +143,7 @@ def test_what_snakemake_says_itself_goes_to_its_log_but_for_errors(said):
     [
         (
             "PROGRESS p/c1: 5 of 20 subsets, 10 s, 31 s to go\n",
-            "██████░░░░░░░░░░░░░░░░░░ Grid of p/c1, 40 s, 31 s to go",
+            "██████░░░░░░░░░░░░░░░░░░ Grid of p/c1, 40 s, 31 s of this job to go",
         ),
         ("INFO begins\n", "Grid of p/c1, 40 s"),
     ],
@@ -186,5 +186,5 @@ def test_a_run_without_a_terminal_says_how_far_the_longest_job_is(tmp_path, monk
     own.close()
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) > 1 and {line.strip() for line in lines} == {
-        "Grid of p/c1, 5 of 20, 0 s, about 31 s to go"
+        "Grid of p/c1, 5 of 20, 0 s, about 31 s of this job to go"
     }
