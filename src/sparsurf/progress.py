@@ -76,6 +76,12 @@ def _counted(items: Iterable[Item], description: str, total: int | None) -> Iter
         shown.close()
 
 
+def tell(text: str) -> None:
+    """Set what a log tells from now on."""
+    global stage
+    stage = text
+
+
 def duration(seconds: float) -> str:
     """Return a time in words: '40 s', '5 min', '2.5 h'."""
     if seconds < 60:

@@ -12,6 +12,7 @@ from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
 from sparsurf.evaluation.trials import MIN_RECONSTRUCTED_DOTS, MeasuredError, Trials
+from sparsurf.progress import tell
 from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
@@ -134,6 +135,9 @@ def smallest_subset_of_error(
     n, slope = _clip(trials.prepared.area * start_density(error, hydrogens), fewest, n_dots), -1.0
     tried: dict[int, MeasuredError] = {}
     while n not in tried and len(tried) < MOST_MEASUREMENTS:
+        tell(
+            f"measuring the error of {n:,} of {n_dots:,} dots, number {len(tried) + 1} of at most {MOST_MEASUREMENTS}"
+        )
         tried[n] = trials.error(n)
         if n == n_dots:
             break
@@ -170,7 +174,10 @@ def smallest_cover(trials: Trials, touching: np.ndarray, error: float, error_99:
     surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
     assert atoms is not None
     chosen, fewer = touching, 0
-    for largest_error in (*ROUNDS, None):
+    for k, largest_error in enumerate((*ROUNDS, None), 1):
+        tell(
+            f"measuring the error of {len(chosen):,} dots that touch every atom, round {k} of at most {len(ROUNDS) + 1}"
+        )
         rebuilt = rebuilt_from(surface, atoms, chosen, threads)
         if rebuilt.share < MIN_SHARE:
             return None
@@ -192,6 +199,9 @@ def _fewest_of_round(
     assert atoms is not None
     while too_few and sufficient - too_few > COVER_SURPLUS * sufficient:
         middle = (too_few + sufficient) // 2
+        tell(
+            f"measuring the error of {middle:,} dots; {sufficient:,} are enough, and {too_few:,} are too few"
+        )
         rebuilt = rebuilt_from(trials.prepared.surface, atoms, chosen[:middle], threads)
         met = trials.error_of(chosen[:middle], rebuilt).over(error, error_99) <= 1
         too_few, sufficient = (too_few, middle) if met else (middle, sufficient)

@@ -180,8 +180,7 @@ class Terminal(LogHandlerBase):
         """Say how far a job is: what it does, steps done of all if its log has them, and seconds."""
         done, total, left = self._progress_of(record)
         steps = f", {done} of {total}" if total else ""
-        to_go = f", about {left:.0f} s of this job to go" if total else ""
-        return f"{self._steps:>10}  {record.rule_msg}{steps}, {time.monotonic() - begin:.0f} s{to_go}"
+        return f"{self._steps:>10}  {record.rule_msg}{steps}, {time.monotonic() - begin:.0f} s{_to_go(done, total, left)}"
 
     def _progress_of(self, record: Any) -> tuple[int, int, int]:
         """Return (done, total, seconds to go) of a job; zeros where its log has none."""
@@ -194,4 +193,10 @@ class Terminal(LogHandlerBase):
         if not total:
             return self._words_of(record, begin)
         full, seconds = round(BAR_WIDTH * done / total), f"{time.monotonic() - begin:.0f} s"
-        return f"{self._steps:>10}  {'█' * full}{'░' * (BAR_WIDTH - full)} {record.rule_msg}, {seconds}, {left:.0f} s of this job to go"
+        bar = "█" * full + "░" * (BAR_WIDTH - full)
+        return f"{self._steps:>10}  {bar} {record.rule_msg}, {seconds}{_to_go(done, total, left)}"
+
+
+def _to_go(done: int, total: int, left: float) -> str:
+    """Say about how long a job takes yet; nothing after its last counted step, as what follows is not counted."""
+    return f", about {left:.0f} s of this job to go" if done < total else ""

@@ -86,8 +86,8 @@ def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
 def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecule):
     dots, _, html = molecule
     page, fields = Page(html), sparsurf.fields(dots)
-    values = {"roughness": sparsurf.roughness(dots), "hydropathy, Kyte-Doolittle": fields["hydropathy"]}
-    values["electrostatic potential, kT/e"] = fields["potential"]
+    values = {"roughness": sparsurf.roughness(dots), "hydropathy (Kyte-Doolittle)": fields["hydropathy"]}
+    values["electrostatic potential (kT/e)"] = fields["potential"]
     rows = {row[0]: row[1:4] for row in next(rows for rows in page.tables if rows[0][0] == "value")[1:]}
     for name, numbers in values.items():
         wanted = [f"{x:z.2f}".replace("-", "−") for x in (numbers.min(), numbers.mean(), numbers.max())]
@@ -242,8 +242,8 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     heads, *rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")
     assert heads[4:] == [
         "mean height",
-        "mean hydropathy, Kyte-Doolittle",
-        "mean electrostatic potential, kT/e",
+        "mean hydropathy (Kyte-Doolittle)",
+        "mean electrostatic potential (kT/e)",
     ]
     for name, *numbers in rows:
         means = table.loc[tuple(name.split()), [f"mean_{field}" for field in fields]]

@@ -462,7 +462,7 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
     row = {"combination": "(1, 0, 6, 0)", "roughest": 60.0, "flattest": 30.0, "all": 45.0}
     assert found["holds"]["kept"] == "yes" and found["rows"] == [row]
     html = html_of(page | {"gathering": kept.assign(kept_percent=[60.0, 70, 55, 50, 48, 45, 40, 35, 20, 30])})
-    shown = re.search(r"roughest tenth / %.*?<td>(.*?)</tr>", html, re.S)[1]
+    shown = re.search(r"roughest tenth \(%\).*?<td>(.*?)</tr>", html, re.S)[1]
     assert re.findall(r"[^<>]+(?=</td>)", shown) == ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
     even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
     assert even["holds"]["full"] == "no"

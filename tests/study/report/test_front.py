@@ -497,9 +497,9 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
     assert page.rows == [
         ["measure", "mean", "standard deviation", "lowest", "highest"],
         ["dots", "1,300", "436", "1,000", "1,800"],
-        ["area / Å²", "230", "44", "200", "280"],
+        ["area (Å²)", "230", "44", "200", "280"],
         ["mean roughness", "0.540", "0.053", "0.500", "0.600"],
-        ["nS / %", "43.0", "4.4", "40.0", "48.0"],
+        ["nS (%)", "43.0", "4.4", "40.0", "48.0"],
         ["d among the kept dots", "3.00", "2.65", "1.00", "6.00"],
         ["d on the full surface", "−3.00", "2.65", "−6.00", "−1.00"],
     ]
@@ -532,7 +532,7 @@ def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
     assert alt not in shown  # the figure is not among the files
     assert "Which dots describe the surface of p?" in text and "1,296 combinations" in text
     assert "No combination keeps less than 20 % of the dots." in text
-    heads = ["roughest residues", "mean roughness (1 is flat)", "area / Å²", "dots", "mean hbond"]
+    heads = ["roughest residues", "mean roughness (1 is flat)", "area (Å²)", "dots", "mean hbond"]
     rows = [["LYS 9 A", "0.42", "31", "1,200", "0.25"], ["ALA 7 A", "0.61", "12", "70", "−0.50"]]
     assert [heads, *rows] in page.tables
     ends = "ranges from 0.42 (LYS 9 A, the roughest) to 0.61 (ALA 7 A, the flattest)."
@@ -681,10 +681,10 @@ def test_a_table_of_surfaces_is_sorted_by_its_numbers_and_searched(tmp_path):
             "[...document.querySelectorAll('.sortable th button')].find(b => b.textContent === '{}').click();"
         )
         for heading, clicks, order in (
-            ("area / Å²", 1, "cea7b"),  # 1,000 Å^2 and then 800
-            ("area / Å²", 1, "b7aec"),
+            ("area (Å²)", 1, "cea7b"),  # 1,000 Å^2 and then 800
+            ("area (Å²)", 1, "b7aec"),
             ("surface", 1, "7abce"),
-            ("mean error / Å", 1, "7eabc"),
+            ("mean error (Å)", 1, "7eabc"),
             ("surface", 2, "ecba7"),
         ):
             assert browser.run(clicks * head.format(heading) + shown) == order

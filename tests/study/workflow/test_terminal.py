@@ -143,8 +143,9 @@ def test_what_snakemake_says_itself_goes_to_its_log_but_for_errors(said):
     [
         (
             "PROGRESS p/c1: 5 of 20 subsets, 10 s, 31 s to go\n",
-            "██████░░░░░░░░░░░░░░░░░░ Grid of p/c1, 40 s, 31 s of this job to go",
+            "██████░░░░░░░░░░░░░░░░░░ Grid of p/c1, 40 s, about 31 s of this job to go",
         ),
+        ("PROGRESS p/c1: 20 of 20 subsets, 39 s, 0 s to go\n", "████████████████████████ Grid of p/c1, 40 s"),
         ("INFO begins\n", "Grid of p/c1, 40 s"),
     ],
 )

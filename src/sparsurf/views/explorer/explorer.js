@@ -289,11 +289,11 @@ function play() {
 // The area of the surface, and the numbers of the chosen residue, over the frames.
 function curves() {
   if (nFrames() < 2) return;
-  const drawn = [curve("area of the surface, Å²", head.areas, 0)];
+  const drawn = [curve("area of the surface (Å²)", head.areas, 0)];
   head.numbers.forEach((table, k) => {
     if (table.frames < 2 || view.chosen < 0) return;
     const values = head.frames.map((_, frame) => numberOf(k, view.chosen, frame));
-    drawn.push(curve(`${table.name} of ${head.residues[view.chosen]}${table.unit ? `, ${table.unit}` : ""}`, values, table.digits));
+    drawn.push(curve(`${table.name} of ${head.residues[view.chosen]}${table.unit ? ` (${table.unit})` : ""}`, values, table.digits));
   });
   element("curves").replaceChildren(...drawn);
 }

@@ -47,7 +47,7 @@ def of_batches(batches: Mapping[str, Any] | None) -> dict[str, Any] | None:
 
 def unusual_table(records: list[dict[Any, Any]]) -> TableLink:
     """Tabulate the most unusual surfaces."""
-    columns = ["structure", "deviation", "measure", "atoms", "area / Å²", "volume / Å³", "mean roughness"]
+    columns = ["structure", "deviation", "measure", "atoms", "area (Å²)", "volume (Å³)", "mean roughness"]
     columns += ["components", "cavities"]
     form = {"deviation": "{:.1f}", "area": "{:,.0f}", "volume": "{:,.0f}", "mean_roughness": "{:.2f}"}
     measured = ("deviation", "atoms", "area", "volume", "mean_roughness", "components", "cavities")

@@ -15,8 +15,8 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
     found = []
     for protein in run.ending("ensemble.csv")[:MAX_SHOWN]:
         table = run.read(f"{protein}/ensemble.csv")
-        measured = {"N": ("dots", 0), "area": ("area / Å²", 0), "mean_roughness": ("mean roughness", 3)}
-        measured["n_S_percent"] = ("n_S / %", 1)
+        measured = {"N": ("dots", 0), "area": ("area (Å²)", 0), "mean_roughness": ("mean roughness", 3)}
+        measured["n_S_percent"] = ("n_S (%)", 1)
         readings = readings_of_columns(table, "d_")
         for reading in readings:
             measured[f"d_{reading}"] = (f"d {words_of(reading)}", 2)

@@ -168,8 +168,8 @@ def of_surfaces(run: Run) -> dict[str, Any] | None:
         first = Cell(name, picture=picture) if run.has(picture) else Cell("")
         files = run.file_cells(str(place), "row")
         rows.append([first, Cell(name, view if run.has(view) else ""), *cells, files])
-    columns = ["picture", "surface", "dots", "area / Å²", "mean roughness", "minimal subset", "its share / %"]
-    columns += ["mean error / Å", "Z", "Z, rotation-robust", "files"]
+    columns = ["picture", "surface", "dots", "area (Å²)", "mean roughness", "minimal subset", "its share (%)"]
+    columns += ["mean error (Å)", "Z", "Z, rotation-robust", "files"]
     figures: list[Figure] = []
     proteins = dict.fromkeys(place.split("/")[0] for place in run.places[:MAX_SHOWN])
     for folder in [*proteins, *run.places[:MAX_SHOWN]]:
