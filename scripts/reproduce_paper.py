@@ -18,7 +18,7 @@ with job(snakemake) as s:
     a1, best = s.params.a1, json.loads(Path(s.input.best).read_text(encoding="utf-8"))
     grid = read_table(s.input.grid, best["combinations"], "combinations")
     prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(a1), s.threads)
-    tables = reproduce(prepared, s.settings, reporter(f"{a1} as published", "runs of the grid"))
+    tables = reproduce(prepared, s.settings, reporter(f"{a1} as published", "steps"))
     for name, table in tables.items():
         write_rounded(s.output[name], add_reference_columns(table, best["references"]))
     results: dict[str, Any] = tables | {

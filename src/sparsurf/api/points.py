@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -392,9 +392,10 @@ def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
                 reason = "is a folder" if path.is_dir() else "does not exist"
                 raise InputError(f"{path} {reason}; give one folder, or a list of the files of structures.")
     else:
-        if not as_path(folder).is_dir():
+        one_folder = as_path(cast("str | Path", folder))
+        if not one_folder.is_dir():
             raise InputError(f"{folder} is not a folder; name a folder of structures.")
-        by_name = sorted(as_path(folder).iterdir(), key=lambda path: (stem(path), path.name))
+        by_name = sorted(one_folder.iterdir(), key=lambda path: (stem(path), path.name))
         paths = [path for path in by_name if suffix(path) in STRUCTURES and path.is_file()]
         where = str(folder)
     files: dict[str, Path] = {}

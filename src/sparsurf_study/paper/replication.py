@@ -25,6 +25,7 @@ LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, 
 
 GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
 TENTHS = 10  # of all dots, by roughness
+STEPS_BESIDES_RUNS = 12  # of the progress: the other tables take as long as so many runs of the grid
 
 
 def reproduce(
@@ -34,18 +35,25 @@ def reproduce(
     sampling, evaluation = settings.sampling, settings.evaluation
     combinations = published.parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta)
     n_tests, draws = number_of_tests(evaluation.test_dots, len(prepared)), evaluation.draws
-    runs = published_runs.runs_as_published(prepared, combinations, progress=progress)
+    total = published_runs.RUNS + STEPS_BESIDES_RUNS
+
+    def of_runs(done: int, _: int) -> None:
+        progress(done, total)
+
+    runs = published_runs.runs_as_published(prepared, combinations, progress=of_runs)
     ranks = published_runs.place_published_values(runs)
     n_centres = published_runs.centres_in_random_orders(prepared)
-    return {
-        "runs": runs,
-        "places": ranks,
-        "tests": published_runs.tests_of_table_1(ranks, n_centres),
-        "rows": published_rows(prepared, n_tests, draws),
-        "links": sweep_links(prepared, LINK_DISTANCES, n_tests, draws),
-        "defects": compare_defects(prepared, n_tests, draws),
-        "family": tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
+    besides: dict[str, Callable[[], pd.DataFrame]] = {
+        "rows": lambda: published_rows(prepared, n_tests, draws),
+        "links": lambda: sweep_links(prepared, LINK_DISTANCES, n_tests, draws),
+        "defects": lambda: compare_defects(prepared, n_tests, draws),
+        "family": lambda: tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
     }
+    made = {"runs": runs, "places": ranks, "tests": published_runs.tests_of_table_1(ranks, n_centres)}
+    for k, (name, make) in enumerate(besides.items(), 1):
+        made[name] = make()
+        progress(published_runs.RUNS + STEPS_BESIDES_RUNS * k // len(besides), total)
+    return made
 
 
 def facts_for_page(
