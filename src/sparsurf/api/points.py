@@ -403,9 +403,9 @@ def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
         name = title(path)
         if name in files:
             first = files[name]
-            one, other = (first.name, path.name) if first.parent == path.parent else (first, path)
+            pair = (first.name, path.name) if first.parent == path.parent else (first, path)
             raise InputError(
-                f"{where} holds {one} and {other}, which have the same name; rename one of them."
+                f"{where} holds {pair[0]} and {pair[1]}, which have the same name; rename one of them."
             )
         files[name] = path
     if not files:

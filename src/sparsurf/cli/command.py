@@ -126,9 +126,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args, unparsed = parser.parse_known_args(arguments)
     if unparsed:
         several = not any(word.startswith("-") for word in unparsed)
-        one = "one file at a time, the rest are options; a study takes a folder"
-        asked = "give all files before the options" if command == "points" else one
-        hint = f" ({asked})" if several else ""
+        advice = "one file at a time, the rest are options; a study takes a folder"
+        advice = "give all files before the options" if command == "points" else advice
+        hint = f" ({advice})" if several else ""
         (options or parser).error(f"unrecognized arguments: {' '.join(unparsed)}{hint}")
     args.words = arguments  # which a page names as its command
     progress.enabled = not args.quiet
