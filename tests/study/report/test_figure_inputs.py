@@ -190,6 +190,8 @@ def rearranged(value, order=None, turn=None, bend=0.0):
         return surface if rows is None else surface[rows]
     if rows is None or not isinstance(value, np.ndarray | pd.DataFrame):
         return value
+    if isinstance(value, np.ndarray) and value.dtype.kind == "i":  # numbers of the dots
+        return np.argsort(rows)[value[rows]]
     return value.iloc[rows].reset_index(drop=True) if isinstance(value, pd.DataFrame) else value[rows]
 
 
