@@ -41,7 +41,7 @@ finished, and writes the same bytes.
 
 examples:
   sparsurf points structures/ -n 1024 -o points.parquet
-  sparsurf points one.pdb two.cif -o points.parquet
+  sparsurf points protein.pdb run.pdb -o points.parquet
   sparsurf points structures/ --fields roughness,hydropathy -o points.parquet
   sparsurf points protein.pdb -n 512 -o points.npz
   sparsurf points protein.pdb --density 0.5 -o points.ply

@@ -118,7 +118,7 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
         out = words[words.index("-o") + 1]
         begins = (
             "wrote ",
-            "The surface reconstructed",
+            "The surface ",
             "Its Z is",
             "sparsurf: warning: protein.pdb: left out",
         )
