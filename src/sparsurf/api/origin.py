@@ -7,6 +7,7 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sparsurf.errors import printable
 from sparsurf.files import checksum_of_file, pluralise
 from sparsurf.molecules.source import Source
 from sparsurf.version import __version__
@@ -48,7 +49,7 @@ def rows_of_origin(
     if about.is_dated:
         rows.append(("date", today().isoformat()))
     rows.append(("version", f"sparsurf {__version__}"))
-    return (*rows, ("command", about.command)) if about.command else tuple(rows)
+    return (*rows, ("command", printable(about.command))) if about.command else tuple(rows)
 
 
 def shown_part(about: About, surface: Surface) -> str:
@@ -73,7 +74,7 @@ def _rows_of_files(about: About) -> Iterator[OriginRow]:
     for kind, file in zip(KINDS_OF_FILES, about.files, strict=False):
         path = _path(file)
         if path is not None and path.is_file():
-            yield kind, f"{path.name}, SHA-256 {checksum_of_file(path)}"
+            yield kind, f"{printable(path.name)}, SHA-256 {checksum_of_file(path)}"
     if about.model is not None:
         yield "model", str(about.model)
 
