@@ -78,7 +78,12 @@ def residual(x: np.ndarray, y: np.ndarray, n_groups: int) -> float:
 
 
 def residual_in_rows(table: pd.DataFrame) -> float:
-    """Return the standard deviation of d about a curve for each row of Table I, in groups of as many points as surfaces."""
+    """Return the standard deviation of d about a curve for each row of Table I, in groups of as many points as surfaces.
+
+    It is NaN for a single surface, each of whose groups has one point.
+    """
+    if table["surface"].nunique() == 1:
+        return np.nan
     squares, freedom = 0.0, 0
     for _, part in table.groupby("row"):
         n_groups = len(part) // part["surface"].nunique()
