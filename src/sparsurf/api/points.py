@@ -45,10 +45,8 @@ N_POINTS = 1024
 DOTS_PER_POINT = 2.0  # placed for each point that is chosen, at least
 JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
-COLUMN_OF_PART, WARNINGS_OF_PART = (
-    "column ",
-    "warnings",
-)  # names of the arrays of a stored table begin so, and that of its warnings
+# In a stored table: the beginning of the names of its columns, and the name of its warnings
+COLUMN_OF_PART, WARNINGS_OF_PART = "column ", "warnings"
 
 
 class PointsRequest(NamedTuple):

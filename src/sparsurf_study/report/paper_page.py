@@ -32,9 +32,8 @@ PAPER_TEMPLATE = "paper.html.j2"
 YES, NO = "yes", "no"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
-LIMIT_CASES: dict[
-    str, dict[str, float]
-] = {  # of Eq. 2, by the values of the parameters that are set to 0 or 1
+# Of Eq. 2, by the values of the parameters that are set to 0 or 1
+LIMIT_CASES: dict[str, dict[str, float]] = {
     "A, p does not depend on R: β = γ = 0": {"beta": 0, "gamma": 0},
     "B, p does not depend on the distance: γ = δ = 0": {"gamma": 0, "delta": 0},
     "C, p is steepest in R: α = β = 1": {"alpha": 1, "beta": 1},

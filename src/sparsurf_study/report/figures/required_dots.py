@@ -53,23 +53,10 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
         MEASURED_FROM, MEASURED_TO
     )
     for hydrogens, dashes, suffix in ((False, (), ""), (True, (4, 2), ", with hydrogens")):
-        mean, high_99 = np.array([error_at(float(x), hydrogens=hydrogens) for x in density]).T
-        ax.plot(
-            density,
-            mean,
-            color=MEAN,
-            linewidth=1.0,
-            dashes=dashes or (None, None),
-            label=f"evenly spread: mean{suffix}",
-        )
-        ax.plot(
-            density,
-            high_99,
-            color=HIGH,
-            linewidth=1.0,
-            dashes=dashes or (None, None),
-            label=f"evenly spread: 99 %{suffix}",
-        )
+        errors = np.array([error_at(float(x), hydrogens=hydrogens) for x in density]).T
+        for error, colour, quantity in zip(errors, (MEAN, HIGH), ("mean", "99 %"), strict=True):
+            line: dict[str, Any] = {"color": colour, "linewidth": 1.0, "dashes": dashes or (None, None)}
+            ax.plot(density, error, label=f"evenly spread: {quantity}{suffix}", **line)
     size = 6 if len(table) == 1 else 4
     for column, marker, colour, label in (("mean", "o", MEAN, "mean"), ("high_99", "s", HIGH, "99 %")):
         points: dict[str, Any] = {"color": colour, "markersize": size, "label": f"minimal subset: {label}"}
