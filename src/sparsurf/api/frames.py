@@ -14,9 +14,9 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.api.inputs import MoleculeLike, as_molecule, field_names, opened_source
 from sparsurf.api.parts import (
-    LENGTH_OF_KEY,
     digest_of_arguments,
     forget_other_parts,
+    part_file,
     store_beside,
     write_part,
 )
@@ -267,7 +267,7 @@ def _stored_parts(
 ) -> Iterator[tuple[Path, int, int]]:
     """Yield the file of each part in order, its first frame, and how many of its frames were there before."""
     bounds = _bounds(molecule.n_frames)
-    files = [store / f"{_key(molecule, request, *ends)}.npz" for ends in bounds]
+    files = [part_file(store, _digest(molecule, request, *ends)) for ends in bounds]
     forget_other_parts(store, files, path, "part")
     missing = [ends for ends, file in zip(bounds, files, strict=True) if not file.exists()]
     n_before = molecule.n_frames - sum(last - first for first, last in missing)
@@ -289,13 +289,13 @@ def _read_part(file: Path) -> Part:
         return Part(arrays["frames"], arrays["residues"])
 
 
-def _key(molecule: Molecule, request: FramesRequest, first: int, last: int) -> str:
+def _digest(molecule: Molecule, request: FramesRequest, first: int, last: int) -> Any:
     """Return a hash of all that the numbers of a part follow from."""
     digest = digest_of_arguments(request.rules, first, last, fields=request.fields)
     for name in ("chain", "residue", "residue_name", "name", "element"):
         digest.update("\n".join(map(str, getattr(molecule, name).tolist())).encode())
     digest.update(molecule.frame_number[first:last].tobytes() + molecule.xyz[first:last].tobytes())
-    return str(digest.hexdigest()[:LENGTH_OF_KEY])
+    return digest
 
 
 _shared: tuple[Molecule, FramesRequest] | None = None  # what the processes of `frames` share

@@ -39,6 +39,11 @@ def digest_of_arguments(*arguments: Any, fields: Sequence[FieldLike] = ()) -> An
     return digest
 
 
+def part_file(store: Path, digest: Any) -> Path:
+    """Return the file of the part that follows from what a hash was taken of."""
+    return store / f"{digest.hexdigest()[:LENGTH_OF_KEY]}.npz"
+
+
 @contextmanager
 def store_beside(path: str | Path, kind: str) -> Iterator[Path]:
     """Open the hidden folder next to a result in which its parts are stored; it is deleted when the result is written."""

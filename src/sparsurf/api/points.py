@@ -14,7 +14,7 @@ import numpy as np
 
 from sparsurf.api.field_values import check_fields, with_fields
 from sparsurf.api.inputs import MoleculeLike, as_spheres
-from sparsurf.api.parts import LENGTH_OF_KEY, digest_of_arguments, forget_other_parts, write_part
+from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_file, write_part
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
@@ -240,7 +240,7 @@ class PointsOfFolder(Iterator[NamedPoints]):
 
         `store` is the folder of the parts of the file `result`.
         """
-        parts = {name: store / f"{_key(path, self._request)}.npz" for name, path in self._files.items()}
+        parts = {name: part_file(store, _digest(path, self._request)) for name, path in self._files.items()}
         forget_other_parts(store, parts.values(), str(result), "structure")
         missing = {name: path for name, path in self._files.items() if not parts[name].exists()}
         self.n_before = len(parts) - len(missing)
@@ -421,11 +421,10 @@ class Outcome(NamedTuple):
     warnings: list[tuple[str, str]]
 
 
-def _key(path: Path, request: PointsRequest) -> str:
+def _digest(path: Path, request: PointsRequest) -> Any:
     """Return a hash of all that the points of a structure follow from."""
     arguments = request._replace(fields=())
-    digest = digest_of_arguments(*arguments, checksum_of_file(path), fields=request.fields)
-    return str(digest.hexdigest()[:LENGTH_OF_KEY])
+    return digest_of_arguments(*arguments, checksum_of_file(path), fields=request.fields)
 
 
 def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:
