@@ -79,5 +79,5 @@ def quantities_of(summary: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.S
     out = {f"cross-validated d, `{reading}`": own[reading] for reading in (KEPT_READING, FULL_READING)}
     for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
         own = part[(part["sampler"] == "farthest") & (part["reading"] == RECOVERED)].set_index("protein")
-        out[f"times fewer than {target:g} % uniform"] = own["factor"]
+        out[f"times fewer than {target:g} % random"] = own["factor"]
     return out
