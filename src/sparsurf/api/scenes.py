@@ -153,12 +153,13 @@ def write_bild(
 
 
 def _write_dots_as_pdb(path: Path, points: np.ndarray, numbers: np.ndarray) -> None:
-    """Write each dot as a HETATM in its own residue, with a number as B factor (0 if unknown)."""
-    b = np.clip(np.nan_to_num(numbers), MIN_B, MAX_B)
+    """Write each dot as a HETATM in its own residue, with a number as B factor (0 with an occupancy of 0 if unknown)."""
+    occupancy = np.isfinite(numbers).astype(float)
+    b = np.clip(np.where(occupancy, numbers, 0), MIN_B, MAX_B)
     lines = [
         f"HETATM{(k + 1) % 100_000:5d}  X   DOT X{encode_label(str(k + 1))}   "
         + "".join(f"{x:8.3f}" for x in point)
-        + f"  1.00{b[k]:6.2f}           X\n"
+        + f"{occupancy[k]:6.2f}{b[k]:6.2f}           X\n"
         for k, point in enumerate(points)
     ]
     path.write_text("".join([*lines, "END\n"]), encoding="ascii")

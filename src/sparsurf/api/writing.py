@@ -365,11 +365,11 @@ def write(
     """Write a result in the format that the suffix of a path names, such as .csv, .npz, .ply, .dms, .pml, .html or .png.
 
     Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb
-    next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field. A
-    .vtp (for ParaView and PyVista) holds dots or a mesh with all their numbers. A .obj, .glb or .stl holds a mesh, and is
-    written by trimesh, which must be installed. A .html is an interactive page, as that of `show`, and a .png is a picture, for
-    which matplotlib must be installed. A Subset is shown on its surface, and a table of `residues` as the roughness along each
-    chain.
+    next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field, with
+    an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all their numbers. A
+    .obj, .glb or .stl holds a mesh, and is written by trimesh, which must be installed. A .html is an interactive page, as that
+    of `show`, and a .png is a picture, for which matplotlib must be installed. A Subset is shown on its surface, and a table of
+    `residues` as the roughness along each chain.
 
     Parameters
     ----------

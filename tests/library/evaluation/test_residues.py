@@ -145,7 +145,9 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
 def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     """The Python of open.pml, with a PyMOL that notes what it is told."""
     (tmp_path / "minimal.csv").write_text("x,y,z\n1,2,3\n")
-    rows = "chain,residue,mean_roughness,mean_charge\nA,1,0.5,-0.25\nA,2,0.5,\n"
+    # in no order, of three chains with the same numbers, one residue of which is unknown
+    rows = ["C,1,0.5,0.05", "A,2,0.5,", "A,1,0.5,-0.25", "B,1,0.5,0.125", "B,2,0.5,0.1"]
+    rows = "\n".join(["chain,residue,mean_roughness,mean_charge", *rows, ""])
     (tmp_path / "residues.csv").write_text(rows)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "pymol", SimpleNamespace(cgo=SimpleNamespace(COLOR=0, SPHERE=1)))
@@ -156,7 +158,9 @@ def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     exec(re.search(r"^python\n(.*)^python end", text, re.M | re.S)[1], {"cmd": cmd})
     assert [each[0] for each in told] == [*known]
     assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]
-    assert told[2][3] == {"space": {"shown": {("A", "1"): -0.25}}}
+    assert told[2][3]["space"] == {
+        "shown": {("A", "1"): -0.25, ("B", "1"): 0.125, ("B", "2"): 0.1, ("C", "1"): 0.05}
+    }
     assert told[3][1:] == ("b", "red_white_blue", "mean_charge", -0.25, 0.25, {})
 
 

@@ -7,7 +7,6 @@ from scipy.spatial.distance import cdist
 
 from conftest import ball, make_blob
 from peptides import peptide, write
-from small_study import run_script
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.descriptors import describe_patches
@@ -216,20 +215,3 @@ def test_residues_belong_to_their_dots_and_atoms():
     residues = pd.DataFrame({"chain": ["A", "B"], "residue": ["2", "1"], "value": [7.0, 9.0]})
     shown = matching.on_atoms(molecule, residues, "value", -1.0)
     assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
-
-
-def test_partners_with_the_same_labels_have_b_factors_of_their_own(tmp_path):
-    """As those of two files of one chain each, both of which are called A."""
-    write(tmp_path / "peptide.pdb", peptide(("ALA", "LYS"), "A") + "END\n")
-    keys = {"chain": "A", "residue": ["1", "2"] * 2, "residue_name": ["ALA", "LYS"] * 2}
-    names = ("propensity_smoothed", "propensity_k_smoothed", "similarity_smoothed")
-    dots = pd.DataFrame({"partner": [1, 1, 2, 2]} | keys | {name: [0.1, 0.2, 0.3, 0.4] for name in names})
-    dots.assign(interface=0).to_csv(tmp_path / "dots.csv", index=False)
-    inputs = {"dots": tmp_path / "dots.csv"} | {f"structure_{k}": tmp_path / "peptide.pdb" for k in (1, 2)}
-    outputs = {"residues": "r.csv", "pdb_1": "1.pdb", "pdb_2": "2.pdb", "pml": "o.pml", "cxc": "o.cxc"}
-    outputs = {key: str(tmp_path / name) for key, name in outputs.items()}
-    run_script("tabulate_pair_residues", tmp_path, inputs, outputs)
-    for side, values in ((1, [0.1, 0.2]), (2, [0.3, 0.4])):
-        written = read_molecule(outputs[f"pdb_{side}"])
-        first = np.unique(written.residue_index, return_index=True)[1]
-        assert written.b_factor[first].tolist() == pytest.approx(values, abs=0.006)

@@ -482,30 +482,6 @@ def test_the_page_of_a_pair_shows_each_partner_by_its_own_ranks(run, pair):
         assert numbers == dots["residue"][of_side].astype(float).astype(int).astype(str).tolist()
 
 
-def test_residues_of_partners_with_the_same_names_are_kept_apart(study, tmp_path):
-    """Both have a chain A with residues 2 and 3; the other residues have no dots."""
-    dots = pd.DataFrame(
-        {"partner": [1, 1, 2, 2], "chain": "A", "residue": ["2", "3", "2", "3"], "residue_name": "X"}
-    )
-    dots["propensity_smoothed"] = [1.0, 2.0, 30.0, 40.0]
-    for name in ("propensity_k_smoothed", "similarity_smoothed", "interface"):
-        dots[name] = 0.0
-    dots.to_csv(tmp_path / "dots.csv", index=False)
-    inputs = {"dots": tmp_path / "dots.csv"} | {f"structure_{side}": study / "one.pdb" for side in (1, 2)}
-    files = {"residues": "residues.csv", "pml": "a.pml", "cxc": "a.cxc", "pdb_1": "1.pdb", "pdb_2": "2.pdb"}
-    run_script(
-        "tabulate_pair_residues", tmp_path, inputs, {name: tmp_path / file for name, file in files.items()}
-    )
-    for side, values in ((1, [1.0, 2.0]), (2, [30.0, 40.0])):
-        written = read_study_structure(tmp_path / f"{side}.pdb")
-        own = [written.b_factor[written.residue == str(number)] for number in range(1, 5)]
-        assert [{*each} for each in own] == [{-1.0}, *({value} for value in values), {-1.0}]
-    low, high = np.quantile([1, 2, 30, 40], [0.05, 0.95])
-    for name in ("a.pml", "a.cxc"):
-        text = (tmp_path / name).read_text()
-        assert f"{low:.3f}" in text and f"{high:.3f}" in text and not re.search("%(LOW|HIGH)%", text)
-
-
 def test_a_partner_of_a_complex_has_all_of_its_chains(tmp_path):
     parts = [("C", ("ALA",)), ("A", ("ALA", "LYS")), ("B", ("ALA", "LYS", "SER"))]
     texts = [peptide(names, chain, origin=(0, 9.0 * k, 0)) for k, (chain, names) in enumerate(parts)]
