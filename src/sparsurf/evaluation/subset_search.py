@@ -16,7 +16,7 @@ from sparsurf.progress import tell
 from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import ROUNDS, deviations, dots_to_add, rebuilt_from
+from sparsurf.sampling.cover import ROUNDS, dots_to_add, errors_of_dots, rebuilt_from
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
 
 log = logging.getLogger("sparsurf")
@@ -185,7 +185,8 @@ def smallest_cover(trials: Trials, touching: np.ndarray, error: float, error_99:
             return _fewest_of_round(trials, chosen, fewer, error, error_99)
         if largest_error is not None:
             errs = min(largest_error, error_99)
-            added = dots_to_add(surface, chosen, rebuilt, deviations(surface, rebuilt, threads), errs)
+            errors = errors_of_dots(surface, rebuilt, threads)
+            added = dots_to_add(surface, chosen, rebuilt, errors, errs, threads)
             chosen, fewer = np.concatenate([chosen, added]), len(chosen)
     return None
 

@@ -42,7 +42,9 @@ __all__ = [
 ]
 
 PATCHES_PER_CALL = 512  # of a descriptor; fixed, so that results do not depend on the number of cores
-TESTS_PER_SLICE = 4  # of many subsets
+# Test dots whose patches in many subsets share one table of descriptors. Equal patches occur at the same test dot alone, so that
+# a table of more test dots would be larger and find no more.
+TESTS_PER_SLICE = 4
 PUBLISHED = "published"
 
 

@@ -13,11 +13,15 @@ from sparsurf.surfaces.spacing import DENSITY
 
 log = logging.getLogger("sparsurf")
 
-TANGENT_PLANES = 6  # of the nearest dense dots; the height of a point is their weighted mean
+# Of the nearest dense dots; the height of a point is their weighted mean. One plane would jump half way between two dots; 3 to
+# 20 of them change the mean error of a mesh by less than .0002 Å.
+TANGENT_PLANES = 6
 # Width, in steps of the grid, of the layer around the surface in which distances are computed. An edge of a tetrahedron is
 # sqrt(3) long. Wider layers are used only if the dots leave holes, which they close.
 BANDS = (2.0, 4.0, 8.0)
-MAX_DISSENT = 0.02  # share of the regions' boundary faces that may indicate the other side
+# Share of the regions' boundary faces that may indicate the other side. It is below .0001 on whole surfaces, and
+# .1 to .4 where a hole connects inside and outside, as one of 2 Å does before a wider layer closes it.
+MAX_DISSENT = 0.02
 
 
 def recovered_mesh(

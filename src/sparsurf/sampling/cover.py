@@ -9,7 +9,7 @@ grows from 0.002 to 0.06 to 0.1 Å.
 from __future__ import annotations
 
 import heapq
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -22,19 +22,16 @@ from sparsurf.sampling.farthest_point import farthest_after, farthest_point_samp
 from sparsurf.sampling.published import SampledSurface
 from sparsurf.surfaces.surface import CONTACT, Surface, SurfaceOrigin
 
-TOUCHES, TOUCHES_WITHOUT_CONTACT = 1, 5  # of other dots that each exposed atom gets
+# Of other dots that each exposed atom gets. A contact dot gives its radius' line to the centre, so that one probe fixes it;
+# without one, three probes fix a sphere, and two more tell the atom from a sphere that touches three by chance.
+TOUCHES, TOUCHES_WITHOUT_CONTACT = 1, 5
 TOUCH = 1e-5  # Å, of a probe and an atom: rounding
 SAME_PROBE = 0.05  # Å, between probe centres of which only one is chosen
 DECIMALS = 4  # of positions and normals in a file
-SPREAD = 1.5  # Å, between dots that are added in one round
-ROUNDS = (
-    0.12,
-    0.12,
-    0.12,
-    0.06,
-    0.06,
-    0.03,
-)  # Å: dots are added where the true surface lies so far from the rebuilt one
+# Å, between dots that are added in one round: a dot mends the surface around it, which the next round measures
+SPREAD = 1.5
+# Å: dots are added where the true surface lies so far from the rebuilt one, the worst places first
+ROUNDS = (0.12, 0.12, 0.12, 0.06, 0.06, 0.03)
 # Å, of the rebuilt surface from the true one, and dots that are added for it in a round: few, since they mend less than others
 OVERSHOOTS, MAX_OVERSHOOTS = 0.25, 40
 
@@ -44,13 +41,6 @@ class SurfaceOnAtoms(SampledSurface, Protocol):
 
     surface: Surface
     threads: int
-
-
-class Deviations(NamedTuple):
-    """Distances between all dots of a surface and the surface that is rebuilt from some of them."""
-
-    of_dots: np.ndarray  # (N,) float64, Å, of each dot from the rebuilt surface
-    of_rebuilt: np.ndarray  # (M,) float64, Å, of each point of the rebuilt surface from the dots
 
 
 def cover_dots(surface: Surface, atoms: SurfaceOrigin) -> np.ndarray:
@@ -99,12 +89,13 @@ def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndar
     least = np.inf
     for errs in (*ROUNDS, None):
         rebuilt = rebuilt_from(surface, atoms, chosen, threads)
-        found = deviations(surface, rebuilt, threads)
-        if found.of_dots.max() < least:
-            best, least = chosen, found.of_dots.max()
+        errors = errors_of_dots(surface, rebuilt, threads)
+        if errors.max() < least:
+            best, least = chosen, errors.max()
         if errs is None or len(chosen) == n:
             break
-        chosen = np.concatenate([chosen, dots_to_add(surface, chosen, rebuilt, found, errs)])[:n]
+        added = dots_to_add(surface, chosen, rebuilt, errors, errs, threads)
+        chosen = np.concatenate([chosen, added])[:n]
     return farthest_after(prepared.index, best, n)
 
 
@@ -121,23 +112,23 @@ def rebuilt_from(surface: Surface, atoms: SurfaceOrigin, dots: np.ndarray, threa
     )
 
 
-def deviations(surface: Surface, rebuilt: Rebuilt, threads: int = 1) -> Deviations:
-    """Measure how far the dots lie from the surface that was rebuilt from some of them, and it from them."""
-    of_dots = distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
-    return Deviations(of_dots, distance_to_surface(rebuilt.points, surface.points, surface.normals, threads))
+def errors_of_dots(surface: Surface, rebuilt: Rebuilt, threads: int = 1) -> np.ndarray:
+    """Measure how far each dot lies from the surface that was rebuilt from some of them, (N,) float64, Å."""
+    return distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
 
 
 def dots_to_add(
-    surface: Surface, chosen: np.ndarray, rebuilt: Rebuilt, found: Deviations, errs: float
+    surface: Surface, chosen: np.ndarray, rebuilt: Rebuilt, errors: np.ndarray, errs: float, threads: int = 1
 ) -> np.ndarray:
-    """Return dots, the worst first, that lie more than `errs` Å from the rebuilt surface, or under where it overshoots."""
+    """Return dots, the worst first, whose `errors` exceed `errs` Å, or above which the rebuilt surface overshoots."""
     from scipy.spatial import cKDTree
 
-    worst = _worst(surface.points, found.of_dots, errs, len(found.of_dots))
-    over = _worst(rebuilt.points, found.of_rebuilt, max(OVERSHOOTS, errs), MAX_OVERSHOOTS)
+    overshoots = distance_to_surface(rebuilt.points, surface.points, surface.normals, threads)
+    worst = _worst(surface.points, errors, errs, len(errors))
+    over = _worst(rebuilt.points, overshoots, max(OVERSHOOTS, errs), MAX_OVERSHOOTS)
     under = np.asarray(cKDTree(surface.points).query(rebuilt.points[over])[1], np.int64)
     dots = np.concatenate([worst, under])
-    order = np.argsort(-np.concatenate([found.of_dots[worst], found.of_rebuilt[over]]), kind="stable")
+    order = np.argsort(-np.concatenate([errors[worst], overshoots[over]]), kind="stable")
     _, first = np.unique(dots[order], return_index=True)
     dots = dots[order][np.sort(first)]
     return dots[~np.isin(dots, chosen)]

@@ -23,8 +23,12 @@ from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
-MAX_PENALTY = 5.0  # by which an edge counts as longer
-SLIVER = 0.3  # twice the area over the square of the longest side; .87 in an equilateral triangle
+# By which an edge counts as longer at most. On meshes of 512 and 2,048 vertices, a maximum of 2 leaves triangles of half the
+# quality, and without a maximum the longest edges never go and the triangles between them become slivers.
+MAX_PENALTY = 5.0
+# Twice the area over the square of the longest side, .87 in an equilateral triangle, below which an edge counts as longer. At .1
+# the worst triangles have half the quality; at .5 the mesh lies a sixth farther from the surface.
+SLIVER = 0.3
 
 
 def sized_mesh(

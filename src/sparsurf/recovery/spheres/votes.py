@@ -18,11 +18,9 @@ from sparsurf.patches.index import build_grid, select_separated
 from sparsurf.surfaces.radii import RADII
 
 MIN_DOTS = 100  # fewer dots have peaks by chance
-VOTERS = 2000  # dots, of those that there are
-CANDIDATES, CENTRES_AND_RADII = (
-    48,
-    16,
-)  # nearest dots of a voter, and the nearest of their probe centres with which it votes
+VOTERS = 2000  # dots, of those that there are: 500 give the same probe and radii, and more only take longer
+# Nearest dots of a voter, and the nearest of their probe centres with which it votes
+CANDIDATES, CENTRES_AND_RADII = 48, 16
 CLOSE = 0.8  # Å; of dots closer than this one votes, since the probes of the others touch the same atoms
 RADIUS_OF_ATOM = (0.9, 2.3)  # Å, of votes that count
 MIN_SLOPE = 0.1  # Å, of |probe + n . (p - c)|, by which a vote is divided
@@ -94,6 +92,7 @@ def _model(
     peaks, counts = _peaks(votes.copy(), WIDTH, MAX_PEAKS)
     if len(peaks) == 0 and radii is None:
         return SphereModel(probe, np.empty(0), "none", ratio, np.nan)
+    # A peak is clear with six times the votes that its width has by chance, 1 % of the highest, and a dozen
     clear = counts > max(6 * background * WIDTH, 0.01 * counts[0], 12) if len(peaks) else np.empty(0, bool)
     tolerance = _tolerance(votes, peaks[0], background) if clear.any() else MIN_TOLERANCE
     if isinstance(radii, str) or radii is None:
