@@ -145,6 +145,8 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
         make_writable(run / folder)
     errors = run / "logs" / "snakemake.err"
     errors.unlink(missing_ok=True)
+    if replaced := ledger.note_config(run, files[0]):
+        print(replaced, flush=True)
     remove_leftovers(run)
     keep_downloads_and_simulations(config, run, files, errors)
     found = ledger.disagreements(run, METADATA)

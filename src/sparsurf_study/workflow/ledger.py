@@ -25,6 +25,7 @@ from sparsurf_study.workflow.checksums import Checksums, Stamp, stamp, stamps, w
 RECORD_FORMAT = 1  # of a record; a higher number is of a newer version of this program
 FOLDER, LOGS = ".ledger", "logs"  # of a run; a record lies in the one as the log of its job in the other
 CHECKSUMS = ".checksums.json"  # in the ledger: see `Checksums`
+CONFIG = ".config.json"  # in the ledger: the config file of the last run
 FOLDERS = ".folders"  # in the ledger: the same of each folder that jobs read
 LIBRARIES = ("numpy", "scipy", "mdtraj", "gemmi", "numba")  # that compute
 MOST_FILES, MOST_BYTES = 10_000, 10 * 2**30  # of a run whose files are all read before it continues
@@ -306,6 +307,27 @@ def sizes_of_results(run: Path) -> dict[str, int]:
                 with suppress(OSError):
                     sizes[path] = os.stat(path).st_size
     return sizes
+
+
+def note_config(run: Path, config: Path) -> str:
+    """Note the config file of a run; return a sentence if the last run was that of another one.
+
+    An edited or moved config is the same one, and a copy of it differs in nothing: only a file that is still there and has
+    another content is another config, whose results this run replaces. Paths in the working folder are noted from there.
+    """
+    note, here = run / FOLDER / CONFIG, Path.cwd()
+    former = config
+    with suppress(OSError, ValueError, LookupError, TypeError):
+        former = Path(json.loads(note.read_text(encoding="utf-8"))["path"])
+    path = config.relative_to(here) if config.is_relative_to(here) else config
+    write_json(note, {"path": str(path)})
+    with suppress(OSError):
+        if former.read_bytes() != config.read_bytes() and sizes_of_results(run):
+            return (
+                f"{run}/ contains the results of {former}, and this run of {path} replaces them. To keep both, write another "
+                "`run` into one of these configs."
+            )
+    return ""
 
 
 def in_words(path: str, run: Path) -> str:

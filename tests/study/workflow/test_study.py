@@ -415,6 +415,41 @@ def test_a_config_whose_name_names_no_folder_needs_a_run(checkout, tmp_path, cap
     assert study.main(str(tmp_path / "é.yaml")) == 0 and (checkout.root / "results/own").is_dir()
 
 
+def test_a_config_that_replaces_the_results_of_another_says_so(checkout, tmp_path, capsys):
+    """An edited config, a moved one, a link to it and a copy of it do not."""
+    first, second = checkout.root / "studies" / "mine.yaml", tmp_path / "other" / "mine.yaml"
+
+    def told(path, text=None):
+        """Whether the run says before it starts whose results it replaces."""
+        path.parent.mkdir(exist_ok=True)
+        if text is not None:
+            path.write_text(text)
+        checkout.work = [lambda: before.append(capsys.readouterr().out)]
+        before = []
+        assert study.main(str(path)) == 0
+        capsys.readouterr()
+        return before[0]
+
+    assert (
+        told(first, "seed: 1\n") == told(first) == told(first, "seed: 2\n") == told(second, "seed: 2\n") == ""
+    )
+    assert told(first, "seed: 1\n") == ""  # as there are no results yet
+    record(checkout.root / "results/mine/a.csv", "1")
+    assert told(second, "seed: 1\n") == ""
+    link = tmp_path / "linked" / "mine.yaml"
+    link.parent.mkdir()
+    link.symlink_to(second)
+    assert told(link) == ""
+    named = "results/mine/ contains the results of {}, and this run of {} replaces them."
+    assert told(first, "seed: 3\n").startswith(named.format(second, "studies/mine.yaml"))
+    (checkout.root / "mine.yml").write_text("seed: 4\n")
+    assert told(checkout.root / "mine.yml").startswith(named.format("studies/mine.yaml", "mine.yml"))
+    shutil.move(checkout.root / "mine.yml", second)
+    assert told(second) == told(second, "seed: 5\n") == ""
+    (checkout.root / "results/mine" / ledger.FOLDER / ledger.CONFIG).write_text("[")
+    assert told(first) == ""
+
+
 def record(path, text, **keys):
     """Write a result and the record of its job."""
     path.parent.mkdir(parents=True, exist_ok=True)
