@@ -324,6 +324,7 @@ rule draw_view:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
+        surface=part_of("surface", "probe_radius", "radii", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         minimal=config["minimal"],

@@ -53,6 +53,7 @@ rule draw_changes:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
         forms=lambda wildcards: CHANGES[wildcards.comparison],
+        surface=part_of("surface", "probe_radius", "radii", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],

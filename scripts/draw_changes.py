@@ -14,6 +14,7 @@ from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.pairs.changes import numbered_alike, over_floor
 from sparsurf_study.pairs.matching import on_atoms
 from sparsurf_study.report.figures.changes import changes_figure, highest_shown, seen_alike
+from sparsurf_study.report.page_origin import origin_of_page, with_atoms
 
 MEANING = "at its floor", "changed", "below it, or buried"
 
@@ -39,6 +40,7 @@ with job(snakemake) as s:
             s.streams(f"{name}/{side}"),
             [DotValues("change over its floor", "change", "", shown, *MEANING)],
             residue_labels(structures[side - 1]),
+            origin_of_page(with_atoms(dots, structures[side - 1], settings), structures[side - 1]),
         )
         Path(s.output[f"view_{side}"]).write_text(text, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), s.output.png)

@@ -11,6 +11,7 @@ from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
 from sparsurf.views.viewer.page import DotValues, coloured_page
 from sparsurf_study.report.figures.pair_figures import book_figure, partners_opened, ranks, side_by_side
+from sparsurf_study.report.page_origin import origin_of_page, with_atoms
 
 with job(snakemake) as s:
     name, dots = s.wildcards.pair, pd.read_csv(s.input.dots, low_memory=False)
@@ -28,6 +29,14 @@ with job(snakemake) as s:
     pages = partners_opened(surfaces, [table["interface"].to_numpy() == 1 for table in tables])
     surface = side_by_side(surfaces, pages, [len(names) for names in labels])
     atom_labels = [f"{label}, partner {side}" for side, names in enumerate(labels, 1) for label in names]
-    settings = s.settings
-    text = coloured_page(name, surface, settings, s.streams(name), values, atom_labels)
+    settings, origin = s.settings, []
+    for side, dots_of_side in enumerate(surfaces, 1):
+        structure = s.input.get(f"structure_{side}")
+        rows = origin_of_page(
+            with_atoms(dots_of_side, structure, settings), structure or s.input[f"surface_{side}"]
+        )
+        # The last row is the version, which both share
+        origin += [(f"{label} of partner {side}", value) for label, value in rows[:-1]]
+    origin.append(rows[-1])
+    text = coloured_page(name, surface, settings, s.streams(name), values, atom_labels, origin)
     Path(s.output.view).write_text(text, encoding="utf-8")

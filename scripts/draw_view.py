@@ -14,6 +14,7 @@ from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf.views.render import along_smallest_axis, thumbnail
 from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table, surface_of_minimal
+from sparsurf_study.report.page_origin import origin_of_page, with_atoms
 
 FIRST_PAGE = "surface.html"  # of draw_roughness, in the same folder
 
@@ -37,6 +38,9 @@ with job(snakemake) as s:
         subset["dot"].tolist() if "dot" in subset else [],
         turn=along_smallest_axis(dots.points),
         first=FIRST_PAGE,
+        origin=origin_of_page(
+            with_atoms(dots, s.input.structure, s.settings), s.input.structure or s.input.surface
+        ),
     )
     Path(s.output.page).write_text(text, encoding="utf-8")
     Image.fromarray(thumbnail(dots.points, dots.normals, roughness)).save(s.output.picture)

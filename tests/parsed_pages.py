@@ -113,3 +113,10 @@ class Page(HTMLParser):
             self.tables[-1][-1][-1] += data
         else:
             self.blocks[-1] += data
+
+
+def origin_of(path):
+    """The block of origin of a page, by the name of each row."""
+    page = Page(path.read_text(encoding="utf-8"))
+    names, values = ([row.text for row in page.find(kind, "origin")] for kind in ("dt", "dd"))
+    return dict(zip(names, values, strict=True))

@@ -131,7 +131,7 @@ def page_of_dots(surface: Surface, values: np.ndarray | None) -> str:
     residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []
     return page(
         repr(surface), prepared, {"farthest": order}, residues=residues, values=shown, up="",
-        says=", ".join(f"{name}: {value}" for name, value in rows_of_surface(About(), surface)),
+        origin=rows_of_surface(About(), surface),
         opens=("all", 1 if values is not None else "kind" if has_kinds else 0),
     )  # fmt: skip
 

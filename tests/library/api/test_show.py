@@ -17,7 +17,7 @@ import pytest
 import sparsurf
 from browser import Browser, programs
 from conftest import ROOT, ball
-from parsed_pages import Page
+from parsed_pages import Page, origin_of
 from peptides import atom_line, peptide, two_models, write
 from sparsurf.api import show
 from sparsurf.cli import command
@@ -322,13 +322,6 @@ def test_the_browser_opens_only_where_there_is_a_display(tmp_path, monkeypatch, 
     assert view.html.partition("<dt>command")[0] == of_command.partition("<dt>command")[0]
     sparsurf.show(path)
     assert len(opened) == 3 and opened[2].startswith("file:///") and opened[2].endswith(".html")
-
-
-def origin_of(path):
-    """The block of origin of a page, by the name of each row."""
-    page = Page(path.read_text(encoding="utf-8"))
-    names, values = ([row.text for row in page.find(kind, "origin")] for kind in ("dt", "dd"))
-    return dict(zip(names, values, strict=True))
 
 
 @pytest.mark.parametrize("name", ["show", "surface", "roughness", "residues", "minimal"])

@@ -167,7 +167,7 @@ def test_the_page_of_a_form_is_grey_below_its_floor(study, tmp_path):
     places = enumerate(("moving/f0700", "moving/f0000"), 1)
     inputs = {f"{kind}_{side}": run / place / f"{kind}.{end}" for side, place in places for kind, end in ends}
     outputs = {name: tmp_path / f"{name}.png" for name in ("view_1", "view_2", "png")}
-    params = Settings().model_dump(include={"patches", "sampling"})
+    params = Settings().model_dump(include={"surface", "patches", "sampling"})
     params |= {"forms": ["moving/f700", "moving/f0"], "seed": 1}
     inputs["changes"] = tmp_path / "changes.csv"
     run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")

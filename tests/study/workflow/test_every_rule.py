@@ -1,5 +1,6 @@
 """Every rule, run for real in the small study: values in its outputs, and pages that lead to them."""
 
+import hashlib
 import html
 import io
 import itertools
@@ -19,6 +20,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 import sparsurf
+from parsed_pages import origin_of
 from peptides import peptide, write
 from small_study import run_script, unpacked
 from sparsurf.evaluation.statistics import mean_interval
@@ -28,6 +30,7 @@ from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.version import __version__
 from sparsurf.views import layout
 from sparsurf.views.numbers import interval
 from sparsurf_study.analysis.comparison import select_methods
@@ -579,6 +582,37 @@ def test_pages_of_two_forms_show_them_superposed_with_what_changes_in_front(run)
     assert apart[0] < 0.9 * apart[1]
 
 
+def checksum_of(path):
+    """The words by which a page names a file."""
+    return f"{path.name}, SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}"
+
+
+def test_each_page_of_a_surface_says_which_file_and_atoms_it_is_from(run):
+    for place in CONFORMATIONS:
+        structure = run / place / "structure.pdb"
+        file = structure if structure.is_file() else run / place / "surface.npz"
+        for page in ("surface.html", "view.html"):
+            rows = origin_of(run / place / page)
+            assert rows["file"] == checksum_of(file) and rows["version"] == f"sparsurf {__version__}"
+            assert structure.is_file() == ("atoms" in rows) == ("surface" in rows) and "date" not in rows
+    for side, form in ((1, "f0700"), (2, "f0000")):
+        rows = origin_of(run / f"changes/bend/view_{side}.html")
+        assert rows["file"] == checksum_of(run / f"moving/{form}/structure.pdb")
+        assert (
+            int(rows["atoms"].split()[0])
+            == read_study_structure(run / f"moving/{form}/structure.pdb").n_atoms
+        )
+
+
+def test_the_page_of_a_pair_says_from_which_files_its_partners_are(run):
+    for pair in sorted((run / "pairs").glob("*/view.html")):
+        rows = origin_of(pair)
+        files = {rows[f"file of partner {side}"] for side in (1, 2)}
+        paths = [path for path in run.glob("*/*/s*") if path.name.startswith(("structure", "surface"))]
+        checksums = {checksum_of(path) for path in paths if path.suffix in (".pdb", ".npz")}
+        assert files <= checksums and len(files) == 2 and rows["version"] == f"sparsurf {__version__}"
+
+
 def test_a_form_with_another_chain_is_drawn_in_the_colours_of_its_change(run, tmp_path, monkeypatch, ready):
     """As in the table, whose residues have the chain of the first form."""
     monkeypatch.setattr(layout, "save", lambda *_: None)
@@ -592,7 +626,7 @@ def test_a_form_with_another_chain_is_drawn_in_the_colours_of_its_change(run, tm
             f"structure_{side}": tmp_path / f"{side}.pdb",
         }
     outputs = {"png": "x.png"} | {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
-    params = {name: ready[0][name] for name in ("patches", "sampling", "seed")}
+    params = {name: ready[0][name] for name in ("surface", "patches", "sampling", "seed")}
     params["forms"] = ["moving/f700", "moving/f0"]
     run_script("draw_changes", tmp_path, inputs, outputs, params, comparison="bend")
     for side in (1, 2):

@@ -75,9 +75,9 @@ def page(
     minimal: Sequence[int] | np.ndarray = (),
     opens: tuple[str, int | str] | None = None,
     up: str = "../../index.html",
-    says: str = "",
     turn: np.ndarray | None = None,
     first: str = "",
+    origin: Sequence[tuple[str, str]] = (),
 ) -> str:
     """Render the page, with everything in one file of at most MAX_BYTES.
 
@@ -86,19 +86,19 @@ def page(
     the page has no d and Z; `best` is the content of a best.json. `residues` names that of each atom of the
     structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
     that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'. `up` links to the page of the run,
-    `says` is a further answer below the title, rows of `turn`, the rotation of the first view, point right, up and to the
-    viewer, and `first` links to the page with the roughness of the surface and its residues.
+    rows of `turn`, the rotation of the first view, point right, up and to the viewer, and `first` links to the page with the
+    roughness of the surface and its residues. `origin` says in pairs where the page is from.
     """
     rough = prepared.roughness
     named = {first: "Roughness and residues", up: "All of this run"}
     links = [f'<a href="{escape(path)}">{label}</a>' for path, label in named.items() if path]
     parts = {
         "%TITLE%": escape(title),
-        "%ANSWER%": f"{len(rough):,} dots, mean roughness {rough.mean():.2f}."
-        + (f" {says[0].upper()}{says[1:]}." if says else ""),
+        "%ANSWER%": f"{len(rough):,} dots, mean roughness {rough.mean():.2f}.",
         "%UP%": f'<span id="up">{", ".join(links)}</span>' if links else "",
         "%STYLE%": style(),
         "%MAIN%": main_html(),
+        "%ORIGIN%": _origin_html(origin),
         "%SCRIPT%": script(),
     }
 
@@ -110,6 +110,12 @@ def page(
         return text
 
     return around_dots(fill, prepared, orders, grid, best, residues, values, minimal, opens, turn)
+
+
+def _origin_html(origin: Sequence[tuple[str, str]]) -> str:
+    """Return the folded list that says where a page is from."""
+    rows = "".join(f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in origin)
+    return f'<details class="origin"><summary>Origin</summary><dl>{rows}</dl></details>' if rows else ""
 
 
 def around_dots(
@@ -177,13 +183,14 @@ def coloured_page(
     streams: Streams,
     values: Sequence[DotValues],
     residues: Sequence[str] = (),
-    says: str = "",
+    origin: Sequence[tuple[str, str]] = (),
 ) -> str:
     """Render the page of a surface without a grid, which opens with all dots in the colours of the first values."""
     prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
-        title, prepared, {"farthest": order}, residues=residues, values=values, opens=("all", 1), says=says,
+        title, prepared, {"farthest": order}, residues=residues, values=values, opens=("all", 1),
+        origin=origin,
     )  # fmt: skip
 
 
