@@ -1,11 +1,40 @@
-"""The error of everything that a user gave wrongly, and the arguments that its message names."""
+"""The error of everything that a user gave wrongly, and what its message names: arguments, and the file that is read."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 ARGUMENT_NAME = re.compile(r"[A-Za-z_][\w.]*")  # of an argument, or of a key
 # The name of an argument within a message; neither character occurs in a file of text
 MARKED = re.compile("\x02([\\w.]+)\x03")
+
+_name_of_file: ContextVar[str] = ContextVar("name_of_file", default="the file")
+
+
+class _File:
+    """The file that is read at the moment; as a string, its name."""
+
+    def __str__(self) -> str:
+        return _name_of_file.get()
+
+
+# Stands for the name of the file in the messages of readers, of errors and of warnings: f"{FILE} holds no atoms."
+FILE = _File()
+
+
+@contextmanager
+def naming_file(name: object) -> Iterator[None]:
+    """Let FILE be the name of a file, or of what a user gives in its place, in the messages of what reads it.
+
+    Whatever opens a file names it here, so that readers need not be told its name. It is not for the body of a generator,
+    which would leave the name to its caller between two items.
+    """
+    before = _name_of_file.set(str(name))
+    try:
+        yield
+    finally:
+        _name_of_file.reset(before)
 
 
 class InputError(ValueError):

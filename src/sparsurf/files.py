@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from sparsurf.errors import InputError, printable
+from sparsurf.errors import FILE, InputError, naming_file, printable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -142,23 +142,23 @@ def content_of(path: Path) -> bytes:
         raise InputError(
             f"{name} holds more than {MAX_UNPACKED_BYTES // 2**20} MB (uncompressed): give a smaller file."
         )
+    if path.suffix.lower() == ".gz" and content.startswith(GZIP):
+        raise InputError(
+            f"{name} is compressed twice: uncompress it, and name it .gz if it is still compressed then."
+        )
     return content
 
 
-def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
+def decode_text(content: bytes) -> str:
     """Decode a text file, UTF-8 with or without a byte-order mark, else Latin-1; every line ends in a line feed."""
-    if content.startswith(GZIP) and not str(path).lower().endswith(".gz"):
-        raise InputError(
-            f"{path} is compressed with gzip: add .gz to its name, or uncompress it with gunzip."
-        )
     if content.startswith(GZIP):
         raise InputError(
-            f"{path} is compressed twice: uncompress it, and name it .gz if it is still compressed then."
+            f"{FILE} is compressed with gzip: add .gz to its name, or uncompress it with gunzip."
         )
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        raise InputError(f"{path} is stored as UTF-16: store it as UTF-8.")
+        raise InputError(f"{FILE} is stored as UTF-16: store it as UTF-8.")
     if b"\0" in content:
-        raise InputError(f"{path} is damaged or not a text file: it contains null bytes; copy it again.")
+        raise InputError(f"{FILE} is damaged or not a text file: it contains null bytes; copy it again.")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -168,7 +168,8 @@ def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
 
 def read_text(path: str | os.PathLike[str]) -> str:
     """Return the text of a file, see `read_bytes` and `decode_text`."""
-    return decode_text(read_bytes(path), path)
+    with naming_file(path):
+        return decode_text(read_bytes(path))
 
 
 def ends_within_a_row(text: str, split: Callable[[str], Sequence[str]] = str.split) -> bool:
@@ -190,23 +191,23 @@ def ends_within_a_row(text: str, split: Callable[[str], Sequence[str]] = str.spl
     )
 
 
-def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> dict[str, np.ndarray]:
-    """Read all arrays of an npz by name; `problem` ends the sentence '<path> ...' for one that is damaged or something else."""
+def read_archive(content: bytes, problem: str) -> dict[str, np.ndarray]:
+    """Read all arrays of an npz by name; `problem` follows the name of a file that is damaged or something else."""
     import numpy as np  # here: a config is read without it
 
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             if sum(member.file_size for member in archive.zip.infolist()) > MAX_UNPACKED_BYTES:
                 raise InputError(
-                    f"{path} unpacks to more than {MAX_UNPACKED_BYTES // 2**20} MB: give a smaller file."
+                    f"{FILE} unpacks to more than {MAX_UNPACKED_BYTES // 2**20} MB: give a smaller file."
                 )
             arrays = {name: archive[name] for name in archive.files}
     except InputError:
         raise
     except Exception:  # zipfile and numpy answer damaged bytes with nearly every exception
-        raise InputError(f"{path} {problem}.") from None
+        raise InputError(f"{FILE} {problem}.") from None
     if not all(isinstance(array, np.ndarray) for array in arrays.values()):
-        raise InputError(f"{path} {problem}.")
+        raise InputError(f"{FILE} {problem}.")
     return arrays
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-FILE = Path(__file__).with_name("catalogue.yaml")
+CATALOGUE_FILE = Path(__file__).with_name("catalogue.yaml")
 CONDITIONS = {  # what `when` of an output may name
     "surfaces": "the run has surfaces with folders of their own",
     "molecule": "the protein has atoms",
@@ -88,13 +88,15 @@ def with_wildcards(text: str) -> str:
 def content() -> dict[str, Any]:
     """Return what catalogue.yaml says."""
     # the compiled loader is ten times faster, and every job of a study reads this
-    return yaml.load(FILE.read_text(encoding="utf-8"), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    return yaml.load(
+        CATALOGUE_FILE.read_text(encoding="utf-8"), getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    )
 
 
 @cache
 def checksum() -> str:
     """Return a short hash of the catalogue: the rules that list its words have it among their parameters."""
-    return hashlib.sha256(FILE.read_bytes()).hexdigest()[:16]
+    return hashlib.sha256(CATALOGUE_FILE.read_bytes()).hexdigest()[:16]
 
 
 @cache

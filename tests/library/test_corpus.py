@@ -34,7 +34,7 @@ from sparsurf.api.inputs import as_dots, as_molecule
 from sparsurf.cli.command import main
 from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules import geometry
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.molecules.trajectory import check_dcd
@@ -1071,8 +1071,9 @@ def test_geometry(example, monkeypatch, caplog, name):
 
     def measure():
         molecule = change(example)
-        geometry.refuse_invalid_coordinates(molecule.xyz, "run.xtc", molecule.frame_number)
-        geometry.refuse_impossible(molecule, "run.xtc", unit="nm")
+        with naming_file("run.xtc"):
+            geometry.refuse_invalid_coordinates(molecule.xyz, molecule.frame_number)
+            geometry.refuse_impossible(molecule, unit="nm")
         return ()
 
     judge(expected, measure, caplog, "run.xtc")
@@ -1268,9 +1269,8 @@ def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, c
         head = record(b"CORD" + struct.pack(order + "i", n) + bytes(76)) + record(bytes(84))
         path.write_bytes(head + record(struct.pack(order + "i", 4)) + count * frame)
         found = -(-count // stride)
-        judge(
-            words, lambda n=found, s=stride: check_dcd(path, 4, n, s) or (), caplog, "a.dcd",
-        )  # fmt: skip
+        with naming_file(path):
+            judge(words, lambda n=found, s=stride: check_dcd(path, 4, n, s) or (), caplog, "a.dcd")
 
 
 @pytest.mark.parametrize(

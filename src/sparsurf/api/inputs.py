@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 import numpy as np
 
 from sparsurf.arguments import index_array
-from sparsurf.errors import InputError, argument
+from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
 from sparsurf.molecules.libraries import (
     from_biopython,
@@ -102,7 +102,8 @@ def as_dots(source: DotsLike) -> Surface:
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(source, tuple) and len(source) == 2:
         dots = Surface(*source)
-        check_plausibility(dots.points, dots.normals, "surface", dot_label)
+        with naming_file("surface"):
+            check_plausibility(dots.points, dots.normals, dot_label)
         return dots
     if isinstance(getattr(source, "surface", None), Surface):
         raise InputError(

@@ -27,7 +27,7 @@ from sparsurf.arguments import (
     STEP_LIMITS,
     Limits,
 )
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules.formats import FILE_OF_DOTS, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
@@ -258,7 +258,8 @@ def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molec
 
 def requested_atoms(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
     """Return the mask (A,) of the atoms of the requested residues."""
-    return select_atoms(molecule, args.file, residues=args.residues, selection="all")
+    with naming_file(args.file):
+        return select_atoms(molecule, residues=args.residues, selection="all")
 
 
 def names_of_requested_fields(args: argparse.Namespace) -> list[str]:

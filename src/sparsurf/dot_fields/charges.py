@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_name
 from sparsurf.molecules.residues import VARIANTS, standard_name
@@ -197,33 +197,40 @@ def pqr_charges(
     path: str | os.PathLike[str], molecule: Molecule | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Read positions (Q, 3), Å, and charges (Q,), e, of a PQR file, at whose atoms the heavy atoms of the molecule must lie."""
+    with naming_file(path):
+        positions, charges = _charges_of_pqr(read_text(path))
+        if molecule is not None:
+            _check_positions(positions, molecule)
+    return positions, charges
+
+
+def _charges_of_pqr(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (Q, 3), Å, and charges (Q,), e, of the atoms of a PQR file."""
     rows = []
-    for number, line in enumerate(read_text(path).split("\n"), 1):
+    for number, line in enumerate(text.split("\n"), 1):
         if not line.startswith(("ATOM", "HETATM")):
             continue
         try:
             x, y, z, charge, _ = map(float, line.split()[-5:])
         except ValueError:
             raise InputError(
-                f"{path}, line {number}: a PQR line ends in x, y, z, charge and radius."
+                f"{FILE}, line {number}: a PQR line ends in x, y, z, charge and radius."
             ) from None
         if not (np.isfinite((x, y, z)).all() and abs(charge) <= MAX_CHARGE):
-            raise InputError(f"{path}, line {number}: no atom has such a position or charge; repair it.")
+            raise InputError(f"{FILE}, line {number}: no atom has such a position or charge; repair it.")
         rows.append((x, y, z, charge))
     if not rows:
-        raise InputError(f"{path} holds no atoms: give a PQR file, as pdb2pqr writes it.")
+        raise InputError(f"{FILE} holds no atoms: give a PQR file, as pdb2pqr writes it.")
     table = np.array(rows)
     positions, charges = table[:, :3].copy(), table[:, 3].copy()
     if np.median(charges) > MAX_MEDIAN_CHARGE:
         raise InputError(
-            f"{path}: half of its charges are above {MAX_MEDIAN_CHARGE} e; exchange charge and radius."
+            f"{FILE}: half of its charges are above {MAX_MEDIAN_CHARGE} e; exchange charge and radius."
         )
-    if molecule is not None:
-        _check_positions(positions, molecule, path)
     return positions, charges
 
 
-def _check_positions(positions: np.ndarray, molecule: Molecule, path: str | os.PathLike[str]) -> None:
+def _check_positions(positions: np.ndarray, molecule: Molecule) -> None:
     """Raise InputError if the charges lie far from the heavy atoms of the molecule; warn if they are moved a little."""
     heavy = molecule.xyz[0, molecule.heavy]
     from scipy.spatial import cKDTree
@@ -231,11 +238,11 @@ def _check_positions(positions: np.ndarray, molecule: Molecule, path: str | os.P
     shift = np.median(cKDTree(positions).query(heavy)[0]) if len(heavy) else 0
     if shift > SHIFT_TO_REFUSE:
         raise InputError(
-            f"{path}: its atoms lie {shift:.1f} Å from those of the molecule; give charges of this structure, in Å."
+            f"{FILE}: its atoms lie {shift:.1f} Å from those of the molecule; give charges of this structure, in Å."
         )
     if shift > SHIFT_TO_WARN:
         message = "%s: its atoms lie %.1f Å from those of the molecule, perhaps in another frame"
-        log.warning(message, path, shift)
+        log.warning(message, FILE, shift)
 
 
 def pdb2pqr_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:

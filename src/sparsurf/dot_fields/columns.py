@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_names
 from sparsurf.surfaces.surface import COMPONENT_FIELD, is_field_name
@@ -27,26 +27,37 @@ ATOM_KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
     """Read a column of a CSV with `residue` and, where they matter, `chain` and `atom`, for the atoms, (A,); NaN if unknown."""
+    with naming_file(path):
+        return _values_of_atoms(_cells(read_text(path)), name, molecule)
+
+
+def columns_of(path: str | os.PathLike[str]) -> list[str]:
+    """Return the names of the columns of a table, see `column_of_atoms`."""
+    with naming_file(path):
+        return [*_cells(read_text(path)).columns]
+
+
+def _values_of_atoms(table: pd.DataFrame, name: str, molecule: Molecule) -> np.ndarray:
+    """Return a column of a table for the atoms, (A,); NaN if unknown."""
     import pandas as pd
 
-    table = _read_cells(path)
     if name not in table.columns or name in ATOM_KEYS:
-        raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
+        raise InputError(f"{FILE} has no column {name!r} of values; it has {', '.join(table.columns)}.")
     if name == COMPONENT_FIELD or not is_field_name(name):
         raise InputError(
-            f"{path}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
+            f"{FILE}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
         )
     values = pd.to_numeric(table[name], errors="coerce").replace([np.inf, -np.inf], np.nan)
     wrong = table[values.isna() & (table[name] != "")]
     if len(wrong):
         raise InputError(
-            f"{path}, row {wrong.index[0] + 1}: {name} is {wrong[name].iloc[0]!r}, not a number."
+            f"{FILE}, row {wrong.index[0] + 1}: {name} is {wrong[name].iloc[0]!r}, not a number."
         )
     keys = [key for key in ATOM_KEYS if key in table.columns]
     labels = {"chain": molecule.chain, "residue": molecule.residue, "atom": molecule.name}
     if table.duplicated(keys).any():
         raise InputError(
-            f"{path} has two rows for one {keys[-1]}; add the column chain, or keep one of them."
+            f"{FILE} has two rows for one {keys[-1]}; add the column chain, or keep one of them."
         )
     rows = pd.Series(values.to_numpy(float), index=pd.MultiIndex.from_frame(table[keys]))
     of_atoms = rows.reindex(pd.MultiIndex.from_arrays([labels[key] for key in keys])).to_numpy()
@@ -57,37 +68,31 @@ def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule)
     n_known = int(np.isfinite(of_atoms).sum())
     if n_known == 0:
         raise InputError(
-            f"{path}: no row fits a residue of the molecule; check the columns {', '.join(keys)}."
+            f"{FILE}: no row fits a residue of the molecule; check the columns {', '.join(keys)}."
         )
-    log.info("%s: %d of %d atoms have a value of %s", path, n_known, len(of_atoms), name)
+    log.info("%s: %d of %d atoms have a value of %s", FILE, n_known, len(of_atoms), name)
     return of_atoms
 
 
-def columns_of(path: str | os.PathLike[str]) -> list[str]:
-    """Return the names of the columns of a table, see `column_of_atoms`."""
-    return [*_read_cells(path).columns]
-
-
-def _read_cells(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """Read the cells of a table as strings, without surrounding blanks."""
+def _cells(text: str) -> pd.DataFrame:
+    """Return the cells of a table as strings, without surrounding blanks."""
     import pandas as pd
 
-    lines = io.StringIO(read_text(path), "")
-    reader = csv.reader(lines, skipinitialspace=True, strict=True)
+    reader = csv.reader(io.StringIO(text, ""), skipinitialspace=True, strict=True)
     try:
         rows = [[cell.strip() for cell in row] for row in reader if row]
     except csv.Error as error:
         raise InputError(
-            f"{path} is not a table with commas between its columns ({error}): repair it."
+            f"{FILE} is not a table with commas between its columns ({error}): repair it."
         ) from None
     while rows and not any(rows[-1]):  # a spreadsheet writes lines of commas below a table
         rows.pop()
     header, rows = (rows[0], rows[1:]) if rows else ([], [])
     if "residue" not in header:
-        raise InputError(f"{path} has no column residue, which identifies the residue of a row: add it.")
+        raise InputError(f"{FILE} has no column residue, which identifies the residue of a row: add it.")
     if repeated := [name for name in header if name and header.count(name) > 1]:
-        raise InputError(f"{path} has the column {repeated[0]!r} twice; remove or rename one.")
+        raise InputError(f"{FILE} has the column {repeated[0]!r} twice; remove or rename one.")
     for number, row in enumerate(rows, 1):
         if len(row) != len(header):
-            raise InputError(f"{path}, row {number}: it has {len(row)} values, not {len(header)}; repair it.")
+            raise InputError(f"{FILE}, row {number}: it has {len(row)} values, not {len(header)}; repair it.")
     return pd.DataFrame(rows, columns=header, dtype=str)

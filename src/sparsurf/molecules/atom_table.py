@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import gemmi
 import numpy as np
 
-from sparsurf.errors import InputError, argument
-from sparsurf.files import StrPath, pluralise
+from sparsurf.errors import FILE, InputError, argument
+from sparsurf.files import pluralise
 from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_RESIDUE_BOND, standard_name
 
 log = logging.getLogger("sparsurf")
@@ -125,7 +125,8 @@ def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: 
         impossible = True
     if impossible:
         edges, angles = (", ".join(f"{x:g}" for x in values) for values in ((a, b, c), (alpha, beta, gamma)))
-        log.warning("a box of %s Å with angles of %s° is impossible: it counts as missing", edges, angles)
+        message = "%s: a box of %s Å with angles of %s° is impossible: it counts as missing"
+        log.warning(message, FILE, edges, angles)
         return None
     return np.array(cell.orth.mat.tolist()).T if cell.is_crystal() and cell.volume > 1 else None
 
@@ -141,7 +142,7 @@ def _numbers_of(labels: list[Any]) -> np.ndarray:
     return np.array([numbers.setdefault(label, len(numbers)) for label in labels])
 
 
-def settle_segments(atoms: AtomTable, path: StrPath) -> AtomTable:
+def settle_segments(atoms: AtomTable) -> AtomTable:
     """Return the table with the segments of whole residues: hydrogens without one take that of their residue.
 
     Segments tell molecules of one chain identifier apart. Where they differ between atoms of one residue that are bonded and
@@ -172,12 +173,12 @@ def settle_segments(atoms: AtomTable, path: StrPath) -> AtomTable:
                 not set(name[first]) & set(name[second])
                 and _shortest(xyz[first], xyz[second]) < MAX_RESIDUE_BOND
             ):
-                log.info("%s: the segments differ within residues, so that they are ignored", path)
+                log.info("%s: the segments differ within residues, so that they are ignored", FILE)
                 return atoms.assign(segid=np.full(len(atoms), "", object))
     return atoms.assign(segid=segid)
 
 
-def unite_names(atoms: AtomTable, path: StrPath) -> AtomTable:
+def unite_names(atoms: AtomTable) -> AtomTable:
     """Return a table with `residue_index` in which each residue has one name, that of its first atom; locations may differ."""
     plain = np.flatnonzero(atoms.altloc == "")
     if not len(plain):
@@ -192,7 +193,7 @@ def unite_names(atoms: AtomTable, path: StrPath) -> AtomTable:
     label = f"{first[changed[0]]} {atoms.residue[row]} {atoms.chain[row]}".strip()
     count = len(np.unique(key[changed]))
     message = "%s: %s its name between its atoms, the first is %s, also called %s; it keeps the first name"
-    log.info(message, path, pluralise(count, "residue", "changes"), label, names[changed[0]])
+    log.info(message, FILE, pluralise(count, "residue", "changes"), label, names[changed[0]])
     united = atoms.residue_name.copy()
     united[plain] = first
     return atoms.assign(residue_name=united)
@@ -319,7 +320,7 @@ def missing_residues(atoms: AtomTable, sequences: dict[str, list[str]]) -> dict[
     return {chain: (present, full) for chain, (present, full) in counts.items() if present < full}
 
 
-def choose_altlocs(atoms: AtomTable, altloc: str, path: StrPath) -> AtomTable:
+def choose_altlocs(atoms: AtomTable, altloc: str) -> AtomTable:
     """Keep one location of every atom of a table with `residue_index`; raise InputError for another `altloc`.
 
     All atoms of a residue keep the same location: the first in the file ('first'), the one of highest mean
@@ -333,17 +334,17 @@ def choose_altlocs(atoms: AtomTable, altloc: str, path: StrPath) -> AtomTable:
     letters = sorted(set(atoms.altloc) - {""})
     if not letters:
         if altloc not in ("first", "highest"):
-            log.warning("%s has no alternate locations: altloc %s changes nothing", path, altloc)
+            log.warning("%s has no alternate locations: altloc %s changes nothing", FILE, altloc)
         return atoms
     located = atoms.altloc != ""
     if altloc == "highest" and not _is_share(atoms.occupancy[located]).all():
         raise InputError(
-            f"{path} has an alternate location whose occupancy is not between 0 and 1: name a letter as "
+            f"{FILE} has an alternate location whose occupancy is not between 0 and 1: name a letter as "
             f"{argument('altloc')}, or 'first'."
         )
     if altloc not in ("first", "highest", *letters):
         message = "%s has no alternate location %s (it has %s): the first is used"
-        log.warning(message, path, altloc, ", ".join(letters))
+        log.warning(message, FILE, altloc, ", ".join(letters))
     keep = np.ones(len(atoms), bool)
     residue = _numbers_of(atoms.labels("model", "residue_index"))
     rows = np.flatnonzero(np.bincount(residue, located)[residue])
@@ -403,7 +404,7 @@ def _drop_repeated(keep: np.ndarray, rows: list[int], names: list[str]) -> None:
         seen.add(names[k])
 
 
-def refuse_control_characters(atoms: AtomTable, path: StrPath) -> None:
+def refuse_control_characters(atoms: AtomTable) -> None:
     """Raise InputError if a name has characters that cannot be printed, such as escape codes for a terminal."""
     for column in ("name", "residue_name", "chain", "segid", "element", "residue"):
         damaged = next(
@@ -411,23 +412,23 @@ def refuse_control_characters(atoms: AtomTable, path: StrPath) -> None:
         )
         if damaged is not None:
             raise InputError(
-                f"{path} has an atom whose {column.replace('_', ' ')} is {damaged!r}: repair the file."
+                f"{FILE} has an atom whose {column.replace('_', ' ')} is {damaged!r}: repair the file."
             )
 
 
-def report_duplicates(atoms: AtomTable, path: StrPath) -> None:
+def report_duplicates(atoms: AtomTable) -> None:
     """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
     first_model = atoms.take(atoms.model == atoms.model[0])
     count = len(first_model) - len({*first_model.labels("residue_index", "residue_name", "name")})
     if count:
         places = "its residue" if count == 1 else "their residues"
-        log.warning("%s: %s repeated in %s", path, pluralise(count, "atom", "is"), places)
+        log.warning("%s: %s repeated in %s", FILE, pluralise(count, "atom", "is"), places)
 
 
-def report_occupancies(atoms: AtomTable, path: StrPath) -> None:
+def report_occupancies(atoms: AtomTable) -> None:
     """Warn of occupancies that are not between 0 and 1; they count only where they decide between alternate locations."""
     impossible = ~_is_share(atoms.occupancy)
     if impossible.any():
         message = "%s: %s an occupancy outside 0 to 1, such as %g; is another quantity in its column?"
         counted = pluralise(int(impossible.sum()), "atom", "has")
-        log.warning(message, path, counted, atoms.occupancy[impossible][0])
+        log.warning(message, FILE, counted, atoms.occupancy[impossible][0])

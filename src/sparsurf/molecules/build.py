@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf.errors import InputError, argument
-from sparsurf.files import StrPath, pluralise
+from sparsurf.errors import FILE, InputError, argument, naming_file
+from sparsurf.files import pluralise
 from sparsurf.molecules.atom_table import (
     AtomFile,
     AtomTable,
@@ -74,13 +74,13 @@ class Everything:
     following: np.ndarray  # (R,) int, next residue of the polymer, -1 for none
 
 
-def prepare_table(file: AtomFile, altloc: str, path: StrPath) -> AtomTable:
+def prepare_table(file: AtomFile, altloc: str) -> AtomTable:
     """Return the table with its residues gathered and numbered, and one location of every atom."""
-    refuse_control_characters(file.atoms, path)
-    report_occupancies(file.atoms, path)
-    gathered = gather_residues(settle_segments(file.atoms, path))
-    atoms = choose_altlocs(unite_names(gathered, path), altloc, path)
-    report_duplicates(atoms, path)
+    refuse_control_characters(file.atoms)
+    report_occupancies(file.atoms)
+    gathered = gather_residues(settle_segments(file.atoms))
+    atoms = choose_altlocs(unite_names(gathered), altloc)
+    report_duplicates(atoms)
     return atoms
 
 
@@ -89,11 +89,10 @@ def arrange(
     xyz: np.ndarray,
     row: np.ndarray,
     file: AtomFile,
-    path: StrPath,
     report: bool = True,
 ) -> Everything:
     """Return all atoms of one model of a prepared table, with the positions xyz (A, 3), Å."""
-    atoms, xyz, row = _without_particles(atoms, xyz, row, path, report)
+    atoms, xyz, row = _without_particles(atoms, xyz, row, report)
     index, names = atoms.residue_index, atoms.name.astype(str)
     residue_names = atoms.residue_name.astype(str)
     kind, following = residue_kinds(residue_names, index, names, atoms.hetero, xyz)
@@ -107,7 +106,7 @@ def arrange(
     if report:
         for name, ids in split.items():
             message = "%s: %s holds several molecules with the same residue numbers; they are called %s"
-            log.warning(message, path, f"chain {name}" if name else "a chain without a name", ", ".join(ids))
+            log.warning(message, FILE, f"chain {name}" if name else "a chain without a name", ", ".join(ids))
     labels = zip(residues.chain, residues.residue, strict=True)
     alone = np.bincount(index)[index] == 1
     polymer = np.isin(kind, POLYMERS)[index]
@@ -130,7 +129,7 @@ def arrange(
 
 
 def _without_particles(
-    atoms: AtomTable, xyz: np.ndarray, row: np.ndarray, path: StrPath, report: bool
+    atoms: AtomTable, xyz: np.ndarray, row: np.ndarray, report: bool
 ) -> tuple[AtomTable, np.ndarray, np.ndarray]:
     """Return the table, positions and rows without the particles that are not atoms; say how many there are."""
     name, residue_name = atoms.name.astype(str), atoms.residue_name.astype(str)
@@ -139,14 +138,14 @@ def _without_particles(
     if not found.any():
         return atoms, xyz, row
     if found.all():
-        raise InputError(f"{path} holds no atoms but particles such as {name[0]}: give a file with atoms.")
+        raise InputError(f"{FILE} holds no atoms but particles such as {name[0]}: give a file with atoms.")
     if report:
         names = dict.fromkeys(name[found].tolist())
         listed = ", ".join([*names][:4]) + (", ..." if len(names) > 4 else "")
         of_water = all(known_kind(residue) == "water" for residue in set(residue_name[found].tolist()))
         message = "%s: left out %s (pseudoatoms, lone pairs, virtual sites or Drude particles, which are not atoms): %s"
         count = pluralise(int(found.sum()), "particle")
-        log.log(logging.INFO if of_water else logging.WARNING, message, path, count, listed)
+        log.log(logging.INFO if of_water else logging.WARNING, message, FILE, count, listed)
     kept = atoms.take(~found)
     return (
         kept.assign(residue_index=np.unique(index[~found], return_inverse=True)[1]),
@@ -253,7 +252,6 @@ def _nearest(
 
 def molecule_of_models(
     file: AtomFile,
-    path: StrPath,
     keys: SelectionKeys,
     altloc: str = "first",
     model: int | None = None,
@@ -262,13 +260,13 @@ def molecule_of_models(
     assembly: bool = False,
 ) -> Molecule:
     """Return the selected atoms of an input whose models are its frames, or with `assembly` parts of one molecule."""
-    tables = _select_models(prepare_table(file, altloc, path), model, path)
+    tables = _select_models(prepare_table(file, altloc), model)
     if assembly:
-        _refuse_conformations(tables, path)
+        _refuse_conformations(tables)
         tables = {0: _joined(tables)}
     numbers = np.array(list(tables))[::stride]
-    first = _of_model(tables[numbers[0]], file, path)
-    selected = select_complete(first, path, keys, file)
+    first = _of_model(tables[numbers[0]], file)
+    selected = select_complete(first, keys, file)
     frames = [first.molecule.take(selected)]
     for number in numbers[1:].tolist():  # waters may differ between models; the selected atoms may not
         table = tables[number]
@@ -276,30 +274,28 @@ def molecule_of_models(
             xyz = table.xyz[first.row[selected]]
             frames.append(replace(frames[0], xyz=xyz[None]))
         else:
-            other = _of_model(table, file, path, report=False)
-            mask = select_atoms(other.molecule, path, split=other.split, report=False, **keys)
+            other = _of_model(table, file, report=False)
+            mask = select_atoms(other.molecule, split=other.split, report=False, **keys)
             frames.append(other.molecule.take(mask))
     if not all(_same(frame, frames[0]) for frame in frames):
         counts = " ".join(str(frame.n_atoms) for frame in frames[:9])
         raise InputError(
-            f"{path} has models of different atoms (selected atoms: {counts}): choose one by `{argument('model')}`, "
+            f"{FILE} has models of different atoms (selected atoms: {counts}): choose one by `{argument('model')}`, "
             "or take all models as "
             f"one molecule by `{argument('assembly')}`."
         )
     xyz = np.concatenate([frame.xyz for frame in frames])
     # crystals pass unchanged: no bond there is cut
     box = np.repeat(file.box[None], len(xyz), axis=0) if whole and file.box is not None else None
-    return _with_frames(
-        frames[0], TrajectoryFrames(xyz, np.full(len(xyz), np.nan), numbers, box), path, join=False
-    )
+    return _with_frames(frames[0], TrajectoryFrames(xyz, np.full(len(xyz), np.nan), numbers, box), join=False)
 
 
-def _of_model(table: AtomTable, file: AtomFile, path: StrPath, report: bool = True) -> Everything:
+def _of_model(table: AtomTable, file: AtomFile, report: bool = True) -> Everything:
     """Return all atoms of the table of one model."""
-    return arrange(table, table.xyz, np.arange(len(table)), file, path, report)
+    return arrange(table, table.xyz, np.arange(len(table)), file, report)
 
 
-def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[int, AtomTable]:
+def _select_models(atoms: AtomTable, model: int | None) -> dict[int, AtomTable]:
     """Return the tables of all models, or of the requested one, by their position in the file."""
     order = np.argsort(atoms.model, kind="stable")
     ends = np.flatnonzero(np.diff(atoms.model[order])) + 1
@@ -310,14 +306,14 @@ def _select_models(atoms: AtomTable, model: int | None, path: StrPath) -> dict[i
     numbers = [int(table.model[0]) for table in tables.values()]
     listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
     if not isinstance(model, Integral) or isinstance(model, bool):
-        raise InputError(f"{argument('model')}: {model!r} is not a whole number: {path} has {listed}.")
+        raise InputError(f"{argument('model')}: {model!r} is not a whole number: {FILE} has {listed}.")
     if model not in numbers:
         models = "models are" if len(numbers) > 1 else "only model is"
-        raise InputError(f"{path} has no model {model}: its {models} {listed}.")
+        raise InputError(f"{FILE} has no model {model}: its {models} {listed}.")
     return {numbers.index(model): tables[numbers.index(model)]}
 
 
-def _refuse_conformations(tables: dict[int, AtomTable], path: StrPath) -> None:
+def _refuse_conformations(tables: dict[int, AtomTable]) -> None:
     """Raise InputError if models lie within one another, as conformations of a molecule do and parts of one cannot."""
     from scipy.spatial import cKDTree  # takes long to load, and few inputs need it
 
@@ -325,7 +321,7 @@ def _refuse_conformations(tables: dict[int, AtomTable], path: StrPath) -> None:
     tree = cKDTree(first.xyz)
     if any(np.median(tree.query(other.xyz)[0]) < MIN_PART_SEPARATION for other in further):
         raise InputError(
-            f"{argument('assembly')}: the models of {path} lie within one another, so they are conformations and not "
+            f"{argument('assembly')}: the models of {FILE} lie within one another, so they are conformations and not "
             "parts of one molecule; "
             f"leave out `{argument('assembly')}`."
         )
@@ -352,32 +348,32 @@ def _same(first: Any, second: Any, names: Sequence[str] = IDENTITY) -> bool:
 
 
 def molecule_of_frames(
-    atoms: AtomTable, frames: TrajectoryFrames, path: str, keys: SelectionKeys, join: bool
+    atoms: AtomTable, frames: TrajectoryFrames, keys: SelectionKeys, join: bool
 ) -> Molecule:
     """Return the selected atoms of a table with frames in memory; `join`: see `Unwrapping`."""
     atoms = atoms.assign(**dict(zip("xyz", frames.xyz[0].T, strict=True)))
     file = AtomFile(atoms)
-    table = prepare_table(file, "first", path)
-    first = arrange(table, frames.xyz[0][table.row], table.row, file, path)
-    selected = select_complete(first, path, keys, file)
+    table = prepare_table(file, "first")
+    first = arrange(table, frames.xyz[0][table.row], table.row, file)
+    selected = select_complete(first, keys, file)
     frames = replace(frames, xyz=frames.xyz[:, first.row[selected]])
-    return _with_frames(first.molecule.take(selected), frames, path, join)
+    return _with_frames(first.molecule.take(selected), frames, join)
 
 
-def _with_frames(molecule: Molecule, frames: TrajectoryFrames, path: StrPath, join: bool) -> Molecule:
+def _with_frames(molecule: Molecule, frames: TrajectoryFrames, join: bool) -> Molecule:
     """Return a molecule with other frames of its atoms, made whole."""
     xyz = frames.xyz
-    refuse_invalid_coordinates(xyz, path, frames.number)
+    refuse_invalid_coordinates(xyz, frames.number)
     if frames.box is not None:
-        xyz = make_whole(xyz, frames.box, molecule.residue_index, join, path)
+        xyz = make_whole(xyz, frames.box, molecule.residue_index, join)
     molecule = replace(molecule, xyz=xyz, time_ps=frames.time_ps, frame_number=frames.number)
-    report_copies(molecule, path)
+    report_copies(molecule)
     return molecule
 
 
 def molecule_of_trajectory(
     file: AtomFile,
-    path: StrPath,
+    topology: Source,
     trajectory: Source,
     keys: SelectionKeys,
     altloc: str = "first",
@@ -389,13 +385,15 @@ def molecule_of_trajectory(
     """Return the selected atoms of a topology with the frames of a trajectory."""
     atoms = file.atoms
     if np.isnan(atoms.x).all():  # the topology holds names only
-        first_frame = read_first_frame(trajectory, len(atoms), path)
+        with naming_file(trajectory):
+            first_frame = read_first_frame(trajectory, len(atoms), topology)
         file = replace(file, atoms=atoms.assign(**dict(zip("xyz", first_frame.T, strict=True))))
-    table = next(iter(_select_models(prepare_table(file, altloc, path), model, path).values()))
+    table = next(iter(_select_models(prepare_table(file, altloc), model).values()))
     row = np.argsort(np.argsort(table.row))  # place in the trajectory
-    first_frame = read_first_frame(trajectory, len(table), path)
-    first = arrange(table, first_frame[row], row, file, path)
-    selected = select_complete(first, path, keys, file)
+    with naming_file(trajectory):
+        first_frame = read_first_frame(trajectory, len(table), topology)
+    first = arrange(table, first_frame[row], row, file)
+    selected = select_complete(first, keys, file)
     molecule = first.molecule.take(selected)
     unwrap: list[Unwrapping] = []
 
@@ -403,21 +401,22 @@ def molecule_of_trajectory(
         if not whole or box is None or not len(xyz) or has_no_box(box):
             return xyz
         if not unwrap:
-            unwrap.append(Unwrapping(xyz[0], box[0], molecule.residue_index, path=trajectory))
+            unwrap.append(Unwrapping(xyz[0], box[0], molecule.residue_index))
         return unwrap[0](xyz, box, number)
 
-    frames = read_frames(trajectory, len(table), first.row[selected], stride, times, make_frames_whole)
+    with naming_file(trajectory):
+        frames = read_frames(trajectory, len(table), first.row[selected], stride, times, make_frames_whole)
     return replace(molecule, xyz=frames.xyz, time_ps=frames.time_ps, frame_number=frames.number)
 
 
-def report_copies(molecule: Molecule, path: StrPath) -> None:
+def report_copies(molecule: Molecule) -> None:
     """Warn of models that are the first one at other places, or the one before at the same place."""
     heavy = molecule.xyz[:, molecule.heavy]
     repeated = 1 + np.flatnonzero((molecule.xyz[1:] == molecule.xyz[:-1]).all(axis=(1, 2)))
     if len(repeated):
         message = "%s: %s the one before, the first is frame %d"
         counted = pluralise(len(repeated), "frame", "repeats")
-        log.warning(message, path, counted, molecule.frame_number[repeated[0]])
+        log.warning(message, FILE, counted, molecule.frame_number[repeated[0]])
     if len(heavy) < 2 or heavy.shape[1] < MIN_ATOMS_OF_COPY:
         return
     moved = superpose(heavy, slice(None), any_rotation=True) - heavy[0]
@@ -429,13 +428,13 @@ def report_copies(molecule: Molecule, path: StrPath) -> None:
             "%s: %d of its %d models are copies of the first at other places; `assembly` takes all models as one molecule, "
             "`model` takes one"
         )
-        log.warning(message, path, copies.sum() + 1, len(heavy))
+        log.warning(message, FILE, copies.sum() + 1, len(heavy))
 
 
-def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, file: AtomFile) -> np.ndarray:
+def select_complete(everything: Everything, keys: SelectionKeys, file: AtomFile) -> np.ndarray:
     """Select atoms (A,) by the keys; raise InputError if they are a backbone only, warn of what is missing."""
     molecule = everything.molecule
-    selected = select_atoms(molecule, path, split=everything.split, **keys)
+    selected = select_atoms(molecule, split=everything.split, **keys)
     residues = np.unique(molecule.residue_index[selected])
     touched = molecule.take(np.isin(molecule.residue_index, residues))
     columns = touched.residue_name, touched.residue_index, touched.element, touched.name
@@ -443,25 +442,25 @@ def select_complete(everything: Everything, path: StrPath, keys: SelectionKeys, 
     share = present.sum() / max(expected.sum(), 1)
     if (expected > 0).sum() >= MIN_RESIDUES_TO_JUDGE and share < MIN_HEAVY_ATOM_SHARE:
         raise InputError(
-            f"{path} has {100 * share:.0f} % of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
+            f"{FILE} has {100 * share:.0f} % of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
             "give a structure with all atoms."
         )
     first = np.unique(touched.residue_index, return_index=True)[1]
     protein = touched.residue_name[first][touched.kind[first] == "protein"]
     if len(protein) >= MIN_RESIDUES_OF_MODEL and (protein == "GLY").all():
         message = "%s: all its %d residues are glycines; is it a backbone that still needs its sequence and side chains?"
-        log.warning(message, path, len(protein))
+        log.warning(message, FILE, len(protein))
     # one atom leaves when a crosslink forms
     incomplete = first[present + everything.crosslinked[residues] < expected]
     if len(incomplete):
         count = pluralise(len(incomplete), "residue", "lacks")
         message = "%s: %s heavy atoms, the first is %s; the surface will have artificial dents there: rebuild the missing atoms"
-        log.warning(message, path, count, touched.residue_label(incomplete[0]))
-    _report_missing(everything, residues, file, path)
+        log.warning(message, FILE, count, touched.residue_label(incomplete[0]))
+    _report_missing(everything, residues, file)
     return selected
 
 
-def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile, path: StrPath) -> None:
+def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile) -> None:
     """Warn of residues of the sequence without coordinates, or that numbers say are missing within a chain."""
     molecule = everything.molecule
     lacking = {
@@ -473,7 +472,7 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
         listed = ", ".join(f"{count} in chain {chain}" for chain, count in list(lacking.items())[:5])
         further = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
         counted = pluralise(sum(lacking.values()), "residue")
-        log.warning("%s: no coordinates for %s of the sequence: %s%s", path, counted, listed, further)
+        log.warning("%s: no coordinates for %s of the sequence: %s%s", FILE, counted, listed, further)
     first = np.unique(molecule.residue_index, return_index=True)[1]
     chain, kind = molecule.chain[first], molecule.kind[first]
     number = np.array([int(split_label(label)[0] or 0) for label in molecule.residue[first].tolist()])
@@ -488,4 +487,4 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
         message = "%s: %s missing within its chains, %sbetween %s and %s; the surface covers the ends there"
         counted = pluralise(int((number[b] - number[a] - 1)[gap].sum()), "residue", "is")
         ends = (molecule.residue_label(first[r]) for r in (a[k], b[k]))
-        log.warning(message, path, counted, "the first " if gap.sum() > 1 else "", *ends)
+        log.warning(message, FILE, counted, "the first " if gap.sum() > 1 else "", *ends)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.residues import (
     AMINO_ACIDS,
@@ -108,23 +108,22 @@ class AtomCheck(NamedTuple):
 
 def refuse_impossible(
     molecule: Molecule,
-    path: StrPath,
     topology: StrPath | None = None,
     whole: bool = True,
     unit: str = "Å",
 ) -> None:
     """Raise InputError, with frame and atoms, if coordinates cannot belong to the molecule; warn of what is doubtful.
 
-    `topology` is the file of the names, if it is another one than `path`; `whole` says that no molecule is cut by the
-    box; `unit` is that of the lengths in the file.
+    `topology` is the file of the names, if it is another one than that of the coordinates; `whole` says that no molecule is
+    cut by the box; `unit` is that of the lengths in the file.
     """
-    _refuse_crowded(molecule.xyz[0], path, unit)
+    _refuse_crowded(molecule.xyz[0], unit)
     if whole and molecule.n_atoms:
-        _check_elements(molecule, path)
-        _run([*_checks(molecule, unit, topology)], molecule, path)
+        _check_elements(molecule)
+        _run([*_checks(molecule, unit, topology)], molecule)
 
 
-def _run(checks: list[AtomCheck], molecule: Molecule, path: StrPath) -> None:
+def _run(checks: list[AtomCheck], molecule: Molecule) -> None:
     """Measure all frames; raise InputError by the first check that refuses, warn by the others."""
     findings: dict[int, Finding] = {}
     for begin, part in parts_of(molecule.xyz, FRAMES_AT_ONCE):
@@ -145,8 +144,8 @@ def _run(checks: list[AtomCheck], molecule: Molecule, path: StrPath) -> None:
         names |= dict(zip("AB", (molecule.residue_label(atom) for atom in atoms), strict=False))
         named_values = {"value": found.value, "frame": found.frame} | names | check.further_values(found)
         if check.refuse:
-            raise InputError(f"{path}: {check.sentence.format(**named_values)}.")
-        log.warning("%s: %s", path, check.sentence.format(**named_values))
+            raise InputError(f"{FILE}: {check.sentence.format(**named_values)}.")
+        log.warning("%s: %s", FILE, check.sentence.format(**named_values))
 
 
 def parts_of(xyz: np.ndarray, n_frames: int) -> Iterator[tuple[int, np.ndarray]]:
@@ -450,19 +449,19 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[AtomCheck]:
         )
 
 
-def refuse_invalid_coordinates(xyz: np.ndarray, path: StrPath, number: np.ndarray) -> None:
+def refuse_invalid_coordinates(xyz: np.ndarray, number: np.ndarray) -> None:
     """Raise InputError if coordinates (F, A, 3), Å, of frames numbered (F,) are NaN, beyond MAX_COORDINATE, or all the same."""
     bad = ~(np.abs(xyz) < MAX_ATOM_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
-            f"{path} has coordinates that are not numbers or beyond {MAX_ATOM_COORDINATE:.0e} Å in frame "
+            f"{FILE} has coordinates that are not numbers or beyond {MAX_ATOM_COORDINATE:.0e} Å in frame "
             f"{number[bad.argmax()]}: repair or copy it again."
         )
     if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
-        raise InputError(f"{path} has all atoms at one position: give a file with coordinates.")
+        raise InputError(f"{FILE} has all atoms at one position: give a file with coordinates.")
 
 
-def _refuse_crowded(xyz: np.ndarray, path: StrPath, unit: str) -> None:
+def _refuse_crowded(xyz: np.ndarray, unit: str) -> None:
     """Raise InputError if atoms of a frame (A, 3) are closer than bonds allow."""
     sample = xyz[:: -(-len(xyz) // SAMPLED_ATOMS)]
     if len(sample) < MIN_ATOMS_TO_JUDGE:
@@ -470,7 +469,7 @@ def _refuse_crowded(xyz: np.ndarray, path: StrPath, unit: str) -> None:
     gap = np.median([np.partition(np.linalg.norm(xyz - atom, axis=1), 1)[1] for atom in sample])
     if 0 < gap < MIN_NEIGHBOUR_DISTANCE:
         raise InputError(
-            f"{path} has atoms {gap:.2f} Å apart, but bonds are 1 Å or longer: give lengths in {unit}."
+            f"{FILE} has atoms {gap:.2f} Å apart, but bonds are 1 Å or longer: give lengths in {unit}."
         )
 
 
@@ -626,7 +625,7 @@ def _atoms_named(molecule: Molecule, name: str) -> np.ndarray:
     return atoms_of_residues(index, molecule.name == name, index.max() + 1)
 
 
-def _check_elements(molecule: Molecule, path: StrPath) -> None:
+def _check_elements(molecule: Molecule) -> None:
     """Raise InputError if the elements of amino acids contradict the first letters of the atom names."""
     is_amino_acid = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
     letters = [name.lstrip("0123456789'*")[:1].upper() for name in molecule.name]
@@ -640,10 +639,10 @@ def _check_elements(molecule: Molecule, path: StrPath) -> None:
         message = "%s: %s of %s has the element %s; %s an element that contradicts the name"
         count = pluralise(int(wrong.sum()), "atom", "has")
         log.warning(
-            message, path, molecule.name[atom], molecule.residue_label(atom), molecule.element[atom], count
+            message, FILE, molecule.name[atom], molecule.residue_label(atom), molecule.element[atom], count
         )
     else:
         raise InputError(
-            f"{path}: {molecule.name[atom]} of {molecule.residue_label(atom)} has the element {molecule.element[atom]}; "
+            f"{FILE}: {molecule.name[atom]} of {molecule.residue_label(atom)} has the element {molecule.element[atom]}; "
             f"{wrong.sum()} atoms have an element that contradicts their name. Repair the elements or leave them blank."
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.molecules.atom_table import ATOM_COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
 from sparsurf.molecules.geometry import refuse_impossible
@@ -40,25 +40,28 @@ MDANALYSIS = {
 }  # fmt: skip
 
 
+@naming_file("the trajectory")
 def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a trajectory of mdtraj; its nanometres become Å. Selection keys as in `read_molecule`."""
-    xyz = _positions(trajectory.xyz, "the trajectory") * ANGSTROM_PER_NM
+    xyz = _positions(trajectory.xyz) * ANGSTROM_PER_NM
     has_box = trajectory.unitcell_lengths is not None
     box = np.asarray(lattice(trajectory), dtype=float) * ANGSTROM_PER_NM if has_box else None
     atoms = table_of_rows(atom_rows(trajectory.topology))
     frames = TrajectoryFrames(xyz, np.asarray(trajectory.time, float), np.arange(len(xyz)), box)
-    return _built(atoms, frames, "the trajectory", "nm, as in mdtraj", len(xyz) > 1, keys)
+    return _built(atoms, frames, "nm, as in mdtraj", len(xyz) > 1, keys)
 
 
+@naming_file("the AtomArray")
 def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert an AtomArray or AtomArrayStack of biotite, whose models become frames; altlocs if it was read with altloc="all"."""
-    xyz = _positions(atoms.coord, "the AtomArray")
+    xyz = _positions(atoms.coord)
     table = _table(atoms, BIOTITE, xyz.shape[1])
     box = None if atoms.box is None else np.broadcast_to(np.asarray(atoms.box, float), (len(xyz), 3, 3))
     frames = TrajectoryFrames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), box)
-    return _built(table, frames, "the AtomArray", "Å", False, keys)
+    return _built(table, frames, "Å", False, keys)
 
 
+@naming_file("the AtomGroup")
 def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert an AtomGroup, or all atoms of a Universe, of MDAnalysis at the current frame of their trajectory."""
     group = atoms.atoms
@@ -69,11 +72,12 @@ def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) 
     table = _table(group, names, len(group))
     box = None if step.dimensions is None else np.asarray(step.triclinic_dimensions, float)[None]
     time = np.array([float(step.data.get("time", np.nan))])  # in ps; structures have none
-    frames = TrajectoryFrames(_positions(group.positions, "the AtomGroup"), time, np.array([0]), box)
+    frames = TrajectoryFrames(_positions(group.positions), time, np.array([0]), box)
     moving = group.universe.trajectory.n_frames > 1
-    return _built(table, frames, "the AtomGroup", "Å", moving, keys)
+    return _built(table, frames, "Å", moving, keys)
 
 
+@naming_file("the structure of gemmi")
 def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a Structure of gemmi, whose models become frames, or a Model."""
     models: Any = structure if hasattr(structure, "spacegroup_hm") else [structure]
@@ -87,9 +91,10 @@ def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[Selectio
     ]  # fmt: skip
     cell = getattr(structure, "cell", None)
     box = box_vectors(cell.a, cell.b, cell.c, cell.alpha, cell.beta, cell.gamma) if cell else None
-    return _built_of_rows(rows, box, "the structure of gemmi", keys)
+    return _built_of_rows(rows, box, keys)
 
 
+@naming_file("the structure of Biopython")
 def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a Structure of Biopython, whose models become frames, or a Model or Chain."""
     models: Any = entity if entity.level == "S" else [entity]
@@ -107,17 +112,17 @@ def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
                     )
                     for atom in residue.get_unpacked_list()
                 ]  # fmt: skip
-    return _built_of_rows(rows, None, "the structure of Biopython", keys)
+    return _built_of_rows(rows, None, keys)
 
 
-def _positions(xyz: Any, name: str) -> np.ndarray:
+def _positions(xyz: Any) -> np.ndarray:
     """Return coordinates (F, A, 3); raise InputError if there are none, or masked ones."""
     if np.ma.is_masked(xyz):
-        raise InputError(f"{name} has masked coordinates: leave these atoms out.")
+        raise InputError(f"{FILE} has masked coordinates: leave these atoms out.")
     xyz = np.asarray(xyz, dtype=float)
     xyz = xyz[None] if xyz.ndim == 2 else xyz
     if not xyz.shape[0] or not xyz.shape[1]:
-        raise InputError(f"{name} has {xyz.shape[0]} frames of {xyz.shape[1]} atoms: give one with both.")
+        raise InputError(f"{FILE} has {xyz.shape[0]} frames of {xyz.shape[1]} atoms: give one with both.")
     return xyz
 
 
@@ -142,25 +147,23 @@ def _table(source: Any, names: dict[str, str], n_atoms: int) -> AtomTable:
 
 
 def _built(
-    table: AtomTable, frames: TrajectoryFrames, name: str, unit: str, join: bool, keys: SelectionKeys
+    table: AtomTable, frames: TrajectoryFrames, unit: str, join: bool, keys: SelectionKeys
 ) -> Molecule:
-    """Return the selected atoms of a table with frames; `name` and `unit` are those of the user's object."""
-    molecule = molecule_of_frames(table, frames, name, keys, join)
-    refuse_impossible(molecule, name, unit=unit)
+    """Return the selected atoms of a table with frames; `unit` is that of the lengths in the user's object."""
+    molecule = molecule_of_frames(table, frames, keys, join)
+    refuse_impossible(molecule, unit=unit)
     return molecule
 
 
-def _built_of_rows(
-    rows: list[tuple[Any, ...]], box: np.ndarray | None, name: str, keys: SelectionKeys
-) -> Molecule:
+def _built_of_rows(rows: list[tuple[Any, ...]], box: np.ndarray | None, keys: SelectionKeys) -> Molecule:
     """Return the selected atoms of rows, one for each atom, in the order of `columns`."""
     if not rows:
-        raise InputError(f"{name} has no atoms: give one with atoms.")
+        raise InputError(f"{FILE} has no atoms: give one with atoms.")
     columns = (
         "model", "hetero", "name", "residue_name", "chain", "segid", "element", "altloc", "residue", "occupancy",
         "x", "y", "z", "b_factor", "unit",
     )  # fmt: skip
     atoms = atom_table(**dict(zip(columns, zip(*rows, strict=True), strict=True)))
-    molecule = molecule_of_models(AtomFile(atoms, box), name, keys)
-    refuse_impossible(molecule, name, unit="Å")
+    molecule = molecule_of_models(AtomFile(atoms, box), keys)
+    refuse_impossible(molecule, unit="Å")
     return molecule

@@ -15,8 +15,8 @@ import gemmi
 import numpy as np
 from gemmi import cif
 
-from sparsurf.errors import InputError
-from sparsurf.files import StrPath, shorten
+from sparsurf.errors import FILE, InputError
+from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.plddt import origin_of_mmcif
 from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
@@ -47,32 +47,32 @@ CIF_RESIDUE_LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
 NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
 
-def read_mmcif(text: str, path: StrPath) -> AtomFile:
+def read_mmcif(text: str) -> AtomFile:
     """Read the atoms of an mmCIF file; raise InputError if it is none, cut short or damaged, or holds no atoms."""
     try:
         document = cif.read_string(text)
     except (ValueError, RuntimeError) as error:
         reason = str(error).splitlines()[0].removeprefix("string:").strip()
         raise InputError(
-            f"{path} is not a readable mmCIF file ({reason}): copy it again or rename it."
+            f"{FILE} is not a readable mmCIF file ({reason}): copy it again or rename it."
         ) from None
     for block in document:
-        _place_fractions(block, path)
+        _place_fractions(block)
     blocks = [block for block in document if len(block.find_values("_atom_site.Cartn_x"))]
     if not blocks:
-        raise InputError(f"{path} holds no atoms: give a file with an _atom_site loop.")
+        raise InputError(f"{FILE} holds no atoms: give a file with an _atom_site loop.")
     if len(blocks) > 1:
-        log.warning("%s has %d data blocks with atoms: the first is read", path, len(blocks))
+        log.warning("%s has %d data blocks with atoms: the first is read", FILE, len(blocks))
     block = blocks[0]
     box = _box(block)
-    atoms = _atoms(block, path)
-    _report_absent(block, text, path)
+    atoms = _atoms(block)
+    _report_absent(block, text)
     return AtomFile(
         atoms, box, _sequences(block), _crosslinked(block), origin_of_mmcif(block, box is not None)
     )
 
 
-def _place_fractions(block: cif.Block, path: StrPath) -> None:
+def _place_fractions(block: cif.Block) -> None:
     """Add Cartesian coordinates, Å, to a block that has fractions of the cell instead."""
     fractions = block.find("_atom_site.", [f"fract_{axis}" for axis in "xyz"])
     if not len(fractions) or len(block.find_values("_atom_site.Cartn_x")):
@@ -80,7 +80,7 @@ def _place_fractions(block: cif.Block, path: StrPath) -> None:
     lengths, angles = _cell(block)
     if not np.isfinite(lengths + angles).all() or min(lengths) <= 0:
         raise InputError(
-            f"{path} has fractional coordinates and no cell: add the lengths and angles of _cell."
+            f"{FILE} has fractional coordinates and no cell: add the lengths and angles of _cell."
         )
     cell = gemmi.UnitCell(*lengths, *angles)
     places = [cell.orthogonalize(gemmi.Fractional(*map(cif.as_number, row))).tolist() for row in fractions]
@@ -93,12 +93,12 @@ def _place_fractions(block: cif.Block, path: StrPath) -> None:
             column[k] = value
 
 
-def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
+def _atoms(block: cif.Block) -> AtomTable:
     """Return the table of atoms of a data block."""
     values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
     absent = sorted(name for name in REQUIRED_ITEMS if not values_of[name])
     if absent:
-        raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
+        raise InputError(f"{FILE} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     length = len(values_of["name"])
     columns = {name: values or [""] * length for name, values in values_of.items()}
     columns["chain"] = _filled(columns["chain"], columns["segid"], columns["segid"])
@@ -114,7 +114,7 @@ def _atoms(block: cif.Block, path: StrPath) -> AtomTable:
     labels = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
     malformed = next((label for label in labels if not CIF_RESIDUE_LABEL.fullmatch(label)), None)
     if malformed is not None:
-        raise InputError(f"{path} has a residue numbered '{malformed}': repair its _atom_site loop.")
+        raise InputError(f"{FILE} has a residue numbered '{malformed}': repair its _atom_site loop.")
     return atom_table(
         **columns
         | {axis: numbers[axis] for axis in "xyz"}
@@ -146,7 +146,7 @@ def _units(residues: list[str], names: list[str]) -> np.ndarray:
     return np.cumsum(begins)
 
 
-def _report_absent(block: cif.Block, text: str, path: StrPath) -> None:
+def _report_absent(block: cif.Block, text: str) -> None:
     """Warn of chains that a file announces and that have no atoms; raise InputError if it ends within a line."""
     present = set(block.find_values("_atom_site.label_asym_id"))
     missing = [row for row in block.find("_struct_asym.", ["id", "?entity_id"]) if row[0] not in present]
@@ -154,13 +154,13 @@ def _report_absent(block: cif.Block, text: str, path: StrPath) -> None:
         return
     names = ", ".join(sorted(row[0] for row in missing))
     if not text.endswith("\n"):
-        raise InputError(f"{path} is cut short: it has no atoms for {names} of its _struct_asym list.")
+        raise InputError(f"{FILE} is cut short: it has no atoms for {names} of its _struct_asym list.")
     polymers = {row[0] for row in block.find("_entity.", ["id", "type"]) if row[1] == "polymer"}
     is_polymer = any(not row.has(1) or not polymers or row[1] in polymers for row in missing)
     message = (
         "%s has no atoms for %s of its _struct_asym list; if you did not remove them, copy the file again"
     )
-    log.log(logging.WARNING if is_polymer else logging.INFO, message, path, shorten(names))
+    log.log(logging.WARNING if is_polymer else logging.INFO, message, FILE, shorten(names))
 
 
 def _strings(block: cif.Block, items: list[str]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sparsurf.errors import naming_file
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.pdb import write_pdb
 from sparsurf.molecules.residues import split_label
@@ -115,7 +116,8 @@ class Molecule(Shown):
 
     def select(self, path: StrPath = "the molecule", **keys: Any) -> Molecule:
         """Return the molecule with only the atoms that `selection.select_atoms` selects by the keys."""
-        return self.take(select_atoms(self, path, **keys))
+        with naming_file(path):
+            return self.take(select_atoms(self, **keys))
 
     def frame(self, index: int) -> Molecule:
         """Return the molecule with only the frame at position `index`."""

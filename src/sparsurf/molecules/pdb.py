@@ -20,7 +20,7 @@ from string import ascii_lowercase, ascii_uppercase, digits
 import gemmi
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import StrPath, shorten
 from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors, missing_residues
 from sparsurf.molecules.atoms import AtomsLike
@@ -64,11 +64,11 @@ HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
 FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36**3
 
 
-def read_pdb(text: str, path: StrPath) -> AtomFile:
+def read_pdb(text: str) -> AtomFile:
     """Read a PDB file, lines ending in '\\n', and refuse a damaged one; MODEL, or END before further atoms, starts a model."""
     if text.lstrip().startswith(("data_", "loop_")):
-        raise InputError(f"{path} is an mmCIF file by its content: rename it to .cif.")
-    lines, name = text.split("\n"), str(path)
+        raise InputError(f"{FILE} is an mmCIF file by its content: rename it to .cif.")
+    lines = text.split("\n")
     wide_chains, numbered = _has_wide_chains(lines), _has_numbered_lines(lines)
     rows, box = [], None
     sequences: dict[str, list[str]] = defaultdict(list)
@@ -84,20 +84,14 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
             if next_model is not None:
                 models.append(next_model)
                 next_model = None
-            rows.append(
-                (
-                    models[-1],
-                    *_atom(line, f"Line {number} of {name}", wide_chains, numbered, read_number),
-                    molecule,
-                )
-            )
+            rows.append((models[-1], *_atom(line, number, wide_chains, numbered, read_number), molecule))
             last_atom = number
         elif record == "TER   ":
             molecule += 1
             read_number = NumberReader()
         elif record in ("MODEL ", "ENDMDL", "END   "):
             read_number = NumberReader()
-            next_model = _model_number(line, models, path)
+            next_model = _model_number(line, models)
         elif record == "SEQRES":
             sequences[line[11:12].strip()] += line[19:70].split()
         elif record == "CRYST1":
@@ -109,30 +103,34 @@ def read_pdb(text: str, path: StrPath) -> AtomFile:
         elif record == "HETNAM" and line[11:12] == LONG_NAME and len(line[71:79].split()) == 1:
             long_names[line[11:14]] = line[71:79].strip()
         elif record not in HEADER_RECORDS and _is_damaged_atom(line):
-            raise InputError(f"Line {number} of {path} holds an atom but begins with '{record}': repair it.")
+            raise InputError(f"Line {number} of {FILE} holds an atom but begins with '{record}': repair it.")
     if not rows:
         if any(IN_WORDS.match(line) for line in lines):
             raise InputError(
-                f"{path} holds its atoms as words between blanks, like a PQR file, and not in the columns of a PDB file: give "
+                f"{FILE} holds its atoms as words between blanks, like a PQR file, and not in the columns of a PDB file: give "
                 "the PDB or mmCIF file that it was made from."
             )
-        raise InputError(f"{path} holds no atoms: give a file with ATOM records.")
+        raise InputError(f"{FILE} holds no atoms: give a file with ATOM records.")
     columns = dict(zip(PDB_COLUMNS, zip(*rows, strict=True), strict=True))
     columns["residue_name"] = tuple(long_names.get(name, name) for name in columns["residue_name"])
     atoms = atom_table(**columns)
-    _check_end(lines, last_atom, atoms, sequences, path)
+    _check_end(lines, last_atom, atoms, sequences)
     if len(models) < n_announced:
-        log.warning("%s announces %d models and holds %d: is it cut short?", path, n_announced, len(models))
+        log.warning("%s announces %d models and holds %d: is it cut short?", FILE, n_announced, len(models))
     return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin_of_pdb(lines, box is not None))
 
 
-def _atom(line: str, where: str, wide_chains: bool, numbered: bool, read_number: NumberReader) -> tuple:
-    """Return a row of the table from an ATOM or HETATM record; `where` names the line in messages."""
+def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_number: NumberReader) -> tuple:
+    """Return a row of the table from an ATOM or HETATM record; messages name the number of its line, from 1."""
     coordinates = line[30:38], line[38:46], line[46:54]
     if len(line) < 54:
-        raise InputError(f"{where} is cut short: copy the file again or repair the line.")
+        raise InputError(
+            f"Line {line_number} of {FILE} is cut short: copy the file again or repair the line."
+        )
     if not all(map(PDB_NUMBER.fullmatch, coordinates)):
-        raise InputError(f"{where} has no readable coordinates ('{line[30:54].strip()}'): repair the line.")
+        raise InputError(
+            f"Line {line_number} of {FILE} has no readable coordinates ('{line[30:54].strip()}'): repair the line."
+        )
     element = _element(line[76:78], line[78:79])
     hetero = line.startswith("HETATM")
     # some programs leave the name of an ion blank
@@ -140,7 +138,9 @@ def _atom(line: str, where: str, wide_chains: bool, numbered: bool, read_number:
     number = read_number(line[22:26].strip(), line[21:22])
     joined = any(record in line[54:] for record in ATOM_RECORDS)  # two lines that lost their newline
     if not name or number is None or line[27:30].strip() or joined:
-        raise InputError(f"{where} is not in the columns of a PDB file: repair the line.")
+        raise InputError(
+            f"Line {line_number} of {FILE} is not in the columns of a PDB file: repair the line."
+        )
     split = 20 if wide_chains else 21
     segid = "" if numbered else _segid(line[66:76])
     return (
@@ -196,7 +196,7 @@ def _has_numbered_lines(lines: list[str]) -> bool:
     return all(line[76:80].strip().isdecimal() for line in lines if line.startswith(ATOM_RECORDS))
 
 
-def _model_number(line: str, used: list[int], path: StrPath) -> int:
+def _model_number(line: str, used: list[int]) -> int:
     """Return the number of the next model: the one of the record if no other has it, else the next free one."""
     next_free = max(used, default=0) + 1
     number = line[6:14].strip() if line.startswith("MODEL ") else ""
@@ -204,7 +204,7 @@ def _model_number(line: str, used: list[int], path: StrPath) -> int:
         return next_free
     if int(number) in used:
         message = "%s has several models of the number %s: the later one is called %d"
-        log.warning(message, path, number, next_free)
+        log.warning(message, FILE, number, next_free)
         return next_free
     return int(number)
 
@@ -237,24 +237,23 @@ def _check_end(
     last_atom: int,
     atoms: AtomTable,
     sequences: dict[str, list[str]],
-    path: StrPath,
 ) -> None:
     """Raise InputError if a file stops within its last atom, or without an END before its sequence is complete."""
     last, before = lines[last_atom - 1].rstrip(), lines[last_atom - 2].rstrip()
     no_newline = last_atom == len(lines)
     if no_newline and before.startswith(ATOM_RECORDS) and len(last) < len(before):
-        raise InputError(f"{path} is cut short: it stops in the middle of an atom; copy it again.")
+        raise InputError(f"{FILE} is cut short: it stops in the middle of an atom; copy it again.")
     ended = any(line[:6].strip() in AFTER_ATOMS for line in lines[last_atom:])
     if not ended and any(line.startswith("MODEL ") for line in lines):
         numbers, counts = np.unique(atoms.model, return_counts=True)
         if len(numbers) > 1 and (atoms.model == atoms.model[-1]).sum() < counts.max():
-            raise InputError(f"{path} is cut short: its last MODEL has no ENDMDL; copy it again.")
-        log.warning("%s: its last MODEL has no ENDMDL; is the file cut short?", path)
+            raise InputError(f"{FILE} is cut short: its last MODEL has no ENDMDL; copy it again.")
+        log.warning("%s: its last MODEL has no ENDMDL; is the file cut short?", FILE)
     missing = missing_residues(atoms, sequences)
     if missing and not ended:
         present, expected = (sum(counts) for counts in zip(*missing.values(), strict=True))
         raise InputError(
-            f"{path} has {present} of the {expected} residues that its SEQRES records announce and no END "
+            f"{FILE} has {present} of the {expected} residues that its SEQRES records announce and no END "
             "record: copy it again, or add END if it is complete."
         )
 

@@ -15,8 +15,7 @@ import re
 import numpy as np
 from gemmi import cif
 
-from sparsurf.errors import InputError, argument
-from sparsurf.files import StrPath
+from sparsurf.errors import FILE, InputError, argument
 
 log = logging.getLogger("sparsurf")
 
@@ -84,7 +83,6 @@ def doubtful_residues(
     residue_index: np.ndarray,
     origin: str,
     bound: float,
-    path: StrPath,
     polymer: np.ndarray | None = None,
 ) -> np.ndarray | None:
     """Find the atoms (A,) of residues whose mean pLDDT, 0 to 100 or 0 to 1, is below a bound; None if it does not apply.
@@ -92,13 +90,13 @@ def doubtful_residues(
     Say whether it was applied. A predicted model without pLDDT is refused. `polymer` (A,) marks residues with one pLDDT each.
     """
     if origin == EXPERIMENT:
-        log.info("%s: plddt is not applied to an experimental structure", path)
+        log.info("%s: plddt is not applied to an experimental structure", FILE)
         return None
     finite = np.isfinite(b_factor).all() and len(b_factor) > 0
     possible = finite and 0 <= b_factor.min() < b_factor.max() <= MAX_PLDDT
     if origin and not (possible and origin == PREDICTED):
         raise InputError(
-            f"{path} is a predicted model without pLDDT in its B factors: give the file as it was predicted, "
+            f"{FILE} is a predicted model without pLDDT in its B factors: give the file as it was predicted, "
             f"or remove `{argument('plddt')}`."
         )
     scale = MAX_PLDDT if possible and b_factor.max() <= 1 else 1.0
@@ -108,13 +106,13 @@ def doubtful_residues(
         flags = possible and np.isin(b_factor, (0, 1)).all()
         if flags or not (constant or (possible and scale > 1)):
             message = "%s: plddt is not applied; the file does not say what its B factors are, and they do not look like pLDDT"
-            log.warning(message, path)
+            log.warning(message, FILE)
             return None
         message = "%s does not say what its B factors are; they are read as pLDDT, since %s"
         reason = "all atoms of a residue have the same" if constant else "none is above 1"
-        log.warning(message, path, reason)
+        log.warning(message, FILE, reason)
     if scale > 1:
-        log.warning("%s: its pLDDT is on a scale of 0 to 1, and is multiplied by 100", path)
+        log.warning("%s: its pLDDT is on a scale of 0 to 1, and is multiplied by 100", FILE)
     mean = np.bincount(residue_index, b_factor * scale) / np.bincount(residue_index)
     return (mean < bound)[residue_index]
 

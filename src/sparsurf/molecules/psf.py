@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, atom_table, molecules_of_bonds
 from sparsurf.molecules.pdb import NumberReader
@@ -33,18 +33,18 @@ def read_psf(source: Source) -> AtomFile:
         match[2]: (k, int(match[1])) for k, line in enumerate(lines) if (match := SECTION.match(line))
     }
     if "ATOM" not in sections:
-        raise InputError(f"{source} has no section !NATOM: give a PSF file with atoms.")
+        raise InputError(f"{FILE} has no section !NATOM: give a PSF file with atoms.")
     begin, n_atoms = sections["ATOM"]
     rows = [line for line in lines[begin + 1 : begin + 1 + n_atoms] if line.strip()]
     if len(rows) < n_atoms or not n_atoms:
-        raise InputError(f"{source} is cut short: it has {len(rows)} of {n_atoms} atoms; copy it again.")
+        raise InputError(f"{FILE} is cut short: it has {len(rows)} of {n_atoms} atoms; copy it again.")
     fields = [_fields(row, extended) for row in rows]
     read_number, labels = NumberReader(), []
     for k, (segid, label, *further) in enumerate(fields):
         residue = _residue(label, segid, read_number)
         if residue is None or not all(further[:2]):
             raise InputError(
-                f"{source}: line {begin + 2 + k} is no atom of a PSF file, {shorten(repr(rows[k].strip()))}: repair the line."
+                f"{FILE}: line {begin + 2 + k} is no atom of a PSF file, {shorten(repr(rows[k].strip()))}: repair the line."
             )
         labels.append(residue)
     segids, _, residue_names, names, types = map(list, zip(*fields, strict=True))
@@ -57,7 +57,7 @@ def read_psf(source: Source) -> AtomFile:
         # a Drude particle is no atom, and has the element of none
         element=["VS" if atom_type == DRUDE_TYPE else "" for atom_type in types],
     )
-    bonds = _bonds(lines, sections.get("BOND", (len(lines), 0)), n_atoms, source)
+    bonds = _bonds(lines, sections.get("BOND", (len(lines), 0)), n_atoms)
     return AtomFile(atoms.assign(molecule=molecules_of_bonds(atoms, bonds)))
 
 
@@ -83,7 +83,7 @@ def _residue(label: str, segid: str, read_number: NumberReader) -> str | None:
     return f"{int(number or match[1])}{match[2]}"
 
 
-def _bonds(lines: list[str], section: tuple[int, int], n_atoms: int, source: Source) -> np.ndarray:
+def _bonds(lines: list[str], section: tuple[int, int], n_atoms: int) -> np.ndarray:
     """Return the bonds (B, 2) of a PSF file, numbers of atoms from 0; columns of eight or ten digits may touch."""
     begin, n_bonds = section
     numbers: list[int] = []
@@ -97,7 +97,7 @@ def _bonds(lines: list[str], section: tuple[int, int], n_atoms: int, source: Sou
     bonds = np.array(numbers[: 2 * n_bonds], int)
     if len(bonds) < 2 * n_bonds or (len(bonds) and not 1 <= bonds.min() <= bonds.max() <= n_atoms):
         raise InputError(
-            f"{source} announces {n_bonds} bonds and holds {len(bonds) // 2} between its {n_atoms} atoms: it is cut short or "
+            f"{FILE} announces {n_bonds} bonds and holds {len(bonds) // 2} between its {n_atoms} atoms: it is cut short or "
             "damaged; copy it again."
         )
     return bonds.reshape(-1, 2) - 1

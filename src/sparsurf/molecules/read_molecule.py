@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sparsurf.arguments import STRIDE, check_flag, check_plddt
-from sparsurf.errors import InputError, argument
+from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import StrPath, no_warnings, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
@@ -38,8 +38,8 @@ log = logging.getLogger("sparsurf")
 ASSEMBLY_OF_MODELS = "assembly: it takes all models of a structure; leave out the trajectory and the model."
 # The reader of each format that names its atoms
 MOLECULE_READERS: dict[str, Callable[[Source], AtomFile]] = {
-    "pdb": lambda source: read_pdb(source.text(), source),
-    "mmcif": lambda source: read_mmcif(source.text(), source),
+    "pdb": lambda source: read_pdb(source.text()),
+    "mmcif": lambda source: read_mmcif(source.text()),
     "gro": read_gro,
     "card": read_card,
     "psf": read_psf,
@@ -172,23 +172,25 @@ def molecule_of_files(
         )
     if model is not None and not source.format.models:
         raise InputError(f"{source} has frames and no models: leave out the model, and name the frame.")
-    file = MOLECULE_READERS[source.format.name](source)
-    if frames is None and not source.format.places:
-        raise InputError(f"{source} holds no coordinates: give the trajectory that belongs to it.")
-    if frames is None and has_frames:
-        frames = source
-        if plddt is not None:
-            log.warning("%s: plddt is not applied; such files have no B factors", source)
-    if frames is None:
-        molecule = molecule_of_models(file, source, keys, altloc, model, stride, whole, assembly)
-        if plddt is not None:
-            molecule = _without_doubtful(molecule, file.origin, plddt, source)
-        refuse_impossible(molecule, source, whole=whole)
-        return molecule
-    options = altloc, model, stride, whole, times
-    molecule = molecule_of_trajectory(file, source, frames, keys, *options)
+    with naming_file(source):
+        file = MOLECULE_READERS[source.format.name](source)
+        if frames is None and not source.format.places:
+            raise InputError(f"{FILE} holds no coordinates: give the trajectory that belongs to it.")
+        if frames is None and has_frames:
+            frames = source
+            if plddt is not None:
+                log.warning("%s: plddt is not applied; such files have no B factors", FILE)
+        if frames is None:
+            molecule = molecule_of_models(file, keys, altloc, model, stride, whole, assembly)
+            if plddt is not None:
+                molecule = _without_doubtful(molecule, file.origin, plddt)
+            refuse_impossible(molecule, whole=whole)
+            return molecule
+        options = altloc, model, stride, whole, times
+        molecule = molecule_of_trajectory(file, source, frames, keys, *options)
     names = source if frames is not source else None
-    refuse_impossible(molecule, frames, names, whole, frames.format.unit)
+    with naming_file(frames):
+        refuse_impossible(molecule, names, whole, frames.format.unit)
     return molecule
 
 
@@ -200,23 +202,23 @@ def _what_names_no_atoms(source: Source) -> str:
     return f"{source} is not a structure by its content: give a file of one of the formats {labels}."
 
 
-def _without_doubtful(molecule: Molecule, origin: str, plddt: float, path: StrPath) -> Molecule:
+def _without_doubtful(molecule: Molecule, origin: str, plddt: float) -> Molecule:
     """Return a predicted model without the residues of a pLDDT below a bound; warn of their number."""
     polymer = np.isin(molecule.kind, POLYMERS)
     doubtful = doubtful_residues(
-        molecule.b_factor, molecule.residue_index, origin, plddt, path, polymer if polymer.any() else None
+        molecule.b_factor, molecule.residue_index, origin, plddt, polymer if polymer.any() else None
     )
     if doubtful is None:
         return molecule
     if doubtful.all():
         raise InputError(
-            f"{path} has no residue with a pLDDT of {plddt:g} or more: lower the bound, or exclude it."
+            f"{FILE} has no residue with a pLDDT of {plddt:g} or more: lower the bound, or exclude it."
         )
     confident = molecule.take(~doubtful)
     n_masked = molecule.n_residues - confident.n_residues
     if n_masked:
         message = "%s: left out %d of %s, whose pLDDT is below %g"
-        log.warning(message, path, n_masked, pluralise(molecule.n_residues, "residue"), plddt)
+        log.warning(message, FILE, n_masked, pluralise(molecule.n_residues, "residue"), plddt)
     return replace(confident, masked_residues=n_masked)
 
 

@@ -11,8 +11,8 @@ from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
-from sparsurf.errors import InputError, argument
-from sparsurf.files import StrPath, shorten
+from sparsurf.errors import FILE, InputError, argument
+from sparsurf.files import shorten
 from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.names import other_spellings
 from sparsurf.molecules.residues import split_label
@@ -38,7 +38,6 @@ class SelectionKeys(TypedDict, total=False):
 
 def select_atoms(
     molecule: AtomsLike,
-    path: StrPath,
     *,
     selection: str | None = None,
     chains: str | Sequence[str] | None = None,
@@ -58,20 +57,20 @@ def select_atoms(
     With `report`, the residues that are left out are logged.
     """
     ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
-    in_chains = _in_chains(molecule, path, chains)
-    in_residues = _in_residues(molecule, path, ranges, report, in_chains, split)
+    in_chains = _in_chains(molecule, chains)
+    in_residues = _in_residues(molecule, ranges, report, in_chains, split)
     within = in_chains & in_residues
     if selection is None:
         chain_named = chains is not None or any(":" in item for item in ranges or ())
         pool = np.isin(molecule.kind, POLYMERS if chain_named else ["protein"])
     else:
         pool = atoms_of_expression(molecule, selection)
-    in_ligands = _in_ligands(molecule, path, ligands)
+    in_ligands = _in_ligands(molecule, ligands)
     selected = (pool | in_ligands) & within
     if ligands is not True:
-        _refuse_ligands_outside(molecule, path, in_ligands, in_chains, in_residues)
+        _refuse_ligands_outside(molecule, in_ligands, in_chains, in_residues)
     if report:
-        _report_left_out(molecule, path, selected, within)
+        _report_left_out(molecule, selected, within)
     if isinstance(hydrogens, str) and hydrogens == "remove":
         selected &= molecule.heavy
     elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
@@ -87,7 +86,7 @@ def select_atoms(
             names = re.findall(r"[\w'*]+", selection)
             spelt = other_spellings(dict.fromkeys(names), molecule.residue_name, molecule.name)
             remedy += "".join(f"; it calls {word} {name}" for word, name in spelt.items())
-        raise InputError(f"{path}: {nothing}; the file has {_inventory(molecule)}{remedy}.")
+        raise InputError(f"{FILE}: {nothing}; the file has {_inventory(molecule)}{remedy}.")
     return selected
 
 
@@ -102,7 +101,7 @@ def _remedy_for_nucleic(molecule: AtomsLike, atoms: np.ndarray, ranges: list[str
     return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
 
-def _in_chains(molecule: AtomsLike, path: StrPath, chains: str | Sequence[str] | None) -> np.ndarray:
+def _in_chains(molecule: AtomsLike, chains: str | Sequence[str] | None) -> np.ndarray:
     """Return the mask (A,) of atoms in the chains."""
     if chains is None:
         return np.ones(len(molecule.chain), bool)
@@ -110,20 +109,19 @@ def _in_chains(molecule: AtomsLike, path: StrPath, chains: str | Sequence[str] |
     absent = [name for name in names if name not in molecule.chain]
     if not names or "" in absent:
         raise InputError(
-            f"{argument('chains')}: empty chain name; the chains of {path} are {_chains(molecule)}."
+            f"{argument('chains')}: empty chain name; the chains of {FILE} are {_chains(molecule)}."
         )
     if absent and not any(molecule.chain):
-        raise InputError(f"{path} has one chain, which has no name: leave out `{argument('chains')}`.")
+        raise InputError(f"{FILE} has one chain, which has no name: leave out `{argument('chains')}`.")
     if absent:
         raise InputError(
-            f"{path} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."
+            f"{FILE} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."
         )
     return np.isin(molecule.chain, names)
 
 
 def _in_residues(
     molecule: AtomsLike,
-    path: StrPath,
     ranges: list[str] | None,
     report: bool,
     in_chains: np.ndarray,
@@ -159,7 +157,7 @@ def _in_residues(
             )
         if not inside.any():
             raise InputError(
-                f"{argument('residues')}: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}."
+                f"{argument('residues')}: '{shorten(item)}' is not in {FILE}, which has {_extents(molecule)}."
             )
         several = [
             [chain_name for chain_name in ids if chain_name in chain_of[inside & in_chains]]
@@ -168,14 +166,14 @@ def _in_residues(
         if chain is None and any(len(ids) > 1 for ids in several):
             ids = next(ids for ids in several if len(ids) > 1)
             raise InputError(
-                f"{argument('residues')}: '{shorten(item)}' of {path} are in {shorten(', '.join(ids))}: name one, as "
+                f"{argument('residues')}: '{shorten(item)}' of {FILE} are in {shorten(', '.join(ids))}: name one, as "
                 f"in {ids[0]}:{item}."
             )
         present = {label.upper() for label in labels[np.unique(inverse[inside])].tolist()}
         absent = [end for end in dict.fromkeys(ends) if end.upper() not in present]
         if absent and report:
             message = "%s has no residue %s of '%s': it has %s"
-            log.warning(message, path, " and ".join(absent), item, _extents(molecule))
+            log.warning(message, FILE, " and ".join(absent), item, _extents(molecule))
         selected |= inside
     return selected
 
@@ -274,7 +272,7 @@ def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
         return ligands is not None and not (isinstance(ligands, bool | np.bool_) and not ligands)
 
 
-def _in_ligands(molecule: AtomsLike, path: StrPath, ligands: bool | str | Sequence[str]) -> np.ndarray:
+def _in_ligands(molecule: AtomsLike, ligands: bool | str | Sequence[str]) -> np.ndarray:
     """Return the mask (A,) of atoms in the ligands."""
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
@@ -285,14 +283,13 @@ def _in_ligands(molecule: AtomsLike, path: StrPath, ligands: bool | str | Sequen
         present = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
         listed = ", ".join(sorted(present)) or "nothing"
         raise InputError(
-            f"{path} has no ligand {shorten(', '.join(absent))}: besides polymers, the file contains {listed}."
+            f"{FILE} has no ligand {shorten(', '.join(absent))}: besides polymers, the file contains {listed}."
         )
     return np.isin(molecule.residue_name, names)
 
 
 def _refuse_ligands_outside(
     molecule: AtomsLike,
-    path: StrPath,
     in_ligands: np.ndarray,
     in_chains: np.ndarray,
     in_residues: np.ndarray,
@@ -306,12 +303,12 @@ def _refuse_ligands_outside(
             add = [] if in_chains[first] else [f"{chain} to the chains"]
             add += [] if in_residues[first] else [f"{chain}:{molecule.residue[first]} to the residues"]
             raise InputError(
-                f"{argument('ligands')}: {name} of {path} lies outside of the requested chains and residues: add "
+                f"{argument('ligands')}: {name} of {FILE} lies outside of the requested chains and residues: add "
                 f"{' and '.join(add)}."
             )
 
 
-def _report_left_out(molecule: AtomsLike, path: StrPath, selected: np.ndarray, within: np.ndarray) -> None:
+def _report_left_out(molecule: AtomsLike, selected: np.ndarray, within: np.ndarray) -> None:
     """Log names and numbers of residues within the chains and ranges that are not selected."""
     taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]
@@ -325,7 +322,7 @@ def _report_left_out(molecule: AtomsLike, path: StrPath, selected: np.ndarray, w
         )  # fmt: skip
         if counts:
             listed = ", ".join(f"{count} {name}" for name, count in counts.most_common())
-            log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", path, listed)
+            log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", FILE, listed)
 
 
 def _chains(molecule: AtomsLike) -> str:

@@ -62,7 +62,7 @@ class Source(os.PathLike[str]):
 
     def text(self) -> str:
         """Return the text of the file."""
-        return decode_text(content_of(Path(self.name)), self.name)
+        return decode_text(content_of(Path(self.name)))
 
     @contextmanager
     def lines(self) -> Iterator[IO[str]]:

@@ -12,7 +12,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.mmcif import read_mmcif
@@ -52,8 +52,8 @@ TextFrames = Iterator[Callable[[], TextFrame] | None]
 class Lines:
     """Lines of a file with their numbers, for messages."""
 
-    def __init__(self, lines: Iterator[str], source: Source) -> None:
-        self.stream, self.source, self.number, self.ahead = lines, source, 0, list[str]()
+    def __init__(self, lines: Iterator[str]) -> None:
+        self.stream, self.number, self.ahead = lines, 0, list[str]()
         self.unterminated = False  # the last line has no line feed: the end of the file may have cut it
 
     def next(self) -> str | None:
@@ -95,7 +95,7 @@ class Lines:
 
     def refuse(self, problem: str, number: int | None = None) -> NoReturn:
         """Raise InputError with the number of a line, by default of the last one."""
-        raise InputError(f"{self.source}: line {self.number if number is None else number} {problem}.")
+        raise InputError(f"{FILE}: line {self.number if number is None else number} {problem}.")
 
 
 def count_of(lines: Lines, line: str | None, advice: str) -> int:
@@ -143,9 +143,7 @@ def frames_of_gro(lines: Lines, _n_atoms: int) -> TextFrames:
         rows = lines.take(n_atoms)
         if rows is None and first:
             n_found = lines.number - begin
-            raise InputError(
-                f"{lines.source} is cut short: it has {n_found} of {n_atoms} atoms; copy it again."
-            )
+            raise InputError(f"{FILE} is cut short: it has {n_found} of {n_atoms} atoms; copy it again.")
         box = lines.next()
         if first:
             check_box_of_gro(lines, box)
@@ -168,7 +166,7 @@ def check_box_of_gro(lines: Lines, box: str | None) -> None:
     """Raise InputError if a line is not the box of a GRO file."""
     if box is None or not numbers_of_box(box):
         number = lines.number + (box is None)
-        raise InputError(f"{lines.source}: line {number} is not a box of 3 or 9 numbers: add it, or zeros.")
+        raise InputError(f"{FILE}: line {number} is not a box of 3 or 9 numbers: add it, or zeros.")
 
 
 def positions_of_gro(lines: Lines, rows: Sequence[str], begin: int) -> np.ndarray:
@@ -283,7 +281,7 @@ def _of_columns(lines: Lines, rows: Sequence[str], width: int, n_atoms: int, beg
         values += found
     if len(values) != 3 * n_atoms:
         raise InputError(
-            f"{lines.source} has {len(values)} coordinates in the frame from line {begin + 1} on, and {n_atoms} atoms need "
+            f"{FILE} has {len(values)} coordinates in the frame from line {begin + 1} on, and {n_atoms} atoms need "
             f"{3 * n_atoms}: give the topology that the trajectory was written with."
         )
     return np.array(values).reshape(-1, 3)
@@ -446,7 +444,7 @@ def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
             style = line.partition("#")[2].strip()
             break
     if line is None or not n_atoms:
-        raise InputError(f"{lines.source} has no section Atoms: give a LAMMPS data file with atoms.")
+        raise InputError(f"{FILE} has no section Atoms: give a LAMMPS data file with atoms.")
     lines.next()  # an empty line
     begin = lines.number
     rows = lines.take(n_atoms)
@@ -468,7 +466,7 @@ def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
 
 def _frames_of_structure(source: Source) -> TextFrames:
     """Yield the models of a structure as frames."""
-    file = (read_mmcif if source.format.name == "mmcif" else read_pdb)(source.text(), source)
+    file = (read_mmcif if source.format.name == "mmcif" else read_pdb)(source.text())
     for model in dict.fromkeys(file.atoms.model.tolist()):
         xyz = file.atoms.xyz[file.atoms.model == model]
         yield lambda xyz=xyz: TextFrame(xyz, box=file.box)  # type: ignore[misc]
@@ -494,4 +492,4 @@ def frames_of_text(source: Source, n_atoms: int) -> TextFrames:
         yield from _frames_of_structure(source)
         return
     with source.lines() as stream:
-        yield from TEXT_READERS[source.format.name](Lines(stream, source), n_atoms)
+        yield from TEXT_READERS[source.format.name](Lines(stream), n_atoms)

@@ -16,7 +16,7 @@ from typing import IO
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import StrPath, existing_file, pluralise
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.mdtraj_process import EVERY_FRAME, FrameSelection, iterate_frames
@@ -59,15 +59,15 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
     """Read the first frame (A, 3), float64, Å; refuse what is no trajectory, or has another number of atoms than the topology."""
     if not source.format.places:
         raise InputError(
-            f"{source} is no trajectory by its content, and holds no coordinates: give the trajectory of {topology_path}."
+            f"{FILE} is no trajectory by its content, and holds no coordinates: give the trajectory of {topology_path}."
         )
     if source.compressed and not source.format.text:
         raise InputError(
-            f"{source} is compressed, which is not supported for trajectories: uncompress it with gunzip."
+            f"{FILE} is compressed, which is not supported for trajectories: uncompress it with gunzip."
         )
     if not source.format.text and not source.recognised:
         raise InputError(
-            f"{source} cannot be read: its first bytes are not those of {source.format.label}; check its name, or copy it again."
+            f"{FILE} cannot be read: its first bytes are not those of {source.format.label}; check its name, or copy it again."
         )
     if source.format.name == "xtc":
         check_precision(source)
@@ -79,7 +79,7 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
     )
     if xyz.shape[1] != n_atoms:
         raise InputError(
-            f"{source} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
+            f"{FILE} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
             "trajectory was written with."
         )
     return xyz[0]
@@ -103,7 +103,7 @@ def _parts_of_text(source: Source, n_atoms: int, chosen: FrameSelection) -> Iter
     for number, parse in enumerate(frames_of_text(source, n_atoms)):
         if parse is None:
             if not chosen.first:
-                report_cut(source, number, n_found, chosen.stride)
+                report_cut(number, n_found, chosen.stride)
             break
         if number not in only if only else number % chosen.stride:
             continue
@@ -114,7 +114,7 @@ def _parts_of_text(source: Source, n_atoms: int, chosen: FrameSelection) -> Iter
             return
         if len(frame.xyz) != n_atoms:
             raise InputError(
-                f"{source} has {len(frame.xyz)} atoms in frame {number} and {n_atoms} in the first one: give a trajectory of "
+                f"{FILE} has {len(frame.xyz)} atoms in frame {number} and {n_atoms} in the first one: give a trajectory of "
                 "one molecule."
             )
         frames.append(frame)
@@ -124,8 +124,8 @@ def _parts_of_text(source: Source, n_atoms: int, chosen: FrameSelection) -> Iter
     if frames:
         yield _joined(frames, chosen.atoms)
     if not n_found:
-        report_cut(source, 0, 0, 1) if number >= 0 else None
-        raise InputError(f"{source} holds no frames: copy it again.")
+        report_cut(0, 0, 1) if number >= 0 else None
+        raise InputError(f"{FILE} holds no frames: copy it again.")
 
 
 def _joined(frames: list[TextFrame], atoms: np.ndarray | None) -> LabelledPart:
@@ -137,7 +137,7 @@ def _joined(frames: list[TextFrame], atoms: np.ndarray | None) -> LabelledPart:
 
 
 def read_frames(
-    path: Source,
+    source: Source,
     n_atoms: int,
     atoms: np.ndarray,
     stride: int = 1,
@@ -149,22 +149,22 @@ def read_frames(
     Frames that repeat the one before are left out, as readers do with those of TRR that have no positions. `change`
     makes other positions of some (F, A, 3), Å, their boxes (F, 3, 3), or None, and their numbers in the file (F,).
     """
-    stored, boxed = _frames_with_positions(path)
+    stored, boxed = _frames_with_positions(source)
     if times is not None:
-        time_ps = _times(path, n_atoms, stored)
-        number = _frames_at(path, time_ps, times)
+        time_ps = _times(source, n_atoms, stored)
+        number = _frames_at(time_ps, times)
         time_ps, only = time_ps[number], number if stored is None else stored[number]
     elif stored is not None:
         only = stored[::stride]
     else:
         only = np.empty(0, int)
     order = np.argsort(atoms, kind="stable")
-    store, before, n_read = FrameStore(path), np.empty((0, 0, 3)), 0
+    store, before, n_read = FrameStore(), np.empty((0, 0, 3)), 0
     keep: list[bool] = []
     time_parts: list[np.ndarray] = []
     number_parts: list[np.ndarray] = []
     chosen = FrameSelection(np.asarray(atoms)[order], stride, only)
-    for raw, time, box in iterate_parts(path, n_atoms, chosen):
+    for raw, time, box in iterate_parts(source, n_atoms, chosen):
         n_read += len(raw)
         xyz = np.empty(raw.shape)
         xyz[:, order] = raw
@@ -172,7 +172,7 @@ def read_frames(
         before = xyz[-1:].copy()
         places = len(keep) + np.arange(len(xyz))
         numbers = stride * places if times is None else number[places]
-        refuse_invalid_coordinates(xyz, path, numbers)
+        refuse_invalid_coordinates(xyz, numbers)
         cells = box[moved] if len(box) and boxed else None
         xyz = change(xyz[moved], cells, numbers[moved])
         store.append(xyz)
@@ -180,17 +180,17 @@ def read_frames(
         time_parts.append(time)
         number_parts.append(numbers)
     if times is None:
-        if path.format.name == "dcd":
-            check_dcd(path, n_atoms, n_read, stride)
+        if source.format.name == "dcd":
+            check_dcd(source, n_atoms, n_read, stride)
         time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
     xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
         message = "%s: %s the one before, the first is frame %d: left out"
-        log.warning(message, path, pluralise(n_repeats, "frame", "repeats"), number[keep.index(False)])
+        log.warning(message, FILE, pluralise(n_repeats, "frame", "repeats"), number[keep.index(False)])
     time_ps, number = time_ps[keep], number[keep]
     if times is None:
-        warn_of_repeats(path, xyz, time_ps, number)
-    if not path.format.timed or not (np.diff(time_ps) > 0).all():
+        warn_of_repeats(source, xyz, time_ps, number)
+    if not source.format.timed or not (np.diff(time_ps) > 0).all():
         time_ps = np.full(len(xyz), np.nan)
     return TrajectoryFrames(xyz, time_ps, number, None)
 
@@ -203,33 +203,33 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
     return ~np.append(len(before) > 0 and np.array_equal(xyz[:1], before), repeats)
 
 
-def _times(path: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
+def _times(source: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
     """Read the times of all frames with positions, ps; nan where the format has none."""
-    time = np.concatenate([part[1] for part in iterate_parts(path, n_atoms, FrameSelection(np.array([0])))])
+    time = np.concatenate([part[1] for part in iterate_parts(source, n_atoms, FrameSelection(np.array([0])))])
     time = time if stored is None else time[stored]
-    return time if path.format.timed and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
+    return time if source.format.timed and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
 
 
-def _frames_at(path: StrPath, time_ps: np.ndarray, times: Sequence[float]) -> np.ndarray:
+def _frames_at(time_ps: np.ndarray, times: Sequence[float]) -> np.ndarray:
     """Return the numbers of the first frame and of those at some times, ps."""
     distance = np.abs(time_ps[:, None] - np.asarray(times, float)).min(axis=1, initial=np.inf)
     near = distance < TIME_TOLERANCE  # False for nan, of a file without times
     if not near.any():
-        log.warning("%s has no frame at any of the requested times: only its first frame is read", path)
+        log.warning("%s has no frame at any of the requested times: only its first frame is read", FILE)
     return np.flatnonzero(near | (np.arange(len(near)) == 0))
 
 
-def _frames_with_positions(path: Source) -> tuple[np.ndarray | None, bool]:
+def _frames_with_positions(source: Source) -> tuple[np.ndarray | None, bool]:
     """Return the numbers of the frames of a TRR file that have positions, and whether all these have a box.
 
     A frame may hold velocities or forces alone. mdtraj returns the positions of the frame before for it, and any numbers
     for a box that is absent. The numbers are None for another format, if all frames have positions, or a header is damaged.
     """
-    if path.format.name != "trr":
+    if source.format.name != "trr":
         return None, True
     numbers, n_frames, offset, boxed = list[int](), 0, 0, True
-    size = existing_file(path).stat().st_size
-    with Path(path).open("rb") as file:
+    size = existing_file(source).stat().st_size
+    with Path(source).open("rb") as file:
         while offset + TRR_HEAD.size <= size:
             file.seek(offset)
             magic, _, length = TRR_HEAD.unpack(file.read(TRR_HEAD.size))
@@ -253,8 +253,8 @@ def _frames_with_positions(path: Source) -> tuple[np.ndarray | None, bool]:
 class FrameStore:
     """Frames that are appended one part after another; beyond BYTES_IN_MEMORY they lie in a temporary file."""
 
-    def __init__(self, path: StrPath) -> None:
-        self.path, self.parts, self.n_bytes, self.n_frames = path, list[np.ndarray](), 0, 0
+    def __init__(self) -> None:
+        self.parts, self.n_bytes, self.n_frames = list[np.ndarray](), 0, 0
         self.file: IO[bytes] | None = None
 
     def append(self, xyz: np.ndarray) -> None:
@@ -270,7 +270,7 @@ class FrameStore:
                     self.file.write(part.tobytes())
             except OSError as error:
                 raise InputError(
-                    f"the frames of {self.path} do not fit into {tempfile.gettempdir()} ({error.strerror}): "
+                    f"the frames of {FILE} do not fit into {tempfile.gettempdir()} ({error.strerror}): "
                     "set TMPDIR to another folder."
                 ) from None
             self.parts = []
@@ -283,31 +283,31 @@ class FrameStore:
         return np.memmap(self.file, float, "r", shape=(self.n_frames, *self.shape))
 
 
-def report_cut(path: StrPath, n_complete: int, n_read: int, stride: int) -> None:
+def report_cut(n_complete: int, n_read: int, stride: int) -> None:
     """Warn that the last frame of a trajectory is truncated; raise InputError if it is the first one."""
     if n_complete == 0:
-        raise InputError(f"{path} is cut short within its first frame: copy it again.")
+        raise InputError(f"{FILE} is cut short within its first frame: copy it again.")
     message = "%s is cut short: its incomplete last frame is left out, %d were read (stride %d)"
-    log.warning(message, path, min(n_read, -(-n_complete // stride)), stride)
+    log.warning(message, FILE, min(n_read, -(-n_complete // stride)), stride)
 
 
-def warn_of_repeats(path: Source, xyz: np.ndarray, time: np.ndarray, number: np.ndarray) -> None:
+def warn_of_repeats(source: Source, xyz: np.ndarray, time: np.ndarray, number: np.ndarray) -> None:
     """Warn if a trajectory (F, A, 3) with times (F,), nan where the file has none, and numbers (F,) seems to be written twice."""
     half = len(xyz) // 2
     repeated = all(np.array_equal(xyz[k], xyz[half + k]) for k in range(half))
     if half > 1 and repeated and any((xyz[0] != xyz[k]).any() for k in range(1, half)):
-        log.warning("%s: its second half repeats the first; was it written twice?", path)
-    elif path.format.timed and (np.diff(time) < 0).any():
+        log.warning("%s: its second half repeats the first; was it written twice?", FILE)
+    elif source.format.timed and (np.diff(time) < 0).any():
         frame = int(np.argmax(np.diff(time) < 0)) + 1
         message = "%s: time goes back to %g ps at frame %d; were two trajectories joined?"
-        log.warning(message, path, time[frame], number[frame])
+        log.warning(message, FILE, time[frame], number[frame])
 
 
-def refuse_other_atoms_in_xtc(path: StrPath) -> None:
+def refuse_other_atoms_in_xtc(source: Source) -> None:
     """Raise InputError if a frame of an XTC file has another number of atoms than the first one; mdtraj reads on."""
     n_first, number, offset = -1, 0, 0
-    size = existing_file(path).stat().st_size
-    with Path(path).open("rb") as file:
+    size = existing_file(source).stat().st_size
+    with Path(source).open("rb") as file:
         while offset + XTC_HEAD <= size:
             file.seek(offset)
             magic, n_atoms = struct.unpack(">2i", file.read(8))
@@ -316,7 +316,7 @@ def refuse_other_atoms_in_xtc(path: StrPath) -> None:
             n_first = n_atoms if n_first < 0 else n_first
             if n_atoms != n_first:
                 raise InputError(
-                    f"{path} has {n_atoms} atoms in frame {number} and {n_first} in the first one: give a trajectory of one "
+                    f"{FILE} has {n_atoms} atoms in frame {number} and {n_first} in the first one: give a trajectory of one "
                     "molecule."
                 )
             offset += XTC_HEAD
@@ -333,9 +333,9 @@ def refuse_other_atoms_in_xtc(path: StrPath) -> None:
             number += 1
 
 
-def check_precision(path: StrPath) -> None:
+def check_precision(source: Source) -> None:
     """Raise InputError if the positions of an XTC file are rounded so coarsely that no surface follows from them; or warn."""
-    with Path(path).open("rb") as file:
+    with Path(source).open("rb") as file:
         file.seek(XTC_PRECISION_OFFSET)
         content = file.read(XTC_PRECISION.size)
     if len(content) < XTC_PRECISION.size:
@@ -344,16 +344,16 @@ def check_precision(path: StrPath) -> None:
     step = ANGSTROM_PER_NM / precision if n_atoms >= MIN_COMPRESSED_ATOMS and precision > 0 else 0
     if step >= REFUSED_STEP:
         raise InputError(
-            f"{path}: its positions are rounded to {step:g} Å (an XTC precision of {precision:g}), too coarse for a surface; "
+            f"{FILE}: its positions are rounded to {step:g} Å (an XTC precision of {precision:g}), too coarse for a surface; "
             "write it with a precision of 1000."
         )
     if step > ROUNDED:
-        log.warning("%s: its positions are rounded to %g Å (an XTC precision of %g)", path, step, precision)
+        log.warning("%s: its positions are rounded to %g Å (an XTC precision of %g)", FILE, step, precision)
 
 
-def check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
+def check_dcd(source: Source, n_atoms: int, n_read: int, stride: int) -> None:
     """Warn if a DCD file holds fewer or more frames than its header says (a killed run, two joined runs)."""
-    with Path(path).open("rb") as file:
+    with Path(source).open("rb") as file:
         head = file.read(12)
         order = "<" if head[:4] == struct.pack("<i", 84) else ">"
         n_announced = struct.unpack(order + "i", head[8:12])[0]
@@ -366,7 +366,7 @@ def check_dcd(path: StrPath, n_atoms: int, n_read: int, stride: int) -> None:
     frame_bytes = 3 * (4 * n_atoms + 8) + (record + 8 if record == DCD_CELL_BYTES else 0)
     if n_read < -(-n_announced // stride):
         message = "%s is cut short: its header announces %d frames, %d were read (stride %d)"
-        log.warning(message, path, n_announced, n_read, stride)
+        log.warning(message, FILE, n_announced, n_read, stride)
     elif n_announced > 0 and size > (n_announced + 0.5) * frame_bytes:
         message = "%s continues after the %d frames that its header announces; was it written twice?"
-        log.warning(message, path, n_announced)
+        log.warning(message, FILE, n_announced)

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.errors import InputError
-from sparsurf.files import StrPath
+from sparsurf.errors import FILE, InputError
 from sparsurf.molecules.atom_table import MIN_BOX_VOLUME
 
 if TYPE_CHECKING:
@@ -39,8 +38,7 @@ class Unwrapping:
     between the pieces that are left. With `join`, the molecules (chains, pieces of a chain with a gap) are also moved next to
     each other: each is linked by its shortest contact in the first frame, so that a complex stays a complex; with None, this
     is done if a bond crosses the border of the box there. Atoms that need not move keep their exact coordinates. That frame
-    has the places xyz (A, 3), Å, lattice vectors as rows of `box`, and residues in the order of the sequence. `path` is named
-    where a repair is refused.
+    has the places xyz (A, 3), Å, lattice vectors as rows of `box`, and residues in the order of the sequence.
     """
 
     def __init__(
@@ -49,12 +47,10 @@ class Unwrapping:
         box: np.ndarray,
         residue_index: np.ndarray,
         join: bool | None = True,
-        path: StrPath = "",
     ) -> None:
         near = _near_pairs(xyz, box, residue_index)
         self.links = self.bonds = _links(near, len(xyz))
         self.join = _bond_crosses(near, residue_index) if join is None else join
-        self.path = path
         if self.join:
             whole = self._shifted(xyz[None], box[None])[0]
             self.links = np.concatenate([self.links, _contacts(whole, box, self.links)])
@@ -88,7 +84,7 @@ class Unwrapping:
                 problem = "would lay atoms of one molecule onto another"
             if problem:
                 raise InputError(
-                    f"{self.path}: the box and the coordinates in frame {number[frame]} do not fit together, since making "
+                    f"{FILE}: the box and the coordinates in frame {number[frame]} do not fit together, since making "
                     f"molecules whole {problem}: correct that frame, or leave it out."
                 )
 
@@ -136,9 +132,7 @@ class Unwrapping:
         return whole
 
 
-def make_whole(
-    xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True, path: StrPath = ""
-) -> np.ndarray:
+def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:
     """Return frames (F, A, 3) with boxes (F, 3, 3), made whole, see `Unwrapping`.
 
     Without `join`, molecules are moved next to each other only if a bond crosses the border of the box in the first frame: the
@@ -146,7 +140,7 @@ def make_whole(
     """
     if has_no_box(box):
         return xyz
-    return Unwrapping(xyz[0], box[0], residue_index, join or None, path)(xyz, box)
+    return Unwrapping(xyz[0], box[0], residue_index, join or None)(xyz, box)
 
 
 def has_no_box(box: np.ndarray) -> bool:

@@ -3,12 +3,11 @@
 import logging
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.molecules.geometry import MAX_MOLECULE_GAP, widest_gap
 
 if TYPE_CHECKING:
@@ -189,12 +188,10 @@ DOT_CHECKS = (  # in the order in which they count
 )
 
 
-def check_plausibility(
-    points: np.ndarray, normals: np.ndarray, path: Path | str, where: Callable[[int], str]
-) -> None:
+def check_plausibility(points: np.ndarray, normals: np.ndarray, where: Callable[[int], str]) -> None:
     """Raise InputError, or warn, if dots (N, 3) cannot be those of a molecular surface in Å; `where` names a dot."""
     if len(points) > 1 and not np.ptp(points, axis=0).any():
-        raise InputError(f"{path}: all its dots lie in one place; give the dots of a surface.")
+        raise InputError(f"{FILE}: all its dots lie in one place; give the dots of a surface.")
     if len(points) < MIN_DOTS_TO_JUDGE:
         return
     sample = Sample(points, normals)
@@ -204,15 +201,13 @@ def check_plausibility(
         dot = where(getattr(sample, check.dot)) if check.dot else ""
         sentence = check.sentence.format(s=sample, dot=dot)
         if check.refuse:
-            raise InputError(f"{path}: {sentence}.")
-        log.warning("%s: %s", path, sentence)
+            raise InputError(f"{FILE}: {sentence}.")
+        log.warning("%s: %s", FILE, sentence)
         if check.last:
             return
 
 
-def areas_are_known(
-    points: np.ndarray, area: np.ndarray, path: Path | str, weighted: bool, judge: bool = True
-) -> bool:
+def areas_are_known(points: np.ndarray, area: np.ndarray, weighted: bool, judge: bool = True) -> bool:
     """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots.
 
     Dots that are `weighted` may be crowded, and own more area than their spacing implies. Unless `judge`, nothing is compared.
@@ -220,7 +215,7 @@ def areas_are_known(
     if np.isnan(area).all():
         return False
     if not area.any():
-        log.warning("%s: all areas are 0; they are estimated from the spacing of the dots", path)
+        log.warning("%s: all areas are 0; they are estimated from the spacing of the dots", FILE)
         return False
     if not judge or len(points) < MIN_DOTS_TO_JUDGE:
         return True
@@ -228,7 +223,7 @@ def areas_are_known(
     ratio = area.sum() / (len(points) * np.mean(np.pi * distances[:, N_BESIDE - 1] ** 2 / N_BESIDE))
     if ratio > MAX_AREA_RATIO and not weighted:
         raise InputError(
-            f"{path}: its areas are {ratio:.2g} times as large as the spacing of its dots implies: give the area of each dot "
+            f"{FILE}: its areas are {ratio:.2g} times as large as the spacing of its dots implies: give the area of each dot "
             "in Å^2, or none."
         )
     if ratio < 1 / MAX_AREA_RATIO:
@@ -236,7 +231,7 @@ def areas_are_known(
             "%s: its areas are %.2g times as large as the spacing of its dots implies; they are left out, and estimated where "
             "they are needed"
         )
-        log.warning(message, path, ratio)
+        log.warning(message, FILE, ratio)
     return bool(ratio >= 1 / MAX_AREA_RATIO)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import kinds
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import decode_text, read_bytes
 from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.surface import Surface, SurfaceFormat
@@ -43,41 +43,43 @@ def read_surface(path: Path | str) -> Surface:
     >>> dots = sparsurf.read_surface("protein.dms")  # doctest: +SKIP
     >>> dots.points, dots.normals, dots.area  # doctest: +SKIP
     """
-    content, surface_format = _recognised(path)
-    return surface_format.read(content, path)
+    with naming_file(path):
+        content, surface_format = _recognised(path)
+        return surface_format.read(content)
 
 
 def read_points(path: Path | str) -> np.ndarray:
     """Read points (T, 3), Å, from a CSV with x, y, z or from a file of dots, whose content determines the format."""
-    content, surface_format = _recognised(path)
-    if surface_format is csv.FORMAT:
-        return csv.read_points_of_csv(content, path)
-    return surface_format.read(content, path).points
+    with naming_file(path):
+        content, surface_format = _recognised(path)
+        if surface_format is csv.FORMAT:
+            return csv.read_points_of_csv(content)
+        return surface_format.read(content).points
 
 
 def _recognised(path: Path | str) -> tuple[bytes, SurfaceFormat]:
     """Return the unpacked bytes of a file of dots, and its format."""
     content = read_bytes(path)
     for name in kinds.formats_read():
-        surface_format = _format_of(name)
+        surface_format = _format_of(name, path)
         if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        decode_text(content, path)  # which refuses it
+        decode_text(content)  # which refuses it
     raise InputError(
-        f"{path} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY, a .vert of MSMS or an npz. The command "
+        f"{FILE} holds no dots; give a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY, a .vert of MSMS or an npz. The command "
         "`sparsurf surface` places dots on a structure."
     )
 
 
-def _format_of(name: str) -> SurfaceFormat:
-    """Return the format of a name: how its files are recognised and read."""
+def _format_of(name: str, path: Path | str) -> SurfaceFormat:
+    """Return the format of a name: how its files are recognised and read; a user's function is told the path as well."""
     choice, found = kinds.load("format", name, "format")
     if isinstance(found, SurfaceFormat):
         return found
     assert choice.sniff is not None  # `register` asks for it
 
-    def read(content: bytes, path: Path | str) -> Surface:
+    def read(content: bytes) -> Surface:
         dots = found(content, path)
         if not isinstance(dots, Surface):
             raise InputError(

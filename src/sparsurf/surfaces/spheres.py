@@ -7,12 +7,12 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from sparsurf import kinds
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import ends_within_a_row, read_text, shorten
 from sparsurf.molecules.formats import suffix
 from sparsurf.surfaces.radii import RADII, RADIUS_OF_OTHER_ELEMENTS
@@ -43,34 +43,40 @@ class Spheres(NamedTuple):
 
 # The texts of x, y and z; the radius in Å, None if it is no number; the name
 Row = tuple[Sequence[str], float | None, str]
+# Yields the number of a line, from 1, and its row
+SphereReader: TypeAlias = Callable[[list[str]], Iterator[tuple[int, Row]]]
 
 
 def read_spheres(path: Path | str) -> Spheres:
     """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi."""
-    read = SPHERE_READERS.get(suffix(path), _xyzr)
+    with naming_file(path):
+        return _spheres(read_text(path), SPHERE_READERS.get(suffix(path), _xyzr))
+
+
+def _spheres(text: str, read: SphereReader) -> Spheres:
+    """Return the spheres that a reader finds in the lines of a text."""
     rows, names = [], []
-    text = read_text(path)
-    for number, (coordinates, radius, name) in read(text.removesuffix("\n").split("\n"), path):
+    for number, (coordinates, radius, name) in read(text.removesuffix("\n").split("\n")):
         row = [*map(_number, coordinates), radius]
         numbers = [value for value in row if value is not None]
         if len(numbers) < N_SPHERE_COLUMNS:
             raise InputError(
-                f"{path}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
+                f"{FILE}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
             )
         if not all(map(math.isfinite, numbers)) or numbers[3] <= 0:
             raise InputError(
-                f"{path}: line {number} has a sphere at {' '.join(coordinates)} of the radius {numbers[3]:g} Å; coordinates must "
+                f"{FILE}: line {number} has a sphere at {' '.join(coordinates)} of the radius {numbers[3]:g} Å; coordinates must "
                 "be finite, and radii above 0."
             )
         rows.append(numbers)
         names.append(name)
     if not rows:
-        raise InputError(f"{path} holds no atoms; give a file of atoms with radii or elements.")
+        raise InputError(f"{FILE} holds no atoms; give a file of atoms with radii or elements.")
     last = text[text.rfind("\n") + 1 :]
     is_row = read is _xyzr or (read is _pqr and last.startswith(("A", "H")))  # and not END
     if is_row and ends_within_a_row(text):
         raise InputError(
-            f"{path} is cut short: line {text.count(chr(10)) + 1} is not complete; copy it again."
+            f"{FILE} is cut short: line {text.count(chr(10)) + 1} is not complete; copy it again."
         )
     table = np.array(rows)
     return Spheres(table[:, :3], table[:, 3], names)
@@ -84,7 +90,7 @@ def _number(word: str) -> float | None:
         return None
 
 
-def _xyzr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:  # noqa: ARG001
+def _xyzr(lines: list[str]) -> Iterator[tuple[int, Row]]:
     """Yield x, y, z and radius at the beginning of each line, and the name behind a number of a .xyzrn."""
     for number, line in enumerate(lines, 1):
         columns = line.split()
@@ -93,7 +99,7 @@ def _xyzr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:  # n
             yield number, (columns[:3], radius, columns[5] if len(columns) > 5 else "")
 
 
-def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
+def _pqr(lines: list[str]) -> Iterator[tuple[int, Row]]:
     """Yield the atoms of a PQR file; atoms without a radius, as some force fields give hydrogens, have no surface."""
     without = 0
     for number, line in enumerate(lines, 1):
@@ -117,7 +123,7 @@ def _pqr(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
                 ),
             )
     if without:
-        log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", path, without)
+        log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", FILE, without)
 
 
 def _line_of(columns: list[str], lines: list[str]) -> int:
@@ -125,13 +131,13 @@ def _line_of(columns: list[str], lines: list[str]) -> int:
     return next((k for k, line in enumerate(lines) if line.split()[2:4] == columns), 0)
 
 
-def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
+def _sdf(lines: list[str]) -> Iterator[tuple[int, Row]]:
     """Yield the atoms of the only molecule of an SDF or MOL file, V2000 or V3000."""
     ends = [k for k, line in enumerate(lines) if line.startswith("$$$$")]
     if ends and any(line.strip() for line in lines[ends[0] + 1 :]):
-        raise InputError(f"{path} holds several molecules; give a file of one.")
+        raise InputError(f"{FILE} holds several molecules; give a file of one.")
     if len(lines) < 4:
-        raise InputError(f"{path} is no SDF file: it has no line with the number of atoms; repair it.")
+        raise InputError(f"{FILE} is no SDF file: it has no line with the number of atoms; repair it.")
     if "V3000" in lines[3]:
         begin, end = _line_of(["BEGIN", "ATOM"], lines), _line_of(["END", "ATOM"], lines)
         atoms = [
@@ -141,26 +147,26 @@ def _sdf(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
     else:
         n = int(lines[3][:3]) if lines[3][:3].strip().isdigit() else -1
         if not 0 <= n <= len(lines) - 4:
-            raise InputError(f"{path}: line 4 does not hold the number of atoms of the molecule; repair it.")
+            raise InputError(f"{FILE}: line 4 does not hold the number of atoms of the molecule; repair it.")
         beyond = next((k for k, line in enumerate(lines[4 + n :], 4 + n) if ATOM_OF_SDF.match(line)), None)
         if beyond is not None:
             raise InputError(
-                f"{path}: line {beyond + 1} is an atom beyond the {n} that line 4 announces; correct their number."
+                f"{FILE}: line {beyond + 1} is an atom beyond the {n} that line 4 announces; correct their number."
             )
         atoms = [
             (k + 1, [line[:10], line[10:20], line[20:30]], line[31:34].strip())
             for k, line in enumerate(lines[4 : 4 + n], 4)
         ]
     if len(atoms) >= MIN_ATOMS_OF_DRAWING and not any(_number(coordinates[2]) for _, coordinates, _ in atoms):
-        raise InputError(f"{path} is a drawing: z of all atoms is 0; give a file with positions in space.")
+        raise InputError(f"{FILE} is a drawing: z of all atoms is 0; give a file with positions in space.")
     for number, coordinates, symbol in atoms:
-        yield number, (coordinates, _radius(symbol, path, number), symbol)
+        yield number, (coordinates, _radius(symbol, number), symbol)
 
 
-def _mol2(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
+def _mol2(lines: list[str]) -> Iterator[tuple[int, Row]]:
     """Yield the atoms of the only molecule of a MOL2 file."""
     if sum(line.startswith("@<TRIPOS>MOLECULE") for line in lines) > 1:
-        raise InputError(f"{path} holds several molecules; give a file of one.")
+        raise InputError(f"{FILE} holds several molecules; give a file of one.")
     section, begin, n_atoms, n_announced = "", 0, 0, None
     for number, line in enumerate(lines, 1):
         columns = line.split()
@@ -171,26 +177,26 @@ def _mol2(lines: list[str], path: Path | str) -> Iterator[tuple[int, Row]]:
         elif section == "@<TRIPOS>ATOM" and columns:
             if len(columns) < 6:
                 raise InputError(
-                    f"{path}: line {number} is not an atom with position and type: {shorten(repr(line))}."
+                    f"{FILE}: line {number} is not an atom with position and type: {shorten(repr(line))}."
                 )
             n_atoms += 1
-            yield number, (columns[2:5], _radius(columns[5].split(".")[0], path, number), columns[1])
+            yield number, (columns[2:5], _radius(columns[5].split(".")[0], number), columns[1])
     if n_announced is not None and n_atoms != n_announced:
         raise InputError(
-            f"{path} has {n_atoms} atoms and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
+            f"{FILE} has {n_atoms} atoms and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
         )
 
 
-def _radius(symbol: str, path: Path | str, number: int) -> float:
+def _radius(symbol: str, number: int) -> float:
     """Return the radius of an element, Å."""
     if not symbol.isalpha():
         raise InputError(
-            f"{path}: line {number} has the element {symbol!r}, which does not exist; repair it."
+            f"{FILE}: line {number} has the element {symbol!r}, which does not exist; repair it."
         )
     return RADII["bondi"].get(symbol.upper(), RADIUS_OF_OTHER_ELEMENTS["bondi"])
 
 
-SPHERE_READERS: dict[str, Callable[[list[str], Path | str], Iterator[tuple[int, Row]]]] = {
+SPHERE_READERS: dict[str, SphereReader] = {
     ".xyzr": _xyzr,
     ".xyzrn": _xyzr,
     ".pqr": _pqr,

@@ -7,14 +7,13 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES
-from sparsurf.errors import InputError, argument
+from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import shorten
 from sparsurf.shown import Shown
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
@@ -236,7 +235,8 @@ class Surface(Shown):
             raise InputError(f"surface: {masks[0]} holds True and False: give numbers.")
         n = len(numbers.get("points", ()))
         if "points" in numbers:
-            warn_of_float16(numbers["points"], "surface")
+            with naming_file("surface"):
+                warn_of_float16(numbers["points"])
         for name in ARRAY_NAMES:
             value = numbers.get(name, np.full(n, np.nan if name == "area" else -1))
             expected = (n, 3) if name in ("points", "normals") else (n,)
@@ -255,7 +255,8 @@ class Surface(Shown):
         if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > ROUNDING_OF_NORMALS:
             raise InputError("surface: normals are not of unit length; divide each by its length.")
         columns = {name: numbers.get(name) for name in ("area", "kind", "atom")}
-        check_values(self.points, columns["area"], columns["kind"], columns["atom"], "surface", dot_label)
+        with naming_file("surface"):
+            check_values(self.points, columns["area"], columns["kind"], columns["atom"], dot_label)
 
     def __repr__(self) -> str:
         return f"Surface of {len(self):,} dots"
@@ -403,13 +404,12 @@ class SurfaceFormat(NamedTuple):
 
     # from the first bytes of an unpacked file to whether it has this format
     sniff: Callable[[bytes], bool]
-    # from the unpacked bytes of a file, and its path for messages
-    read: Callable[[bytes, Path | str], Surface]
+    # from the unpacked bytes of a file, which messages call FILE
+    read: Callable[[bytes], Surface]
 
 
 def surface_of_columns(
     columns: Mapping[str, ArrayLike],
-    path: Path | str,
     lines: list[int] | np.ndarray | None = None,
     weighted: bool = False,
     judge: bool = True,
@@ -418,13 +418,13 @@ def surface_of_columns(
 
     Normals that deviate from unit length only by rounding stay as they are: the authors' descriptors follow from the
     rounded normals, and one dot in 40 changes its pixel otherwise. Of dots that occur twice, the first is kept. Messages name
-    `path` and the `lines` (N,) of the dots. If `weighted`, each dot stands for several, and some own much more area than others.
+    the `lines` (N,) of the dots. If `weighted`, each dot stands for several, and some own much more area than others.
     Unless `judge`, the distances and normals of neighbouring dots are not judged, which takes a quarter of a second.
     """
     arrays = {name: np.asarray(value) for name, value in columns.items()}
     points, normals = (arrays[name].reshape(-1, 3) for name in ("points", "normals"))
     if len(points) == 0:
-        raise InputError(f"{path} holds no dots.")
+        raise InputError(f"{FILE} holds no dots.")
 
     def where(dot: int) -> str:
         return f"line {lines[dot]}" if lines is not None else dot_label(dot)
@@ -432,10 +432,10 @@ def surface_of_columns(
     finite = np.isfinite(points).all(axis=1) & np.isfinite(normals).all(axis=1)
     if not finite.all():
         raise InputError(
-            f"{path}: {where(int(np.argmin(finite)))} has NaN or infinite coordinates or normals: repair or remove it."
+            f"{FILE}: {where(int(np.argmin(finite)))} has NaN or infinite coordinates or normals: repair or remove it."
         )
-    check_values(points, arrays.get("area"), arrays.get("kind"), arrays.get("atom"), path, where)
-    length = _checked_lengths(points, normals, path, where)
+    check_values(points, arrays.get("area"), arrays.get("kind"), arrays.get("atom"), where)
+    length = _checked_lengths(points, normals, where)
     to_scale = np.abs(length - 1) > ROUNDING_OF_NORMALS
     arrays["normals"] = np.where(to_scale[:, None], normals / length[:, None], normals)
     _, first = np.unique(np.hstack([points, normals]), axis=0, return_index=True)
@@ -443,39 +443,39 @@ def surface_of_columns(
         message = (
             "%s: dots that occur twice are removed (%d); numbers of dots count those that remain, from 0"
         )
-        log.warning(message, path, len(points) - len(first))
+        log.warning(message, FILE, len(points) - len(first))
     # In the order of the file, on which the sampling depends
     first = np.sort(first)
     arrays = {name: value[first] for name, value in arrays.items()}
     if judge:
-        check_plausibility(arrays["points"], arrays["normals"], path, lambda dot: where(int(first[dot])))
-    if "area" in arrays and not areas_are_known(arrays["points"], arrays["area"], path, weighted, judge):
+        check_plausibility(arrays["points"], arrays["normals"], lambda dot: where(int(first[dot])))
+    if "area" in arrays and not areas_are_known(arrays["points"], arrays["area"], weighted, judge):
         del arrays["area"]
     fields = {name: arrays.pop(name) for name in list(arrays) if name not in ARRAY_NAMES}
     for name, values in fields.items():
         if np.isinf(values).any():
             dot = int(first[np.argmax(np.isinf(values))])
-            raise InputError(f"{path}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
+            raise InputError(f"{FILE}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
 
 
-def reconstruction_of_file(columns: Mapping[str, Any], path: Path | str) -> Reconstruction | None:
+def reconstruction_of_file(columns: Mapping[str, Any]) -> Reconstruction | None:
     """Return what a file says by its columns; warn of columns of these names that say something else, since no field has them."""
     reconstruction = Reconstruction.of_columns(columns)
     names = [name for name in Reconstruction._fields if name in columns]
     if reconstruction is None and names:
         message = "%s: the columns %s are left out, since these names say how a surface is reconstructed; rename them"
-        log.warning(message, path, ", ".join(names))
+        log.warning(message, FILE, ", ".join(names))
     return reconstruction
 
 
-def warn_of_float16(points: np.ndarray, name: Path | str) -> None:
+def warn_of_float16(points: np.ndarray) -> None:
     """Warn of positions in half precision."""
     if points.dtype == np.float16 and points.size:
         largest = np.abs(points[np.isfinite(points)]).max(initial=0)
         message = "%s: its positions are float16, which rounds them by up to %.1g Å; give float32 or float64"
-        log.warning(message, name, math.sqrt(3) / 2 * float(np.spacing(largest)))
+        log.warning(message, FILE, math.sqrt(3) / 2 * float(np.spacing(largest)))
 
 
 def is_field_name(name: str) -> bool:
@@ -486,32 +486,30 @@ def is_field_name(name: str) -> bool:
     )
 
 
-def warn_of_field_names(names: Iterable[str], path: Path | str) -> None:
+def warn_of_field_names(names: Iterable[str]) -> None:
     """Warn of numbers of the dots of a file that cannot be fields, because of their names."""
     for name in names:
         if name and name.lower() not in RESERVED_COLUMNS and not is_field_name(name):
             message = "%s: the column %s is left out: the name of a field may contain only letters, digits and _; rename it"
-            log.warning(message, path, shorten(repr(name)))
+            log.warning(message, FILE, shorten(repr(name)))
 
 
-def _checked_lengths(
-    points: np.ndarray, normals: np.ndarray, path: Path | str, where: Callable[[int], str]
-) -> np.ndarray:
+def _checked_lengths(points: np.ndarray, normals: np.ndarray, where: Callable[[int], str]) -> np.ndarray:
     """Return the lengths of normals (N,); raise an error for lengths near 0, warn of lengths far from 1."""
     length = np.linalg.norm(normals, axis=1)
     short = np.flatnonzero(length < MIN_NORMAL_LENGTH)
     if len(short):
         raise InputError(
-            f"{path}: {where(short[0])} has a normal of length 0: remove it, or give its direction."
+            f"{FILE}: {where(short[0])} has a normal of length 0: remove it, or give its direction."
         )
     suspicious = np.abs(length - 1).max() > SUSPICIOUS_NORMAL_DEVIATION
     if suspicious and np.abs(np.linalg.norm(points, axis=1) - 1).max() < SUSPICIOUS_NORMAL_DEVIATION:
         raise InputError(
-            f"{path} has normals of length {length.min():.3g} to {length.max():.3g} and positions of length 1: exchange the "
+            f"{FILE} has normals of length {length.min():.3g} to {length.max():.3g} and positions of length 1: exchange the "
             "columns x,y,z and nx,ny,nz."
         )
     if suspicious:
-        log.warning("%s: normals of length %.3g to %.3g are scaled to 1", path, length.min(), length.max())
+        log.warning("%s: normals of length %.3g to %.3g are scaled to 1", FILE, length.min(), length.max())
     return length
 
 
@@ -532,7 +530,6 @@ def check_values(
     area: ArrayLike | None,
     kind: ArrayLike | None,
     atom: ArrayLike | None,
-    path: Path | str,
     where: Callable[[int], str],
 ) -> None:
     """Raise InputError if a coordinate, an area, a kind or an atom, each (N,) or None, is not possible; `where` names a dot."""
@@ -555,4 +552,4 @@ def check_values(
         if rows.any():
             dot = int(np.argmax(rows))
             value = f" ({', '.join(f'{x:g}' for x in points[dot])})" if "coordinate" in problem else ""
-            raise InputError(f"{path}: {where(dot)} has {problem}{value}: repair or remove it.")
+            raise InputError(f"{FILE}: {where(dot)} has {problem}{value}: repair or remove it.")

@@ -226,14 +226,14 @@ ROWS = (
     ],
 )
 def test_one_location_of_each_atom(altloc, rows, expected):
-    kept = choose_altlocs(located(*rows), altloc, "a.pdb")
+    kept = choose_altlocs(located(*rows), altloc)
     assert [each.strip() for each in kept.name + " " + kept.altloc] == expected
 
 
 @pytest.mark.parametrize("column", ["model", "residue_index"])
 def test_each_residue_of_each_model_has_a_location_of_its_own(column):
     rows = located(("CB", "A", 0.4), ("CB", "B", 0.6), ("CB", "A", 0.7), ("CB", "B", 0.3))
-    kept = choose_altlocs(rows.assign(**{column: np.array([0, 0, 1, 1])}), "highest", "a.pdb")
+    kept = choose_altlocs(rows.assign(**{column: np.array([0, 0, 1, 1])}), "highest")
     assert kept.altloc.tolist() == ["B", "A"] and kept.occupancy.tolist() == [0.6, 0.7]
 
 
@@ -241,7 +241,7 @@ def test_each_residue_of_each_model_has_a_location_of_its_own(column):
 
 
 def numbers_of(text):
-    return gather_residues(read_pdb(text, "a.pdb").atoms).residue_index.tolist()
+    return gather_residues(read_pdb(text).atoms).residue_index.tolist()
 
 
 def test_residues_are_numbered_in_each_model_and_end_where_their_name_changes():
@@ -264,17 +264,17 @@ def test_kinds_by_the_names_of_force_fields_and_of_the_pdb():
 
 
 def test_sequences_and_linked_residues_are_read_and_a_complete_one_lacks_nothing():
-    atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n", "a.pdb").atoms
+    atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n").atoms
     assert missing_residues(atoms, {"A": ["ALA", "GLY"]}) == {}
     assert missing_residues(atoms, {"A": ["ALA", "GLY", "SER"]}) == {"A": (2, 3)}
     names = "GLY SER THR VAL LEU ILE PHE TYR TRP HIS LYS ARG ASP"
     text = f"SEQRES   1 A   14  {names}  1ABC  83\nSEQRES   2 A   14  GLU\nSEQRES   1 B    1  CYS\n"
-    assert read_pdb(text + atom_line() + "END\n", "a.pdb").sequences == {
+    assert read_pdb(text + atom_line() + "END\n").sequences == {
         "A": [*names.split(), "GLU"],
         "B": ["CYS"],
     }
     link = "LINK         NZ ALYS A1003                 CG  ASP B   5A    1555   1555  1.33\n"
-    assert read_pdb(link + atom_line(), "a.pdb").crosslinked == {("A", "1003"), ("B", "5A")}
+    assert read_pdb(link + atom_line()).crosslinked == {("A", "1003"), ("B", "5A")}
 
 
 def test_hybrid_36_at_its_limits():
@@ -290,26 +290,26 @@ def test_hybrid_36_at_its_limits():
 
 
 def test_lines_of_a_pdb_file_are_read_in_their_columns(tmp_path):
-    atoms = read_pdb(atom_line("CA")[:54] + "\n" + atom_line("CB", occupancy=0.5), "a.pdb").atoms
+    atoms = read_pdb(atom_line("CA")[:54] + "\n" + atom_line("CB", occupancy=0.5)).atoms
     assert atoms.occupancy.tolist() == [1.0, 0.5] and np.isnan(atoms.b_factor).tolist() == [True, False]
     full = atom_line("C1", "LIG")[:54] + "100.00-99.991234      FE2+\n"
-    atoms = read_pdb(full + atom_line("C2", "LIG", element="Q"), "a.pdb").atoms
+    atoms = read_pdb(full + atom_line("C2", "LIG", element="Q")).atoms
     assert atoms.z.tolist() == [0, 0] and atoms.element.tolist() == ["FE", "Q"]
     assert element_of("Q", "C2", "LIG", False, False) == "C"
     assert (atoms.occupancy[0], atoms.b_factor[0]) == (100, -99.99)
     wide = "".join(atom_line(name, "ALA", "AB", "1", place) for name, place in ALANINE.items())
     long = "".join(atom_line(name, "HISE", "B", "2", place) for name, place in ALANINE.items())
-    assert set(read_pdb(wide, "a.pdb").atoms.chain) == {"AB"}
-    atoms = read_pdb(long, "a.pdb").atoms
+    assert set(read_pdb(wide).atoms.chain) == {"AB"}
+    atoms = read_pdb(long).atoms
     assert set(atoms.chain) == {"B"} and set(atoms.residue_name) == {"HISE"}
     names = "CYSF CYSG CYSL CYSP CYSD GLYM GLYP GLUM GLYB LYSA LYSM LYSR PROP SERD SERP THRP TYRP TYRD TYRU ASPM ALAD ALAB ARGU"
     for name in [*names.split(), "HISD", "TRPU"]:
-        atoms = read_pdb(atom_line("CA", name, "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
+        atoms = read_pdb(atom_line("CA", name, "B") + atom_line("CA", "ALA", "B", "2")).atoms
         assert atoms.residue_name[0] == name and set(atoms.chain) == {"B"}
     numbered = "".join(f"{line[:72]}1ABC{k:4d}\n" for k, line in enumerate(peptide(["ALA"]).splitlines(), 1))
-    assert set(read_pdb(numbered, "a.pdb").atoms.segid) == {""}
-    assert set(read_pdb(numbered.replace("1ABC   5", "1ABC   C"), "a.pdb").atoms.segid) == {"1ABC"}
-    lipid = read_pdb(atom_line("C1", "POPC", "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
+    assert set(read_pdb(numbered).atoms.segid) == {""}
+    assert set(read_pdb(numbered.replace("1ABC   5", "1ABC   C")).atoms.segid) == {"1ABC"}
+    lipid = read_pdb(atom_line("C1", "POPC", "B") + atom_line("CA", "ALA", "B", "2")).atoms
     assert lipid.residue_name.tolist() == ["POPC", "ALA"] and lipid.chain.tolist() == ["B", "B"]
 
 
@@ -332,11 +332,9 @@ HETATM CA ALA L B 3 1 2 6 1.0
 
 
 def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
-    atoms = read_mmcif(CIF, "a.cif").atoms
+    atoms = read_mmcif(CIF).atoms
     assert atoms.chain.tolist() == ["H", "H", "L"] and atoms.segid.tolist() == ["A", "A", "B"]
-    unlabelled = read_mmcif(
-        CIF.replace("H A 1", "H A 7").replace("? CA ALA H A 2", "? CB ALA H . 7"), "a.cif"
-    ).atoms
+    unlabelled = read_mmcif(CIF.replace("H A 1", "H A 7").replace("? CA ALA H A 2", "? CB ALA H . 7")).atoms
     assert unlabelled.segid.tolist() == ["A", "A", "B"]  # that of the other atom of the residue
     assert atoms.hetero.tolist() == [False, False, True]
     assert atoms.occupancy.tolist() == [0.5, 1.0, 1.0]
@@ -347,9 +345,9 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
 def test_the_highest_occupancy_is_not_chosen_among_impossible_ones(occupancy):
     rows = located(("CB", "A", 0.3), ("CB", "B", occupancy))
     with pytest.raises(InputError, match="not between 0 and 1: name a letter"):
-        choose_altlocs(rows, "highest", "a.pdb")
-    assert choose_altlocs(rows, "B", "a.pdb").occupancy.tolist() == [occupancy]
-    assert len(choose_altlocs(located(("N", "", 7.0), *ROWS), "highest", "a.pdb")) == 5
+        choose_altlocs(rows, "highest")
+    assert choose_altlocs(rows, "B").occupancy.tolist() == [occupancy]
+    assert len(choose_altlocs(located(("N", "", 7.0), *ROWS), "highest")) == 5
 
 
 def test_mmcif_says_the_box_and_each_place_of_the_sequence_once():
@@ -361,7 +359,7 @@ def test_mmcif_says_the_box_and_each_place_of_the_sequence_once():
         f"_pdbx_poly_seq_scheme.{key}\n" for key in ("asym_id", "seq_id", "pdb_strand_id", "mon_id")
     )
     text += f"loop_\n{items}A 1 H ALA\nA 2 H GLY\nA 2 H SER\nB 1 H ALA\nC 1 L ALA\n"  # GLY or SER
-    file = read_mmcif(text, "a.cif")
+    file = read_mmcif(text)
     a, b, c = file.box
     lengths = [np.linalg.norm(side) for side in (a, b, c)]
     cosines = [b @ c / 2000, a @ c / 1500, a @ b / 1200]
@@ -369,11 +367,11 @@ def test_mmcif_says_the_box_and_each_place_of_the_sequence_once():
         [70, 80, 100]
     )
     assert file.sequences == {"H": ["ALA", "SER", "ALA"], "L": ["ALA"]}
-    assert read_mmcif(text.replace("_cell.angle_gamma 100", ""), "a.cif").box is None
-    assert read_mmcif(CIF, "a.cif").box is None and file.atoms.model.tolist() == [1, 1, 1]
+    assert read_mmcif(text.replace("_cell.angle_gamma 100", "")).box is None
+    assert read_mmcif(CIF).box is None and file.atoms.model.tolist() == [1, 1, 1]
     numbered = CIF.replace("_atom_site.occupancy", "_atom_site.pdbx_PDB_model_num")
     several = numbered.replace("2 3 0.5", "2 3 4").replace("2 9 ?", "2 9 4").replace("2 6 1.0", "2 6 7")
-    assert read_mmcif(several, "a.cif").atoms.model.tolist() == [4, 4, 7]
+    assert read_mmcif(several).atoms.model.tolist() == [4, 4, 7]
 
 
 def test_mmcif_says_which_residues_a_covalent_bond_beside_the_backbone_joins():
@@ -387,8 +385,8 @@ def test_mmcif_says_which_residues_a_covalent_bond_beside_the_backbone_joins():
         "covale H 6 ASN L 7 NAG ?",
     ]
     text = CIF + "loop_\n" + "".join(f"_struct_conn.{item}\n" for item in items) + "\n".join(bonds) + "\n"
-    assert read_mmcif(text, "a.cif").crosslinked == {("H", "1"), ("H", "9A")}
-    assert read_mmcif(CIF, "a.cif").crosslinked == set()
+    assert read_mmcif(text).crosslinked == {("H", "1"), ("H", "9A")}
+    assert read_mmcif(CIF).crosslinked == set()
 
 
 def test_a_ligand_that_is_named_outside_of_the_residues_is_refused(tmp_path):

@@ -84,7 +84,7 @@ def test_every_name_and_number_is_written_in_its_columns(molecule, tmp_path):
     odd.write_pdb(tmp_path / "x.pdb")
     head, *lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if len(line) > 3]
     assert head.split() == ["HETNAM", "~SE", "HISE"]
-    assert set(read_pdb((tmp_path / "x.pdb").read_text(), "x.pdb").atoms.residue_name) == {"HISE"}
+    assert set(read_pdb((tmp_path / "x.pdb").read_text()).atoms.residue_name) == {"HISE"}
     assert [line[12:16] for line in lines] == [" CA ", " OXT", "HG11", " ?  ", "ZN  "]
     assert lines[0][30:54] == "12345.67-1234.56   1.000"
     assert [line[17:22] for line in lines] == ["~SE A", "~SE A", "~SEAB", "~SEAB", "~SEAB"]

@@ -86,14 +86,14 @@ def test_a_model_without_plddt_or_without_a_confident_residue_is_refused(tmp_pat
 
 def test_the_mean_of_a_residue_counts():
     b_factor, residue_index = np.array([60.0, 81.0, 60.0, 79.0, 90.0]), np.array([0, 0, 1, 1, 2])
-    masked = doubtful_residues(b_factor, residue_index, PREDICTED, 70.0, "x")
+    masked = doubtful_residues(b_factor, residue_index, PREDICTED, 70.0)
     assert masked.tolist() == [False, False, True, True, False]
 
 
 def asked(*residues, origin="", bound=70.0):
     """Residues that the bound leaves out, of tuples of B factors; None where it is not applied."""
     index = np.repeat(np.arange(len(residues)), [len(each) for each in residues])
-    found = doubtful_residues(np.concatenate(residues), index, origin, bound, "x")
+    found = doubtful_residues(np.concatenate(residues), index, origin, bound)
     return None if found is None else np.unique(index[found]).tolist()
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules import pdb
 from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.libraries import from_mdtraj
@@ -132,12 +132,12 @@ def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     )  # fmt: skip
     path = tmp_path_factory.mktemp("pdb") / "a.pdb"
     write_pdb(path, xyz, molecule)
-    atoms = read_pdb(path.read_text(), path).atoms
+    atoms = read_pdb(path.read_text()).atoms
     assert atoms.name.tolist() == list(names) and atoms.residue_name.tolist() == list(residue_labels)
     assert atoms.chain.tolist() == list(chains) and atoms.residue.tolist() == residues
     assert np.array_equal(atoms.xyz, xyz)
     molecule.write_pdb(path)  # with the molecule's own B factors
-    assert (read_pdb(path.read_text(), path).atoms.b_factor == 12.5).all()
+    assert (read_pdb(path.read_text()).atoms.b_factor == 12.5).all()
 
 
 def test_real_structures_agree_with_their_twins_and_pass_unchanged(shared, tmp_path):
@@ -477,10 +477,10 @@ def test_a_dummy_box_and_an_impossible_one_are_none(caplog):
     for angles in (
         (60, 60, 150), (0, 90, 90), (90, 180, 90), (120, 120, 120), (170, 170, 170), (90, 90, 180),
     ):  # fmt: skip
-        assert box_vectors(30, 40, 50, *angles) is None
-        assert (
-            f"30, 40, 50 Å with angles of {', '.join(map(str, angles))}° is impossible" in caplog.messages[-1]
-        )
+        with naming_file("a.pdb"):
+            assert box_vectors(30, 40, 50, *angles) is None
+        said = f"a.pdb: a box of 30, 40, 50 Å with angles of {', '.join(map(str, angles))}° is impossible"
+        assert said in caplog.messages[-1]
 
 
 def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path):
@@ -586,7 +586,7 @@ def test_frames_beyond_some_bytes_lie_in_a_file(monkeypatch):
     ]
     for limit, in_file in ((480, False), (479, True), (100, True)):
         monkeypatch.setattr("sparsurf.molecules.trajectory.BYTES_IN_MEMORY", limit)
-        store = FrameStore("run.xtc")
+        store = FrameStore()
         for part in parts:
             store.append(part)
         frames = store.frames()
@@ -596,10 +596,9 @@ def test_frames_beyond_some_bytes_lie_in_a_file(monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("tempfile.TemporaryFile", full)
-    with pytest.raises(
-        InputError, match=r"frames of run\.xtc do not fit into .* \(No space left on device\): set"
-    ):
-        FrameStore("run.xtc").append(parts[0])
+    said = r"frames of run\.xtc do not fit into .* \(No space left on device\): set"
+    with naming_file("run.xtc"), pytest.raises(InputError, match=said):
+        FrameStore().append(parts[0])
 
 
 @pytest.mark.parametrize(("n_residues", "kept"), [(1, [0, 1, 2]), (2, [0, 2])])
@@ -761,7 +760,7 @@ def test_a_bond_over_the_border_tells_the_box_of_a_simulation(gap, joined):
 def test_atoms_of_two_molecules_less_than_an_angstrom_apart_lie_on_each_other(side, refused):
     piece = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
     two = np.concatenate([piece, piece + np.array([0, 50, 0])])
-    repair = Unwrapping(two, 100 * np.eye(3), np.repeat(np.arange(8), 5), path="run.xtc")
+    repair = Unwrapping(two, 100 * np.eye(3), np.repeat(np.arange(8), 5))
     box = np.diag([200.0, side, 200.0])[None]
     if refused:
         with pytest.raises(InputError, match="lay atoms of one molecule onto another"):
@@ -774,18 +773,15 @@ def test_a_repair_that_makes_a_frame_worse_is_refused():
     piece = np.column_stack([1.5 * np.arange(20.0), np.zeros(20), np.zeros(20)])
     index = np.repeat(np.arange(8), 5)
     two = np.concatenate([piece, piece + np.array([0, 50, 0])])  # a box of 50 Å would lay one onto the other
-    with pytest.raises(
-        InputError, match=r"run.xtc: the box .* in frame 7 .* lay atoms of one molecule onto another"
-    ):
-        Unwrapping(two, 100 * np.eye(3), index, path="run.xtc")(
-            two[None], np.diag([200.0, 50.0, 200.0])[None], np.array([7])
-        )
+    said = r"run.xtc: the box .* in frame 7 .* lay atoms of one molecule onto another"
+    with naming_file("run.xtc"), pytest.raises(InputError, match=said):
+        Unwrapping(two, 100 * np.eye(3), index)(two[None], np.diag([200.0, 50.0, 200.0])[None], np.array([7]))
     square = np.array([[0.0, 0, 0], [1.5, 0, 0], [1.5, 1.5, 0], [0, 1.5, 0]])
     lost = square - np.array(
         [[49.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
     )  # farther than half of the box from two only
     box = 100 * np.eye(3)
-    repair = Unwrapping(square, box, np.zeros(4, int), path="run.xtc")
+    repair = Unwrapping(square, box, np.zeros(4, int))
     assert np.array_equal(repair(square[None], box[None]), square[None])
     with pytest.raises(InputError, match=r"in frame 3 .* would stretch a bond to 98.5 Å"):
         repair(lost[None], box[None], np.array([3]))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import decode_text, ends_within_a_row, shorten
 from sparsurf.surfaces.surface import (
     Reconstruction,
@@ -55,33 +55,32 @@ def _length_of_comments(text: str) -> int:
     return match.end() if match else 0
 
 
-def read_csv(content: bytes, path: Path | str) -> Surface:
+def read_csv(content: bytes) -> Surface:
     """Read a surface from a table with x, y, z, nx, ny, nz in its header, in upper or lower case."""
     import pandas as pd  # here: it takes long to load
 
-    values, fields, lines, table = _columns(content, path, COLUMNS_OF_DOTS)
+    values, fields, lines, table = _columns(content, COLUMNS_OF_DOTS)
     reconstruction = reconstruction_of_file(
-        {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields},
-        path,
+        {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields}
     )
     judge = reconstruction is None or not reconstruction.is_uneven
     columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields
     if list(table.columns).count("area") == 1 and pd.api.types.is_numeric_dtype(table["area"]):
         columns["area"] = table["area"].to_numpy(float)
-    surface = surface_of_columns(columns, path, lines, weighted="weight" in table, judge=judge)
+    surface = surface_of_columns(columns, lines, weighted="weight" in table, judge=judge)
     return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 
-def read_points_of_csv(content: bytes, path: Path | str) -> np.ndarray:
+def read_points_of_csv(content: bytes) -> np.ndarray:
     """Read the points (T, 3), Å, of a table with x, y, z in its header, in upper or lower case; points that occur twice stay."""
-    points, _, lines, _ = _columns(content, path, ["x", "y", "z"])
+    points, _, lines, _ = _columns(content, ["x", "y", "z"])
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(wrong):
         raise InputError(
-            f"{path}: line {lines[wrong[0]]} does not have the three numbers x, y and z: repair it."
+            f"{FILE}: line {lines[wrong[0]]} does not have the three numbers x, y and z: repair it."
         )
     if len(points) == 0:
-        raise InputError(f"{path} holds no points.")
+        raise InputError(f"{FILE} holds no points.")
     return np.ascontiguousarray(points)
 
 
@@ -102,45 +101,45 @@ def write_csv(path: Path | str, table: pd.DataFrame, fields: Sequence[str] = ())
 
 
 def _columns(
-    content: bytes, path: Path | str, names: list[str]
+    content: bytes, names: list[str]
 ) -> tuple[np.ndarray, dict[str, np.ndarray], list[int], pd.DataFrame]:
     """Return the columns `names`, (N, names) float64 with NaN for other text, fields by name, the line of each row, and all."""
     import pandas as pd  # here: it takes long to load
 
-    text = decode_text(content, path)
+    text = decode_text(content)
     n_skipped = text[: _length_of_comments(text)].count("\n")
     text = text[_length_of_comments(text) :]
     text = _without_empty_cells(text)
-    table, header = _parse_table(text, n_skipped, path)
+    table, header = _parse_table(text, n_skipped)
     table.columns = pd.Index([name.lower() for name in header])
     if names == COLUMNS_OF_DOTS and list(table.columns).count("frame") == 1 and table["frame"].nunique() > 1:
         raise InputError(
-            f"{path} holds the dots of {table['frame'].nunique()} frames: give those of one, "
+            f"{FILE} holds the dots of {table['frame'].nunique()} frames: give those of one, "
             "such as a file that -o dots_{frame}.csv writes."
         )
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
         how_many = "several columns" if wrong[0] in list(table.columns) else "no column"
         raise InputError(
-            f"{path} has {how_many} {wrong[0]}; its first line must name the columns {', '.join(names)} once each."
+            f"{FILE} has {how_many} {wrong[0]}; its first line must name the columns {', '.join(names)} once each."
         )
     numeric = [k for k in range(len(header)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
     possible_fields = [k for k in range(len(header)) if is_field_name(header[k])]
     if names == COLUMNS_OF_DOTS:
-        _warn_of_omitted_columns(path, table, header, numeric, possible_fields)
+        _warn_of_omitted_columns(table, header, numeric, possible_fields)
     numeric = [k for k in numeric if k in possible_fields]
     if twice := [header[k] for k in numeric if header.count(header[k]) > 1]:
-        raise InputError(f"{path} has the column {twice[0]!r} twice; remove or rename one.")
+        raise InputError(f"{FILE} has the column {twice[0]!r} twice; remove or rename one.")
     try:
         fields = {header[k]: table.iloc[:, k].to_numpy(float) for k in numeric}
         values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
     except OverflowError:
-        raise InputError(f"{path} holds a number above 1e308: repair it.") from None
+        raise InputError(f"{FILE} holds a number above 1e308: repair it.") from None
     lines = _lines_of_rows(text, n_skipped)
     if names == COLUMNS_OF_DOTS:
-        _check_sizes(table, lines, path)
+        _check_sizes(table, lines)
     if ends_within_a_row(text, lambda line: next(csv.reader([line], skipinitialspace=True), [""])):
-        raise InputError(f"{path} is cut short: line {lines[-1]} is not complete; copy it again.")
+        raise InputError(f"{FILE} is cut short: line {lines[-1]} is not complete; copy it again.")
     return values, fields, lines, table
 
 
@@ -162,16 +161,16 @@ def _without_empty_cells(text: str) -> str:
     return "\n".join([header, *rows, ""] if text.endswith("\n") else [header, *rows])
 
 
-def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFrame, list[str]]:
+def _parse_table(text: str, n_skipped: int) -> tuple[pd.DataFrame, list[str]]:
     """Parse a table and the names in its header, which follows `n_skipped` lines of the file."""
     import pandas as pd
 
     if "," not in text.split("\n", 1)[0]:
         raise InputError(
-            f"{path} has no commas in its header: separate the columns with commas, and write decimals with a point (1.5)."
+            f"{FILE} has no commas in its header: separate the columns with commas, and write decimals with a point (1.5)."
         )
     if max(line.count(",") for line in text.split("\n")) > MAX_COLUMNS:
-        raise InputError(f"{path} has a line of more than {MAX_COLUMNS} values: repair it.")
+        raise InputError(f"{FILE} has a line of more than {MAX_COLUMNS} values: repair it.")
     try:
         table = pd.read_csv(io.StringIO(text), skipinitialspace=True)
         header = next(csv.reader(io.StringIO(text, ""), skipinitialspace=True))  # pandas renames duplicates
@@ -180,14 +179,14 @@ def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFr
         reason = "it is damaged"
         if match:
             reason = f"line {n_skipped + int(match[2])} has {match[3]} values, not {match[1]}"
-        raise InputError(f"{path} is not a table of dots: {reason}; repair it.") from None
+        raise InputError(f"{FILE} is not a table of dots: {reason}; repair it.") from None
     if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first values for names of the rows
-        raise InputError(f"{path}: its rows have more values than its header has names; name every column.")
+        raise InputError(f"{FILE}: its rows have more values than its header has names; name every column.")
     # numpy's savetxt names the first column "# x"
     return table, [name.removeprefix("# ").strip() for name in header]
 
 
-def _check_sizes(table: pd.DataFrame, lines: list[int], path: Path | str) -> None:
+def _check_sizes(table: pd.DataFrame, lines: list[int]) -> None:
     """Raise InputError if an area or a weight is negative or infinite."""
     import pandas as pd
 
@@ -196,12 +195,12 @@ def _check_sizes(table: pd.DataFrame, lines: list[int], path: Path | str) -> Non
         wrong = np.flatnonzero(((numbers < 0) | np.isinf(numbers)).any(axis=1))
         if len(wrong):
             raise InputError(
-                f"{path}: line {lines[wrong[0]]} has a negative or infinite {name}: repair or remove it."
+                f"{FILE}: line {lines[wrong[0]]} has a negative or infinite {name}: repair or remove it."
             )
 
 
 def _warn_of_omitted_columns(
-    path: Path | str, table: pd.DataFrame, header: list[str], numeric: list[int], possible_fields: list[int]
+    table: pd.DataFrame, header: list[str], numeric: list[int], possible_fields: list[int]
 ) -> None:
     """Warn of columns of numbers that cannot be fields because of their name or of a cell that is not a number."""
     import pandas as pd
@@ -212,8 +211,8 @@ def _warn_of_omitted_columns(
             wrong = column[pd.to_numeric(column, errors="coerce").isna() & column.notna()]
             if 0 < len(wrong) < len(column) / 2:
                 message = "%s: the column %s is left out: it holds %s, which is not a number"
-                log.warning(message, path, name, shorten(repr(wrong.iloc[0])))
-    warn_of_field_names([header[k] for k in numeric], path)
+                log.warning(message, FILE, name, shorten(repr(wrong.iloc[0])))
+    warn_of_field_names([header[k] for k in numeric])
 
 
 def _lines_of_rows(text: str, n_skipped: int) -> list[int]:

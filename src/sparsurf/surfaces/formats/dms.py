@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface, SurfaceFormat, surface_of_columns
 
@@ -23,49 +23,49 @@ def _sniff(head: bytes) -> bool:
     return bool(DOT_TYPE.search(text) or re.search(r"\d A\s*$", text, re.M))
 
 
-def read_dms(content: bytes, path: Path | str) -> Surface:
+def read_dms(content: bytes) -> Surface:
     """Read a DMS file from both sides of the type of each dot, since the columns before it shift; `atom` counts its atoms."""
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
-    text = decode_text(content, path)
+    text = decode_text(content)
     n_lines = text.count("\n") + 1
     for number, line in enumerate(text.split("\n"), 1):
         types = list(DOT_TYPE.finditer(line))
         if not types:
             is_atom = line.rstrip().endswith(" A")
             if not is_atom and _floats(line.split()[-4:]) and len(line.split()) > 7:
-                raise InputError(f"{path}: line {number} is a dot of no type SC, SS or SR; repair it.")
+                raise InputError(f"{FILE}: line {number} is a dot of no type SC, SS or SR; repair it.")
             # a line without a line feed may be cut, which is told below
             is_remark = not line.strip() or line.startswith("#")
             if not is_atom and not is_remark and number < n_lines:
                 quoted = shorten(repr(line.strip()))
-                raise InputError(f"{path}: line {number} is neither an atom nor a dot: {quoted}; repair it.")
+                raise InputError(f"{FILE}: line {number} is neither an atom nor a dot: {quoted}; repair it.")
             atom += is_atom
             continue
-        rows.append(_dot_of_line(line, types[-1], number, path))
+        rows.append(_dot_of_line(line, types[-1], number))
         kinds.append(DMS_KINDS[types[-1].group(1)])
         atoms.append(atom)
         lines.append(number)
     if line.strip() and not types and not line.rstrip().endswith(" A"):  # text after the last line break
-        raise InputError(f"{path} is cut short: line {number} is not a complete dot or atom; copy it again.")
+        raise InputError(f"{FILE} is cut short: line {number} is not a complete dot or atom; copy it again.")
     table = np.array(rows, dtype=float).reshape(-1, 7)
     points, area, normals = table[:, :3], table[:, 3], table[:, 4:]
     return surface_of_columns(
-        {"points": points, "normals": normals, "area": area, "kind": kinds, "atom": atoms}, path, lines
+        {"points": points, "normals": normals, "area": area, "kind": kinds, "atom": atoms}, lines
     )
 
 
-def _dot_of_line(line: str, dot_type: re.Match[str], number: int, path: Path | str) -> list[float]:
+def _dot_of_line(line: str, dot_type: re.Match[str], number: int) -> list[float]:
     """Return position, area and normal of the dot in a line: seven numbers."""
     head, tail = line[: dot_type.start()], line[dot_type.end() :].split()
     if len(tail) == 1:
-        raise InputError(f"{path} has no normals: run dms again with the option -n.")
+        raise InputError(f"{FILE} has no normals: run dms again with the option -n.")
     row = _floats(head.split()[-3:] + tail)
     if row is None:  # long numbers touch each other, so split by columns
         x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
         row = _floats([x, head[-18:-9], head[-9:], *tail])
     if row is None or len(row) != 7:
         quoted = shorten(repr(line.strip()))
-        raise InputError(f"{path}: line {number} is not a dot with its area and normal: {quoted}; repair it.")
+        raise InputError(f"{FILE}: line {number} is not a dot with its area and normal: {quoted}; repair it.")
     return row
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface, SurfaceFormat, surface_of_columns
 
@@ -50,12 +50,12 @@ def _sniff(head: bytes) -> bool:
     return VERTEX.search(text, 0, len(text)) is not None and text[:1] not in "p{<"
 
 
-def read_vertices(content: bytes, path: Path | str) -> Surface:
+def read_vertices(content: bytes) -> Surface:
     """Read the vertices of MSMS as dots; `atom` counts the spheres, from 0."""
     rows: list[list[float]] = []
     lines: list[int] = []
     n_announced = None
-    for number, line in enumerate(decode_text(content, path).split("\n"), 1):
+    for number, line in enumerate(decode_text(content).split("\n"), 1):
         if line.startswith("#") or not line.strip():
             continue
         texts = line.split()
@@ -65,14 +65,14 @@ def read_vertices(content: bytes, path: Path | str) -> Surface:
         values = [_number(word) for word in texts[:N_VERTEX_COLUMNS]]
         if len(values) < N_VERTEX_COLUMNS or None in values or values[8] not in KIND_OF_LEVEL:
             raise InputError(
-                f"{path}: line {number} is not a vertex with position, normal, face, sphere and level: "
+                f"{FILE}: line {number} is not a vertex with position, normal, face, sphere and level: "
                 f"{shorten(repr(line.strip()))}; repair it."
             )
         rows.append([float(value or 0) for value in values])
         lines.append(number)
     if n_announced is not None and len(rows) != n_announced:
         raise InputError(
-            f"{path} has {len(rows)} vertices and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
+            f"{FILE} has {len(rows)} vertices and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
         )
     table = np.array(rows, float).reshape(-1, N_VERTEX_COLUMNS)
     kind = [KIND_OF_LEVEL[int(level)] for level in table[:, 8]]
@@ -82,7 +82,7 @@ def read_vertices(content: bytes, path: Path | str) -> Surface:
         "kind": kind,
         "atom": table[:, 7] - 1,
     }
-    return surface_of_columns(columns, path, lines, weighted=True)
+    return surface_of_columns(columns, lines, weighted=True)
 
 
 def write_vertices(

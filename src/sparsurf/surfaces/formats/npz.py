@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import no_warnings, read_archive, read_bytes
 from sparsurf.surfaces.surface import (
     ARRAY_NAMES,
@@ -34,37 +34,37 @@ def _sniff(head: bytes) -> bool:
 
 def read_npz(path: Path | str) -> Surface:
     """Read a surface that a study wrote with `write_npz`; it was judged when the study placed or read its dots."""
-    with no_warnings():
-        return _read(read_bytes(path), path, judge=False)
+    with no_warnings(), naming_file(path):
+        return _read(read_bytes(path), judge=False)
 
 
-def _read(content: bytes, path: Path | str, judge: bool = True) -> Surface:
+def _read(content: bytes, judge: bool = True) -> Surface:
     """Read a surface from the bytes of a file, and unless it is known, judge whether it can be that of a molecule."""
     problem = "is not a surface written by this program, or damaged"
-    arrays = read_archive(content, path, problem)
+    arrays = read_archive(content, problem)
     if "points" not in arrays and "vertices" in arrays:  # a mesh: its vertices are the dots
         arrays["points"] = arrays.pop("vertices")
         arrays.pop("faces", None)
     if absent := [name for name in REQUIRED_ARRAYS if name not in arrays]:
-        raise InputError(f"{path} is not a surface written by this program: it has no {absent[0]}.")
+        raise InputError(f"{FILE} is not a surface written by this program: it has no {absent[0]}.")
     columns = {}
     for name, values in arrays.items():
         is_field = is_field_name(name) and values.dtype.kind in "fiu"
         if name in ARRAY_NAMES or is_field:
             columns[name] = values
-    reconstruction = reconstruction_of_file(arrays, path)
+    reconstruction = reconstruction_of_file(arrays)
     n = columns["points"].shape[:1]
     further = {k: v for k, v in arrays.items() if k not in columns and k not in ARRAY_NAMES}
-    warn_of_field_names((k for k, v in further.items() if v.dtype.kind in "fiu" and v.shape == n), path)
+    warn_of_field_names((k for k, v in further.items() if v.dtype.kind in "fiu" and v.shape == n))
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
     if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
-        raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")
-    warn_of_float16(columns["points"], path)
+        raise InputError(f"{FILE} is not a surface written by this program: its arrays do not fit together.")
+    warn_of_float16(columns["points"])
     columns |= {
         name: columns[name].astype(float) for name in ("points", "normals", "area") if name in columns
     }
     judge = judge and (reconstruction is None or not reconstruction.is_uneven)
-    surface = surface_of_columns(columns, path, weighted="weight" in arrays, judge=judge)
+    surface = surface_of_columns(columns, weighted="weight" in arrays, judge=judge)
     return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 

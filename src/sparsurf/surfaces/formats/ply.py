@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.errors import InputError
+from sparsurf.errors import FILE, InputError
 from sparsurf.surfaces.surface import (
     Reconstruction,
     Surface,
@@ -128,19 +128,19 @@ def viridis(values: ArrayLike) -> np.ndarray:
     return np.where(has_value[:, None], colours, VERTEX_GREY)
 
 
-def read_ply(content: bytes, path: Path | str) -> Surface:
+def read_ply(content: bytes) -> Surface:
     """Read the vertices of a PLY file (G. Turk, 1994), text or binary, with their normals and fields; triangles are ignored.
 
     This reader is not `plyfile`, since it accepts a byte-order mark and damaged triangles, and names what is wrong.
     """
     header, _, body = content.partition(b"end_header")
-    byte_order, elements = _parse_header(header.decode("latin-1"), path)
+    byte_order, elements = _parse_header(header.decode("latin-1"))
     *before, (_, n, properties) = elements
     names = [name for name, *_ in properties]
     wrong = [axis for axis in AXES if names.count(axis) != 1]
     if wrong:
         raise InputError(
-            f"{path} needs one {wrong[0]} of every vertex; its vertices must have x, y, z, nx, ny, nz."
+            f"{FILE} needs one {wrong[0]} of every vertex; its vertices must have x, y, z, nx, ny, nz."
         )
     try:
         if byte_order:
@@ -152,20 +152,20 @@ def read_ply(content: bytes, path: Path | str) -> Surface:
             has_more = len(texts) > n * len(names)
             columns = list(np.array(texts[: n * len(names)], float).reshape(n, len(names)).T)
     except (ValueError, IndexError):
-        raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
+        raise InputError(f"{FILE} is cut short or damaged: its {n} vertices cannot be read.") from None
     if header.count(b"\nelement vertex ") > 1:
-        raise InputError(f"{path} holds several lists of vertices: give a file with one.")
+        raise InputError(f"{FILE} holds several lists of vertices: give a file with one.")
     if has_more and header.count(b"\nelement ") == 1:
-        raise InputError(f"{path} holds more than the {n} vertices that its header announces: copy it again.")
+        raise InputError(f"{FILE} holds more than the {n} vertices that its header announces: copy it again.")
     table = dict(zip(names, columns, strict=True))
     points = np.column_stack([table[axis] for axis in AXES[:3]])
     normals = np.column_stack([table[axis] for axis in AXES[3:]])
-    warn_of_field_names(table, path)
+    warn_of_field_names(table)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
     reconstruction = _reconstruction(header.decode("latin-1"))
     judge = reconstruction is None or not reconstruction.is_uneven
     fields |= {"points": points, "normals": normals} | {k: v for k, v in table.items() if k == "area"}
-    surface = surface_of_columns(fields, path, weighted="weight" in table, judge=judge)
+    surface = surface_of_columns(fields, weighted="weight" in table, judge=judge)
     return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
 
 
@@ -208,7 +208,7 @@ def _count_words(texts: list[bytes], elements: list[Element]) -> int:
     return position
 
 
-def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
+def _parse_header(text: str) -> tuple[str, list[Element]]:
     """Return the byte order (empty: text), and the elements up to the vertices."""
     byte_order, elements = None, list[Element]()
     is_readable = True
@@ -227,7 +227,7 @@ def _parse_header(text: str, path: Path | str) -> tuple[str, list[Element]]:
     vertices = elements[-1][2] if elements and elements[-1][0] == "vertex" else []
     if byte_order is None or not is_readable or not vertices or any(len(kinds) > 1 for _, *kinds in vertices):
         raise InputError(
-            f"{path} is no PLY file that can be read: vertex properties must be scalars, not lists."
+            f"{FILE} is no PLY file that can be read: vertex properties must be scalars, not lists."
         )
     return byte_order, elements
 
